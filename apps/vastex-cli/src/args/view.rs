@@ -33,6 +33,7 @@ Keys and mouse:
   N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up
   dropped files  show the first of them
   M              the panel: files, and how values become colours
+  K              measure an image: a click sets a point, a double click closes the line, Backspace takes the last one back
   C              black and white by the values in view
   ?, H           keys and gestures, in the window
   F, F11         full screen

@@ -263,6 +263,11 @@ impl App {
                 self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
                 viewer.jumped();
             }
+            Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
+            Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
+            Action::DoubleClick => return self.perform(events, Action::Reset),
+            Action::Measure => viewer.measure_or_not(),
+            Action::Undo => viewer.undo_measured(),
             // A scene is chosen by what can be seen.
             Action::Scene(_) if viewer.is_empty() => {}
             Action::Scene(choice) => {
@@ -302,7 +307,7 @@ impl App {
             }
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
-            Action::Quit if viewer.hide_keys() => window.request_redraw(),
+            Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
             Action::Quit => events.exit(),
         }
         Ok(())

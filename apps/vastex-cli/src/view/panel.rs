@@ -8,7 +8,9 @@ use egui::{
 };
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Move;
-use vastex_viewer::panels::{DisplayPanel, PositionChange, PositionPanel, ShownTextures, keys_window};
+use vastex_viewer::panels::{
+    DisplayPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
+};
 
 use super::bookmarks::Bookmarks;
 use super::recent::Recent;
@@ -42,6 +44,8 @@ pub(super) struct Told<'a> {
     pub(super) scene: Scene,
     /// Where the camera is, and columns and rows of the image.
     pub(super) position: (Pose, [u32; 2]),
+    /// How large its texels are in the world, if that is known.
+    pub(super) texel_size: Option<&'a TexelSize>,
     /// What is displayed, if anything is.
     pub(super) texture: Option<ShownTextures<'a>>,
 }
@@ -54,6 +58,8 @@ pub(super) struct Panel {
     path: String,
     guides_are_shown: bool,
     position: PositionPanel,
+    /// What is measured in the image, while that is done.
+    pub(super) measure: Option<Measure>,
     pub(super) display: DisplayPanel,
     pub(super) recent: Recent,
     pub(super) bookmarks: Bookmarks,
@@ -67,6 +73,7 @@ impl Panel {
             path: String::new(),
             guides_are_shown: true,
             position: PositionPanel::default(),
+            measure: None,
             display: DisplayPanel::default(),
             recent,
             bookmarks,
@@ -147,6 +154,24 @@ impl Panel {
         }
         ui.checkbox(&mut self.guides_are_shown, "Guides")
             .on_hover_text("a map, a scale, lines between large texels with their values: G");
+        if matches!(pose, Pose::Image { .. }) {
+            self.measuring(ui, told.texel_size);
+        }
+    }
+
+    fn measuring(&mut self, ui: &mut Ui, texel_size: Option<&TexelSize>) {
+        ui.horizontal_wrapped(|ui| {
+            let mut is_measuring = self.measure.is_some();
+            let measure = ui.checkbox(&mut is_measuring, "Measure");
+            let what =
+                "a click sets a point, a double click closes the line, Backspace takes the last one back: K";
+            if measure.on_hover_text(what).changed() {
+                self.measure = is_measuring.then(Measure::default);
+            }
+            if let Some(measured) = self.measure.as_ref().and_then(|measure| measure.text(texel_size)) {
+                ui.label(measured);
+            }
+        });
     }
 
     /// `has_file` says that one is displayed, which another may lie over.

@@ -35,6 +35,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("M", "panel: files, and how values become colours"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("C", "black and white by the values in view"),
+            (
+                "K",
+                "measure an image: a click sets a point, a double click closes the line, Backspace takes the last one back",
+            ),
             ("V", "compare the uppermost layer with those beneath it: swipe, flicker, difference; then not"),
             (
                 "L",

@@ -51,6 +51,8 @@ pub enum Key {
     Home,
     /// The tabulator.
     Tab,
+    /// Backspace.
+    Backspace,
     /// A page down.
     PageDown,
     /// A page up.
@@ -119,6 +121,14 @@ pub enum Action {
     Move(Move),
     /// The first pose again.
     Reset,
+    /// A click that is no drag, in pixels of the view.
+    Click(DVec2),
+    /// The second of two clicks on the same place.
+    DoubleClick,
+    /// Measuring, or not any more.
+    Measure,
+    /// What was done last while measuring, undone.
+    Undo,
     /// An image with so many pixels a texel, towards a point in view heights from the middle.
     Magnify(f64, DVec2),
     /// The file so many after the one that is shown, or before it.
@@ -315,7 +325,11 @@ impl Input {
             }
             self.moved_at = Some(now);
             self.trail.clear();
-            return None;
+            let stayed = |(_, place): &(Duration, DVec2)| place.distance(self.pointer) < DOUBLE_CLICK.1;
+            return self
+                .clicked
+                .filter(|clicked| was_dragging && stayed(clicked))
+                .map(|(_, place)| Action::Click(place));
         }
         self.trail.clear();
         let (time, distance) = DOUBLE_CLICK;
@@ -323,7 +337,7 @@ impl Input {
             now.saturating_sub(then) < time && place.distance(self.pointer) < distance
         };
         if self.clicked.take_if(|clicked| is_double(clicked)).is_some() {
-            return Some(Action::Reset);
+            return Some(Action::DoubleClick);
         }
         self.clicked = Some((now, self.pointer));
         None
@@ -425,6 +439,8 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Char('c' | 'C') => Action::AutoRange,
         Key::Char('g' | 'G') => Action::Guides,
         Key::Char('v' | 'V') => Action::Compare,
+        Key::Char('k' | 'K') => Action::Measure,
+        Key::Backspace => Action::Undo,
         Key::Char('t') => Action::Move(Move::Turn(90.0)),
         Key::Char('T') => Action::Move(Move::Turn(-90.0)),
         Key::Char('x' | 'X') => Action::Move(Move::Flip { is_vertical: false }),

@@ -13,9 +13,28 @@ fn click(input: &mut Input, ms: u64) -> Option<Action> {
 fn two_quick_clicks_reset_and_slow_ones_do_not() {
     let mut input = Input::default();
     assert_eq!(click(&mut input, 0), None);
-    assert_eq!(click(&mut input, 200), Some(Action::Reset));
+    assert_eq!(click(&mut input, 200), Some(Action::DoubleClick));
     assert_eq!(click(&mut input, 300), None, "the third click begins anew");
     assert_eq!(click(&mut input, 2000), None);
+}
+
+#[test]
+fn a_click_is_a_press_that_is_let_go_where_it_was() {
+    let mut input = Input::default();
+    let mut at = |event, ms: u64| input.on_event(event, SIZE, Duration::from_millis(ms));
+    let button = |is_pressed| InputEvent::Button { button: Button::Primary, is_pressed };
+    let place = DVec2::new(50.0, 40.0);
+    at(InputEvent::PointerMoved(place), 0);
+    at(button(true), 0);
+    assert_eq!(at(button(false), 900), Some(Action::Click(place)), "however long it was held");
+    at(button(true), 2000);
+    at(InputEvent::PointerMoved(place + 20.0), 2050);
+    assert_eq!(at(button(false), 2100), None, "a drag");
+    // Of two on the same place the first is a click as well.
+    at(button(true), 4000);
+    assert_eq!(at(button(false), 4050), Some(Action::Click(place + 20.0)));
+    assert_eq!(at(button(true), 4100), Some(Action::DoubleClick));
+    assert_eq!(at(button(false), 4150), None);
 }
 
 #[test]

@@ -49,18 +49,60 @@ impl TexelSize {
         (texels * self.size).length()
     }
 
+    /// The surface of a texel, in the same numbers squared.
+    pub(super) fn area(&self) -> f64 {
+        self.size.x * self.size.y
+    }
+
+    /// A length in words, to four digits.
+    pub(super) fn told(&self, length: f64) -> String {
+        match &self.unit {
+            Some(unit) => format!("{}{unit}", four_digits(length)),
+            None => {
+                let (name, metres) = fitting(length, 1);
+                format!("{} {name}", four_digits(length / metres))
+            }
+        }
+    }
+
+    /// A surface in words, to four digits; nothing where texels are not measured by lengths.
+    pub(super) fn told_area(&self, area: f64) -> Option<String> {
+        if self.unit.is_some() {
+            return None;
+        }
+        let (name, metres) = fitting(area, 2);
+        Some(format!("{} {name}²", four_digits(area / (metres * metres))))
+    }
+
     /// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how it is told; nothing of what is no length.
     pub(super) fn round(&self, most: f64) -> Option<(f64, String)> {
         let unit = match &self.unit {
             Some(unit) => (unit.clone(), 1.0),
             None => {
-                let fitting =
-                    TOLD.iter().find(|(_, metres)| most >= *metres).unwrap_or(&TOLD[TOLD.len() - 1]);
-                (format!(" {}", fitting.0), fitting.1)
+                let (name, metres) = fitting(most, 1);
+                (format!(" {name}"), metres)
             }
         };
         let (length, decimals) = round_length(most / unit.1)?;
         Some((length * unit.1, format!("{length:.decimals$}{}", unit.0)))
+    }
+}
+
+/// The longest unit, to a power, that tells an amount well.
+fn fitting(amount: f64, power: i32) -> (&'static str, f64) {
+    // Of surfaces a hundredth: from one unit to the next there are a million.
+    let share = if power == 1 { 1.0 - 1e-12 } else { 0.01 };
+    let is_filled = |(_, metres): &&(&str, f64)| amount >= metres.powi(power) * share;
+    *TOLD.iter().find(is_filled).unwrap_or(&TOLD[TOLD.len() - 1])
+}
+
+/// A number in four digits, without zeros at its end.
+fn four_digits(number: f64) -> String {
+    let before_point = number.abs().max(1e-300).log10().floor() as i32 + 1;
+    let text = format!("{number:.*}", (4 - before_point).clamp(0, 12) as usize);
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
     }
 }
 

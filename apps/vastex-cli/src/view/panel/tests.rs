@@ -38,6 +38,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             notice: *notice,
             scene: Scene::Image,
             position: (Pose::first(Scene::Image), [1000, 500]),
+            texel_size: None,
             texture,
         };
         asked.extend(panel.show(ui, &mut told).0);

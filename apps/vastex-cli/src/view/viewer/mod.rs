@@ -2,6 +2,7 @@
 
 mod drawing;
 mod layers;
+mod measuring;
 mod notices;
 mod panel;
 
@@ -15,7 +16,7 @@ use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
-use vastex_viewer::panels::{DisplayPanel, Minimap};
+use vastex_viewer::panels::{DisplayPanel, Measure, Minimap};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -213,6 +214,7 @@ impl Viewer {
         if is_other {
             (self.layers_of, self.settings, self.panel.display) =
                 (opening, settings, DisplayPanel::default());
+            self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());
         }
         Ok(made)
     }

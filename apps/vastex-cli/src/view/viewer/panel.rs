@@ -109,9 +109,13 @@ impl Viewer {
                 notice,
                 scene: settings.scene,
                 position: (pose, view.image),
+                texel_size,
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
+            if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
+                measure.paint(ui.painter(), ui.available_rect_before_wrap(), &view, texel_size);
+            }
             let free = ui.available_rect_before_wrap();
             if is_compared {
                 swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);

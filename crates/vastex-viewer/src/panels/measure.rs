@@ -1,0 +1,160 @@
+//! Lengths and areas in an image, along a line of points that a person sets.
+
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
+use glam::DVec2;
+
+use super::ImageView;
+use super::lengths::TexelSize;
+
+/// What was measured is in this colour, on a dark rim.
+const COLOR: Color32 = Color32::from_rgb(255, 210, 60);
+const POINT: f32 = 3.0;
+
+/// A line of points in an image, and what it measures. The points are places of level 0 in texels.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Measure {
+    points: Vec<DVec2>,
+    is_closed: bool,
+}
+
+/// How long a line is, and what it surrounds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Measured {
+    /// In texels, or in metres or degrees and the like where a texel's size is known.
+    pub length: f64,
+    /// In the same squared; nothing where the line is open.
+    pub area: Option<f64>,
+}
+
+impl Measure {
+    /// Sets the next point. After a closed line another one begins.
+    pub fn add(&mut self, texel: DVec2) {
+        if std::mem::take(&mut self.is_closed) {
+            self.points.clear();
+        }
+        self.points.push(texel);
+    }
+
+    /// Closes the line, from its last point to its first, where it has three at least.
+    pub fn close(&mut self) {
+        self.is_closed = self.points.len() > 2;
+    }
+
+    /// Opens a closed line again, or takes its last point away. Says whether there was any.
+    pub fn undo(&mut self) -> bool {
+        std::mem::take(&mut self.is_closed) || self.points.pop().is_some()
+    }
+
+    /// What the line measures; nothing of fewer than two points. A surface that crosses itself counts by how often it is gone round.
+    pub fn measured(&self, texel_size: Option<&TexelSize>) -> Option<Measured> {
+        let (first, last) = (self.points.first()?, self.points.last()?);
+        if self.points.len() < 2 {
+            return None;
+        }
+        let length = |from: DVec2, to: DVec2| match texel_size {
+            Some(size) => size.length(to - from),
+            None => from.distance(to),
+        };
+        let open: f64 = self.points.windows(2).map(|ends| length(ends[0], ends[1])).sum();
+        if !self.is_closed {
+            return Some(Measured { length: open, area: None });
+        }
+        // From the first point, so that nothing is lost of small surfaces far from the image's corner.
+        let from_first = |point: DVec2| point - *first;
+        let twice: f64 =
+            self.points.windows(2).map(|ends| from_first(ends[0]).perp_dot(from_first(ends[1]))).sum();
+        let texel = texel_size.map_or(1.0, TexelSize::area);
+        Some(Measured { length: open + length(*last, *first), area: Some(twice.abs() / 2.0 * texel) })
+    }
+
+    /// What the line measures, in words.
+    pub fn text(&self, texel_size: Option<&TexelSize>) -> Option<String> {
+        let Measured { length, area } = self.measured(texel_size)?;
+        let told = match texel_size {
+            Some(size) => (size.told(length), area.and_then(|area| size.told_area(area))),
+            None => (format!("{length:.1} texels"), area.map(|area| format!("{area:.1} texels²"))),
+        };
+        Some(match told {
+            (length, Some(area)) => format!("{length} around {area}"),
+            (length, None) => length,
+        })
+    }
+
+    /// Paints the line over the picture of its image, within `free`, the part of it that no panel covers.
+    pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView, texel_size: Option<&TexelSize>) {
+        let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
+        let painter = painter.with_clip_rect(free);
+        let pixels_per_point = f64::from(painter.pixels_per_point());
+        // What lies far beside the view is painted no farther away than numbers of the painter reach.
+        let point = |texel: &DVec2| {
+            let DVec2 { x, y } =
+                (placed.pixel(*texel) / pixels_per_point).clamp(DVec2::splat(-1e6), DVec2::splat(1e6));
+            pos2(x as f32, y as f32)
+        };
+        let points: Vec<Pos2> = self.points.iter().map(point).collect();
+        for (width, color) in [(4.0, Color32::from_black_alpha(160)), (2.0, COLOR)] {
+            let stroke = Stroke::new(width, color);
+            painter.add(match self.is_closed {
+                true => Shape::closed_line(points.clone(), stroke),
+                false => Shape::line(points.clone(), stroke),
+            });
+            for point in &points {
+                painter.circle_filled(*point, POINT + width / 2.0 - 1.0, color);
+            }
+        }
+        if let Some((place, text)) = points.last().copied().zip(self.text(texel_size)) {
+            // Read on whatever the image shows there.
+            let galley = painter.layout_no_wrap(text, FontId::proportional(14.0), COLOR);
+            let place = Align2::LEFT_BOTTOM.anchor_size(place + Vec2::new(8.0, -8.0), galley.size());
+            painter.rect_filled(place.expand(3.0), 3.0, Color32::from_black_alpha(170));
+            painter.galley(place.min, galley, COLOR);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(points: &[[f64; 2]]) -> Measure {
+        let mut measure = Measure::default();
+        points.iter().for_each(|point| measure.add(DVec2::from(*point)));
+        measure
+    }
+
+    #[test]
+    fn lengths_and_areas_are_those_of_the_points() {
+        let mut measure = line(&[[1e9, 1e9]]);
+        assert_eq!(measure.text(None), None);
+        measure.add(DVec2::new(1e9 + 3.0, 1e9));
+        measure.add(DVec2::new(1e9 + 3.0, 1e9 + 4.0));
+        assert_eq!(measure.text(None).unwrap(), "7.0 texels");
+        measure.close();
+        assert_eq!(measure.measured(None), Some(Measured { length: 12.0, area: Some(6.0) }));
+        assert_eq!(measure.text(None).unwrap(), "12.0 texels around 6.0 texels²");
+        // Texels of half a micrometre by a whole one.
+        let size = TexelSize::new([0.5, 1.0], "µm").unwrap();
+        let mut measure = line(&[[0.0, 0.0], [300.0, 0.0], [300.0, 200.0], [0.0, 200.0]]);
+        assert_eq!(measure.text(Some(&size)).unwrap(), "500 µm");
+        measure.close();
+        assert_eq!(measure.text(Some(&size)).unwrap(), "700 µm around 0.03 mm²");
+        // A surface of degrees has no size.
+        let degrees = TexelSize::new([0.1, 0.1], "degree").unwrap();
+        assert_eq!(measure.text(Some(&degrees)).unwrap(), "100°");
+    }
+
+    #[test]
+    fn points_are_taken_back_and_another_line_begins_after_a_closed_one() {
+        let mut measure = line(&[[0.0, 0.0], [1.0, 0.0]]);
+        measure.close();
+        assert_eq!(measure.measured(None).unwrap().area, None, "two points surround nothing");
+        measure.add(DVec2::ONE);
+        measure.close();
+        assert!(measure.undo() && measure.measured(None).unwrap().area.is_none(), "it is open again");
+        assert!(measure.undo() && measure.undo() && measure.undo() && !measure.undo());
+        let mut measure = line(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]);
+        measure.close();
+        measure.add(DVec2::ZERO);
+        assert_eq!(measure, line(&[[0.0, 0.0]]));
+    }
+}
