@@ -200,7 +200,8 @@ impl Offscreen {
         self.ahead = ahead.then(|| (self.renderer.new_camera(&self.gpu.device), Ahead::default()));
     }
 
-    /// Where the camera is in runs of [`Path::Still`], in the place of the first pose of the scene.
+    /// Where the camera is in runs of [`Path::Still`], in the place of the first pose of the scene; other paths go their own way. The pose
+    /// must be of this scene ([`Pose::scene`]).
     pub fn stand_at(&mut self, pose: Pose) {
         self.still = Some(pose);
     }

@@ -180,8 +180,9 @@ pub(crate) struct SceneArgs {
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
     pub(crate) on: Scene,
-    /// Where the camera is at first, as the panel of the window writes it: image:x=..,y=..,zoom=.. in texels (and turn=.. in degrees,
-    /// mirror=1), plane:x=..,y=..,z=..,yaw=..,pitch=.., or globe:lon=..,lat=..,alt=..m. The image is put on what that names, if need be
+    /// Where the camera is at first, as the panel of the window writes it. image:x=COLUMN,y=ROW,zoom=Z: Z is 1 where all of the image
+    /// fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1. plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the
+    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground. The text decides the scene
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
     #[command(flatten)]

@@ -55,6 +55,12 @@ pub(crate) fn percent(share: f64) -> String {
     format!("{:.2} %", 100.0 * share)
 }
 
+/// The name of the file that a page is of, where its texture has a name.
+pub(crate) fn file_of(textures: &vastex::Textures, page: vastex_core::PageId) -> Option<&str> {
+    let texture = textures.inspect().id_of(page.texture())?;
+    textures.texture(texture).ok()?.name()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

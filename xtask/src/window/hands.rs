@@ -115,12 +115,12 @@ impl<'a> Window<'a> {
         (0..4).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
         // Four notches of the wheel, each at least a quarter more: winit hears the press and the release of a device without scroll
         // axes as a notch each, and the pointer of this display is one.
-        let wanted = 0.98 * magnification * 1.25f64.powi(4);
+        let wanted = 0.98 * magnification * 1.25f64.powi(4)..magnification * 1.3f64.powi(8);
         let mut before = 0.0;
         let zoomed = self.until("an image zoomed by the wheel", |window| {
             sleep(Duration::from_millis(400));
             let zoomed = window.magnification().ok()?;
-            (zoomed == std::mem::replace(&mut before, zoomed) && zoomed > wanted).then_some(zoomed)
+            (zoomed == std::mem::replace(&mut before, zoomed) && wanted.contains(&zoomed)).then_some(zoomed)
         })?;
         self.settled()?;
         let texel = self.texel()?;

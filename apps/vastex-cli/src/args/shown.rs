@@ -22,9 +22,10 @@ pub(crate) struct ShownArgs {
     #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: [f32; 2],
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
-    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single
-    /// channel; log, a logarithmic curve within the range; gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1;
-    /// filter=FILTER, as --filter has it; hidden, to load nothing of it
+    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; range=LO..HI, the values that
+    /// are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
+    /// gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as
+    /// --filter has it; hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = SHAPE,
@@ -33,7 +34,7 @@ pub(crate) struct ShownArgs {
     )]
     pub(crate) layers: Vec<LayerOptions>,
     /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of it; may be given several times,
-    /// the lowest first
+    /// the lowest first. In a window it lies over the first file only, and goes when another is opened
     #[arg(long, value_name = "FILE")]
     pub(crate) over: Vec<PathBuf>,
     /// Compare the uppermost layer with those beneath it: off; swipe[:AT], right of a line at a share of the width; flicker[:SECONDS], by
@@ -66,10 +67,12 @@ impl ShownArgs {
         let (layers, files) = (self.layers(), 1 + self.over.len());
         if let Some(layer) = layers.iter().find(|layer| layer.texture >= files) {
             let file = layer.texture + 1;
-            return Some(format!("'file={file}': {files} named, the source and with --over the others"));
+            return Some(format!("'file={file}': there are {files} files, the source and those of --over"));
         }
-        if self.compare_mode != CompareMode::Off && layers.len() < 2 {
-            return Some("'--compare-mode': one layer is shown; lay a file over it with --over, or show another --layer".into());
+        let is_seen = |layer: &&LayerOptions| layer.is_visible && layer.opacity > 0.0;
+        if self.compare_mode != CompareMode::Off && layers.iter().filter(is_seen).count() < 2 {
+            let why = "one layer is shown; lay a file over it with --over, or show another --layer";
+            return Some(format!("'--compare-mode': {why}"));
         }
         let count = layers.len();
         (count > MOST_LAYERS)
@@ -225,6 +228,8 @@ mod tests {
         for (args, place) in [
             (args(&[":file=3"], 1, CompareMode::Off), "'file=3'"),
             (args(&[], 0, CompareMode::Swipe(0.5)), "--over"),
+            (args(&["a", "b:hidden"], 0, CompareMode::Swipe(0.5)), "one layer is shown"),
+            (args(&["a:opacity=0", "b"], 0, CompareMode::Swipe(0.5)), "one layer is shown"),
             (args(&[], 8, CompareMode::Off), "9 layers named"),
         ] {
             assert!(args.fault().unwrap().contains(place), "{place}");

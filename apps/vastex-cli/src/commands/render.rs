@@ -218,9 +218,7 @@ impl Troubles {
     fn say(&self, source: &str, textures: &Textures) {
         for (page, why) in &self.failed {
             let pos = page.pos(Dims::D2);
-            let texture = textures.inspect().id_of(page.texture());
-            let named = texture.and_then(|texture| textures.texture(texture).ok()?.name());
-            let source = named.unwrap_or(source);
+            let source = report::file_of(textures, *page).unwrap_or(source);
             report::say(&format!("{source}: {pos} failed, a coarser one is shown instead: {why}"));
         }
         // Where the view has come to fit meanwhile, the picture is as it should be.

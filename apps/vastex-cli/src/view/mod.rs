@@ -266,7 +266,7 @@ impl App {
             Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
             Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
             Action::DoubleClick => return self.perform(events, Action::Reset),
-            Action::Measure => viewer.measure_or_not(),
+            Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
             Action::Undo => viewer.undo_measured(),
             // A scene is chosen by what can be seen.
             Action::Scene(_) if viewer.is_empty() => {}
@@ -283,6 +283,10 @@ impl App {
                         let mut others = (1..Scene::ALL.len()).map(next);
                         self.scene = others.find(|&scene| viewer.put_on(scene).is_ok()).unwrap_or(self.scene);
                     }
+                }
+                // Nothing can be measured elsewhere, and a double click there is no end of a line.
+                if self.scene != Scene::Image {
+                    viewer.end_measuring();
                 }
             }
             Action::Overlay => viewer.next_overlay(),

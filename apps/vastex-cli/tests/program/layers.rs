@@ -79,7 +79,7 @@ fn files_lie_over_one_another_and_are_compared() {
     assert_eq!(apart(&picture(same, "same"), &vec![[0; 3]; 200 * 100]), 0);
     for (words, code, said) in [
         ("--over nowhere.png", 1, "nowhere.png: there is no such file"),
-        ("--over relief.png --layer depth --layer depth:file=3", 2, "'file=3': 2 named"),
+        ("--over relief.png --layer depth --layer depth:file=3", 2, "'file=3': there are 2 files"),
         ("--compare-mode swipe", 2, "lay a file over it with --over"),
         ("--over relief.png --compare-mode swap", 2, "write off, swipe[:AT]"),
         ("--over relief.png --compare", 2, "--compare compares one opaque layer"),

@@ -62,7 +62,8 @@ impl Controller {
                 self.orient(self.pose.orientation().mirrored().turned(turn), aspects);
             }
             Move::Walk(step, factor) => {
-                self.pose = self.pose.walked(step).zoomed(factor);
+                let [_, image] = aspects;
+                self.pose = self.pose.walked(step, image).zoomed(factor);
                 self.rest = DVec2::ZERO;
             }
         }
@@ -196,6 +197,14 @@ mod tests {
             let below = texel(&camera, pixel);
             camera.apply(Move::ZoomTo(3.0, point), aspects);
             assert!((texel(&camera, pixel) - below).length() < 1e-6);
+            let Pose::Image { zoom, .. } = camera.pose() else { panic!("a pose of an image") };
+            let pixels_a_texel = camera.pose().magnification(view, image).unwrap();
+            // A step to the right is one along the rows of the picture, however the image is turned.
+            let (middle, step) =
+                (DVec2::new(640.5, 360.0), DVec2::new(0.1 / zoom * 10800.0 * pixels_a_texel, 0.0));
+            let below = texel(&camera, middle + step);
+            camera.apply(Move::Walk(DVec2::new(0.1, 0.0), 1.0), aspects);
+            assert!((texel(&camera, middle) - below).length() < 1e-6);
             camera.magnify(2.0, point, view, image);
             let corner = texel(&camera, DVec2::ZERO) * 2.0;
             let is_on_pixels = (corner - corner.round()).abs().max_element() < 1e-6;

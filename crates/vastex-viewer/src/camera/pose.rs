@@ -67,7 +67,7 @@ impl Pose {
         }
     }
 
-    /// The pose in which a window opens and `still` stays.
+    /// The pose of a scene where nobody asks for another.
     pub fn first(scene: Scene) -> Pose {
         match scene {
             Scene::Image => Pose::image(DVec2::splat(0.5), 1.0),
@@ -273,11 +273,15 @@ impl Pose {
         }
     }
 
-    /// The pose after a step of `step` (x to the right, y forward), in units that suit the height above what is seen.
-    pub fn walked(self, step: DVec2) -> Pose {
+    /// The pose after a step of `step` (x to the right, y forward, as they are seen), in units that suit the height above what is seen: of an
+    /// image in its longer side over the zoom. `image` is the image's width over its height; other scenes have no use for it.
+    pub fn walked(self, step: DVec2, image: f64) -> Pose {
         match self {
             Pose::Image { centre, zoom, orientation } => {
-                let moved = centre + orientation.image_from_seen() * DVec2::new(step.x, -step.y) / zoom;
+                // Steps along columns and rows are of one length in texels, and turn into shares of the width and the height after that.
+                let shares = image.max(1.0) * DVec2::new(1.0 / image, 1.0);
+                let moved =
+                    centre + orientation.image_from_seen() * DVec2::new(step.x, -step.y) * shares / zoom;
                 Pose::Image { centre: moved.clamp(DVec2::ZERO, DVec2::ONE), zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => {

@@ -1,7 +1,8 @@
-//! The text form of a pose, to be written down and found again: an image in texels, the plane in its widths, the globe in degrees
+//! The text form of a pose, to be written down and found again: an image in texels, the plane in halves of its width, the globe in degrees
 //! and metres.
 //!
-//! `image:x=5400.5,y=2700,zoom=12` (and `,turn=90`, clockwise in degrees, after `,mirror=1`, where it is turned and mirrored), `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`.
+//! `image:x=5400.5,y=2700,zoom=12`, `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`. An image that is turned
+//! has `,turn=90` as well, in degrees clockwise; one whose left and right are exchanged first has `,mirror=1`.
 
 use glam::{DVec2, DVec3};
 
@@ -11,8 +12,8 @@ use super::pose::{METRE, Pose};
 /// A text is no pose.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "'{text}' is no view{}: write image:x=..,y=..,zoom=.. in texels, with turn=.. in degrees and mirror=1 if you like, plane:x=..,y=..,z=..,yaw=..,pitch=.. in halves of its width and \
-     degrees, or globe:lon=..,lat=..,alt=..m in degrees and metres",
+    "'{text}' is no view{}: write image:x=..,y=..,zoom=.. in texels, with turn=.. in degrees and mirror=1 if you \
+     like, plane:x=..,y=..,z=..,yaw=..,pitch=.. in halves of its width and degrees, or globe:lon=..,lat=..,alt=..m in degrees and metres",
     .place.as_deref().map(|place| format!(", because of '{place}'")).unwrap_or_default()
 )]
 pub struct PoseTextError {

@@ -35,7 +35,8 @@ impl Views {
 
     /// The poses of the views, where the camera has this one; that of the main view first.
     pub fn poses(self, pose: Pose) -> (Pose, Option<Pose>) {
-        let aside = |distance| pose.walked(DVec2::new(distance, 0.0));
+        // A step to the side, as in a square.
+        let aside = |distance| pose.walked(DVec2::new(distance, 0.0), 1.0);
         match self {
             Views::One => (pose, None),
             Views::Stereo => (aside(-HALF_EYES), Some(aside(HALF_EYES))),

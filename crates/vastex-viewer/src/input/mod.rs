@@ -121,9 +121,11 @@ pub enum Action {
     Move(Move),
     /// The first pose again.
     Reset,
-    /// A click that is no drag, in pixels of the view.
+    /// The pointer, or a finger, was pressed and let go in the same place: there, in pixels from the top left of the view. Comes before a
+    /// [`Action::DoubleClick`], too.
     Click(DVec2),
-    /// The second of two clicks on the same place.
+    /// The second of two clicks on the same place; the first came as [`Action::Click`]. A host that has no other use for it does what
+    /// [`Action::Reset`] says.
     DoubleClick,
     /// Measuring, or not any more.
     Measure,

@@ -151,6 +151,9 @@ impl Layers {
 
     /// Compares the uppermost layer that is seen with those beneath it, from the next frame on after [`crate::SceneRenderer::set_layers`].
     /// Nothing is compiled for it, and no other pages are wanted.
+    ///
+    /// [`CompareMode::Flicker`] shows the layer all the time: a host that draws frame after frame passes [`CompareMode::at`] of its time,
+    /// and draws again after [`CompareMode::changes_after`].
     pub fn compare(&mut self, mode: CompareMode) {
         self.compare_mode = mode;
     }
@@ -158,6 +161,11 @@ impl Layers {
     /// How the uppermost layer that is seen is compared with those beneath it.
     pub fn compare_mode(&self) -> CompareMode {
         self.compare_mode
+    }
+
+    /// Whether two layers or more are seen, so that the uppermost of them can be compared with those beneath it.
+    pub fn can_compare(&self) -> bool {
+        self.layers.iter().filter(|shown| shown.is_seen()).count() > 1
     }
 
     /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.
@@ -276,7 +284,7 @@ impl Layers {
             let opacity = if shown.is_visible { shown.opacity.clamp(0.0, 1.0) } else { 0.0 };
             *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer).unwrap_or(0));
         }
-        if self.layers.iter().filter(|shown| shown.is_seen()).count() > 1 {
+        if self.can_compare() {
             let [begins, difference] = self.compare_mode.told();
             let uppermost = &mut uniforms[self.inspected_number()];
             (uppermost.begins, uppermost.difference) = (begins, difference);

@@ -118,7 +118,7 @@ fn paint_grid(painter: &Painter, placed: &Placed, seen: [[u32; 2]; 2]) {
     let [[left, right], [top, bottom]] = seen.map(|ends| ends.map(f64::from));
     let line = |from: DVec2, to: DVec2| {
         let along = placed.point(to) - placed.point(from);
-        let across = vec2(along.y, along.x).abs().normalized();
+        let across = along.rot90().normalized();
         for (side, stroke) in strokes {
             let shift = side * pixel * across;
             painter.line_segment([placed.point(from) + shift, placed.point(to) + shift], stroke);

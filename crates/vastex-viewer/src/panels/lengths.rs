@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 /// Metres in a unit, by the names that files have for it.
-const METRES: [(&str, f64); 13] = [
+const METRES: [(&str, f64); 15] = [
     ("pm", 1e-12),
     ("Å", 1e-10),
     ("nm", 1e-9),
@@ -17,6 +17,8 @@ const METRES: [(&str, f64); 13] = [
     ("meter", 1.0),
     ("km", 1e3),
     ("inch", 0.0254),
+    ("in", 0.0254),
+    ("ft", 0.3048),
 ];
 /// Units that lengths are told in, the longest first.
 const TOLD: [(&str, f64); 5] = [("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)];
@@ -136,6 +138,9 @@ mod tests {
         let map = TexelSize::new([10.0, 20.0], "metre").unwrap();
         assert_eq!(told(&map, 160.0).1, "1 km");
         assert_eq!(map.length(DVec2::new(0.0, 3.0)), 60.0);
+        // As OME-XML spells an inch.
+        let inch = TexelSize::new([1.0; 2], "in").unwrap();
+        assert_eq!(told(&inch, 100.0).1, "2 m");
         let globe = TexelSize::new([1.0 / 30.0; 2], "degree").unwrap();
         assert_eq!(told(&globe, 160.0).1, "5°");
         assert_eq!(told(&globe, 2.0).1, "0.05°");

@@ -45,7 +45,8 @@ impl Measure {
         std::mem::take(&mut self.is_closed) || self.points.pop().is_some()
     }
 
-    /// What the line measures; nothing of fewer than two points. A surface that crosses itself counts by how often it is gone round.
+    /// What the line measures; nothing of fewer than two points. Where a closed line crosses itself, parts gone round
+    /// the other way are subtracted.
     pub fn measured(&self, texel_size: Option<&TexelSize>) -> Option<Measured> {
         let (first, last) = (self.points.first()?, self.points.last()?);
         if self.points.len() < 2 {

@@ -54,8 +54,8 @@ impl Viewer {
 
     /// The next way of comparing the uppermost layer with those beneath it.
     pub(in super::super) fn compare_next(&mut self) {
-        let shown = self.display.displayed().map_or(0, |displayed| displayed.renderer.layers().count());
-        if shown < 2 {
+        let displayed = self.display.displayed();
+        if !displayed.is_some_and(|displayed| displayed.renderer.layers().can_compare()) {
             self.notify_in_title("one layer is shown; lay a file over it in the panel (M), or with --over");
             return;
         }
@@ -75,9 +75,9 @@ impl Viewer {
 
     /// After what time layers are to be seen otherwise than now, if they are compared so.
     pub(super) fn flickers_in(&self) -> Option<Duration> {
-        let count = self.display.displayed()?.renderer.layers().count();
+        let can_compare = self.display.displayed()?.renderer.layers().can_compare();
         let mode: CompareMode = self.settings.options.compare_mode;
-        mode.changes_after(self.begun.elapsed()).filter(|_| count > 1)
+        mode.changes_after(self.begun.elapsed()).filter(|_| can_compare)
     }
 }
 

@@ -12,8 +12,12 @@ impl Viewer {
         self.panel.measure.is_some()
     }
 
-    /// Begins to measure, or ends it.
-    pub(in super::super) fn measure_or_not(&mut self) {
+    /// Begins to measure where `pose` is that of an image, or ends it.
+    pub(in super::super) fn measure_or_not(&mut self, pose: Pose) {
+        if !self.is_measuring() && !matches!(pose, Pose::Image { .. }) {
+            self.notify_in_title("lengths are measured in an image; F1 shows it as one");
+            return;
+        }
         self.panel.measure = if self.is_measuring() { None } else { Some(Measure::default()) };
         if self.is_measuring() {
             self.notify_in_title("measure: a click sets a point, a double click closes the line");

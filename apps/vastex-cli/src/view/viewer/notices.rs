@@ -22,7 +22,8 @@ impl Viewer {
         while let Some(event) = self.textures.poll_event() {
             match &event {
                 Event::Failed { page, why, .. } => {
-                    let (name, pos) = (self.name(), page.pos(Dims::D2));
+                    let name = report::file_of(&self.textures, *page).unwrap_or(self.name());
+                    let pos = page.pos(Dims::D2);
                     report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
                 }
                 // A view that moves wants for a moment what it leaves as well as what it comes to.

@@ -91,7 +91,7 @@ impl Viewer {
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
         let texel_size = guided.and_then(|source| source.texel_size.as_ref());
         let guided = guided.map(|source| &source.renderer);
-        let is_compared = guided.is_some_and(|renderer| renderer.layers().count() > 1);
+        let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
@@ -126,7 +126,7 @@ impl Viewer {
                     |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
                 let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
                 paint_guides(ui.painter(), free, &view, texel_size, value);
-                let take = |size| Thumbnail::of_layers(textures, renderer.layers(), size);
+                let take = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
                 asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
             }
             asked.extend(asks);
