@@ -18,13 +18,15 @@ pub mod surface;
 
 pub use camera::{Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
-pub use layers::{ColorMap, Curve, Layers, LayersError, LayersText, Palette, ShownLayer, Tone, UnknownLayer};
+pub use layers::{
+    Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, ShownLayer, Tone, UnknownLayer,
+};
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, side_by_side};
 pub use scene::{Scene, direction};
 pub use stage::{Target, depth_view};
 pub use surface::shaders;
 pub use surface::{
-    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions, Mesh, Relief,
-    SceneDesc, ScenePipelines, SceneRenderer, Tiling, Vertex, surface,
+    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions,
+    LayerOptionsError, Mesh, Relief, SceneDesc, ScenePipelines, SceneRenderer, Tiling, Vertex, surface,
 };

@@ -1,6 +1,6 @@
 //! Why a scene without a window has no picture.
 
-use vastex_viewer::{HeightsError, LayersError, UnknownLayer};
+use vastex_viewer::{HeightsError, LayerOptionsError, LayersError};
 
 use crate::reference::ReferenceError;
 
@@ -13,9 +13,9 @@ pub enum OffscreenError {
     /// The library said so.
     #[error(transparent)]
     Vastex(#[from] vastex::Error),
-    /// The layer to be shown is not there.
+    /// A layer cannot be shown as it is asked for.
     #[error(transparent)]
-    Layer(#[from] UnknownLayer),
+    Layer(#[from] LayerOptionsError),
     /// The layers cannot be shown together.
     #[error(transparent)]
     Layers(#[from] LayersError),

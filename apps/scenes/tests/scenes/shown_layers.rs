@@ -10,7 +10,7 @@ use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Picture, Pose, Scene}
 use vastex_viewer::layers::CompareMode;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
 use vastex_viewer::{
-    ColorMap, Curve, Layers, LayersError, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
+    Bands, ColorMap, Curve, Layers, LayersError, Nodata, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
 };
 
 use crate::common::{Image, gpu, settings};
@@ -201,6 +201,52 @@ fn the_uppermost_layer_is_compared_with_those_beneath() {
     let mut layers = Layers::new(&mut textures, shown.clone(), None).unwrap();
     layers.compare(CompareMode::Swipe(0.5));
     assert_eq!([0.2, 0.8].map(|across| *layers.inspected_at(across)), [shown[0], shown[1]]);
+}
+
+/// Channels that are exchanged, and what stands for no data, of a layer alone and of one in a list.
+#[test]
+fn bands_are_chosen_and_what_is_no_data_is_not_drawn() {
+    let (_one, colour) = Image::new(300, 200, 64).build();
+    let (_other, grey) = Image { channels: png::ColorType::Grayscale, ..Image::new(300, 200, 64) }.build();
+    let picture = |file: &FilePath, is_alone: bool, change: &dyn Fn(ColorMap) -> ColorMap| {
+        // A layer that is hidden makes a list of it.
+        let (mut textures, mut shown) = list(&[file, file][usize::from(is_alone)..]);
+        shown[0].color_map = change(shown[0].color_map);
+        shown[0].filter = Some(Filter::Nearest);
+        shown.iter_mut().skip(1).for_each(|shown| shown.is_visible = false);
+        draw(&mut textures, shown).rgba
+    };
+    let [plain_colour, plain_grey] = [&colour, &grey].map(|file| picture(file, true, &|map| map));
+    // Of a grey picture, the value that most pixels have.
+    let covered = |rgba: &[u8]| {
+        rgba.chunks(4).filter(|pixel| pixel[3] == 255).map(|pixel| pixel[0]).collect::<Vec<u8>>()
+    };
+    let values = covered(&plain_grey);
+    let count = |value: u8| values.iter().filter(|other| **other == value).count();
+    let missing = (0..=255).max_by_key(|value| count(*value)).unwrap();
+    assert!((1..values.len()).contains(&count(missing)));
+    for is_alone in [true, false] {
+        let compare = |found: &[u8], plain: &[u8], expected: &dyn Fn(&[u8]) -> [u8; 3]| {
+            for (found, plain) in found.chunks(4).zip(plain.chunks(4)).filter(|(_, plain)| plain[3] == 255) {
+                let expected = expected(plain);
+                let is_near =
+                    found.iter().zip(expected).all(|(found, expected)| found.abs_diff(expected) <= 1);
+                assert!(is_near, "{found:?} of {plain:?}, expected {expected:?}, alone {is_alone}");
+            }
+        };
+        let swapped = picture(&colour, is_alone, &|map| map.with_bands(Bands::Color([2, 1, 0])));
+        compare(&swapped, &plain_colour, &|plain| [plain[2], plain[1], plain[0]]);
+        let green = picture(&colour, is_alone, &|map| map.with_bands(Bands::One(1)));
+        compare(&green, &plain_colour, &|plain| [plain[1]; 3]);
+        let nodata = Nodata::Value(f64::from(missing) / 255.0);
+        let holes = picture(&grey, is_alone, &|map| map.with_nodata(nodata));
+        let background = (vastex_viewer::layers::BACKGROUND.truncate().to_array())
+            .map(|light| encoded(light.into()).round() as u8);
+        compare(&holes, &plain_grey, &|plain| if plain[0] == missing { background } else { [plain[0]; 3] });
+        // A range with all of it between black and white hides nothing, and no value is no number.
+        let whole = picture(&grey, is_alone, &|map| map.with_nodata(Nodata::NotANumber));
+        compare(&whole, &plain_grey, &|plain| [plain[0]; 3]);
+    }
 }
 
 #[test]

@@ -6,11 +6,10 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 use vastex::Filter;
 use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
-use vastex_viewer::{Curve, LayerOptions, Palette};
+use vastex_viewer::{Bands, Curve, LayerOptions, Nodata, Palette};
 
 /// What a layer of a list may be told, as help and errors have it.
-const SHAPE: &str =
-    "NAME[:file=N][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
 
 /// Which layers are shown.
 #[derive(Debug, ClapArgs)]
@@ -22,8 +21,9 @@ pub(crate) struct ShownArgs {
     #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: [f32; 2],
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
-    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; range=LO..HI, the values that
-    /// are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
+    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; bands=B, one of its channels, or
+    /// bands=R,G,B, those that are red, green and blue, counted from 1; nodata=V, the value that stands for no data as it is stored, or nan:
+    /// what has it is not drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
     /// gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as
     /// --filter has it; hidden, to load nothing of it
     #[arg(
@@ -135,6 +135,8 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
             Ok(file @ 1..=MOST_LAYERS) => layer.texture = file - 1,
             _ => return Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
         },
+        "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
+        "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
         "range" => layer.range = Some(range(value, "..")?),
         "map" => {
             let names = Palette::ALL.map(Palette::name).join(", ");
@@ -179,10 +181,13 @@ mod tests {
             gamma: 0.5,
             opacity: 0.25,
             filter: Some(Filter::Nearest),
+            bands: Bands::One(1),
+            nodata: Nodata::Value(-9999.0),
             is_visible: false,
             ..named("height")
         };
-        let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:log:gamma=0.5:filter=nearest";
+        let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:log:gamma=0.5:filter=nearest\
+                    :bands=2:nodata=-9999";
         assert_eq!(parse_layer(text), Ok(expected));
     }
 
@@ -193,6 +198,9 @@ mod tests {
             ("a:range=0,1", "0..0.5"),
             ("a:range=1..1", "not the same"),
             ("a:map=jet", "grey, viridis, inferno"),
+            ("a:bands=0", "counted from 1"),
+            ("a:bands=1,2", "bands=3,2,1"),
+            ("a:nodata=none", "nodata=-9999"),
             ("a:gamma=0", "0.01"),
             ("a:opacity=1.5", "0 to 1"),
             ("a:opacity=nan", "0 to 1"),

@@ -53,6 +53,20 @@ fn layers_lie_over_one_another() {
 }
 
 #[test]
+fn bands_and_values_without_data_are_chosen() {
+    let sandbox = sandbox_with_layers();
+    let picture = |layer: &str| {
+        run(&sandbox, &format!("render earth.vastex --layer {layer} --size 100x50 -o a.png")).expect_code(0);
+        sandbox.read_rgb("a.png")
+    };
+    let (plain, one) = (picture("depth:filter=nearest"), picture("depth:bands=1:filter=nearest"));
+    assert_eq!(plain, one);
+    assert_eq!(plain, picture("depth:nodata=65535:filter=nearest"));
+    let refused = run(&sandbox, "render earth.vastex --layer depth:bands=2 -o a.png").expect_code(1);
+    assert!(refused.stderr.contains("there are no bands 2 in layer \"depth\""), "{refused}");
+}
+
+#[test]
 fn files_lie_over_one_another_and_are_compared() {
     let sandbox = sandbox_with_layers();
     let render =

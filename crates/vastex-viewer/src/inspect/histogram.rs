@@ -19,14 +19,14 @@ pub struct Histogram {
 
 impl Histogram {
     /// The values of a layer that are seen at a pose: of the part of an image that is in view (of its bounds where it is turned), in other
-    /// scenes of all of it. `picture` is
-    /// the size of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
+    /// scenes of all of it. They are of the channels that the colour map shows; what stands for no data is left out. `picture` is the size
+    /// of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
     ///
-    /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory. Takes 9,216 texels of what is held for the
-    /// CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
+    /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory. Takes 9,216 texels of what is
+    /// held for the CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
     pub fn of_view(
         textures: &Textures,
-        layer: LayerId,
+        (layer, color_map): (LayerId, &ColorMap),
         pose: &Pose,
         (picture, image): ([u32; 2], [u32; 2]),
     ) -> Option<Histogram> {
@@ -47,16 +47,16 @@ impl Histogram {
         // Somewhat finer than the places and no finer: the tiles of every pixel of a large view would take longer than a frame.
         let texels_a_place = (high - low) * texels / size(PLACES);
         let level = (texels_a_place / 4.0).min_element().log2().floor().clamp(0.0, 31.0) as u8;
-        let colours = ColorMap::new(description.layers.get(layer.index())?, None).value_channels();
         let mut sampler = textures.cpu().sampler(layer)?;
-        let mut channels = vec![Vec::new(); colours];
+        let mut channels = vec![Vec::new(); color_map.value_channels()];
         let last = texels - 1.0;
         for (row, column) in (0..PLACES[1]).flat_map(|row| (0..PLACES[0]).map(move |column| (row, column))) {
             let share = (DVec2::new(column.into(), row.into()) + 0.5) / size(PLACES);
             let texel = ((low + (high - low) * share) * texels).min(last).max(DVec2::ZERO);
-            let value = sampler.texel([texel.x as u32, texel.y as u32], level).value;
-            for (channel, values) in channels.iter_mut().enumerate() {
-                values.extend(Some(value[channel]).filter(|value| value.is_finite()));
+            let sampled = sampler.texel([texel.x as u32, texel.y as u32], level).value;
+            let Some(shown) = color_map.values_of(sampled) else { continue };
+            for (values, value) in channels.iter_mut().zip(shown) {
+                values.extend(Some(value).filter(|value| value.is_finite()));
             }
         }
         channels.iter_mut().for_each(|values| values.sort_unstable_by(f32::total_cmp));

@@ -4,7 +4,6 @@
 //! at once ([`texel_at`]), as are the values that are in view ([`Histogram`]) and a small picture of all ([`Thumbnail`]).
 
 mod histogram;
-mod stored;
 mod texel;
 mod thumbnail;
 
@@ -14,7 +13,6 @@ use vastex::{Error, Textures};
 use crate::gpu::Gpu;
 use crate::stage::StageScene;
 pub use histogram::Histogram;
-pub use stored::StoredScale;
 pub use texel::{InspectedTexel, texel_at};
 pub use thumbnail::Thumbnail;
 

@@ -5,8 +5,8 @@ use std::fmt;
 use glam::DVec2;
 use vastex::{CpuSample, LayerFormat, LayerId, Textures};
 
-use super::stored::StoredScale;
 use crate::camera::Pose;
+use crate::layers::StoredScale;
 
 /// A texel of an image, as it is stored.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,7 +5,9 @@
 mod compare;
 mod list;
 mod palette;
+mod stored;
 mod tone;
+mod values;
 
 use glam::Vec4;
 use vastex::Layer;
@@ -13,7 +15,9 @@ use vastex::Layer;
 pub use compare::{CompareMode, NoCompareMode};
 pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
 pub use palette::Palette;
+pub use stored::StoredScale;
 pub use tone::{Curve, Tone};
+pub use values::{Bands, Nodata, ParseBandsError, ParseNodataError};
 
 /// The light that is seen beside the texture: red, green, blue and an alpha of 1.
 pub const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
@@ -41,6 +45,9 @@ enum Channels {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ColorMap {
     channels: Channels,
+    /// The channels that are red, green and blue; of a single one, that one.
+    bands: [u8; 3],
+    nodata: Nodata,
     is_srgb: bool,
     tone: Tone,
     palette: Palette,
@@ -52,18 +59,22 @@ pub struct ColorMap {
 pub(crate) struct LayerUniform {
     tone: [f32; 4],
     opacity: f32,
-    /// What they mean, and [`DISPLAY`].
+    /// What they mean ([`ColorMap::look`]), and [`DISPLAY`].
     channels: u32,
     map: u32,
     id: u32,
     /// The share of the picture's width to the left of which it is not drawn, and by how much its difference from what lies beneath is magnified.
     pub(crate) begins: f32,
     pub(crate) difference: f32,
-    unused: [f32; 2],
+    nodata: f32,
+    unused: f32,
 }
 
 /// What is added to what channels mean where values are display values.
 const DISPLAY: u32 = 1024;
+/// What is added where what is no number stands for no data, and where a value does, too.
+const NODATA: u32 = 256;
+const NODATA_VALUE: u32 = 512;
 
 impl ColorMap {
     /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the layer that an image
@@ -76,7 +87,51 @@ impl ColorMap {
             _ => Channels::Colour,
         };
         let tone = Tone { range: range.unwrap_or([0.0, 1.0]), ..Tone::default() };
-        ColorMap { channels, is_srgb: layer.format.is_srgb(), tone, palette: Palette::Grey }
+        let bands = match channels {
+            Channels::Grey | Channels::GreyAlpha => [0; 3],
+            Channels::RedGreen => [0, 1, 1],
+            Channels::Colour => [0, 1, 2],
+        };
+        let (is_srgb, palette, nodata) = (layer.format.is_srgb(), Palette::Grey, Nodata::None);
+        ColorMap { channels, bands, nodata, is_srgb, tone, palette }
+    }
+
+    /// With other channels. Those that the layer does not have are 0.
+    pub fn with_bands(self, bands: Bands) -> ColorMap {
+        // Two bits tell which one it is.
+        let band = |band: u8| band.min(3);
+        match bands {
+            Bands::AsStored => self,
+            Bands::One(one) => ColorMap { channels: Channels::Grey, bands: [band(one); 3], ..self },
+            Bands::Color(three) => ColorMap { channels: Channels::Colour, bands: three.map(band), ..self },
+        }
+    }
+
+    /// With a value that stands for none, in what shaders sample.
+    pub fn with_nodata(self, nodata: Nodata) -> ColorMap {
+        ColorMap { nodata, ..self }
+    }
+
+    /// The values that are shown of what is sampled, those of one channel three times; nothing where there is no data.
+    pub fn values_of(&self, sampled: [f32; 4]) -> Option<[f32; 3]> {
+        let values = self.bands.map(|band| sampled[usize::from(band)]);
+        (!values.iter().all(|value| self.nodata.is(*value))).then_some(values)
+    }
+
+    /// What channels mean, which they are, and whether a value stands for none; see surface.wgsl.
+    fn look(&self) -> u32 {
+        let bands = self.bands.map(u32::from);
+        let nodata = match self.nodata {
+            Nodata::None => 0,
+            Nodata::NotANumber => NODATA,
+            Nodata::Value(_) => NODATA | NODATA_VALUE,
+        };
+        self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata
+    }
+
+    /// The value that stands for no data, for shaders; 0 where there is none.
+    pub(crate) fn nodata(&self) -> f32 {
+        self.nodata.number()
     }
 
     /// With another way from values to shades.
@@ -99,9 +154,10 @@ impl ColorMap {
         LayerUniform {
             tone: self.tone.told(),
             opacity,
-            channels: self.channels as u32 + if self.is_srgb { 0 } else { DISPLAY },
+            channels: self.look() + if self.is_srgb { 0 } else { DISPLAY },
             map: self.palette as u32,
             id,
+            nodata: self.nodata(),
             ..LayerUniform::default()
         }
     }
@@ -119,13 +175,16 @@ impl ColorMap {
         [("GREY", Channels::Grey), ("GREY_ALPHA", Channels::GreyAlpha), ("RED_GREEN", Channels::RedGreen)]
             .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))
             .concat()
+            + &format!(
+                "const SCENE_NODATA: u32 = {NODATA}u;\nconst SCENE_NODATA_VALUE: u32 = {NODATA_VALUE}u;\n"
+            )
             + &Palette::wgsl()
     }
 
     /// What pipelines with surface.wgsl are made with, for a target that is given light or else display values.
     pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 3] {
         [
-            ("SCENE_LOOK", f64::from(self.channels as u32)),
+            ("SCENE_LOOK", f64::from(self.look())),
             ("SCENE_DECODES", f64::from(u8::from(takes_light && !self.is_srgb))),
             ("SCENE_ENCODES", f64::from(u8::from(!takes_light && self.is_srgb))),
         ]
@@ -171,7 +230,8 @@ impl ColorMap {
 
     /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format then does.
     pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
-        let shown = [0, 1, 2].map(|channel: usize| self.tone.shade(value[channel]));
+        let is_nodata = self.values_of(value).is_none();
+        let shown = self.bands.map(|band| self.tone.shade(value[usize::from(band)]));
         let grey = match self.palette {
             Palette::Grey => [shown[0]; 3],
             palette => palette.color(shown[0]),
@@ -181,6 +241,7 @@ impl ColorMap {
             std::array::from_fn(|channel| background[channel] * (1.0 - alpha) + colour[channel] * alpha)
         };
         let colour: [f32; 3] = match self.channels {
+            _ if is_nodata => background.truncate().into(),
             Channels::Grey => grey,
             Channels::GreyAlpha => over(grey, value[1]),
             Channels::RedGreen => [shown[0], shown[1], 0.0],
@@ -222,6 +283,20 @@ mod tests {
         assert_eq!(grey.pixel_from_value([0.0, 0.0, 0.0, 1.0], 1.0), [0, 0, 0, 255]);
         let colour = ColorMap::new(&Layer::new("a", LayerFormat::Rgba16Float), Some([0.0, 2.0]));
         assert_eq!(colour.pixel_from_value([1.0, 2.0, 3.0, 1.0], 1.0), [128, 255, 255, 255]);
+    }
+
+    #[test]
+    fn channels_are_exchanged_and_what_is_no_data_is_the_background() {
+        let colour = ColorMap::new(&Layer::new("a", LayerFormat::Rgba16), None);
+        let pixel = |map: ColorMap| map.pixel_from_value([1.0, 0.5, 0.0, 1.0], 1.0);
+        assert_eq!(pixel(colour.with_bands(Bands::Color([2, 1, 0]))), [0, 128, 255, 255]);
+        assert_eq!(pixel(colour.with_bands(Bands::One(1))), [128, 128, 128, 255]);
+        // All channels that are shown have the value, or it is one.
+        assert_eq!(pixel(colour.with_nodata(Nodata::Value(0.5))), [255, 128, 0, 255]);
+        let background = pixel(colour.with_bands(Bands::One(1)).with_nodata(Nodata::Value(0.5)));
+        let expected = super::background(false);
+        let expected = [0, 1, 2].map(|channel: usize| (expected[channel] * 255.0).round() as u8);
+        assert_eq!(background[..3], expected);
     }
 
     #[test]

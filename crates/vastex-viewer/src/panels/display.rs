@@ -5,8 +5,8 @@ use vastex::Layer;
 
 use super::compare::compare_controls;
 use super::shades::shades;
-use crate::inspect::{Histogram, StoredScale};
-use crate::layers::{ColorMap, CompareMode, Curve, MOST_LAYERS, Palette, Tone};
+use crate::inspect::Histogram;
+use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, Palette, StoredScale};
 use crate::surface::LayerOptions;
 
 /// The share of the values in view, in percent, that is left out at each end by the automatic range of the first click.
@@ -167,10 +167,9 @@ impl DisplayPanel {
         histogram: Option<&Histogram>,
     ) {
         let scale = StoredScale::new(layer.format);
-        let color_map = ColorMap::new(layer, options.range).with_palette(options.palette);
-        let tone = Tone { curve: options.curve, gamma: options.gamma, ..color_map.tone() };
+        let color_map = options.color_map(layer);
         let mut range = color_map.tone().range.map(|value| scale.stored(value));
-        let mut is_changed = shades(ui, histogram, scale, &color_map.with_tone(tone), &mut range);
+        let mut is_changed = shades(ui, histogram, scale, &color_map, &mut range);
         ui.horizontal_wrapped(|ui| {
             let speed = ((range[1] - range[0]).abs() / 200.0).max(scale.most().map_or(1e-9, |_| 0.25));
             for (name, value) in ["Black", "White"].into_iter().zip(&mut range) {
@@ -183,7 +182,7 @@ impl DisplayPanel {
             }
             if ui
                 .button("Reset display")
-                .on_hover_text("range, curve, gamma and colour map as at first")
+                .on_hover_text("range, curve, gamma, colour map, bands and no data as at first")
                 .clicked()
             {
                 *options = LayerOptions {
@@ -237,6 +236,8 @@ impl DisplayPanel {
                 }
             });
         }
+        band_controls(ui, layer.format.channels(), &mut options.bands);
+        nodata_controls(ui, scale, &mut options.nodata);
         let read = |value: f64| match scale.most() {
             Some(_) => format!("{value:.0}"),
             None => format!("{value:.5}"),
@@ -252,6 +253,61 @@ impl DisplayPanel {
         };
         ui.label(RichText::new(text).weak());
     }
+}
+
+/// Which of several channels are shown.
+fn band_controls(ui: &mut Ui, channels: usize, bands: &mut Bands) {
+    if channels < 2 {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        let numbers = 0..channels as u8;
+        let chosen = ComboBox::from_label("Bands").selected_text(bands.to_string());
+        chosen.show_ui(ui, |ui| {
+            let others = numbers.clone().map(Bands::One);
+            let colors = (channels > 2).then_some([Bands::Color([0, 1, 2]), Bands::Color([2, 1, 0])]);
+            for choice in [Bands::AsStored].into_iter().chain(others).chain(colors.into_iter().flatten()) {
+                ui.selectable_value(bands, choice, choice.to_string());
+            }
+        });
+        if let Bands::Color(three) = bands {
+            for (name, band) in ["Red", "Green", "Blue"].into_iter().zip(three) {
+                let mut number = *band + 1;
+                let label = ui.label(name);
+                ui.add(DragValue::new(&mut number).range(1..=channels as u8).speed(0.05))
+                    .labelled_by(label.id);
+                *band = number - 1;
+            }
+        }
+    });
+}
+
+/// Which value stands for no data.
+fn nodata_controls(ui: &mut Ui, scale: StoredScale, nodata: &mut Nodata) {
+    ui.horizontal_wrapped(|ui| {
+        let mut is_any = *nodata != Nodata::None;
+        let hint = "what has this value is not drawn, and counts in no range; its texels are not blended with others";
+        if ui.checkbox(&mut is_any, "No data").on_hover_text(hint).changed() {
+            *nodata = if is_any { Nodata::Value(0.0) } else { Nodata::None };
+        }
+        let is_float = scale.most().is_none();
+        if let Nodata::Value(value) = nodata {
+            let most = scale.most().unwrap_or(f64::from(f32::MAX));
+            let least = if is_float { -most } else { 0.0 };
+            let mut drag = DragValue::new(value).range(least..=most).clamp_existing_to_range(false);
+            if !is_float {
+                drag = drag.fixed_decimals(0);
+            }
+            let label = ui.label("is the value");
+            ui.add(drag).labelled_by(label.id);
+        }
+        if is_float && is_any {
+            let is_nan = *nodata == Nodata::NotANumber;
+            if ui.selectable_label(is_nan, "is what is no number").clicked() {
+                *nodata = if is_nan { Nodata::Value(0.0) } else { Nodata::NotANumber };
+            }
+        }
+    });
 }
 
 /// The layers of all textures, of which a person may choose another.

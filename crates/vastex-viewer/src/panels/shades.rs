@@ -2,8 +2,8 @@
 
 use egui::{Color32, CursorIcon, Id, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
-use crate::inspect::{Histogram, StoredScale};
-use crate::layers::ColorMap;
+use crate::inspect::Histogram;
+use crate::layers::{ColorMap, StoredScale};
 
 const HEIGHT: f32 = 90.0;
 const STRIP: f32 = 12.0;

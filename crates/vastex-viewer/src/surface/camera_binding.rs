@@ -23,7 +23,7 @@ struct SceneUniform {
     tone: Vec4,
     picture: [f32; 2],
     map: u32,
-    unused: u32,
+    nodata: f32,
     relief: ReliefUniform,
     ids: [u32; 4],
     fixed: FixedUniform,
@@ -97,6 +97,7 @@ impl CameraBinding {
             tone: color_map.tone().told().into(),
             picture,
             map: color_map.palette() as u32,
+            nodata: color_map.nodata(),
             ids: [all, color, height, self.view],
             places,
             ..Zeroable::zeroed()

@@ -1,10 +1,12 @@
 //! What is asked to be shown of textures: which layers, which range of their values, and how they lie on a surface.
 
-use vastex::{Filter, LayerId, TextureId, Textures};
+use vastex::{Filter, Layer, LayerId, TextureId, Textures};
 
 use super::relief::{Heights, HeightsError, Relief};
 use super::tiling::Tiling;
-use crate::layers::{ColorMap, CompareMode, Curve, Palette, ShownLayer, Tone, UnknownLayer};
+use crate::layers::{
+    Bands, ColorMap, CompareMode, Curve, Nodata, Palette, ShownLayer, StoredScale, Tone, UnknownLayer,
+};
 use crate::scene::Scene;
 use crate::stage::TargetKind;
 
@@ -15,6 +17,10 @@ pub struct LayerOptions {
     pub texture: usize,
     /// Its name; the first where none is named.
     pub name: Option<String>,
+    /// The channels of it that are shown.
+    pub bands: Bands,
+    /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers. What has it is not drawn.
+    pub nodata: Nodata,
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
     /// alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
@@ -28,7 +34,8 @@ pub struct LayerOptions {
     pub opacity: f32,
     /// Whether it is drawn.
     pub is_visible: bool,
-    /// How its texels are blended, where that is another way than the textures' own.
+    /// How its texels are blended. Where nothing is said, as the textures' own are; but not at all where a value stands for no data, which
+    /// would be mixed with what is known.
     pub filter: Option<Filter>,
 }
 
@@ -37,6 +44,8 @@ impl Default for LayerOptions {
         LayerOptions {
             texture: 0,
             name: None,
+            bands: Bands::default(),
+            nodata: Nodata::default(),
             range: None,
             curve: Curve::default(),
             gamma: 1.0,
@@ -49,11 +58,24 @@ impl Default for LayerOptions {
 }
 
 impl LayerOptions {
+    /// How values of a layer become colours.
+    pub fn color_map(&self, layer: &Layer) -> ColorMap {
+        let scale = StoredScale::new(layer.format);
+        let color_map = ColorMap::new(layer, self.range);
+        let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
+        let nodata = self.nodata.map(|stored| scale.sampled(stored).into());
+        color_map.with_tone(tone).with_palette(self.palette).with_bands(self.bands).with_nodata(nodata)
+    }
+
     /// Finds the layer in the textures that are shown together.
-    pub fn shown_of(&self, textures: &Textures, shown: &[TextureId]) -> Result<ShownLayer, UnknownLayer> {
-        let gone = || UnknownLayer { name: self.name.clone().unwrap_or_default(), layers: Vec::new() };
-        let texture = *shown.get(self.texture).ok_or_else(gone)?;
-        let shown = textures.texture(texture).map_err(|_| gone())?;
+    pub fn shown_of(
+        &self,
+        textures: &Textures,
+        shown: &[TextureId],
+    ) -> Result<ShownLayer, LayerOptionsError> {
+        let gone = LayerOptionsError::UnknownTexture { number: self.texture + 1, count: shown.len() };
+        let Some(&texture) = shown.get(self.texture) else { return Err(gone) };
+        let shown = textures.texture(texture).map_err(|_| gone)?;
         let layers = &shown.description().layers;
         let layer = match &self.name {
             None => LayerId::from(texture),
@@ -62,16 +84,47 @@ impl LayerOptions {
                 layers: layers.iter().map(|layer| layer.name.clone()).collect(),
             })?,
         };
-        let color_map = ColorMap::new(&layers[layer.index()], self.range);
-        let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
+        let described = &layers[layer.index()];
+        let channels = described.format.channels();
+        if !self.bands.are_within(channels) {
+            let layer = described.name.clone();
+            return Err(LayerOptionsError::UnknownBands { bands: self.bands, layer, channels });
+        }
+        let unmixed = (self.nodata != Nodata::None).then_some(Filter::Nearest);
         Ok(ShownLayer {
             layer,
-            color_map: color_map.with_tone(tone).with_palette(self.palette),
+            color_map: self.color_map(described),
             opacity: self.opacity,
             is_visible: self.is_visible,
-            filter: self.filter,
+            filter: self.filter.or(unmixed),
         })
     }
+}
+
+/// A layer cannot be shown as it is asked for.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LayerOptionsError {
+    /// No layer has the name.
+    #[error(transparent)]
+    UnknownLayer(#[from] UnknownLayer),
+    /// Fewer textures are shown, or the texture was removed.
+    #[error("there is no texture {number}; {count} are shown")]
+    UnknownTexture {
+        /// Which one, counted from 1.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
+    /// The layer has fewer channels.
+    #[error("there are no bands {bands} in layer {layer:?}, which has {channels} of them")]
+    UnknownBands {
+        /// Those asked for.
+        bands: Bands,
+        /// The layer's name.
+        layer: String,
+        /// How many it has.
+        channels: usize,
+    },
 }
 
 /// What is shown of a texture, or of several that lie over one another, each stretched over the same place.
@@ -112,7 +165,7 @@ impl DisplayOptions {
         &self,
         textures: &Textures,
         shown: &[TextureId],
-    ) -> Result<Vec<ShownLayer>, UnknownLayer> {
+    ) -> Result<Vec<ShownLayer>, LayerOptionsError> {
         if self.layers.is_empty() {
             let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
             return (0..shown.len()).map(|n| first(n).shown_of(textures, shown)).collect();

@@ -16,7 +16,7 @@ pub mod shaders;
 mod tiling;
 
 pub use camera_binding::CameraBinding;
-pub use display_options::{DisplayOptions, LayerOptions};
+pub use display_options::{DisplayOptions, LayerOptions, LayerOptionsError};
 pub use globe_grid::{GlobeGrid, GlobePose};
 pub use mesh::{Mesh, Vertex, surface};
 pub use pipeline::{Corners, PipelineParts};

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use vastex_scenes::{LayerOptions, Pose};
-use vastex_viewer::inspect::{self, Histogram, StoredScale, Thumbnail};
+use vastex_viewer::inspect::{self, Histogram, Thumbnail};
+use vastex_viewer::layers::StoredScale;
 use vastex_viewer::panels::{ImageView, ShownTextures, paint_guides, swipe_line};
 use winit::event::WindowEvent;
 
@@ -160,11 +161,13 @@ impl Viewer {
         if !is_due {
             return;
         }
-        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
+        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
         let sizes = (self.surface.size(), displayed.size);
-        let histogram = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
+        let histogram = shown
+            .as_ref()
+            .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));
         let range = histogram.as_ref().filter(|_| self.panel.display.follows());
-        let range = range.and_then(|values| self.automatic_range(shown?, values));
+        let range = range.and_then(|values| self.automatic_range(shown?.0, values));
         self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
         let unsettled = self.unsettled;
         if let Some(range) = range {
@@ -180,10 +183,12 @@ impl Viewer {
             return;
         };
         let layer = self.panel.display.layer();
-        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| shown.layer);
+        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
         let sizes = (self.surface.size(), displayed.size);
-        let values = shown.and_then(|shown| Histogram::of_view(&self.textures, shown, &pose, sizes));
-        let range = values.and_then(|values| self.automatic_range(shown?, &values));
+        let values = shown
+            .as_ref()
+            .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));
+        let range = values.and_then(|values| self.automatic_range(shown?.0, &values));
         range.into_iter().for_each(|range| self.set_range(layer, range));
     }
 

@@ -197,3 +197,34 @@ fn only_what_has_one_value_takes_a_colour_map() {
         assert_eq!(harness.query_by_label("Colour map").is_some(), takes, "{name}");
     }
 }
+
+#[test]
+fn bands_and_no_data_are_chosen() {
+    let mut harness = harness(&[("color", LayerFormat::Rgba8Srgb)], None);
+    harness.run();
+    assert!(harness.state().shown.is_empty());
+    harness.get_by_label("Bands").click();
+    harness.run();
+    click(&mut harness, "3,2,1");
+    assert_eq!(harness.state().shown[0].bands, Bands::Color([2, 1, 0]));
+    click(&mut harness, "No data");
+    assert_eq!(harness.state().shown[0].nodata, Nodata::Value(0.0));
+    // Only floats may be no number.
+    assert!(harness.query_by_label("is what is no number").is_none());
+    click(&mut harness, "No data");
+    assert_eq!(harness.state().shown[0].nodata, Nodata::None);
+    click(&mut harness, "Reset display");
+    assert_eq!(harness.state().shown, [LayerOptions::default()]);
+}
+
+#[test]
+fn what_is_no_number_is_no_data_of_floats() {
+    let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
+    click(&mut harness, "No data");
+    click(&mut harness, "is what is no number");
+    assert_eq!(harness.state().shown[0].nodata, Nodata::NotANumber);
+    assert!(harness.query_by_label("Bands").is_none(), "it has one");
+    let changes = harness.state().changes;
+    harness.run();
+    assert_eq!(harness.state().changes, changes, "nothing goes on changing");
+}

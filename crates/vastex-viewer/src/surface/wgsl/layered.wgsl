@@ -3,12 +3,13 @@
 struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
-    channels: u32,    // SCENE_GREY and its kin; 1,024 more where the values are display values
+    look: u32,        // as SCENE_LOOK; 1,024 more where the values are display values
     map: u32,         // see palette_color
     id: u32,          // of the texture
     begins: f32,      // the share of the picture's width to the left of which it is not drawn
     difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that
-    unused: vec2<f32>,
+    nodata: f32,      // the value that stands for no data
+    unused: f32,
 }
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
@@ -16,9 +17,9 @@ struct Layered {
 // The light after one more layer, on ground that is so light.
 fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
     let layer = layered[n];
-    let colour = scene_value_color(value, layer.channels & 1023u, layer.tone, layer.map);
+    let colour = scene_value_color(value, layer.look & 1023u, layer.nodata, layer.tone, layer.map);
     let lit = colour.rgb * light;
-    var shown = select(lit, light_from_display(lit), layer.channels >= 1024u);
+    var shown = select(lit, light_from_display(lit), layer.look >= 1024u);
     if layer.difference > 0.0 {
         let apart = abs(display_from_light(shown) - display_from_light(below));
         shown = light_from_display(min(apart * layer.difference, vec3<f32>(1.0)));

@@ -1,7 +1,8 @@
 // A surface with a virtual texture on it: where its corners lie, and how the texture's value becomes a colour.
 // The text after this one is generated: vastex's own, and constants.
 
-// What channels mean, SCENE_GREY and its kin; see layers/mod.rs.
+// What channels mean, in the lowest two bits SCENE_GREY and its kin; then two bits each for the channels that are red, green and blue;
+// then SCENE_NODATA where what is no number stands for no data, and SCENE_NODATA_VALUE where a value does. See layers/mod.rs.
 override SCENE_LOOK: u32;
 // Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
@@ -83,7 +84,7 @@ struct Scene {
     tone: Tone,
     picture: vec2<f32>, // size in pixels
     map: u32,           // the colour map of a single channel; see palette_color
-    unused: u32,
+    nodata: f32,        // the value that stands for no data
     relief: Relief,
     ids: SceneIds,
     fixed: Fixed,
@@ -123,13 +124,32 @@ fn scene_colour(value: vec4<f32>) -> vec4<f32> {
 // The colour of a texture's value, as light or as a display value, as the layer has it: grey, grey with alpha, red and green, or a
 // colour; over the background. Alpha 1 says "covered".
 fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
-    let colour = scene_value_color(value, SCENE_LOOK, scene.tone, scene.map);
+    let colour = scene_value_color(value, SCENE_LOOK, scene.nodata, scene.tone, scene.map);
     return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
 }
 
-// The colour of a value and how much it hides, by what channels mean, how values become shades, and the colour map of a single channel.
-fn scene_value_color(value: vec4<f32>, channels: u32, tone: Tone, map: u32) -> vec4<f32> {
-    var shown = (value.rgb - tone.range.x) * tone.range.y;
+// Whether all values stand for no data: whether each is that value, where there is one, or is no number by its bits, since shaders may
+// compute as if all were numbers.
+fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
+    let magnitudes = bitcast<vec3<u32>>(values) & vec3<u32>(0x7fffffffu);
+    let is_number = magnitudes <= vec3<u32>(0x7f800000u);
+    if (look & SCENE_NODATA_VALUE) == 0u {
+        return !any(is_number);
+    }
+    let is_other = abs(values - nodata) > vec3<f32>(max(abs(nodata), 1.0) * 1e-6);
+    return !any(is_number & is_other);
+}
+
+// The colour of a value and how much it hides, by what channels mean, the value that stands for no data, how values become shades, and the
+// colour map of a single channel.
+fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone, map: u32) -> vec4<f32> {
+    let channels = look & 3u;
+    let bands = vec3<u32>(look >> 2u, look >> 4u, look >> 6u) & vec3<u32>(3u);
+    let values = vec3<f32>(value[bands.x], value[bands.y], value[bands.z]);
+    if (look & SCENE_NODATA) != 0u && scene_is_nodata(values, look, nodata) {
+        return vec4<f32>(0.0);
+    }
+    var shown = (values - tone.range.x) * tone.range.y;
     if tone.curve != TONE_LINEAR {
         shown = log2(max(shown, vec3<f32>(0.0)) * tone.curve + 1.0) / log2(tone.curve + 1.0);
     }

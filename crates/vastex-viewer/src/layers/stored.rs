@@ -2,7 +2,7 @@
 
 use vastex::LayerFormat;
 
-use crate::layers::{linear_from_srgb, srgb_from_linear};
+use super::{linear_from_srgb, srgb_from_linear};
 
 /// How the values that shaders sample of a format go with those that are stored: whole numbers are sampled as 0 to 1, sRGB-encoded ones
 /// as the light that they stand for.

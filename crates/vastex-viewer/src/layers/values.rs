@@ -1,0 +1,159 @@
+//! Which values of a layer are shown: which of its channels, and which value stands for none.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// The largest number of channels that a layer has.
+const MOST_CHANNELS: u8 = 4;
+
+/// Which channels of a layer are shown, counted from 0. As a text they are counted from 1: `2`, or `3,2,1`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bands {
+    /// As the layer's format has them.
+    #[default]
+    AsStored,
+    /// One channel, as grey or in a colour map. Nothing is seen through it.
+    One(u8),
+    /// The channels that are red, green and blue. The fourth channel of a layer stays its alpha.
+    Color([u8; 3]),
+}
+
+impl Bands {
+    /// Whether a layer of so many channels has them.
+    pub fn are_within(self, channels: usize) -> bool {
+        let is_there = |band: u8| usize::from(band) < channels;
+        match self {
+            Bands::AsStored => true,
+            Bands::One(band) => is_there(band),
+            Bands::Color(bands) => bands.into_iter().all(is_there),
+        }
+    }
+}
+
+impl fmt::Display for Bands {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Bands::AsStored => f.write_str("as stored"),
+            Bands::One(band) => write!(f, "{}", band + 1),
+            Bands::Color([red, green, blue]) => write!(f, "{},{},{}", red + 1, green + 1, blue + 1),
+        }
+    }
+}
+
+/// A text names no channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "write one channel, as in bands=2, or those that are red, green and blue, as in bands=3,2,1, counted from 1 to 4"
+)]
+pub struct ParseBandsError;
+
+impl FromStr for Bands {
+    type Err = ParseBandsError;
+
+    fn from_str(text: &str) -> Result<Bands, ParseBandsError> {
+        let band = |word: &str| {
+            let number = word.parse().ok().filter(|number| (1..=MOST_CHANNELS).contains(number));
+            number.map(|number: u8| number - 1).ok_or(ParseBandsError)
+        };
+        match text.split(',').collect::<Vec<_>>()[..] {
+            [one] => Ok(Bands::One(band(one)?)),
+            [red, green, blue] => Ok(Bands::Color([band(red)?, band(green)?, band(blue)?])),
+            _ => Err(ParseBandsError),
+        }
+    }
+}
+
+/// The value that stands for "nothing is known here", where a layer has one. What has it is not drawn, and counts in no histogram.
+///
+/// A texel is without data where all channels that are shown have the value, within a millionth of it (or of 1, if it is smaller), or
+/// are no numbers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Nodata {
+    /// Every value is one.
+    #[default]
+    None,
+    /// What is not a number.
+    NotANumber,
+    /// This value, and what is not a number.
+    Value(f64),
+}
+
+impl Nodata {
+    /// The same, with the value by another scale.
+    #[must_use]
+    pub fn map(self, scale: impl FnOnce(f64) -> f64) -> Nodata {
+        match self {
+            Nodata::Value(value) => Nodata::Value(scale(value)),
+            other => other,
+        }
+    }
+
+    /// Whether a value stands for none. Twin of `scene_is_nodata` in surface.wgsl.
+    pub fn is(self, value: f32) -> bool {
+        match self {
+            Nodata::None => false,
+            Nodata::NotANumber => value.is_nan(),
+            Nodata::Value(_) => {
+                value.is_nan() || (value - self.number()).abs() <= self.number().abs().max(1.0) * 1e-6
+            }
+        }
+    }
+
+    /// The value, for shaders; 0 where there is none.
+    pub(super) fn number(self) -> f32 {
+        match self {
+            Nodata::Value(value) => value as f32,
+            _ => 0.0,
+        }
+    }
+}
+
+/// A text is no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("write the value as it is stored, as in nodata=-9999, or nodata=nan")]
+pub struct ParseNodataError;
+
+impl FromStr for Nodata {
+    type Err = ParseNodataError;
+
+    fn from_str(text: &str) -> Result<Nodata, ParseNodataError> {
+        let value: f64 = text.parse().map_err(|_| ParseNodataError)?;
+        if value.is_nan() {
+            return Ok(Nodata::NotANumber);
+        }
+        // Of a float that is stored, so that shaders can be told.
+        Some(value).filter(|value| (*value as f32).is_finite()).map(Nodata::Value).ok_or(ParseNodataError)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_are_what_their_text_says() {
+        assert_eq!("2".parse(), Ok(Bands::One(1)));
+        assert_eq!("3,2,1".parse(), Ok(Bands::Color([2, 1, 0])));
+        for bad in ["", "0", "5", "1,2", "1,2,3,4", "a", "1, 2,3", "-1"] {
+            assert_eq!(bad.parse::<Bands>(), Err(ParseBandsError), "{bad}");
+        }
+        for text in ["4", "1,1,2"] {
+            assert_eq!(text.parse::<Bands>().unwrap().to_string(), text);
+        }
+        assert!(Bands::Color([2, 1, 0]).are_within(3) && !Bands::Color([2, 1, 3]).are_within(3));
+    }
+
+    #[test]
+    fn a_value_stands_for_none() {
+        assert_eq!("nan".parse(), Ok(Nodata::NotANumber));
+        let least = "-3.4028234663852886e38".parse::<Nodata>().unwrap();
+        assert!(least.is(f32::MIN) && least.is(f32::NAN) && !least.is(0.0));
+        for bad in ["", "inf", "1e40", "none"] {
+            assert_eq!(bad.parse::<Nodata>(), Err(ParseNodataError), "{bad}");
+        }
+        let of_bits = Nodata::Value(32768.0).map(|stored| stored / 65535.0);
+        let is = [32767.0, 32768.0, 32769.0].map(|stored: f32| of_bits.is(stored / 65535.0));
+        assert_eq!(is, [false, true, false]);
+        assert!(!Nodata::None.is(f32::NAN));
+    }
+}
