@@ -8,7 +8,7 @@ use vastex::Filter;
 use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
 use vastex_viewer::{Bands, Curve, LayerOptions, Nodata, Palette};
 
-/// What a layer of a list may be told, as help and errors have it.
+/// What a layer of a list may be told, as errors have it.
 const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
 
 /// Which layers are shown.
@@ -28,7 +28,7 @@ pub(crate) struct ShownArgs {
     /// --filter has it; hidden, to load nothing of it
     #[arg(
         long = "layer",
-        value_name = SHAPE,
+        value_name = "NAME[:SETTING]...",
         value_parser = parse_layer,
         conflicts_with_all = ["layer_shown", "range"]
     )]

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use vastex_viewer::input::CONTROLS;
 
 use super::{MOST_FADE_MS, SceneArgs};
 
-/// What `vastex view` is told.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "\
+/// What the program is called with, for some purposes.
+const EXAMPLES: &str = "\
 Examples:
   vastex view earth.vastex
   vastex view earth.vastex --on globe --pool-mib 256
@@ -16,28 +16,37 @@ Examples:
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
   vastex view scan.jpg --view image:x=12000,y=3400,zoom=40,turn=90
   vastex view before.tif --over after.tif --compare-mode swipe
-  vastex view scan.jpg slides/*.svs
+  vastex view scan.jpg slides/*.svs";
+/// Columns of the text that keys and gestures are told in, and of what stands before it.
+const HELP_COLUMNS: usize = 100;
+const KEY_COLUMNS: usize = 28;
 
-Keys and mouse:
-  drag, a finger move the image, turn the globe, look about on the plane and the terrain; let go in motion, it goes on
-  wheel, + and - zoom, as I and O; two fingers do, too
-  1 to 9         so many pixels a texel; with Ctrl so many texels a pixel
-  double click   back to the first view, as Home, R and 0
-  arrows, WASD   walk
-  T, X, Y        turn an image by a quarter (Shift+T back), exchange left and right, top and bottom
-  F1 to F4, Tab  image, plane, globe, terrain; the next of them
-  G              guides over an image: a map, a scale, lines between large texels with their values
-  V              compare the uppermost layer with those beneath it: swipe, flicker, difference; then not
-  L              the next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again
-  right click    explain the pixel: in the title, and in full on stdout
-  N, P           the next file or the one before, of those named or dropped, else of the folder; as page down and page up
-  dropped files  show the first of them
-  M              the panel: files, and how values become colours
-  K              measure an image: a click sets a point, a double click closes the line, Backspace takes the last one back
-  C              black and white by the values in view
-  ?, H           keys and gestures, in the window
-  F, F11         full screen
-  Esc, Q         quit")]
+/// Examples, and what every key and gesture does.
+fn after_help() -> String {
+    let mut text = EXAMPLES.to_owned();
+    for (part, controls) in CONTROLS {
+        text += &format!("\n\n{part}, in the window:");
+        for (keys, meaning) in *controls {
+            text += &format!("\n  {keys:<0$}", KEY_COLUMNS - 2);
+            let mut column = KEY_COLUMNS;
+            for word in meaning.split(' ') {
+                if column + word.len() > HELP_COLUMNS {
+                    text = format!("{}\n{:KEY_COLUMNS$}", text.trim_end(), "");
+                    column = KEY_COLUMNS;
+                }
+                text += word;
+                text.push(' ');
+                column += word.len() + 1;
+            }
+            text.truncate(text.trim_end().len());
+        }
+    }
+    text
+}
+
+/// What `vastex view` is told.
+#[derive(Debug, ClapArgs)]
+#[command(after_help = after_help())]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,

@@ -30,6 +30,9 @@ pub(super) struct TiffSummary {
     place: Option<Place>,
     #[serde(skip_serializing_if = "Option::is_none")]
     magnification: Option<f64>,
+    /// As text, which tells what is no number, too.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    nodata: Option<String>,
     notices: Vec<String>,
 }
 
@@ -107,6 +110,7 @@ impl TiffSummary {
             pixel_size: about.pixel_size.as_ref().map(pixel),
             place: about.place.as_ref().map(place),
             magnification: about.magnification,
+            nodata: about.nodata.map(|value| value.to_string().to_lowercase()),
             notices: source.notices().iter().map(ToString::to_string).collect(),
         }
     }
@@ -134,6 +138,9 @@ impl TiffSummary {
         }
         if let Some(times) = self.magnification {
             rows.push(("magnified", format!("{times} times")));
+        }
+        if let Some(value) = &self.nodata {
+            rows.push(("no data", format!("{value}; --layer :nodata={value} leaves it out")));
         }
         if let Some(Place { from_texels: [a, b, east, d, e, north], epsg, name }) = &self.place {
             let system = [epsg.map(|code| format!("EPSG:{code}")), name.clone()];

@@ -23,16 +23,16 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
     (
         "Files",
         &[
-            ("N, Page Down", "next file"),
+            ("N, Page Down", "next file, of those named or dropped, else of the folder"),
             ("P, Page Up", "previous file"),
-            ("dropped files", "open the first of them"),
+            ("dropped files", "open the first of them; N and P step through them"),
         ],
     ),
     (
         "Show",
         &[
             ("F1 to F4, Tab", "image, plane, globe, terrain; the next of them"),
-            ("M", "panel: files, and how values become colours"),
+            ("M", "panel: files, where the camera is, bookmarks, measuring, layers and their colours"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("C", "black and white by the values in view"),
             (
@@ -47,7 +47,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("right click", "why a pixel shows what it shows: in the window, and in full on stdout"),
             ("F, F11", "full screen"),
             ("?, H", "keys and gestures"),
-            ("Q, Escape", "close this list, or the program"),
+            ("Q, Escape", "close this list, end measuring, or quit"),
         ],
     ),
 ];

@@ -5,6 +5,9 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use tiff::decoder::{Decoder, DecodingResult};
+use tiff::encoder::TiffEncoder;
+use tiff::encoder::colortype::Gray32Float;
+use tiff::tags::Tag;
 use vastex_build::{BuildOptions, PixelFormat, TiffAbout, build, open as open_rows};
 use vastex_tiles::{Container, TileSource, conformance};
 
@@ -148,6 +151,7 @@ fn sizes_places_and_magnifications_are_told() {
     let texel = ome.about().pixel_size.as_ref().unwrap();
     assert_eq!((texel.size, texel.unit.as_str()), ([0.325; 2], "µm"));
     assert_eq!(ome.about().place, None);
+    assert_eq!(ome.about().nodata, None);
     // The same of a file that nobody opens as a pyramid, and nothing of one that is no TIFF.
     for (name, source) in [("cog-deflate-u16.tif", &cog), ("ome-subifds.ome.tif", &ome)] {
         assert_eq!(TiffAbout::of_file(&fixture(name)).as_ref(), Some(source.about()));
@@ -155,4 +159,17 @@ fn sizes_places_and_magnifications_are_told() {
     assert_eq!(TiffAbout::of_file(&fixture("gone.tif")), None);
     let manifest = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
     assert_eq!(TiffAbout::of_file(std::path::Path::new(manifest)), None);
+}
+
+#[test]
+fn the_value_without_data_is_told() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("heights.tif");
+    for (text, expected) in [("-9999", Some(-9999.0)), (" -3.5e38 ", Some(-3.5e38)), ("none", None)] {
+        let mut encoder = TiffEncoder::new(File::create(&path).unwrap()).unwrap();
+        let mut image = encoder.new_image::<Gray32Float>(4, 2).unwrap();
+        image.encoder().write_tag(Tag::Unknown(42113), text).unwrap();
+        image.write_data(&[-9999.0f32; 8]).unwrap();
+        assert_eq!(TiffAbout::of_file(&path).unwrap().nodata, expected, "{text:?}");
+    }
 }

@@ -20,6 +20,7 @@ const TIEPOINT: u16 = 33922;
 const TRANSFORMATION: u16 = 34264;
 const GEO_KEYS: u16 = 34735;
 const GEO_TEXTS: u16 = 34737;
+const NODATA: u16 = 42113;
 
 /// Bytes of a description that are looked at, and of GeoTIFF's texts.
 const MOST_TEXT: u64 = 1 << 20;
@@ -36,6 +37,8 @@ pub struct TiffAbout {
     pub place: Option<GeoPlace>,
     /// How many times an objective magnified what was scanned.
     pub magnification: Option<f64>,
+    /// The value of texels where nothing is known, as GDAL writes it; it may be no number (NaN).
+    pub nodata: Option<f64>,
 }
 
 impl TiffAbout {
@@ -89,13 +92,19 @@ pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbou
         text if text.contains("<OME") => Kind::Ome,
         _ => Kind::Other,
     };
-    let mut about = TiffAbout::default();
+    let mut about = TiffAbout { nodata: nodata(file, first)?, ..TiffAbout::default() };
     match kind {
         Kind::Aperio => aperio(&description, &mut about),
         Kind::Ome => ome(&description, &mut about),
         Kind::Other => geo(file, first, &mut about)?,
     }
     Ok((kind, about))
+}
+
+/// The value of texels where nothing is known.
+pub(super) fn nodata(file: &TiffFile, directory: &Directory) -> Result<Option<f64>, InputFault> {
+    let text = directory.text(file, NODATA, 64)?;
+    Ok(text.and_then(|text| text.trim().parse().ok()))
 }
 
 /// The words of the description of an image.

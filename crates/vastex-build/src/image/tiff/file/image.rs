@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::entry::{Directory, Entry};
-use super::{TiffFile, codecs, damaged};
+use super::{TiffFile, about, codecs, damaged};
 use crate::image::{ImageHeader, InputFault, Number, PixelFormat};
 
 /// Tags.
@@ -28,7 +28,6 @@ const EXTRA_SAMPLES: u16 = 338;
 const SAMPLE_FORMAT: u16 = 339;
 const JPEG_TABLES: u16 = 347;
 const ICC_PROFILE: u16 = 34675;
-const NODATA: u16 = 42113;
 
 /// Values of PhotometricInterpretation.
 pub(super) const WHITE_IS_ZERO: u64 = 0;
@@ -129,7 +128,6 @@ impl TiffImage {
         };
         let offsets = directory.entry(offsets).ok_or_else(|| damaged(&place, "it has no strips or tiles"))?;
         let tables = directory.raw(file, JPEG_TABLES, MOST_TABLE_BYTES)?.unwrap_or_default();
-        let nodata = directory.text(file, NODATA, 64)?;
         let image = TiffImage {
             file: file.clone(),
             size,
@@ -149,7 +147,7 @@ impl TiffImage {
             offsets: *offsets,
             lengths: directory.entry(lengths).copied(),
             tables: tables.into(),
-            nodata: nodata.and_then(|text| text.trim().parse().ok()),
+            nodata: about::nodata(file, directory)?,
             profile: directory.raw(file, ICC_PROFILE, MOST_PROFILE_BYTES)?.map(Into::into),
             place,
         };
