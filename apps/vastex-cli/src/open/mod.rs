@@ -184,12 +184,14 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     }
 }
 
-/// How large texels of a file are in the world, where the file says so: TIFF of maps and slides.
+/// How large texels of a file are in the world, and how many times they were magnified, where the file says so: TIFF of maps and slides.
 #[cfg(all(feature = "build", feature = "view"))]
 pub(crate) fn texel_size(path: &Path) -> Option<vastex_viewer::panels::TexelSize> {
-    let pixel = vastex_build::TiffAbout::of_file(path)?.pixel_size?;
+    let about = vastex_build::TiffAbout::of_file(path)?;
     // A unit that the file does not name says less than texels do.
-    vastex_viewer::panels::TexelSize::new(pixel.size, &pixel.unit).filter(|_| pixel.unit != "unit")
+    let pixel = about.pixel_size.filter(|pixel| pixel.unit != "unit")?;
+    let size = vastex_viewer::panels::TexelSize::new(pixel.size, &pixel.unit)?;
+    Some(size.with_magnification(about.magnification))
 }
 
 /// Without the readers of `vastex build` nothing is known of it.

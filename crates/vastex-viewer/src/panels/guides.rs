@@ -150,7 +150,7 @@ fn paint_values(painter: &Painter, middle: Pos2, side: f32, texel: &InspectedTex
     painter.galley(place, galley, Color32::WHITE);
 }
 
-/// How long a level bar is: in the world where the size of a texel is known, else in texels.
+/// How long a level bar is: in the world where the size of a texel is known, else in texels; and how many times all is magnified.
 fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: Option<&TexelSize>) {
     let texels_a_point = placed.pixels_per_point / placed.image_placement.scale;
     // Texels need not be as high as they are wide.
@@ -168,8 +168,12 @@ fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: O
             })
         }
     };
-    let Some((length, text)) = bar else { return };
+    let Some((length, mut text)) = bar else { return };
     let length = length as f32;
+    let magnified = texel_size.and_then(|size| size.magnified(placed.image_placement.scale));
+    if let Some(magnified) = magnified {
+        text += &format!("   {magnified}");
+    }
     // No room for it beside anything else.
     if free.width() < length + 2.0 * MARGIN || free.height() < 80.0 {
         return;

@@ -30,6 +30,8 @@ pub struct TexelSize {
     size: DVec2,
     /// Where that is no unit of length: degrees, or something else.
     unit: Option<String>,
+    /// Of an objective through which the image was taken.
+    magnification: Option<f64>,
 }
 
 impl TexelSize {
@@ -43,7 +45,23 @@ impl TexelSize {
         let metres = METRES.iter().find(|(name, _)| *name == unit).map(|(_, metres)| *metres);
         let unit =
             metres.is_none().then(|| if unit == "degree" { "°".to_owned() } else { format!(" {unit}") });
-        Some(TexelSize { size: DVec2::from(size) * metres.unwrap_or(1.0), unit })
+        Some(TexelSize { size: DVec2::from(size) * metres.unwrap_or(1.0), unit, magnification: None })
+    }
+
+    /// The same of an image that was taken through an objective that magnifies so many times: what is seen of it is told beside the scale
+    /// bar, as slide viewers tell it, where a pixel of the screen counts as one of the camera.
+    #[must_use]
+    pub fn with_magnification(self, magnification: Option<f64>) -> TexelSize {
+        TexelSize { magnification, ..self }
+    }
+
+    /// How many times an image is magnified whose texels are so many pixels wide, to three digits.
+    pub(super) fn magnified(&self, scale: f64) -> Option<String> {
+        let times = self.magnification? * scale;
+        let decimals = (2 - times.abs().max(1e-3).log10().floor() as i32).clamp(0, 6) as usize;
+        let text = format!("{times:.decimals$}");
+        let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+        Some(format!("{text}×"))
     }
 
     /// How long a step of so many texels is, in [`TexelSize::round`]'s numbers.
@@ -166,6 +184,18 @@ mod tests {
         }
         for most in [f64::INFINITY, f64::NAN, 0.0, -1.0] {
             assert_eq!(round_length(most), None);
+        }
+    }
+
+    #[test]
+    fn magnifications_are_told() {
+        let slide = TexelSize::new([0.499; 2], "µm").unwrap();
+        assert_eq!(slide.magnified(1.0), None);
+        let slide = slide.with_magnification(Some(20.0));
+        for (scale, text) in
+            [(1.0, "20×"), (0.03125, "0.625×"), (0.4567, "9.13×"), (10.0, "200×"), (64.0, "1280×")]
+        {
+            assert_eq!(slide.magnified(scale).as_deref(), Some(text), "{scale}");
         }
     }
 }
