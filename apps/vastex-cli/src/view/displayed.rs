@@ -149,7 +149,8 @@ impl Displayed {
             |layers: &[ShownLayer]| matches!(layers, [layer] if layer.is_visible && layer.opacity >= 1.0);
         let shown: Vec<ShownLayer> = layers.iter().copied().collect();
         let is_alike = |(shown, asked): (&ShownLayer, &ShownLayer)| {
-            (shown.layer, shown.filter) == (asked.layer, asked.filter)
+            let is_same = (shown.layer, shown.filter) == (asked.layer, asked.filter);
+            is_same && shown.color_map.shares_pipelines(&asked.color_map)
         };
         let is_same_list = shown.len() == asked.len() && shown.iter().zip(&asked).all(is_alike);
         if !is_same_list || is_single(&shown) != is_single(&asked) {

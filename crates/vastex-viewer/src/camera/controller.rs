@@ -208,7 +208,7 @@ mod tests {
             camera.magnify(2.0, point, view, image);
             let corner = texel(&camera, DVec2::ZERO) * 2.0;
             let is_on_pixels = (corner - corner.round()).abs().max_element() < 1e-6;
-            assert_eq!(is_on_pixels, camera.pose().orientation().is_square(), "{corner}");
+            assert_eq!(is_on_pixels, camera.pose().orientation().is_axis_aligned(), "{corner}");
         }
         let mut globe = Controller::new(Pose::first(crate::scene::Scene::Globe));
         globe.apply(Move::Turn(90.0), aspects);

@@ -45,7 +45,7 @@ impl Orientation {
     }
 
     /// Whether rows and columns of the image are those of the picture, or the other way round.
-    pub fn is_square(self) -> bool {
+    pub fn is_axis_aligned(self) -> bool {
         self.degrees % 90.0 == 0.0
     }
 

@@ -40,13 +40,13 @@ impl ImagePlacement {
         [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)].map(|pixel| self.texel(pixel))
     }
 
-    /// The least and the most of these along columns and rows.
+    /// The least and the largest column and row of the image that [`ImagePlacement::corners`] of a part of the picture lie at, in texels.
     pub fn bounds(&self, low: DVec2, high: DVec2) -> [DVec2; 2] {
         let corners = self.corners(low, high);
         [corners.into_iter().fold(corners[0], DVec2::min), corners.into_iter().fold(corners[0], DVec2::max)]
     }
 
-    /// The whole picture's bounds.
+    /// [`ImagePlacement::bounds`] of the whole picture.
     pub fn seen(&self) -> [DVec2; 2] {
         self.bounds(DVec2::ZERO, 2.0 * self.middle)
     }

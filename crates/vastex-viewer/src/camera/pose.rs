@@ -158,7 +158,7 @@ impl Pose {
         else {
             return self;
         };
-        if !orientation.is_square() {
+        if !orientation.is_axis_aligned() {
             return self;
         }
         let picture = orientation.extent(DVec2::from(picture.map(f64::from)));

@@ -6,18 +6,18 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// How the uppermost layer that is seen lies over those beneath it, by default as its opacity says and no more. Without effect where
-/// fewer than two layers are seen.
+/// How the uppermost layer that is seen is compared with those beneath it; by default not at all. Without effect where fewer than two
+/// layers are seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CompareMode {
-    /// It is seen everywhere.
+    /// The layer is seen everywhere.
     #[default]
     Off,
-    /// It is seen to the right of a line from top to bottom, at this share of the picture's width from the left, 0 to 1.
+    /// The layer is seen to the right of a line from top to bottom, at this share of the picture's width from the left, 0 to 1.
     Swipe(f32),
-    /// It comes and goes, and is seen for this time in seconds as for the same it is not, 0.05 to 60. Pages of all layers are loaded.
+    /// The layer is seen for this time in seconds, 0.05 to 60, then for the same time it is not. Pages of all layers are loaded.
     Flicker(f32),
-    /// How far its colours are from those beneath, in display values (sRGB-encoded), so many times as large, 0.01 to 1000: black where they
+    /// How far the layer's colours are from those beneath, in display values (sRGB-encoded), so many times as large, 0.01 to 1000: black where they
     /// are equal.
     Difference(f32),
 }
@@ -87,29 +87,30 @@ impl fmt::Display for CompareMode {
     }
 }
 
-/// A text names no way of comparing layers.
+/// A text names no way of comparing layers, or its number is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "write off, swipe[:AT] with a share of the width from 0 to 1, flicker[:SECONDS] with 0.05 to 60, or difference[:TIMES] with 0.01 \
      to 1000"
 )]
-pub struct NoCompareMode;
+pub struct ParseCompareModeError;
 
 impl FromStr for CompareMode {
-    type Err = NoCompareMode;
+    type Err = ParseCompareModeError;
 
-    fn from_str(text: &str) -> Result<CompareMode, NoCompareMode> {
+    fn from_str(text: &str) -> Result<CompareMode, ParseCompareModeError> {
         let (name, number) = text.split_once(':').map_or((text, None), |(name, number)| (name, Some(number)));
-        let kind = CompareMode::ALL.into_iter().find(|mode| mode.name() == name).ok_or(NoCompareMode)?;
+        let kind =
+            CompareMode::ALL.into_iter().find(|mode| mode.name() == name).ok_or(ParseCompareModeError)?;
         let Some(number) = number else { return Ok(kind) };
-        let number: f32 = number.parse().map_err(|_| NoCompareMode)?;
+        let number: f32 = number.parse().map_err(|_| ParseCompareModeError)?;
         let (mode, range) = match kind {
-            CompareMode::Off => return Err(NoCompareMode),
+            CompareMode::Off => return Err(ParseCompareModeError),
             CompareMode::Swipe(_) => (CompareMode::Swipe(number), 0.0..=1.0),
             CompareMode::Flicker(_) => (CompareMode::Flicker(number), 0.05..=60.0),
             CompareMode::Difference(_) => (CompareMode::Difference(number), 0.01..=1000.0),
         };
-        range.contains(&number).then_some(mode).ok_or(NoCompareMode)
+        range.contains(&number).then_some(mode).ok_or(ParseCompareModeError)
     }
 }
 
@@ -136,7 +137,7 @@ mod tests {
             "difference:-1",
             "difference:x",
         ] {
-            assert_eq!(bad.parse::<CompareMode>(), Err(NoCompareMode), "{bad}");
+            assert_eq!(bad.parse::<CompareMode>(), Err(ParseCompareModeError), "{bad}");
         }
         assert_eq!(CompareMode::Difference(9.0).next(), CompareMode::Off);
     }

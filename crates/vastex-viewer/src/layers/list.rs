@@ -122,14 +122,13 @@ impl Layers {
 
     /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows it, after
     /// [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead, since its text or its pipelines are
-    /// others: where the filter is another, and where the list becomes a single opaque layer or ceases to be one. Nothing changes where
+    /// others: where the filter is another, where colour maps do not share them ([`ColorMap::shares_pipelines`]), and where the list becomes a single opaque layer or ceases to be one. Nothing changes where
     /// there is no such layer.
     pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
         let Some(place) = self.layers.get_mut(n) else { return Ok(false) };
         let before = std::mem::replace(place, ShownLayer { layer: place.layer, ..shown });
         let is_changed = *place != before;
-        let constants = |shown: &ShownLayer| shown.color_map.constants(true);
-        let is_other = before.filter != place.filter || constants(&before) != constants(place);
+        let is_other = before.filter != place.filter || !before.color_map.shares_pipelines(&place.color_map);
         if !is_changed {
             return Ok(false);
         }

@@ -12,7 +12,7 @@ mod values;
 use glam::Vec4;
 use vastex::Layer;
 
-pub use compare::{CompareMode, NoCompareMode};
+pub use compare::{CompareMode, ParseCompareModeError};
 pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
 pub use palette::Palette;
 pub use stored::StoredScale;
@@ -127,6 +127,12 @@ impl ColorMap {
             Nodata::Value(_) => NODATA | NODATA_VALUE,
         };
         self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata
+    }
+
+    /// Whether what is made to draw one draws the other, too: both are of the same channels in the same meaning, and of both or of neither
+    /// a value stands for no data.
+    pub fn shares_pipelines(&self, other: &ColorMap) -> bool {
+        self.constants(true) == other.constants(true)
     }
 
     /// The value that stands for no data, for shaders; 0 where there is none.
@@ -291,6 +297,9 @@ mod tests {
         let pixel = |map: ColorMap| map.pixel_from_value([1.0, 0.5, 0.0, 1.0], 1.0);
         assert_eq!(pixel(colour.with_bands(Bands::Color([2, 1, 0]))), [0, 128, 255, 255]);
         assert_eq!(pixel(colour.with_bands(Bands::One(1))), [128, 128, 128, 255]);
+        assert!(!colour.shares_pipelines(&colour.with_bands(Bands::One(1))));
+        let of_value = |value| colour.with_nodata(Nodata::Value(value));
+        assert!(of_value(1.0).shares_pipelines(&of_value(2.0)) && !of_value(1.0).shares_pipelines(&colour));
         // All channels that are shown have the value, or it is one.
         assert_eq!(pixel(colour.with_nodata(Nodata::Value(0.5))), [255, 128, 0, 255]);
         let background = pixel(colour.with_bands(Bands::One(1)).with_nodata(Nodata::Value(0.5)));
