@@ -260,24 +260,22 @@ fn band_controls(ui: &mut Ui, channels: usize, bands: &mut Bands) {
     if channels < 2 {
         return;
     }
-    ui.horizontal_wrapped(|ui| {
-        let numbers = 0..channels as u8;
-        let chosen = ComboBox::from_label("Bands").selected_text(bands.to_string());
-        chosen.show_ui(ui, |ui| {
-            let others = numbers.clone().map(Bands::One);
-            let colors = (channels > 2).then_some([Bands::Color([0, 1, 2]), Bands::Color([2, 1, 0])]);
-            for choice in [Bands::AsStored].into_iter().chain(others).chain(colors.into_iter().flatten()) {
-                ui.selectable_value(bands, choice, choice.to_string());
-            }
-        });
-        if let Bands::Color(three) = bands {
-            for (name, band) in ["Red", "Green", "Blue"].into_iter().zip(three) {
-                let mut number = *band + 1;
-                let label = ui.label(name);
-                ui.add(DragValue::new(&mut number).range(1..=channels as u8).speed(0.05))
-                    .labelled_by(label.id);
-                *band = number - 1;
-            }
+    let numbers = 0..channels as u8;
+    let chosen = ComboBox::from_label("Bands").selected_text(bands.to_string());
+    chosen.show_ui(ui, |ui| {
+        let others = numbers.clone().map(Bands::One);
+        let colors = (channels > 2).then_some([Bands::Color([0, 1, 2]), Bands::Color([2, 1, 0])]);
+        for choice in [Bands::AsStored].into_iter().chain(others).chain(colors.into_iter().flatten()) {
+            ui.selectable_value(bands, choice, choice.to_string());
+        }
+    });
+    let Bands::Color(three) = bands else { return };
+    ui.horizontal(|ui| {
+        for (name, band) in ["Red", "Green", "Blue"].into_iter().zip(three) {
+            let mut number = *band + 1;
+            let label = ui.label(name);
+            ui.add(DragValue::new(&mut number).range(1..=channels as u8).speed(0.05)).labelled_by(label.id);
+            *band = number - 1;
         }
     });
 }

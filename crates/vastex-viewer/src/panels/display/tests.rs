@@ -228,3 +228,19 @@ fn what_is_no_number_is_no_data_of_floats() {
     harness.run();
     assert_eq!(harness.state().changes, changes, "nothing goes on changing");
 }
+
+/// A slider brings a number into its range, so each has every number that a mode may have.
+#[test]
+fn a_panel_that_is_opened_changes_no_mode() {
+    for text in ["swipe:0", "swipe:1", "flicker:0.05", "flicker:60", "difference:0.01", "difference:1000"] {
+        let layers = [("a", LayerFormat::Rgba8Srgb), ("b", LayerFormat::R16)];
+        let mut harness = harness(&layers, None);
+        let mode: CompareMode = text.parse().unwrap();
+        let shown = |name: &str| LayerOptions { name: Some(name.to_owned()), ..LayerOptions::default() };
+        harness.state_mut().shown = vec![shown("a"), shown("b")];
+        harness.state_mut().compare_mode = mode;
+        let changes = harness.state().changes;
+        harness.run();
+        assert_eq!((harness.state().compare_mode, harness.state().changes), (mode, changes), "{text}");
+    }
+}
