@@ -45,7 +45,7 @@ pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
     GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
-    Sample, TiffAbout, TiffOther, in_srgb, open, open_reduced,
+    Sample, TiffAbout, TiffOther, image_in_file, in_srgb, open, open_reduced,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::Result;
 use serde::Serialize;
 use vastex::TileSource;
-use vastex_build::{GeoPlace, InputFault, PixelSize, SourceError, TiffLevel, TiffSource};
+use vastex_build::{GeoPlace, InputFault, PixelSize, SourceError, TiffLevel, TiffSource, image_in_file};
 
 /// What `--json` prints of a TIFF pyramid.
 #[derive(Serialize)]
@@ -48,6 +48,8 @@ struct StoredLevel {
 #[derive(Serialize)]
 struct Image {
     role: &'static str,
+    /// What stands after the file's path and a colon to open it.
+    name: String,
     size: [u64; 2],
 }
 
@@ -71,7 +73,7 @@ struct Place {
 
 /// What there is to say of a TIFF file; nothing where `path` is something else.
 pub(super) fn of(path: &Path) -> Result<Option<(TiffSource, TiffSummary)>> {
-    if !path.is_file() {
+    if !path.is_file() && image_in_file(path).is_none() {
         return Ok(None);
     }
     match TiffSource::open(path) {
@@ -106,7 +108,11 @@ impl TiffSummary {
             page: geometry.page()[0],
             levels: geometry.levels().len(),
             stored_levels: source.levels().into_iter().map(stored).collect(),
-            other_images: source.others().iter().map(|o| Image { role: o.role, size: o.size }).collect(),
+            other_images: source
+                .others()
+                .iter()
+                .map(|o| Image { role: o.role, name: o.name.clone(), size: o.size })
+                .collect(),
             pixel_size: about.pixel_size.as_ref().map(pixel),
             place: about.place.as_ref().map(place),
             magnification: about.magnification,
@@ -127,10 +133,11 @@ impl TiffSummary {
             ("", format!("level {level}: {w} x {h} texels, tiles of {tile_w} x {tile_h}, {compression}"))
         }));
         rows.push(("shown as", format!("{format}, in pages of {page} texels")));
-        let others = self.other_images.iter().map(|Image { role, size: [w, h] }| format!("{role} {w} x {h}"));
+        let others =
+            self.other_images.iter().map(|Image { name, size: [w, h], .. }| format!("{name} {w} x {h}"));
         let others: Vec<_> = others.collect();
         if !others.is_empty() {
-            rows.push(("other images", others.join(", ")));
+            rows.push(("other images", format!("{}; FILE:NAME opens one", others.join(", "))));
         }
         if let Some(Pixel { size: [w, h], unit }) = &self.pixel_size {
             let size = if w == h { format!("{w} {unit}") } else { format!("{w} x {h} {unit}") };

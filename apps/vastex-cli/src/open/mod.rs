@@ -2,8 +2,10 @@
 //! planets, behind a disk cache if one is asked for.
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
-//! `observer`.
+//! `observer`, and what files say beside their texels in `about`.
 
+#[cfg(feature = "view")]
+mod about;
 #[cfg(feature = "build")]
 pub(crate) mod image;
 mod observer;
@@ -21,6 +23,8 @@ use vastex_tiles::{Container, DirectStore, DiskTier};
 
 use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
+#[cfg(feature = "view")]
+pub(crate) use about::FileAbout;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
 
@@ -102,6 +106,9 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
     if source.is_dir() {
         return Ok(Lies::Other);
     }
+    if is_image_in_file(source) {
+        return Ok(Lies::Other);
+    }
     if !source.is_file() {
         return Ok(Lies::Container);
     }
@@ -109,6 +116,26 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
     let read = std::fs::File::open(source).and_then(|file| file.take(4).read_to_end(&mut start));
     read.with_context(|| format!("{}: cannot be read", source.display()))?;
     Ok(if start.starts_with(CONTAINER) || start.is_empty() { Lies::Container } else { Lies::Other })
+}
+
+/// Whether a path means another image of a file, as `slide.svs:label` does.
+#[cfg(feature = "build")]
+fn is_image_in_file(path: &Path) -> bool {
+    vastex_build::image_in_file(path).is_some()
+}
+
+/// Without the readers of `vastex build` no file has other images.
+#[cfg(not(feature = "build"))]
+fn is_image_in_file(_: &Path) -> bool {
+    false
+}
+
+/// The file that the words of a source mean: another image of one lies in it.
+#[cfg(feature = "view")]
+pub(crate) fn file_of(source: &Path) -> &Path {
+    #[cfg(feature = "build")]
+    let source = vastex_build::image_in_file(source).map_or(source, |(file, _)| file);
+    source
 }
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one or of a TIFF
@@ -182,22 +209,6 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
         Err(error) if is_none(&error) => Ok(None),
         Err(error) => Err(error.into()),
     }
-}
-
-/// How large texels of a file are in the world, and how many times they were magnified, where the file says so: TIFF of maps and slides.
-#[cfg(all(feature = "build", feature = "view"))]
-pub(crate) fn texel_size(path: &Path) -> Option<vastex_viewer::panels::TexelSize> {
-    let about = vastex_build::TiffAbout::of_file(path)?;
-    // A unit that the file does not name says less than texels do.
-    let pixel = about.pixel_size.filter(|pixel| pixel.unit != "unit")?;
-    let size = vastex_viewer::panels::TexelSize::new(pixel.size, &pixel.unit)?;
-    Some(size.with_magnification(about.magnification))
-}
-
-/// Without the readers of `vastex build` nothing is known of it.
-#[cfg(all(not(feature = "build"), feature = "view"))]
-pub(crate) fn texel_size(_: &Path) -> Option<vastex_viewer::panels::TexelSize> {
-    None
 }
 
 /// Without the readers of `vastex build` nothing of others can be read.

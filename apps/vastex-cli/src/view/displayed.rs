@@ -10,10 +10,10 @@ use vastex_scenes::{
     ShownLayer,
 };
 use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::TexelSize;
 
 use super::opening::{Growth, PreparedSource};
 use super::surface::{Surface, SurfaceFormat};
+use crate::open::FileAbout;
 
 /// What all sources are shown with.
 #[derive(Clone, Debug)]
@@ -43,8 +43,8 @@ pub(super) struct Displayed {
     /// Columns and rows of the image, and those that the texture has of it.
     pub(super) size: [u32; 2],
     pub(super) texels: [u32; 2],
-    /// How large a texel of the image is in the world, if that is known.
-    pub(super) texel_size: Option<TexelSize>,
+    /// What its file says beside its texels.
+    pub(super) about: FileAbout,
     /// What the surface of the window has to be for it.
     pub(super) format: SurfaceFormat,
     /// The heights of the texture, once a scene has needed them.
@@ -68,7 +68,7 @@ impl Displayed {
         may_be_image: bool,
         (name, source): (&str, PreparedSource),
     ) -> Result<Displayed> {
-        let PreparedSource { prepared, size, texel_size, growth } = source;
+        let PreparedSource { prepared, size, about, growth } = source;
         let texture = textures.add(prepared).map_err(|refused| refused.error)?;
         let mut made = Displayed::of_texture(gpu, textures, surface, settings, texture);
         if made.is_err() && may_be_image && settings.scene != Scene::Image {
@@ -92,7 +92,7 @@ impl Displayed {
             name: name.to_owned(),
             size,
             texels: [width, height],
-            texel_size,
+            about,
             format,
             relief,
             is_crisp: false,

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::open;
+
 /// Endings of the files of a folder that are stepped through. Any file can be named.
 const ENDINGS: [&str; 11] = ["vastex", "jpg", "jpeg", "png", "tif", "tiff", "svs", "tx", "exr", "dzi", "ctx"];
 /// Files that are dropped within this time are dropped together.
@@ -46,7 +48,9 @@ impl Files {
     /// Goes so many files on, round from the last to the first. Says whether that is another one.
     pub(super) fn step(&mut self, step: i32) -> bool {
         if let [single] = &self.files[..] {
-            let Some((folder, current)) = folder_of(single) else { return false };
+            // Beside an image in a file is what lies beside the file.
+            let file = open::file_of(single);
+            let Some((folder, current)) = folder_of(file) else { return false };
             (self.files, self.current) = (folder, current);
         }
         let before = self.current;

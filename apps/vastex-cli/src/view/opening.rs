@@ -18,10 +18,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 use vastex::{Prepared, Preparer, TextureSettings, TileSource};
-use vastex_viewer::panels::TexelSize;
 
 use crate::args::ViewArgs;
-use crate::open::{self, OpenObserver};
+use crate::open::{self, FileAbout, OpenObserver};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -52,8 +51,8 @@ pub(super) struct PreparedSource {
     pub(super) prepared: Prepared,
     /// Columns and rows of the image, of which the source may have fewer.
     pub(super) size: [u32; 2],
-    /// How large its texels are in the world, if that is known.
-    pub(super) texel_size: Option<TexelSize>,
+    /// What its file says beside its texels.
+    pub(super) about: FileAbout,
     pub(super) growth: Growth,
 }
 
@@ -95,7 +94,7 @@ impl Openings {
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
         let mut reporter = Reporter {
-            texel_size: None,
+            about: FileAbout::default(),
             send: Box::new(move |event| send(Report { opening: number, event })),
             preparer,
             has_previews,
@@ -106,7 +105,7 @@ impl Openings {
         let to_open = path.to_owned();
         let open = move || {
             let opened = catch_unwind(AssertUnwindSafe(|| {
-                reporter.texel_size = open::texel_size(&to_open);
+                reporter.about = FileAbout::of(&to_open);
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {
@@ -176,7 +175,7 @@ fn text_of(panic: &(dyn Any + Send)) -> &str {
 struct Reporter {
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
-    texel_size: Option<TexelSize>,
+    about: FileAbout,
     has_previews: bool,
     is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
@@ -194,7 +193,7 @@ impl Reporter {
 
     fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {
         let prepared = self.preparer.read_blocking(tiles, TextureSettings::default())?;
-        Ok(PreparedSource { prepared, size, texel_size: self.texel_size.clone(), growth })
+        Ok(PreparedSource { prepared, size, about: self.about.clone(), growth })
     }
 }
 

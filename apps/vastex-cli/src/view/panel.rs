@@ -46,6 +46,8 @@ pub(super) struct Told<'a> {
     pub(super) position: (Pose, [u32; 2]),
     /// How large its texels are in the world, if that is known.
     pub(super) texel_size: Option<&'a TexelSize>,
+    /// The images of its file, if there are several; each with its name and the path that opens it.
+    pub(super) images: &'a [(String, PathBuf)],
     /// What is displayed, if anything is.
     pub(super) texture: Option<ShownTextures<'a>>,
 }
@@ -118,6 +120,7 @@ impl Panel {
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     self.files(ui, told.texture.is_some(), &mut asked);
+                    images_of_file(ui, told.images, &mut asked);
                     ui.separator();
                     places(ui, told.scene, &mut asked);
                     if told.texture.is_some() {
@@ -217,6 +220,21 @@ impl Panel {
             });
         }
     }
+}
+
+/// The images of the file that is displayed, to be opened in its place: the labels of slides, and other pages.
+fn images_of_file(ui: &mut Ui, images: &[(String, PathBuf)], asked: &mut Vec<Asked>) {
+    if images.is_empty() {
+        return;
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Images");
+        for (name, path) in images {
+            if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
+                asked.push(Asked::Open(path.clone()));
+            }
+        }
+    });
 }
 
 /// What the texture lies on.

@@ -38,6 +38,23 @@ fn pyramids_are_described_and_drawn_without_a_build() {
 }
 
 #[test]
+fn other_images_of_a_file_are_opened_by_their_names() {
+    let sandbox = Sandbox::new();
+    copy(&sandbox, "slide-jpeg.svs");
+    let label = sandbox.run(&["info", "slide-jpeg.svs:label", "--json"]).expect_code(0).json();
+    assert_eq!(label["size"], serde_json::json!([17, 15]));
+    sandbox.run(&["render", "slide-jpeg.svs:macro", "--size", "42x24", "-o", "a.png"]).expect_code(0);
+    let crop = ["crop", "slide-jpeg.svs:label", "--at", "1,2", "--size", "16x13", "-o", "a.tif"];
+    sandbox.run(&crop).expect_code(0);
+    for command in
+        [&["info", "slide-jpeg.svs:labels"][..], &["render", "slide-jpeg.svs:labels", "-o", "b.png"]]
+    {
+        let ended = sandbox.run(command).expect_code(1);
+        assert!(ended.stderr.contains("the others are thumbnail, label, macro"), "{ended}");
+    }
+}
+
+#[test]
 fn a_region_is_written_as_it_is_stored_or_not_at_all() {
     let sandbox = Sandbox::with_container();
     copy(&sandbox, "cog-zstd-f32.tif");

@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use vastex_tiles::TileSource;
 
-use crate::image::tiff::file::pyramid::TiffPyramid;
+use crate::image::tiff::file::pyramid::{TiffPyramid, image_in_file};
 use crate::image::{InputFault, Number};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, SourceError};
@@ -136,8 +136,11 @@ impl CropSource {
     /// have the channels that all of its tiles fit into.
     pub fn open(path: &Path, level: u32) -> Result<CropSource, CropError> {
         let at_path = |fault| CropError::Input { path: path.into(), fault };
-        let found = std::fs::metadata(path).map_err(|error| at_path(error.into()))?;
-        let pyramid = if found.is_file() { TiffPyramid::open(path).map_err(at_path)? } else { None };
+        let is_file = match image_in_file(path) {
+            Some(_) => true,
+            None => std::fs::metadata(path).map_err(|error| at_path(error.into()))?.is_file(),
+        };
+        let pyramid = if is_file { TiffPyramid::open(path).map_err(at_path)? } else { None };
         let stored: Box<dyn Stored> = match pyramid {
             Some(pyramid) => Box::new(of_tiff::OfTiff::new(path, pyramid, level)?),
             None => match DirectorySource::open(path) {

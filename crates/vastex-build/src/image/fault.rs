@@ -87,6 +87,14 @@ pub enum InputFault {
         /// What to do.
         remedy: &'static str,
     },
+    /// None of the other images of a file has the name by which one is asked for.
+    #[error("has no image '{name}' beside its first one; {}", list(.names))]
+    NoImage {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        names: Vec<String>,
+    },
     /// It says that it has no rows or no columns.
     #[error("says that it has {width}x{height} texels; an image needs at least one")]
     NoTexels {
@@ -125,4 +133,12 @@ fn unreadable(error: &io::Error) -> String {
 fn is_too_many_open(error: &io::Error) -> bool {
     const TOO_MANY_OPEN: [i32; 2] = [24, 23];
     cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number))
+}
+
+/// What other images there are.
+fn list(names: &[String]) -> String {
+    match names {
+        [] => "there is no other".to_owned(),
+        names => format!("the others are {}", names.join(", ")),
+    }
 }

@@ -57,7 +57,8 @@ pub struct TiffLevel {
 }
 
 impl TiffSource {
-    /// Opens a file. Reads its directories and, where they do not go down to one texel, its coarsest level.
+    /// Opens a file, or another image of one by its name ([`TiffOther::name`]), as in `slide.svs:label`. Reads its directories and, where
+    /// they do not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
         TiffSource::open_as(path.as_ref(), &Shape::default())
     }
@@ -68,7 +69,7 @@ impl TiffSource {
         // Of the file that is opened, whatever takes its place later.
         let identity = identity_of_file(path).ok();
         let found = TiffPyramid::open(path).map_err(at_path)?.ok_or(InputFault::NoTiles).map_err(at_path)?;
-        let TiffPyramid { levels, others, about } = found;
+        let TiffPyramid { levels, others, about, .. } = found;
         let Some(Some(first)) = levels.first() else { return Err(at_path(InputFault::NoTiles)) };
         let header = first.header().map_err(at_path)?;
         check_image(first).map_err(at_path)?;

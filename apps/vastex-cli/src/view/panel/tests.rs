@@ -39,6 +39,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             scene: Scene::Image,
             position: (Pose::first(Scene::Image), [1000, 500]),
             texel_size: None,
+            images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
             texture,
         };
         asked.extend(panel.show(ui, &mut told).0);
@@ -70,6 +71,7 @@ fn a_file_is_asked_for_by_its_path() {
     harness.state_mut().asked.truncate(1);
     for (label, asked) in [
         ("Open…", Asked::Choose),
+        ("label", Asked::Open("a.svs:label".into())),
         ("Next", Asked::File(1)),
         ("globe", Asked::Scene(Scene::Globe)),
         ("Show all", Asked::Fit),

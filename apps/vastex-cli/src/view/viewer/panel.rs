@@ -90,8 +90,9 @@ impl Viewer {
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
-        let texel_size = guided.and_then(|source| source.texel_size.as_ref());
+        let texel_size = guided.and_then(|source| source.about.texel_size.as_ref());
         let guided = guided.map(|source| &source.renderer);
+        let images = self.display.displayed().map_or(&[][..], |source| &source.about.images);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
@@ -111,6 +112,7 @@ impl Viewer {
                 scene: settings.scene,
                 position: (pose, view.image),
                 texel_size,
+                images,
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);

@@ -1,6 +1,7 @@
 //! What GDAL, libvips, tifffile, maketx and a slide scanner's layout make of a picture, against builds of the same files.
 
 use std::fs::File;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use pollster::block_on;
@@ -8,7 +9,9 @@ use tiff::decoder::{Decoder, DecodingResult};
 use tiff::encoder::TiffEncoder;
 use tiff::encoder::colortype::Gray32Float;
 use tiff::tags::Tag;
-use vastex_build::{BuildOptions, PixelFormat, TiffAbout, build, open as open_rows};
+use vastex_build::{
+    BuildOptions, PixelFormat, TiffAbout, TiffOther, TiffSource, build, image_in_file, open as open_rows,
+};
 use vastex_tiles::{Container, TileSource, conformance};
 
 use super::{fixture, open, shown, stored};
@@ -172,4 +175,41 @@ fn the_value_without_data_is_told() {
         image.write_data(&[-9999.0f32; 8]).unwrap();
         assert_eq!(TiffAbout::of_file(&path).unwrap().nodata, expected, "{text:?}");
     }
+}
+
+#[test]
+fn other_images_are_opened_by_their_names() {
+    let of = |name: &str, image: &str| PathBuf::from(format!("{}:{image}", fixture(name).display()));
+    for (name, ..) in FIXTURES.iter().filter(|(.., others)| !others.is_empty()) {
+        let listed = open(&fixture(name)).others().to_vec();
+        assert_eq!(TiffOther::of_file(&fixture(name)), listed);
+        for other in listed {
+            let path = of(name, &other.name);
+            // Masks have one bit in a sample, which nothing reads.
+            if other.role == "mask" {
+                assert!(TiffSource::open(&path).is_err());
+                continue;
+            }
+            let image = TiffSource::open(&path).unwrap();
+            let [width, height, _] = image.description().geometry.size();
+            assert_eq!([u64::from(width), u64::from(height)], other.size, "{}", path.display());
+            assert_eq!(conformance(&image), Ok(()), "{}", path.display());
+            assert!(image.others().is_empty() && image.about().magnification.is_none());
+        }
+    }
+    let cog = open(&fixture("cog-jpeg.tif"));
+    assert_eq!(cog.others().iter().map(|other| &*other.name).collect::<Vec<_>>(), ["mask", "mask2"]);
+    for (name, image, place) in [
+        (
+            "slide-jpeg.svs",
+            "labels",
+            "no image 'labels' beside its first one; the others are thumbnail, label, macro",
+        ),
+        ("maketx.tx", "label", "there is no other"),
+    ] {
+        let error = TiffSource::open(of(name, image)).err().unwrap().to_string();
+        assert!(error.contains(place), "{error}");
+    }
+    assert_eq!(image_in_file(&fixture("maketx.tx")), None);
+    assert_eq!(image_in_file(&of("gone.tif", "label")), None);
 }

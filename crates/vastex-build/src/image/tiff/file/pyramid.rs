@@ -33,6 +33,8 @@ pub(crate) struct TiffPyramid {
     /// are there.
     pub(crate) levels: Vec<Option<TiffImage>>,
     pub(crate) others: Vec<TiffOther>,
+    /// Those of `others`, or why they cannot be read.
+    other_images: Vec<Result<TiffImage, InputFault>>,
     pub(crate) about: TiffAbout,
 }
 
@@ -42,22 +44,60 @@ pub(crate) struct TiffPyramid {
 pub struct TiffOther {
     /// What it is: `thumbnail`, `label`, `macro`, `mask`, or `image` of which nothing is known.
     pub role: &'static str,
+    /// What it is opened by, after the file's path and a colon: its role, from the second of a role on with its number, as in `image2`.
+    pub name: String,
     /// Its columns and rows, as far as the file says them.
     pub size: [u64; 2],
 }
 
+impl TiffOther {
+    /// The images of a TIFF file that are no levels of its first one; none where a file is none or cannot be read as one. Reads
+    /// directories.
+    pub fn of_file(path: &Path) -> Vec<TiffOther> {
+        let file = TiffFile::open(path).ok().flatten();
+        file.and_then(|file| TiffPyramid::of(&file).ok()).map_or_else(Vec::new, |pyramid| pyramid.others)
+    }
+}
+
+/// The file and the name of one of its images ([`TiffOther::name`]) that a path means, as in `slide.svs:label`: where nothing lies at the
+/// path itself, and a file at what stands before its last colon.
+pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
+    let (file, name) = path.to_str()?.rsplit_once(':')?;
+    let file = Path::new(file);
+    (!name.is_empty() && !path.exists() && file.is_file()).then_some((file, name))
+}
+
 impl TiffPyramid {
-    /// Opens a file; nothing where its first bytes are not those of TIFF. Reads directories, but neither texels
-    /// nor lists of tiles.
+    /// Opens a file, or another image of one ([`image_in_file`]); nothing where its first bytes are not those of TIFF. Reads directories,
+    /// but neither texels nor lists of tiles.
     pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
-        TiffFile::open(path)?.as_ref().map(TiffPyramid::of).transpose()
+        let (file, name) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
+        let Some(file) = TiffFile::open(file)? else { return Ok(None) };
+        let pyramid = TiffPyramid::of(&file)?;
+        Ok(Some(match name {
+            Some(name) => pyramid.alone(name)?,
+            None => pyramid,
+        }))
+    }
+
+    /// One of the other images, without levels.
+    fn alone(mut self, name: &str) -> Result<TiffPyramid, InputFault> {
+        let Some(place) = self.others.iter().position(|other| other.name == name) else {
+            let names = self.others.into_iter().map(|other| other.name).collect();
+            return Err(InputFault::NoImage { name: name.to_owned(), names });
+        };
+        let image = self.other_images.swap_remove(place)?;
+        let about = TiffAbout { nodata: self.about.nodata, ..TiffAbout::default() };
+        let (others, other_images) = (Vec::new(), Vec::new());
+        Ok(TiffPyramid { levels: vec![Some(image)], others, other_images, about })
     }
 
     fn of(file: &Arc<TiffFile>) -> Result<TiffPyramid, InputFault> {
         let found = file.directories()?;
         let (kind, about) = about::read(file, &found.chain[0])?;
         let first = TiffImage::read(file, &found.chain[0])?.cut();
-        let mut pyramid = TiffPyramid { levels: vec![Some(first)], others: Vec::new(), about };
+        let (others, other_images) = (Vec::new(), Vec::new());
+        let mut pyramid = TiffPyramid { levels: vec![Some(first)], others, other_images, about };
         for directory in &found.below {
             pyramid.add(file, directory, kind, true)?;
         }
@@ -103,7 +143,13 @@ impl TiffPyramid {
                 self.levels.resize_with(self.levels.len().max(level + 1), || None);
                 self.levels[level] = Some(image);
             }
-            None => self.others.push(TiffOther { role: role.unwrap_or("image"), size }),
+            None => {
+                let role = role.unwrap_or("image");
+                let number = 1 + self.others.iter().filter(|other| other.role == role).count();
+                let name = if number == 1 { role.to_owned() } else { format!("{role}{number}") };
+                self.others.push(TiffOther { role, name, size });
+                self.other_images.push(TiffImage::read(file, directory).map(TiffImage::cut));
+            }
         }
         Ok(())
     }
