@@ -129,7 +129,7 @@ pub(crate) enum Command {
     Record(RecordArgs),
     /// Open a window with a scene to move about in
     #[cfg(feature = "view")]
-    View(ViewArgs),
+    View(Box<ViewArgs>),
 }
 
 impl Args {

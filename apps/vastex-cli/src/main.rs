@@ -58,7 +58,7 @@ fn main() -> ExitCode {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Learn(args) => commands::learn::run(&args),
         #[cfg(feature = "view")]
-        Command::View(args) => view::run(args),
+        Command::View(args) => view::run(*args),
     };
     outcome.unwrap_or_else(|error| {
         report::say(&format!("error: {}", report::message(&error)));

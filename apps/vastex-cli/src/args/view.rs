@@ -16,6 +16,7 @@ Examples:
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
   vastex view scan.jpg --view image:x=12000,y=3400,zoom=40,turn=90
   vastex view before.tif --over after.tif --compare-mode swipe
+  vastex view slide.svs --shapes annotations.geojson
   vastex view scan.jpg slides/*.svs";
 /// Columns of the text that keys and gestures are told in, and of what stands before it.
 const HELP_COLUMNS: usize = 100;
@@ -53,6 +54,10 @@ pub(crate) struct ViewArgs {
     /// Further files to step through with N and P
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
+    /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in degrees or the coordinate
+    /// system that the file names where the image is a GeoTIFF of the same
+    #[arg(long, value_name = "FILE")]
+    pub(crate) shapes: Option<PathBuf>,
     /// Milliseconds in which a tile fades in from what was on screen before; 0: it is there at once. By default 150, or 0 where a
     /// processor draws in the place of a GPU
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]

@@ -1,8 +1,9 @@
 //! What a file says beside its texels, for the window: how large they are in the world, and which other images it has.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use vastex_viewer::panels::TexelSize;
+use vastex_viewer::panels::{Shapes, TexelSize};
 
 /// What a file says beside its texels.
 #[derive(Clone, Debug, Default)]
@@ -11,6 +12,8 @@ pub(crate) struct FileAbout {
     pub(crate) texel_size: Option<TexelSize>,
     /// The images of a TIFF file, the first one before the others, if there are others; each with its name and the path that opens it.
     pub(crate) images: Vec<(String, PathBuf)>,
+    /// Shapes of another file that lie over it.
+    pub(crate) shapes: Option<Arc<Shapes>>,
 }
 
 impl FileAbout {
@@ -29,7 +32,7 @@ impl FileAbout {
             path.push(&other.name);
             (other.name, PathBuf::from(path))
         }));
-        FileAbout { texel_size: texel_size(path), images }
+        FileAbout { texel_size: texel_size(path), images, shapes: None }
     }
 
     /// Without the readers of `vastex build` nothing is known of it.

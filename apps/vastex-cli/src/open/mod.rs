@@ -2,7 +2,8 @@
 //! planets, behind a disk cache if one is asked for.
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
-//! `observer`, and what files say beside their texels in `about`.
+//! `observer`, and what files say beside their texels in `about`, and
+//! what shapes lie over them in `shapes`.
 
 #[cfg(feature = "view")]
 mod about;
@@ -11,6 +12,8 @@ pub(crate) mod image;
 mod observer;
 #[cfg(feature = "build")]
 mod preview;
+#[cfg(feature = "view")]
+mod shapes;
 
 use std::io::Read;
 use std::path::Path;
@@ -27,6 +30,8 @@ use crate::{disk_cache, planet, report};
 pub(crate) use about::FileAbout;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
+#[cfg(feature = "view")]
+pub(crate) use shapes::shapes_over;
 
 /// What a scene shows.
 pub(crate) struct Opened {

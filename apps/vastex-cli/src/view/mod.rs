@@ -63,6 +63,9 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
     if open::what_lies_at(source)? == Lies::Container && !source.exists() {
         vastex::open(source)?;
     }
+    if let Some(shapes) = &args.shapes {
+        std::fs::File::open(shapes).with_context(|| format!("{}: cannot be read", shapes.display()))?;
+    }
     let events = EventLoop::with_user_event().build().map_err(|error| {
         anyhow!(
             "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \

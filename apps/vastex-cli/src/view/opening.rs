@@ -18,9 +18,11 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 use vastex::{Prepared, Preparer, TextureSettings, TileSource};
+use vastex_viewer::panels::Shapes;
 
 use crate::args::ViewArgs;
 use crate::open::{self, FileAbout, OpenObserver};
+use crate::report;
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -106,6 +108,8 @@ impl Openings {
         let open = move || {
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.about = FileAbout::of(&to_open);
+                let shapes = args.shapes.as_ref().filter(|_| to_open == args.scene.source);
+                reporter.about.shapes = shapes.and_then(|path| reporter.shapes(&to_open, path));
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {
@@ -189,6 +193,16 @@ impl Reporter {
         let [width, height, _] = tiles.description().geometry.size();
         let size = self.size.get().unwrap_or([width, height]);
         self.prepare(tiles, size, Growth::Whole).with_context(|| path.display().to_string())
+    }
+
+    /// The shapes of a file over that of a source. Where they cannot be read, it is said, and there are none.
+    fn shapes(&self, source: &Path, path: &Path) -> Option<Arc<Shapes>> {
+        let shapes = open::shapes_over(source, path);
+        let say = |error: &Error| {
+            report::say(&format!("{error:#}"));
+            (self.send)(OpeningEvent::Note(format!("{error:#}")));
+        };
+        shapes.inspect_err(say).ok().map(Arc::new)
     }
 
     fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {

@@ -84,3 +84,11 @@ fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
     let misspelt = run("veiw").expect_code(2);
     assert!(misspelt.stderr.contains("unrecognized subcommand 'veiw'"), "{misspelt}");
 }
+
+#[cfg(feature = "view")]
+#[test]
+fn shapes_that_are_not_there_open_no_window() {
+    let sandbox = Sandbox::with_container();
+    let ended = sandbox.run(&["view", "image.vastex", "--shapes", "gone.geojson"]).expect_code(1);
+    assert!(ended.stderr.contains("gone.geojson: cannot be read"), "{ended}");
+}

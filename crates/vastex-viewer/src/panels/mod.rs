@@ -1,5 +1,5 @@
 //! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, what keys do, where the
-//! camera is, a map of the image and guides over it.
+//! camera is, a map of the image, and guides and shapes over it.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
 //! knows a window or a device.
@@ -13,6 +13,7 @@ mod measure;
 mod minimap;
 mod position;
 mod shades;
+mod shapes;
 
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
@@ -22,3 +23,4 @@ pub use lengths::TexelSize;
 pub use measure::{Measure, Measured};
 pub use minimap::Minimap;
 pub use position::{PositionChange, PositionPanel};
+pub use shapes::{Shapes, ShapesError};

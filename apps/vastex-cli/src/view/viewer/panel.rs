@@ -91,6 +91,7 @@ impl Viewer {
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
         let texel_size = guided.and_then(|source| source.about.texel_size.as_ref());
+        let shapes = guided.and_then(|source| source.about.shapes.as_ref());
         let guided = guided.map(|source| &source.renderer);
         let images = self.display.displayed().map_or(&[][..], |source| &source.about.images);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
@@ -129,6 +130,7 @@ impl Viewer {
                     |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
                 let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
                 paint_guides(ui.painter(), free, &view, texel_size, value);
+                shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, &view));
                 let take = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
                 asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
             }

@@ -1,0 +1,116 @@
+//! Shapes of a GeoJSON file, in the texels of the image that they lie over.
+//!
+//! Positions are texels where the image has no place on the Earth. Of a GeoTIFF they are coordinates: by the standard degrees (EPSG:4326), or
+//! of the system that a member `crs` names, as older files have it. Nothing is reprojected.
+
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use glam::DAffine2;
+use serde::Deserialize;
+use serde_json::Value;
+use vastex_viewer::panels::Shapes;
+
+/// Bytes of a file that are read, at most: it is held some times over while it is read.
+const MOST_BYTES: u64 = 256 << 20;
+/// The number of degrees of longitude and latitude in EPSG's list.
+const DEGREES: u16 = 4326;
+
+/// Reads the shapes of a file that lie over an image. Fails where it cannot be read, is no GeoJSON, or has another coordinate system than
+/// the image.
+pub(crate) fn shapes_over(image: &Path, path: &Path) -> Result<Shapes> {
+    read(image, path).with_context(|| path.display().to_string())
+}
+
+fn read(image: &Path, path: &Path) -> Result<Shapes> {
+    let bytes = std::fs::metadata(path).context("cannot be read; check the path")?.len();
+    if bytes > MOST_BYTES {
+        return Err(anyhow!(
+            "has {bytes} bytes; shapes of up to {MOST_BYTES} can be shown, so split the file"
+        ));
+    }
+    let text = std::fs::read_to_string(path).context("cannot be read as text")?;
+    let texels = match place_of(image) {
+        None => DAffine2::IDENTITY,
+        Some(place) => {
+            let (of_image, of_shapes) = (place.1, system_of(&text));
+            if of_image.is_some_and(|number| number != of_shapes) {
+                let number = of_image.unwrap_or_default();
+                return Err(anyhow!(
+                    "its coordinates are of EPSG:{of_shapes}, those of the image of EPSG:{number}; \
+                     `ogr2ogr -t_srs EPSG:{number} OUT.geojson FILE` makes them the same"
+                ));
+            }
+            place.0.inverse()
+        }
+    };
+    if !texels.is_finite() {
+        return Err(anyhow!("the image says nothing of where its texels lie; remove its place or mend it"));
+    }
+    Ok(Shapes::from_geojson(&text, |position| texels.transform_point2(position))?)
+}
+
+/// From texels to coordinates, and the number of their system.
+#[cfg(feature = "build")]
+fn place_of(image: &Path) -> Option<(DAffine2, Option<u16>)> {
+    let place = vastex_build::TiffAbout::of_file(image)?.place?;
+    let [a, b, c, d, e, f] = place.from_texels;
+    let matrix = glam::DMat2::from_cols_array(&[a, d, b, e]);
+    Some((DAffine2::from_mat2_translation(matrix, [c, f].into()), place.epsg))
+}
+
+/// Without the readers of `vastex build` no file has a place.
+#[cfg(not(feature = "build"))]
+fn place_of(_: &Path) -> Option<(DAffine2, Option<u16>)> {
+    None
+}
+
+/// The number of the coordinate system of a text, of which nothing else is kept.
+fn system_of(text: &str) -> u16 {
+    #[derive(Default, Deserialize)]
+    struct Head {
+        #[serde(default)]
+        crs: Value,
+    }
+    let head: Head = serde_json::from_str(text).unwrap_or_default();
+    let name = head.crs["properties"]["name"].as_str().unwrap_or_default();
+    let number = name.contains("EPSG").then(|| name.rsplit(':').next()?.parse().ok()).flatten();
+    number.unwrap_or(DEGREES)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn systems_are_those_of_the_text() {
+        let of = |name: &str| {
+            system_of(&format!(r#"{{"crs": {{"properties": {{"name": "{name}"}}}}, "features": [1]}}"#))
+        };
+        assert_eq!([of("urn:ogc:def:crs:EPSG::32633"), of("EPSG:3857")], [32633, 3857]);
+        assert_eq!([of("urn:ogc:def:crs:OGC:1.3:CRS84"), system_of("[]"), system_of("{")], [DEGREES; 3]);
+    }
+
+    /// The place of a GeoTIFF in metres, and a picture without one.
+    #[cfg(feature = "build")]
+    #[test]
+    fn positions_are_texels_or_coordinates_of_the_image() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.geojson");
+        let assets = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets");
+        let cog = format!("{assets}/tiff/cog-deflate-u16.tif");
+        let plain = format!("{assets}/earth-elevation-1080x540-u16.png");
+        let over = |image: &str, text: &str| {
+            std::fs::write(&path, text).unwrap();
+            shapes_over(Path::new(image), &path)
+        };
+        let point = r#"{"type": "Point", "coordinates": [500020, 4599970]"#;
+        let metres = format!(r#"{point}, "crs": {{"properties": {{"name": "EPSG:32633"}}}}}}"#);
+        let texel = r#"{"type": "Point", "coordinates": [2, 3]}"#;
+        assert_eq!(over(&cog, &metres).unwrap(), over(&plain, texel).unwrap());
+        let error = format!("{:#}", over(&cog, texel).unwrap_err());
+        assert!(error.contains("EPSG:4326, those of the image of EPSG:32633"), "{error}");
+        let error = format!("{:#}", over(&plain, "{").unwrap_err());
+        assert!(error.contains("a.geojson") && error.contains("line 1"), "{error}");
+    }
+}
