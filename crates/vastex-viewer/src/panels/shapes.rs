@@ -11,6 +11,9 @@ use crate::camera::ImagePlacement;
 const COLOR: Color32 = Color32::from_rgb(255, 210, 60);
 /// Radius of a point, and the width that a shape has at least to be painted as more than a dot; in points.
 const DOT: f32 = 3.5;
+/// The width in points below which one shape is painted for all whose middles lie in the same cell of [`DOT`] points: of a million cells of a
+/// tissue, seen from afar, a few are told apart.
+const LEAST_OF_ALL: f64 = 12.0;
 /// The width in points from which on a shape's name is beside it.
 const LEAST_OF_NAME: f64 = 48.0;
 /// Collections within one another, at most.
@@ -93,6 +96,9 @@ impl Shapes {
         let color = colors.into_iter().find_map(color).unwrap_or(COLOR);
         for (points, is_closed) in outlines {
             let points: Vec<DVec2> = points.into_iter().map(texel_of).collect();
+            if !points.iter().all(|point| point.is_finite()) {
+                return Err("has a position that is too far away; mend it".to_owned());
+            }
             let low = points.iter().copied().reduce(DVec2::min).unwrap_or_default();
             let high = points.iter().copied().reduce(DVec2::max).unwrap_or_default();
             let name = name.take().map(str::to_owned);
@@ -102,7 +108,8 @@ impl Shapes {
     }
 
     /// Paints what is in view over the picture of its image, within `free`, the part of it that no panel covers. What is narrower than a
-    /// few points is a dot, and of lines as many points are painted as are told apart. Costs some nanoseconds for what is not in view.
+    /// few points is a dot, where there is none yet, and of lines as many points are painted as are told apart. Costs some nanoseconds for
+    /// each shape that is not in view or not painted.
     pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView) {
         let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
         let painter = painter.with_clip_rect(free);
@@ -113,9 +120,40 @@ impl Shapes {
         let room = f64::from(DOT) / scale;
         let is_seen =
             |outline: &&Outline| outline.low.cmple(high + room).all() && outline.high.cmpge(low - room).all();
+        let mut crowd = Crowd::new(free);
         for outline in self.shapes.iter().filter(is_seen) {
-            outline.paint(&painter, &placed, pixels_per_point);
+            let width = (outline.high - outline.low).max_element() * scale;
+            let middle = placed.pixel((outline.low + outline.high) / 2.0) / pixels_per_point;
+            if width >= LEAST_OF_ALL || crowd.has_room(middle) {
+                outline.paint(&painter, &placed, pixels_per_point);
+            }
         }
+    }
+}
+
+/// Which cells of a part of the window have a shape already.
+struct Crowd {
+    corner: DVec2,
+    columns: usize,
+    rows: usize,
+    is_taken: Vec<bool>,
+}
+
+impl Crowd {
+    fn new(free: Rect) -> Crowd {
+        let cells = |length: f32| (length / DOT).clamp(0.0, 4096.0) as usize + 1;
+        let (columns, rows) = (cells(free.width()), cells(free.height()));
+        let corner = DVec2::new(free.min.x.into(), free.min.y.into());
+        Crowd { corner, columns, rows, is_taken: vec![false; columns * rows] }
+    }
+
+    /// Whether the cell of a place has no shape yet, which it then has. Beside the part there is room for everything.
+    fn has_room(&mut self, place: DVec2) -> bool {
+        let cell = ((place - self.corner) / f64::from(DOT)).floor();
+        if !(0.0..self.columns as f64).contains(&cell.x) || !(0.0..self.rows as f64).contains(&cell.y) {
+            return true;
+        }
+        !std::mem::replace(&mut self.is_taken[cell.y as usize * self.columns + cell.x as usize], true)
     }
 }
 
@@ -130,6 +168,11 @@ impl Outline {
         let width = (self.high - self.low).max_element() * placed.scale / pixels_per_point;
         if width < f64::from(DOT) {
             let middle = point((self.low + self.high) / 2.0);
+            if self.points.len() > 1 {
+                // About as much as there is of it, and the cheapest that there is to paint.
+                painter.rect_filled(Rect::from_center_size(middle, Vec2::splat(2.0)), 0.0, self.color);
+                return;
+            }
             painter.circle_filled(middle, DOT + 1.0, Color32::from_black_alpha(140));
             painter.circle_filled(middle, DOT, self.color);
             return;
@@ -264,6 +307,16 @@ mod tests {
     }
 
     #[test]
+    fn of_a_crowd_one_is_painted_in_each_cell() {
+        let mut crowd = Crowd::new(Rect::from_min_size(pos2(100.0, 50.0), Vec2::new(35.0, 7.0)));
+        let mut has_room = |x: f64, y: f64| crowd.has_room(DVec2::new(x, y));
+        assert!(has_room(100.0, 50.0) && !has_room(103.0, 53.0) && has_room(104.0, 53.0));
+        assert!(has_room(134.9, 56.9) && !has_room(134.9, 56.9));
+        // Beside it, and where nothing is.
+        assert!((0..2).all(|_| has_room(99.0, 50.0) && has_room(1e300, 0.0) && has_room(f64::NAN, 50.0)));
+    }
+
+    #[test]
     fn what_is_no_shape_is_told_by_its_place() {
         let feature = |geometry: &str| format!(r#"[{{"type": "Feature", "geometry": {geometry}}}]"#);
         let deep = |depth: usize| {
@@ -277,6 +330,7 @@ mod tests {
             (feature(r#"{"type": "Point", "coordinates": [1]}"#), "feature 1", "[1] is no position"),
             (feature(r#"{"type": "Polygon", "coordinates": [[1, 2]]}"#), "feature 1", "no position"),
             (feature(r#"{"type": "Polygon", "coordinates": 3}"#), "feature 1", "no list"),
+            (feature(r#"{"type": "Point", "coordinates": [1e308, 0]}"#), "feature 1", "too far away"),
             (deep(20), "feature 1", "GeometryCollection"),
         ] {
             let error = read(&text).unwrap_err();
