@@ -6,6 +6,10 @@ use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
+/// What a device needs to tell how long it takes for parts of a frame. Nothing else uses it.
+const TIMES: wgpu::Features =
+    wgpu::Features::TIMESTAMP_QUERY.union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS);
+
 /// Why there is no device.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuSetupError {
@@ -77,7 +81,7 @@ impl Gpu {
             .map_err(|error| GpuSetupError::NoAdapter(error.to_string()))?;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("vastex"),
-            required_features: vastex::required_features(&adapter),
+            required_features: vastex::required_features(&adapter) | adapter.features() & TIMES,
             required_limits: adapter.limits(),
             ..Default::default()
         };

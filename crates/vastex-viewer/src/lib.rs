@@ -5,6 +5,8 @@
 
 pub mod camera;
 pub mod gpu;
+#[cfg(feature = "egui")]
+pub mod hud;
 pub mod input;
 pub mod inspect;
 pub mod layers;

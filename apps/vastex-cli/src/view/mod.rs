@@ -298,6 +298,14 @@ impl App {
                 viewer.open_or_close_panel();
                 window.request_redraw();
             }
+            Action::EnterPanel => {
+                viewer.enter_panel();
+                window.request_redraw();
+            }
+            Action::Hud => {
+                viewer.show_or_hide_hud();
+                window.request_redraw();
+            }
             Action::Compare => viewer.compare_next(),
             Action::Guides => {
                 viewer.show_or_hide_guides();

@@ -18,11 +18,13 @@ pub(super) struct Over {
     files: VecDeque<PathBuf>,
     /// The number of its opening.
     opening: Option<u64>,
+    /// Those that lie there.
+    laid: Vec<PathBuf>,
 }
 
 impl Over {
     pub(super) fn new(files: &[PathBuf]) -> Over {
-        Over { files: files.iter().cloned().collect(), opening: None }
+        Over { files: files.iter().cloned().collect(), ..Over::default() }
     }
 
     /// Whether this is the opening of one of them.
@@ -33,6 +35,14 @@ impl Over {
     /// Nothing is being opened any more. What was begun is opened again from its start.
     pub(super) fn begin_again(&mut self) {
         self.opening = None;
+    }
+
+    /// What lies there is to be laid there again, before the others.
+    pub(super) fn lay_again(&mut self) {
+        self.opening = None;
+        for file in self.laid.drain(..).rev() {
+            self.files.push_front(file);
+        }
     }
 
     /// Another file is to be displayed: nothing lies over that.
@@ -82,8 +92,11 @@ impl App {
         };
         viewer.end_opening()?;
         self.openings.end();
-        self.over.files.pop_front();
+        let file = self.over.files.pop_front();
         self.over.opening = None;
+        if laid.is_ok() {
+            self.over.laid.extend(file);
+        }
         if let Err(error) = laid {
             self.outcome = Ok(std::process::ExitCode::FAILURE);
             let message = report::message(&error);

@@ -21,6 +21,8 @@ pub(super) enum Asked {
     Open(PathBuf),
     /// A file over what is displayed.
     LayOver(PathBuf),
+    /// What is displayed, again, since the textures were made again.
+    OpenAgain,
     /// By the system's dialog.
     Choose,
     /// The file so many after this one, or before it.

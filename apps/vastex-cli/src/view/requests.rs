@@ -38,6 +38,19 @@ impl App {
         self.open_another()
     }
 
+    /// Opens what is displayed again, with the files over it, for textures that were made again: the camera stays where it is.
+    fn open_again(&mut self) -> Result<()> {
+        let is_another = self.openings.number().is_some_and(|number| !self.over.is_of(number));
+        if is_another {
+            return self.open_file();
+        }
+        self.over.lay_again();
+        let path = self.files.current().to_owned();
+        self.camera_of = self.begin(&path, true)?;
+        self.open.iter_mut().for_each(|open| open.viewer.opens_again(self.camera_of));
+        Ok(())
+    }
+
     /// Moves the camera to a pose, in its scene.
     fn go(&mut self, events: &ActiveEventLoop, pose: Pose) -> Result<()> {
         let scene = pose.scene(self.scene);
@@ -55,6 +68,7 @@ impl App {
         match asked {
             Asked::Open(path) => self.open_chosen(&path),
             Asked::LayOver(path) => self.lay_over(&path),
+            Asked::OpenAgain => self.open_again(),
             Asked::Choose if self.is_choosing => Ok(()),
             Asked::Choose => {
                 self.is_choosing = true;

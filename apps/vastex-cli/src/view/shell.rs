@@ -29,6 +29,10 @@ pub(super) struct Shell {
     state: egui_winit::State,
     /// What draws, on one device and into one format; made where it is first needed.
     painter: Option<Painter>,
+    /// How many there have been.
+    painters: u64,
+    /// Pictures of the host's own, each with the number of the one that knows it.
+    pictures: Vec<(u64, TextureId)>,
     /// What its textures are, for another painter.
     images: HashMap<TextureId, (ColorImage, TextureOptions)>,
     /// What of them has changed since the painter drew, and which are not needed from then on.
@@ -63,6 +67,8 @@ impl Shell {
             window,
             state,
             painter: None,
+            painters: 0,
+            pictures: Vec::new(),
             images: HashMap::new(),
             changed: Vec::new(),
             gone: Vec::new(),
@@ -212,6 +218,61 @@ impl Shell {
         }
     }
 
+    /// Makes what draws into pictures of a format, where there is none yet or the last one was for another format.
+    fn prepare(&mut self, gpu: &Gpu, format: wgpu::TextureFormat) {
+        if self.painter.as_ref().is_some_and(|painter| painter.format == format) {
+            return;
+        }
+        // The textures are whole in the images.
+        self.changed.clear();
+        let whole = |(id, (image, options)): (&TextureId, &(ColorImage, TextureOptions))| {
+            (*id, ImageDelta::full(image.clone(), *options))
+        };
+        self.changed.extend(self.images.iter().map(whole));
+        let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
+        self.painters += 1;
+        self.painter = Some(Painter { renderer, format });
+    }
+
+    /// Makes pictures of the host's own known to what draws into pictures of a format, in the place of those before. Gives their names, and
+    /// a number: where [`Shell::painter_of`] gives another one, the names are no longer good.
+    pub(super) fn show_pictures(
+        &mut self,
+        gpu: &Gpu,
+        format: wgpu::TextureFormat,
+        views: &[&wgpu::TextureView],
+    ) -> (Vec<TextureId>, u64) {
+        self.prepare(gpu, format);
+        let names = match &mut self.painter {
+            Some(Painter { renderer, .. }) => {
+                // What another one drew with went with it.
+                let of_this = self.painters;
+                for (painter, name) in self.pictures.drain(..) {
+                    if painter == of_this {
+                        renderer.free_texture(&name);
+                    }
+                }
+                let register = |view: &&wgpu::TextureView| {
+                    renderer.register_native_texture(&gpu.device, view, wgpu::FilterMode::Linear)
+                };
+                views.iter().map(register).collect()
+            }
+            None => Vec::new(),
+        };
+        self.pictures.extend(names.iter().map(|name| (self.painters, *name)));
+        (names, self.painters)
+    }
+
+    /// Which of all that ever drew would draw into pictures of a format; nothing where a new one is to be made.
+    pub(super) fn painter_of(&self, format: wgpu::TextureFormat) -> Option<u64> {
+        self.painter.as_ref().filter(|painter| painter.format == format).map(|_| self.painters)
+    }
+
+    /// Whether the pointer is over a panel.
+    pub(super) fn is_over_panel(&self) -> bool {
+        self.is_over
+    }
+
     /// Draws what the last run put into the window over a picture of so many pixels.
     pub(super) fn paint(
         &mut self,
@@ -221,20 +282,8 @@ impl Shell {
         size: [u32; 2],
     ) {
         let Gpu { device, queue, .. } = gpu;
-        let is_same = self.painter.as_ref().is_some_and(|painter| painter.format == format);
-        if !is_same {
-            // The textures are whole in the images.
-            self.changed.clear();
-            let whole = |(id, (image, options)): (&TextureId, &(ColorImage, TextureOptions))| {
-                (*id, ImageDelta::full(image.clone(), *options))
-            };
-            self.changed.extend(self.images.iter().map(whole));
-            self.painter = None;
-        }
-        let painter = self.painter.get_or_insert_with(|| Painter {
-            renderer: Renderer::new(device, format, RendererOptions::default()),
-            format,
-        });
+        self.prepare(gpu, format);
+        let Some(painter) = &mut self.painter else { return };
         for (id, delta) in self.changed.drain(..) {
             painter.renderer.update_texture(device, queue, id, &delta);
         }
@@ -254,6 +303,18 @@ impl Shell {
             self.images.remove(&id);
             painter.renderer.free_texture(&id);
         }
+    }
+
+    /// The next control takes the keys, the first one where none had them.
+    pub(super) fn focus_next(&mut self) {
+        let key = |pressed| egui::Event::Key {
+            key: egui::Key::Tab,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: egui::Modifiers::NONE,
+        };
+        self.state.egui_input_mut().events.extend([key(true), key(false)]);
     }
 
     /// In how long it wants to run again without an event; nothing where it does not.

@@ -112,7 +112,7 @@ impl App {
             self.files = before;
         }
         match &mut self.open {
-            Some(open) if !is_measured && (has_others || !open.viewer.is_empty()) => {
+            Some(open) if !is_measured && (has_others || open.viewer.has_displayed()) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
                 open.viewer.notify_in_title(&message);

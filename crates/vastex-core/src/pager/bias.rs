@@ -67,6 +67,15 @@ impl BiasControl {
         BiasControl(state)
     }
 
+    /// The rule that it was made with.
+    pub(crate) fn rule(&self) -> Option<BiasRule> {
+        match &self.0 {
+            State::Off => None,
+            State::Solved(_) => Some(BiasRule::Solved),
+            State::Integrating(integrating) => Some(BiasRule::Integrating(integrating.settings)),
+        }
+    }
+
     /// The bias in force, in eighths of a level.
     pub(crate) fn bias(&self) -> u16 {
         match &self.0 {

@@ -24,6 +24,14 @@ impl UploadBucket {
         UploadBucket { per_frame, capacity, tokens: capacity }
     }
 
+    /// Another number of bytes a frame from the next frame on, for tiles of at most `tile_bytes`. What is left
+    /// in the bucket stays, as far as the new bucket holds it.
+    pub(crate) fn set_per_frame(&mut self, per_frame: u64, tile_bytes: u64) {
+        let tokens = self.tokens;
+        *self = UploadBucket::new(per_frame, tile_bytes);
+        self.tokens = tokens.min(self.capacity);
+    }
+
     /// Makes room for a tile of so many bytes, where it is larger than those before.
     pub(crate) fn allow_tile(&mut self, tile_bytes: u64) {
         let grown = tile_bytes.saturating_sub(self.capacity);
@@ -151,6 +159,18 @@ mod tests {
         assert!(play(true), "two do");
         assert!((1..SPARE_AFTER).all(|_| play(false)) && play(true), "not until it was spare for long");
         assert!((1..SPARE_AFTER).all(|_| play(false)) && !play(false));
+    }
+
+    #[test]
+    fn another_budget_brings_no_burst_with_it() {
+        let mut bucket = UploadBucket::new(1000, 100);
+        assert!(bucket.take(3900));
+        bucket.set_per_frame(2000, 100);
+        assert_eq!(bucket.available(), 100, "what was left");
+        bucket.begin_frame();
+        assert_eq!(bucket.available(), 2100);
+        bucket.set_per_frame(10, 100);
+        assert_eq!(bucket.available(), 100, "a tile still gets there");
     }
 
     #[test]

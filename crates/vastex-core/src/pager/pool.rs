@@ -304,6 +304,11 @@ impl PoolPager {
         self.pool
     }
 
+    /// How the mip bias is decided; nothing where there is never one.
+    pub fn bias_rule(&self) -> Option<BiasRule> {
+        self.bias.rule()
+    }
+
     /// The mip bias in force, in eighths of a level.
     pub fn bias_eighths(&self) -> u16 {
         self.bias.bias()

@@ -1,14 +1,15 @@
-//! Changing the memory of a pool while it runs: it is resized and keeps its tiles, or is lost with all of
-//! them.
+//! Changing what pools have while they run: one is resized and keeps its tiles, or is lost with all of them;
+//! it gets another rule for its mip bias; and all get other budgets.
 //!
 //! Of a pool that shrinks the pages out of view go first, as always. Page tables begin anew either way, since
 //! moved tiles may be ancestors of any page. What pages are wanted, which of them failed, what the loader has
 //! and what was asked for explicitly stays known.
 
-use crate::pager::Pager;
+use crate::pager::bias::{BiasControl, BiasRule};
 use crate::pager::claims::MOST_PINS;
 use crate::pager::event::EventQueue;
 use crate::pager::pool::PoolPager;
+use crate::pager::{Budgets, Pager};
 use crate::residency::resize::SlotMove;
 use crate::table::pool::{PoolError, PoolId, PoolLayout};
 
@@ -31,6 +32,26 @@ impl Pager {
         let Pager { pools, events, .. } = self;
         let pool = pools.get_mut(usize::from(pool.number()));
         pool.map_or(Ok(()), |pool| pool.pager.resize(slots, moves, events))
+    }
+
+    /// Sets how the mip bias of a pool that there is is decided, as [`Pager::add_pool`] does, between two
+    /// frames. Where the new rule solves it, the working set fits at once; else the bias begins at 0. Costs a
+    /// visit of each page of the working set.
+    pub fn set_bias_rule(&mut self, pool: PoolId, rule: Option<BiasRule>) {
+        let Pager { pools, events, .. } = self;
+        if let Some(pool) = pools.get_mut(usize::from(pool.number())) {
+            pool.pager.bias = BiasControl::new(rule);
+            pool.pager.recompute(events);
+            pool.pager.check();
+        }
+    }
+
+    /// Sets the budgets that all pools share, from the next frame on. What is with the loader beyond a smaller
+    /// one comes all the same, and nothing else is asked for until it has.
+    pub fn set_budgets(&mut self, budgets: Budgets) {
+        let tile_bytes = self.pools().map(|pager| pager.residency.tile_bytes()).max().unwrap_or(0);
+        self.bucket.set_per_frame(budgets.upload_bytes_per_frame, tile_bytes);
+        self.budgets = budgets;
     }
 
     /// The pools are empty: the device that had them was lost. What is in view, pinned or held is queued

@@ -31,8 +31,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
     (
         "Show",
         &[
-            ("F1 to F4, Tab", "image, plane, globe, terrain; the next of them"),
+            ("F1 to F4, E", "image, plane, globe, terrain; the next of them"),
             ("M", "panel: files, where the camera is, bookmarks, measuring, layers and their colours"),
+            ("Tab", "into the panel, and on to its next control; Escape leaves it"),
+            ("U", "what the machine does: pools, loads, frames, and what can be changed of them"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("C", "black and white by the values in view"),
             (

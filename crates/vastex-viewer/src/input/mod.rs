@@ -149,6 +149,10 @@ pub enum Action {
     Compare,
     /// The panel beside the picture, or the picture alone.
     Panel,
+    /// The panel, with the keys in its first control.
+    EnterPanel,
+    /// What the machine does, beside the picture, or the picture alone.
+    Hud,
     /// The guides over an image, or the picture alone.
     Guides,
     /// The list of keys and gestures, or the picture alone.
@@ -435,7 +439,9 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Home | Key::Char('r' | 'R' | '0') => Action::Reset,
         Key::PageDown | Key::Char('n' | 'N') => Action::File(1),
         Key::PageUp | Key::Char('p' | 'P') => Action::File(-1),
-        Key::Tab => Action::Scene(None),
+        Key::Tab => Action::EnterPanel,
+        Key::Char('e' | 'E') => Action::Scene(None),
+        Key::Char('u' | 'U') => Action::Hud,
         Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('l' | 'L') => Action::Overlay,
         Key::Char('c' | 'C') => Action::AutoRange,

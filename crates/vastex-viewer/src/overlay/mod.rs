@@ -2,11 +2,14 @@
 //!
 //! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback. docs/overlays.md says how to read them.
 
+mod small;
+
 use vastex::diagnostics::{FeedbackTarget, SlotUsage};
 use vastex::{Error, LayerId, Textures};
 
 use crate::stage::{StageScene, Target};
 use crate::surface::{ScenePipelines, SceneRenderer};
+pub use small::SmallOverlay;
 
 /// What is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

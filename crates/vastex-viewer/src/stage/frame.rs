@@ -78,6 +78,15 @@ pub struct Frame<'a, S: StageScene + ?Sized> {
     pub pictures: Pictures,
 }
 
+/// How long the GPU took for a part of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartTime {
+    /// What the part is called.
+    pub part: String,
+    /// Milliseconds.
+    pub ms: f32,
+}
+
 impl<S: StageScene + ?Sized> Frame<'_, S> {
     /// Records a frame: places the cameras, has the views say what they want, updates the textures, and draws. `tell` may say in
     /// another way what is wanted, after the cameras are in place. What is given back is to be submitted before the next frame.
@@ -89,12 +98,27 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         target: &Target<'_>,
         tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
     ) -> Result<wgpu::CommandEncoder, Error> {
+        self.record_marked(gpu, textures, scene, target, tell, |_, _| {})
+    }
+
+    /// The same, where `mark` is told in front of the commands of each part of the frame which part that is: `feedback`, `picture`, and
+    /// nothing at the end. It may add commands of its own that measure them.
+    pub fn record_marked(
+        &self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        scene: &S,
+        target: &Target<'_>,
+        tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
+        mut mark: impl FnMut(&mut wgpu::CommandEncoder, Option<&'static str>),
+    ) -> Result<wgpu::CommandEncoder, Error> {
         let (picture, sampled) = (self.picture, scene.sampled());
         textures.bind_group(sampled)?;
         for StageView { camera, pose, .. } in self.views {
             scene.place(camera, &gpu.queue, textures, pose, picture);
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        mark(&mut encoder, Some("feedback"));
         tell(textures, &mut encoder)?;
         for StageView { view, camera, .. } in self.views.iter().filter(|_| self.has_feedback) {
             textures.view_mut(*view)?.feedback(&mut encoder, picture, |pass, groups| {
@@ -108,6 +132,7 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
             })?;
         }
         textures.update()?;
+        mark(&mut encoder, Some("picture"));
         let is_drawn = match self.pictures {
             Pictures::Always => true,
             Pictures::ForFeedback => textures.inspect().feedback_mode() == FeedbackMode::Inline,
@@ -123,6 +148,7 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         if is_drawn {
             target.encode(&mut encoder);
         }
+        mark(&mut encoder, None);
         Ok(encoder)
     }
 }

@@ -5,11 +5,15 @@ mod frame;
 mod linear;
 mod read;
 mod target;
+#[cfg(feature = "gpu-times")]
+mod timer;
 mod uniform;
 
 pub use canvas::Canvas;
-pub use frame::{Frame, Pictures, StageScene, StageView, draw_again};
+pub use frame::{Frame, PartTime, Pictures, StageScene, StageView, draw_again};
 pub use linear::{LinearTarget, TargetKind, encode_text, takes_light};
 pub use read::{ReadBackError, TextureRead};
 pub use target::{DEPTH_FORMAT, Target, depth_view, filled_buffer};
+#[cfg(feature = "gpu-times")]
+pub use timer::GpuTimer;
 pub use uniform::Uniform;

@@ -156,6 +156,11 @@ pub(super) type Copied = Arc<BeltTile>;
 pub(super) type Copied = std::convert::Infallible;
 
 impl Gpu {
+    /// Another belt, where tiles go by one, as large as the budgets need.
+    pub(crate) fn set_budgets(&self, settings: &Settings) {
+        self.uploads.begin_anew(&self.device, settings);
+    }
+
     /// Puts the tiles that were taken into their slots: by commands those that lie on the belt, through the queue, and so before these
     /// commands, the others. Of several for one slot the last.
     pub(super) fn copy_tiles(&self, encoder: &mut wgpu::CommandEncoder) -> Result<Vec<Copied>, Error> {

@@ -60,10 +60,7 @@ impl Paging {
     pub(crate) fn new(settings: &Settings) -> Result<Paging, Error> {
         Ok(Paging {
             lock_step: LockStep::of(settings.pace, cfg!(target_family = "wasm"))?,
-            pager: Pager::new(Budgets {
-                upload_bytes_per_frame: settings.upload_bytes_per_frame,
-                in_flight_bytes: settings.in_flight_bytes,
-            }),
+            pager: Pager::new(budgets(settings)),
             loader: Loader::with(settings.of_loader(), Arc::new(SystemClock::new()))?,
             ram: RamBudget::new(settings.ram_cache_bytes),
             tickets: OpenTickets::default(),
@@ -116,6 +113,16 @@ impl Paging {
         moves: &mut Vec<SlotMove>,
     ) -> Result<(), PoolError> {
         self.pager.resize_pool(pool, slots, moves)
+    }
+
+    /// Sets how the mip bias of a pool is decided.
+    pub(crate) fn set_bias_rule(&mut self, pool: PoolId, rule: Option<BiasRule>) {
+        self.pager.set_bias_rule(pool, rule);
+    }
+
+    /// Sets the budgets that are said of uploads and of loads.
+    pub(crate) fn set_budgets(&mut self, settings: &Settings) {
+        self.pager.set_budgets(budgets(settings));
     }
 
     /// The pools are empty but for the tails.
@@ -233,4 +240,10 @@ impl Paging {
         }
         self.pager.invalidate(texture, region)
     }
+}
+
+/// What the pager is told of the settings.
+fn budgets(settings: &Settings) -> Budgets {
+    let Settings { upload_bytes_per_frame, in_flight_bytes, .. } = *settings;
+    Budgets { upload_bytes_per_frame, in_flight_bytes }
 }

@@ -2,7 +2,9 @@
 //!
 //! For people and tools. What shaders can tell of a place is `vastex_inspect`'s business; questions about pixels are `pixels`'.
 
-use vastex_core::{Explanation, History, PageId, PageState, SlotUsage, TextureNumber, WantedPage};
+use vastex_core::{
+    BiasRule, Explanation, History, PageId, PageState, PoolId, SlotUsage, TextureNumber, WantedPage,
+};
 use vastex_wgpu::{FeedbackMode, FeedbackScale, FeedbackTarget};
 
 use super::Textures;
@@ -77,6 +79,18 @@ impl<'a> Inspect<'a> {
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
         let pool = self.textures.texture(texture).ok().and_then(|texture| texture.pool());
         pool.map_or_else(Vec::new, |pool| self.textures.paging.pager().pool(pool).slots())
+    }
+
+    /// How the mip bias of a pool is decided: nothing where there is never one, or no such pool.
+    pub fn bias_rule(&self, pool: PoolId) -> Option<BiasRule> {
+        self.textures.paging.pager().pools().find(|pager| pager.pool() == pool)?.bias_rule()
+    }
+
+    /// What is in each slot of a pool; nothing where one is free. Empty where there is no such pool. Costs a visit of every page that has a
+    /// state.
+    pub fn slots(&self, pool: PoolId) -> Vec<Option<SlotUsage>> {
+        let pager = self.textures.paging.pager().pools().find(|pager| pager.pool() == pool);
+        pager.map_or_else(Vec::new, |pager| pager.slots())
     }
 
     /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people and tools, not for each frame.

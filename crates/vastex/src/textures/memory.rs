@@ -1,8 +1,8 @@
-//! GPU memory: pools that grow and shrink while pictures are drawn, and a device that is lost.
+//! GPU memory: pools that grow and shrink while pictures are drawn, budgets and rules that change, and a device that is lost.
 //!
 //! What stays in a pool and where it goes is the pager's decision; the memory is taken, and tiles and page tables follow.
 
-use vastex_core::PoolId;
+use vastex_core::{BiasRule, PoolId};
 
 use super::Textures;
 use crate::error::Error;
@@ -84,6 +84,30 @@ impl Memory<'_> {
             }
         }
         Ok(resized)
+    }
+
+    /// Sets how the mip bias of a pool is decided, between two frames; nothing for never one. The picture becomes coarser at once where
+    /// the new rule says so, and sharper as tiles come. Pools that are added later have the rule of their settings. Fails where
+    /// there is no such pool. Costs a visit of each page of the working set.
+    pub fn set_bias_rule(&mut self, pool: PoolId, rule: Option<BiasRule>) -> Result<(), Error> {
+        if self.textures.gpu.pools().get(usize::from(pool.number())).is_none() {
+            return Err(Error::NoPool(pool));
+        }
+        self.textures.paging.set_bias_rule(pool, rule);
+        Ok(())
+    }
+
+    /// Sets [`crate::Settings::upload_bytes_per_frame`] and [`crate::Settings::in_flight_bytes`] from the next frame on. Loads beyond a
+    /// smaller budget come all the same, and no others are begun until they have; tiles that wait on a belt then go through the queue.
+    pub fn set_budgets(&mut self, upload_bytes_per_frame: u64, in_flight_bytes: u64) {
+        let Textures { settings, paging, gpu, .. } = &mut *self.textures;
+        let before = (settings.upload_bytes_per_frame, settings.in_flight_bytes);
+        if before != (upload_bytes_per_frame, in_flight_bytes) {
+            (settings.upload_bytes_per_frame, settings.in_flight_bytes) =
+                (upload_bytes_per_frame, in_flight_bytes);
+            paging.set_budgets(settings);
+            gpu.set_budgets(settings);
+        }
     }
 
     /// Goes on with another device, after [`crate::GpuError::DeviceLost`]: makes the pools and page tables anew and puts

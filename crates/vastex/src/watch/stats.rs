@@ -17,6 +17,34 @@ pub struct PoolStats {
     pub pager: Stats,
 }
 
+impl PoolStats {
+    /// Bytes of a slot, about: those of the pool divided among its slots.
+    pub fn tile_bytes(&self) -> u64 {
+        self.bytes / u64::from(self.pager.slots.max(1))
+    }
+
+    /// The slots that a view may take before it becomes coarser: 90 %, so that what comes into view finds room.
+    pub fn room(&self) -> u32 {
+        (u64::from(self.pager.slots) * 9 / 10) as u32
+    }
+
+    /// Whether all that is wanted now takes no more than 80 % of the slots, so that a mip bias that is still in force falls.
+    pub fn fits(&self) -> bool {
+        u64::from(self.pager.wanted) * 5 <= u64::from(self.pager.slots) * 4
+    }
+
+    /// Whether the pool is too small for what views want now: it is shown coarser than that, and will be.
+    pub fn is_oversubscribed(&self) -> bool {
+        let Stats { wanted, slots, bias_eighths, .. } = self.pager;
+        bias_eighths > 0 && !self.fits() || wanted > slots
+    }
+
+    /// The size of a pool, in bytes, in which all that is wanted now is shown without a mip bias: that takes 80 % of it, in whole MiB.
+    pub fn bytes_wanted(&self) -> u64 {
+        (u64::from(self.pager.wanted) * self.tile_bytes() * 5).div_ceil(4).next_multiple_of(1 << 20)
+    }
+}
+
 /// How the loop stands after a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {

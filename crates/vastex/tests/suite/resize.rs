@@ -1,7 +1,8 @@
 //! Pools that grow and shrink while pictures are drawn: the picture stays, tiles are not loaded again, bytes are kept to.
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
-use vastex::{AddressMode, Error, PoolId, PoolSettings, Settings};
+use vastex::diagnostics::Integrator;
+use vastex::{AddressMode, BiasRule, Error, PoolId, PoolSettings, Settings};
 
 const SIZE: [u32; 2] = [1000, 777];
 const TILE: u64 = 40 * 40 * 4;
@@ -58,6 +59,45 @@ fn a_pool_that_is_too_small_becomes_coarser_and_sharpens_when_it_grows() {
     look(&mut screen, 0.3);
     screen.converge();
     assert_eq!(screen.textures.stats().pager.bias_eighths, 0);
+    assert!(screen.picture() == sharp);
+}
+
+#[test]
+fn rules_and_budgets_change_while_pictures_are_drawn() {
+    let mut screen = two_textures(400);
+    let sharp = screen.picture();
+    screen.textures.memory().resize_pool(POOL, 40 * TILE).unwrap();
+    screen.converge();
+    let solved = screen.picture();
+    assert_eq!(screen.textures.inspect().bias_rule(POOL), Some(BiasRule::Solved));
+    screen.textures.memory().set_bias_rule(POOL, None).unwrap();
+    (0..40).for_each(|_| drop(screen.frame().unwrap()));
+    assert_eq!(
+        (screen.textures.inspect().bias_rule(POOL), screen.textures.stats().pager.bias_eighths),
+        (None, 0)
+    );
+    let rule = BiasRule::Integrating(Integrator { rate: 20.0, ..Integrator::default() });
+    screen.textures.memory().set_bias_rule(POOL, Some(rule)).unwrap();
+    (0..60).for_each(|_| drop(screen.frame().unwrap()));
+    assert!(screen.textures.stats().pager.bias_eighths > 0, "hunted");
+    screen.textures.memory().set_bias_rule(POOL, Some(BiasRule::Solved)).unwrap();
+    screen.converge();
+    assert!(screen.picture() == solved, "as if there had been no other rule");
+    let error = screen.textures.memory().set_bias_rule(PoolId::new(7), None).unwrap_err();
+    assert!(matches!(error, Error::NoPool(_)), "{error}");
+    // A tile a frame, and then as many as there are.
+    screen.textures.memory().set_budgets(TILE, TILE);
+    screen.textures.memory().resize_pool(POOL, 400 * TILE).unwrap();
+    let loaded = |screen: &Screen| screen.textures.stats().pager.loaded;
+    let before = loaded(&screen);
+    (0..10).for_each(|_| drop(screen.frame().unwrap()));
+    let slow = loaded(&screen) - before;
+    assert!((1..=14).contains(&slow), "{slow} tiles in ten frames, after a full bucket of four");
+    screen.textures.memory().set_budgets(100 * TILE, 100 * TILE);
+    (0..10).for_each(|_| drop(screen.frame().unwrap()));
+    assert!(loaded(&screen) - before > 3 * slow, "{} tiles after {slow}", loaded(&screen) - before);
+    assert_eq!(screen.textures.inspect().settings().upload_bytes_per_frame, 100 * TILE);
+    screen.converge();
     assert!(screen.picture() == sharp);
 }
 

@@ -11,8 +11,9 @@ pub(super) const ROOMS: &[Room] = &[
     ("input", &["camera", "scene"]),
     ("stage", &["gpu"]),
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
-    ("overlay", &["stage", "surface"]),
+    ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage"]),
     ("panels", &["camera", "input", "inspect", "layers", "surface"]),
+    ("hud", &["overlay", "stage"]),
     ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
 ];

@@ -18,6 +18,12 @@ impl Viewer {
         if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
             self.remove([preview]);
         }
+        // Where textures were made again, the last picture stays until their file is there.
+        if self.is_empty() && self.again.is_some() && self.opening.is_some() {
+            return Ok(());
+        }
+        self.ask_below_pointer(pose)?;
+        self.draw_small_overlays(pose);
         self.run_panel(pose);
         self.compare();
         let frame = self.surface.acquire();
@@ -77,6 +83,7 @@ impl Viewer {
             self.textures.set_frame_time(now.duration_since(before));
             if self.is_busy {
                 self.title.count_frame(now.duration_since(before));
+                self.hud.frames.push(now.duration_since(before));
             }
         }
         // What comes next says what it wants, and what is displayed is drawn as it is.
@@ -90,9 +97,21 @@ impl Viewer {
         if !is_alone {
             renderer.set_pose(queue, &self.textures, &pose, size);
         }
-        let mut encoder = recorded.record(&self.gpu, &mut self.textures, heard, &target, |_, _| Ok(()))?;
+        let mut timer = self.hud.timer(&self.gpu);
+        let mut mark = |encoder: &mut wgpu::CommandEncoder, part: Option<&'static str>| {
+            timer.iter_mut().for_each(|timer| timer.mark(encoder, part));
+        };
+        let mut encoder = recorded.record_marked(
+            &self.gpu,
+            &mut self.textures,
+            heard,
+            &target,
+            |_, _| Ok(()),
+            &mut mark,
+        )?;
         match &displayed.overlay {
             Some(overlay) => {
+                mark(&mut encoder, Some("overlay"));
                 overlay.draw(&mut encoder, renderer, &self.textures, &target);
                 target.encode(&mut encoder);
             }
@@ -104,8 +123,13 @@ impl Viewer {
         let format = self.surface.viewed_format();
         // What is uploaded for the panel cannot say that the device is gone.
         self.textures.inspect().check_device()?;
+        mark(&mut encoder, Some("panels"));
         self.shell.paint(&self.gpu, &mut encoder, (&frame.view, format), size);
+        timer.iter_mut().for_each(|timer| timer.resolve(&mut encoder));
         queue.submit([encoder.finish()]);
+        if let Some(timer) = timer {
+            timer.end_frame();
+        }
         self.surface.present(frame);
         // While the first picture is looked at.
         renderer.compile_all();

@@ -40,13 +40,16 @@ impl Viewer {
     /// Lays another source over what is displayed: the layers of it that the command line names, else its first one, over all others.
     pub(in super::super) fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<()> {
         self.finish_taking_over();
-        let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
+        let Some(displayed) = self.display.displayed() else { return Ok(()) };
         let count = displayed.textures().len();
         let mut settings = self.settings.clone();
-        settings.options.layers = with_another(&settings.options.layers, &self.first_layers, count);
+        settings.options.layers =
+            with_another(&settings.options.layers, self.asked_layers(self.layers_of), count);
+        let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
         displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
         displayed.name = format!("{} + {name}", displayed.name);
         self.settings = settings;
+        self.change_pools_again();
         self.minimap.forget();
         self.wake();
         Ok(())

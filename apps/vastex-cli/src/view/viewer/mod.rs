@@ -1,6 +1,7 @@
 //! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about is in `drawing`.
 
 mod drawing;
+mod hud;
 mod layers;
 mod measuring;
 mod notices;
@@ -33,7 +34,8 @@ use super::times::Times;
 use super::title::Title;
 use crate::args::ViewArgs;
 use crate::commands::render;
-use crate::{report, shortage};
+use crate::report;
+use hud::{Again, WindowHud};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
 /// whole jitter cycle belongs to a view.
@@ -76,6 +78,9 @@ pub(super) struct Viewer {
     shell: Shell,
     panel: Panel,
     minimap: Minimap,
+    hud: WindowHud,
+    /// That textures were made again, since the last time that they were.
+    again: Option<Again>,
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
@@ -85,6 +90,8 @@ pub(super) struct Viewer {
     values: Option<panel::Values>,
     /// What the last frame had to say.
     shown_notice: Option<String>,
+    /// Pixels of which a person asked to be told in words.
+    to_print: Vec<[u32; 2]>,
     /// What was asked for in the panel and is the host's to do.
     asked: Vec<Asked>,
     /// What is measured, if that is asked for.
@@ -109,12 +116,15 @@ impl Viewer {
             shell: Shell::new(window.clone()),
             panel: Panel::new(Recent::load(), Bookmarks::load()),
             minimap: Minimap::default(),
+            hud: WindowHud::default(),
+            again: None,
             first_layers: args.shown().layers,
             layers_of: 0,
             begun: Instant::now(),
             values: None,
             shown_notice: None,
             asked: Vec::new(),
+            to_print: Vec::new(),
             window,
             surface,
             textures,
@@ -205,7 +215,7 @@ impl Viewer {
         let is_other = self.layers_of != opening;
         if is_other {
             // Those of other files come when these are laid over it.
-            let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
+            let layers = self.asked_layers(opening).iter().filter(|layer| layer.texture == 0);
             settings.options.layers = layers.cloned().collect();
         }
         let source = (name, source);
@@ -214,9 +224,37 @@ impl Viewer {
         if is_other {
             (self.layers_of, self.settings, self.panel.display) =
                 (opening, settings, DisplayPanel::default());
-            self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());
+            if !self.is_again(opening) {
+                self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());
+            }
         }
+        self.change_pools_again();
         Ok(made)
+    }
+
+    /// Whether an opening is of the file that was displayed when textures were made again.
+    fn is_again(&self, opening: u64) -> bool {
+        self.again.as_ref().is_some_and(|again| again.opening == Some(opening))
+    }
+
+    /// How the layers of the file of an opening are displayed at first, and those of files over it.
+    pub(super) fn asked_layers(&self, opening: u64) -> &[LayerOptions] {
+        match &self.again {
+            Some(again) if again.opening == Some(opening) => &again.layers,
+            _ => &self.first_layers,
+        }
+    }
+
+    /// The opening is of the file that was displayed when textures were made again.
+    pub(super) fn opens_again(&mut self, opening: u64) {
+        if let Some(again) = &mut self.again {
+            again.opening = Some(opening);
+        }
+    }
+
+    /// Whether anything has been displayed so far.
+    pub(super) fn has_displayed(&self) -> bool {
+        self.layers_of > 0
     }
 
     /// What is displayed is another one than before.
@@ -243,6 +281,7 @@ impl Viewer {
     pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
         self.finish_taking_over();
         self.shell.forget_device();
+        self.hud.forget_device();
         let Viewer { window, mut textures, display: displayed, surface, gpu, settings, .. } = self;
         // A window has one surface at a time.
         drop((surface, gpu));
@@ -268,6 +307,7 @@ impl Viewer {
     /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it, and its value.
     pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
         self.pointer = pointer;
+        self.hud.pointer_moved(pointer.filter(|_| !self.shell.is_over_panel()));
         self.update_title(&self.textures.stats(), pose);
     }
 
@@ -300,6 +340,7 @@ impl Viewer {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
             report::say(&format!("{}: the pools keep their size: {error}", self.name()));
         }
+        self.size_pools_by_hand();
     }
 
     /// The view changes.
@@ -347,10 +388,15 @@ impl Viewer {
 
     /// Draws the next overlay in the place of the picture; after the last, the picture.
     pub(super) fn next_overlay(&mut self) {
-        self.settings.overlay = Overlay::next(self.settings.overlay);
+        self.show_overlay(Overlay::next(self.settings.overlay));
+    }
+
+    /// Draws an overlay in the place of the picture, or the picture.
+    pub(super) fn show_overlay(&mut self, overlay: Option<Overlay>) {
+        self.settings.overlay = overlay;
         self.finish_taking_over();
         if let Some(source) = self.display.displayed_mut() {
-            source.draw_overlay(&self.gpu, &self.textures, self.settings.overlay);
+            source.draw_overlay(&self.gpu, &self.textures, overlay);
         }
     }
 
@@ -359,6 +405,7 @@ impl Viewer {
         let Some(Displayed { renderer, .. }) = self.display.displayed() else { return Ok(()) };
         let (asked, size) = ((renderer, renderer.camera(), &pose), self.surface.size());
         inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
+        self.to_print.push(pixel);
         Ok(())
     }
 
@@ -372,7 +419,7 @@ impl Viewer {
             }
             // Each frame looks for answers, also where nothing moves.
             () if awake || self.textures.pixels().asked() > 0 || self.display.next().is_some() => Wake::Now,
-            () if !self.is_settled(&stats) => Wake::Now,
+            () if !self.is_settled(&stats) || self.hud.is_due() => Wake::Now,
             () if stats.pager.failed > 0 => Wake::After(SLOW),
             () => self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After),
         };
@@ -396,7 +443,7 @@ impl Viewer {
 
     /// Whether the picture stays as it is: everything is there, and no mip bias is about to fall.
     fn is_settled(&self, stats: &FrameStats) -> bool {
-        let is_falling = |pool: &PoolStats| pool.pager.bias_eighths > 0 && shortage::fits(&pool.pager);
+        let is_falling = |pool: &PoolStats| pool.pager.bias_eighths > 0 && pool.fits();
         let at_rest = stats.converged && stats.fading == 0 && self.unsettled == 0;
         at_rest && !stats.pools.iter().any(is_falling)
     }

@@ -80,12 +80,16 @@ impl Viewer {
         }
     }
 
-    /// Prints the answers that have arrived: in the title, and in full on stdout.
+    /// Tells the answers that have arrived: in the panel, and of what a person asked for in words in the title and in full on stdout.
     pub(super) fn print_explained(&mut self) -> Result<()> {
         for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
-            let explained = Explained::new(pixel, &explanations);
-            self.title.notify(explained.line(), Instant::now());
-            report::print(&explained.text())?;
+            if let Some(at) = self.to_print.iter().position(|asked| *asked == pixel) {
+                self.to_print.swap_remove(at);
+                let explained = Explained::new(pixel, &explanations);
+                self.title.notify(explained.line(), Instant::now());
+                report::print(&explained.text())?;
+            }
+            self.hud.show_explained(ExplainedPixel { pixel, explanations });
         }
         Ok(())
     }

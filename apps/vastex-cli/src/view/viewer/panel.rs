@@ -50,6 +50,14 @@ impl Viewer {
         self.panel.open_or_close();
     }
 
+    /// Opens the panel, and gives its first control the keys.
+    pub(in super::super) fn enter_panel(&mut self) {
+        if !self.panel.is_open() {
+            self.panel.open_or_close();
+        }
+        self.shell.focus_next();
+    }
+
     /// Shows the keys and gestures, or hides them.
     pub(in super::super) fn show_or_hide_keys(&mut self) {
         self.panel.show_or_hide_keys();
@@ -82,6 +90,7 @@ impl Viewer {
         let is_settled = self.is_settled(&self.textures.stats());
         let name = self.name().to_owned();
         let shown = self.panel_textures();
+        let hud_data = self.hud_data();
         let mut options = self.settings.options.layers.clone();
         let mut compare_mode = self.settings.options.compare_mode;
         let (mut asked, mut is_changed) = (Vec::new(), false);
@@ -99,7 +108,11 @@ impl Viewer {
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
         let minimap = &mut self.minimap;
+        let (hud, mut hud_changes) = (&mut self.hud.panel, Vec::new());
         self.shell.run(|ui| {
+            if let Some(data) = &hud_data {
+                hud_changes = hud.show(ui, data);
+            }
             let texture = shown.as_ref().map(|textures| ShownTextures {
                 textures,
                 shown: &mut options,
@@ -147,6 +160,7 @@ impl Viewer {
         if is_changed && self.settings.options.layers != options {
             self.show_layers(options);
         }
+        hud_changes.into_iter().for_each(|change| self.change(change));
     }
 
     /// Looks at the values in view while the panel shows them, no more often than they are of use.

@@ -1,0 +1,262 @@
+//! What the machine does, in the window: what the panel is told of it, and what becomes of what a person changes there.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use vastex::diagnostics::ExplainedPixel;
+use vastex::{BiasRule, FeedbackMode, PoolId, Settings, Textures};
+use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose};
+use vastex_viewer::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail};
+use vastex_viewer::inspect;
+use vastex_viewer::overlay::SmallOverlay;
+use vastex_viewer::stage::{GpuTimer, TargetKind};
+
+use super::super::display::Display;
+use super::super::displayed::Displayed;
+use super::super::panel::Asked;
+use super::Viewer;
+
+/// The panel, and what it is told beside what the textures say.
+#[derive(Default)]
+pub(super) struct WindowHud {
+    pub(super) panel: Hud,
+    is_shown: bool,
+    /// From frame to frame, where the next follows without a pause.
+    pub(super) frames: FrameTimes,
+    timer: Option<GpuTimer>,
+    small: Option<SmallOverlays>,
+    explained: Option<ExplainedPixel>,
+    /// The pixel below the pointer, if it has yet to be asked about.
+    to_ask: Option<[u32; 2]>,
+    /// Whether something has come that the panel does not show yet.
+    is_stale: bool,
+    /// Bytes of the pools whose sizes a person chose.
+    sizes: BTreeMap<PoolId, u64>,
+    /// The rules that a person chose.
+    rules: BTreeMap<PoolId, Option<BiasRule>>,
+}
+
+/// The page table and the pool, small, and by what they are known to what draws the panel.
+struct SmallOverlays {
+    overlays: Vec<SmallOverlay>,
+    names: Vec<egui::TextureId>,
+    painter: u64,
+    /// What they are of.
+    of: (vastex::LayerId, wgpu::TextureFormat),
+}
+
+/// What is to be as it was once textures that were made again have the file again.
+pub(super) struct Again {
+    /// The opening of the file, once it has begun.
+    pub(super) opening: Option<u64>,
+    /// How layers were displayed.
+    pub(super) layers: Vec<LayerOptions>,
+}
+
+impl WindowHud {
+    /// What measures a frame while the panel is shown.
+    pub(super) fn timer(&mut self, gpu: &Gpu) -> Option<&mut GpuTimer> {
+        self.is_shown.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(gpu)))
+    }
+
+    /// The pointer is over this pixel of the picture, or over none.
+    pub(super) fn pointer_moved(&mut self, pixel: Option<DVec2>) {
+        let pixel = pixel.filter(|pixel| self.is_shown && pixel.min_element() >= 0.0);
+        self.to_ask = pixel.map(|pixel| [pixel.x as u32, pixel.y as u32]);
+    }
+
+    /// Whether a frame is due for the panel alone.
+    pub(super) fn is_due(&self) -> bool {
+        self.is_shown && (self.is_stale || self.to_ask.is_some())
+    }
+
+    /// Why a pixel shows what it shows, for the frame that comes.
+    pub(super) fn show_explained(&mut self, explained: ExplainedPixel) {
+        self.explained = Some(explained);
+        self.is_stale = true;
+    }
+
+    /// The device is gone, and what was made on it.
+    pub(super) fn forget_device(&mut self) {
+        (self.timer, self.small) = (None, None);
+    }
+}
+
+impl Viewer {
+    /// Shows what the machine does, or hides it.
+    pub(in super::super) fn show_or_hide_hud(&mut self) {
+        self.hud.is_shown = !self.hud.is_shown;
+        (self.hud.small, self.hud.explained, self.hud.to_ask) = (None, None, None);
+    }
+
+    /// Asks about the pixel below the pointer, while the panel is shown and no other question is open.
+    pub(super) fn ask_below_pointer(&mut self, pose: Pose) -> anyhow::Result<()> {
+        if self.textures.pixels().asked() > 0 {
+            return Ok(());
+        }
+        let Some(pixel) = self.hud.to_ask.take() else { return Ok(()) };
+        let size = self.surface.size();
+        if let Some(Displayed { renderer, .. }) = self.display.displayed()
+            && pixel[0] < size[0]
+            && pixel[1] < size[1]
+        {
+            let asked = (renderer, renderer.camera(), &pose);
+            inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
+        }
+        Ok(())
+    }
+
+    /// Draws the page table and the pool, small, while the panel is shown.
+    pub(super) fn draw_small_overlays(&mut self, pose: Pose) {
+        if !self.hud.is_shown {
+            return;
+        }
+        let Some(displayed) = self.display.displayed() else {
+            self.hud.small = None;
+            return;
+        };
+        let renderer = &displayed.renderer;
+        let (format, of) = (self.surface.viewed_format(), (renderer.layer(), renderer.format()));
+        let is_good =
+            |small: &SmallOverlays| small.of == of && Some(small.painter) == self.shell.painter_of(format);
+        if !self.hud.small.as_ref().is_some_and(is_good) {
+            let is_of_surface = [TargetKind::Direct, TargetKind::Linear]
+                .map(|kind| kind.drawn_format(format))
+                .contains(&of.1);
+            let make = |overlay| SmallOverlay::new(&self.gpu, &self.textures, renderer, overlay, format);
+            let overlays: Option<Vec<SmallOverlay>> = is_of_surface
+                .then(|| {
+                    [Overlay::Table, Overlay::Atlas].into_iter().map(make).collect::<Result<_, _>>().ok()
+                })
+                .flatten();
+            let Some(overlays) = overlays else {
+                self.hud.small = None;
+                return;
+            };
+            let views: Vec<&wgpu::TextureView> = overlays.iter().map(SmallOverlay::view).collect();
+            let (names, painter) = self.shell.show_pictures(&self.gpu, format, &views);
+            self.hud.small = Some(SmallOverlays { overlays, names, painter, of });
+        }
+        if let Some(small) = &mut self.hud.small {
+            for overlay in &mut small.overlays {
+                // What cannot be drawn stays as it was: the frame itself says why.
+                drop(overlay.draw(&self.gpu, &self.textures, renderer, &pose));
+            }
+        }
+    }
+
+    /// What the panel is told, while it is shown.
+    pub(super) fn hud_data(&mut self) -> Option<HudData> {
+        if !self.hud.is_shown {
+            return None;
+        }
+        self.hud.is_stale = false;
+        let mut data = HudData::of(&self.textures);
+        for pool in &mut data.pools {
+            pool.is_sized_by_hand = self.hud.sizes.contains_key(&pool.stats.pool);
+        }
+        let hud = &self.hud;
+        if let Some(SmallOverlays { overlays, names, .. }) = &hud.small {
+            let thumbnail = |(overlay, name): (&SmallOverlay, &egui::TextureId)| MachineThumbnail {
+                overlay: overlay.overlay(),
+                picture: *name,
+                size: overlay.size(),
+            };
+            data.thumbnails = overlays.iter().zip(names).map(thumbnail).collect();
+        }
+        Some(HudData {
+            filter: self.settings.options.layers.first().and_then(|layer| layer.filter),
+            overlay: self.settings.overlay,
+            explained: hud.explained.clone(),
+            frames: hud.frames.clone(),
+            gpu_times: hud.timer.as_ref().filter(|timer| timer.is_able()).map(|timer| timer.times().to_vec()),
+            ..data
+        })
+    }
+
+    /// Changes what a person changed in the panel. What cannot be is said, and stays as it was.
+    pub(super) fn change(&mut self, change: HudChange) {
+        let changed = match change {
+            HudChange::PoolBytes(pool, Some(bytes)) => self.size_pool(pool, bytes),
+            HudChange::PoolBytes(pool, None) => {
+                self.hud.sizes.remove(&pool);
+                self.fit_pools();
+                Ok(())
+            }
+            HudChange::Rule(pool, rule) => {
+                self.hud.rules.insert(pool, rule);
+                self.textures.memory().set_bias_rule(pool, rule)
+            }
+            HudChange::Budgets { uploads, in_flight } => {
+                self.textures.memory().set_budgets(uploads, in_flight);
+                Ok(())
+            }
+            HudChange::Filter(filter) => {
+                self.show_layers(filtered(self.layers_or_first(), filter));
+                Ok(())
+            }
+            HudChange::Overlay(overlay) => {
+                self.show_overlay(overlay);
+                Ok(())
+            }
+            HudChange::Feedback(mode) => self.make_again(mode),
+        };
+        if let Err(error) = changed {
+            self.notify(&error.to_string());
+        }
+        self.is_shortage_reported = false;
+        self.wake();
+    }
+
+    fn size_pool(&mut self, pool: PoolId, bytes: u64) -> Result<(), vastex::Error> {
+        self.textures.memory().resize_pool(pool, bytes)?;
+        self.hud.sizes.insert(pool, bytes);
+        Ok(())
+    }
+
+    /// Pools whose sizes a person chose have these again.
+    pub(super) fn size_pools_by_hand(&mut self) {
+        let there = self.textures.stats().pools.len();
+        let sizes = self.hud.sizes.clone().into_iter();
+        for (pool, bytes) in sizes.filter(|(pool, _)| usize::from(pool.number()) < there) {
+            if let Err(error) = self.textures.memory().resize_pool(pool, bytes) {
+                self.notify(&error.to_string());
+            }
+        }
+    }
+
+    /// Makes the textures again, which say otherwise what is wanted. Their host opens the file again; the last picture stays until it is there.
+    fn make_again(&mut self, mode: FeedbackMode) -> Result<(), vastex::Error> {
+        let before = self.textures.inspect().settings().clone();
+        let settings = Settings { feedback: Some(mode), picture: self.surface.size(), ..before };
+        let textures = Textures::new(&self.gpu.device, &self.gpu.queue, settings)?;
+        self.again = Some(Again { opening: None, layers: self.settings.options.layers.clone() });
+        (self.display, self.textures) = (Display::Empty, textures);
+        (self.hud.small, self.values) = (None, None);
+        self.minimap.forget();
+        self.asked.push(Asked::OpenAgain);
+        Ok(())
+    }
+
+    /// Pools have the sizes and rules again that a person chose, where textures were made again.
+    pub(super) fn change_pools_again(&mut self) {
+        self.size_pools_by_hand();
+        for (pool, rule) in self.hud.rules.clone() {
+            // One that is not there yet comes with a file that is laid over.
+            drop(self.textures.memory().set_bias_rule(pool, rule));
+        }
+    }
+
+    /// The layers that are shown, where nobody has chosen any the first of each texture.
+    fn layers_or_first(&self) -> Vec<LayerOptions> {
+        let chosen = self.settings.options.layers.clone();
+        let count = self.display.displayed().map_or(0, |displayed| displayed.textures().len());
+        let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
+        if chosen.is_empty() { (0..count).map(first_of).collect() } else { chosen }
+    }
+}
+
+fn filtered(mut layers: Vec<LayerOptions>, filter: Option<vastex::Filter>) -> Vec<LayerOptions> {
+    layers.iter_mut().for_each(|layer| layer.filter = filter);
+    layers
+}
