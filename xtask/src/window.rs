@@ -1,9 +1,12 @@
 //! The step that opens the program's window, on a display that is none.
 //!
 //! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is opened, redrawn
-//! and closed, with containers and with images that nobody built, and used by keys and pointer (`hands`). Where there is no virtual display the step is skipped, loudly.
+//! and closed, with containers and with images that nobody built, and used by keys and pointer (`hands`), with a picture of
+//! every step of that in `target/window/steps`. Where there is no virtual display the step is skipped, loudly.
 
+mod display;
 mod hands;
+mod png;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -2,94 +2,70 @@
 //! came of them.
 
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use super::display::{Display, SIZE};
 use crate::shell;
 
 /// As long something may take.
 const PATIENCE: Duration = Duration::from_secs(30);
-const SIZE: [usize; 2] = [1280, 800];
-/// Where the pointer rests: within the picture, beside the panel.
-const PLACE: [usize; 2] = [500, 400];
+/// Where the pointer rests: within the picture, beside the panels.
+const PLACE: [usize; 2] = [640, 400];
+/// Columns of what the machine does, and where a button halves its first pool.
+const HUD: std::ops::Range<usize> = 0..348;
+const HALVE: [usize; 2] = [129, 299];
+/// What a warning is written on, the button that does what it says, what an error is written on and the button that dismisses it.
+const WARNING: [u8; 3] = [255, 186, 66];
+const REMEDY: [u8; 3] = [96, 60, 0];
+const ERROR: [u8; 3] = [122, 30, 30];
+const DISMISS: [u8; 3] = [78, 16, 16];
+/// What graphs are drawn on.
+const GROUND: [u8; 3] = [22, 24, 29];
 
-/// Opens an image, zooms, drags, changes the range, opens and closes the panel, writes into its field, goes to a globe, and ends.
+/// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a file, goes to a globe, looks at
+/// what the machine does, makes its pool too small and large enough again, and ends; opened again it is as it was.
 pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<()> {
     let display = Display::start(place)?;
-    let mut window = Window::open(&display, place, program, image)?;
+    let steps = place.join("steps");
+    fs::create_dir_all(&steps)?;
+    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let mut window = Window::open(&display, (place, program, image), &["--size", &size])?;
     let used = window.walk_through();
-    let said = fs::read_to_string(place.join("hands.txt")).unwrap_or_default();
-    used.with_context(|| format!("the window under a person's hands; it said: {said}"))
-}
-
-/// A display that shows nothing to anybody, and what stands on it.
-struct Display {
-    server: Child,
-    name: String,
-    pixels: PathBuf,
-}
-
-impl Display {
-    fn start(place: &Path) -> Result<Display> {
-        let mut command = shell::command("Xvfb");
-        command
-            .args(["-displayfd", "1", "-screen", "0", &format!("{}x{}x24", SIZE[0], SIZE[1]), "-fbdir"])
-            .arg(place);
-        let mut server = command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn()?;
-        let mut number = String::new();
-        if let Some(output) = server.stdout.take() {
-            BufReader::new(output).read_line(&mut number)?;
-        }
-        let display =
-            Display { server, name: format!(":{}", number.trim()), pixels: place.join("Xvfb_screen0") };
-        ensure!(!number.trim().is_empty(), "Xvfb has not started");
-        Ok(display)
+    if used.is_err() {
+        // What was seen when it went wrong.
+        drop(window.keep("99-failed"));
     }
-
-    /// Whether anything of the rows of columns has another colour, and the mean of all colours of them.
-    fn look(&self, columns: std::ops::Range<usize>) -> Result<Vec<u8>> {
-        let file = fs::read(&self.pixels)?;
-        let word = |n: usize| -> Result<usize> {
-            let bytes = file.get(4 * n..4 * n + 4).context("the display's pixels have no head")?;
-            Ok(u32::from_be_bytes(bytes.try_into()?) as usize)
-        };
-        // The format of xwd: the length of the head, the bytes of a row, and colours of 12 bytes before the pixels.
-        let (first, row_bytes) = (word(0)? + 12 * word(19)?, word(12)?);
-        let row = |y: usize| {
-            file.get(first + y * row_bytes + 4 * columns.start..first + y * row_bytes + 4 * columns.end)
-        };
-        let rows: Option<Vec<&[u8]>> = (0..SIZE[1]).map(row).collect();
-        Ok(rows.context("the display's pixels are cut off")?.concat())
-    }
-}
-
-impl Drop for Display {
-    fn drop(&mut self) {
-        // It ends with everything that is on it.
-        drop(self.server.kill());
-        drop(self.server.wait());
-    }
+    let said = || fs::read_to_string(place.join("hands.txt")).unwrap_or_default();
+    used.with_context(|| format!("the window under a person's hands; it said: {}", said()))?;
+    let mut window = Window::open(&display, (place, program, image), &[])?;
+    window.is_as_before().with_context(|| format!("the window opened again; it said: {}", said()))
 }
 
 struct Window<'a> {
     display: &'a Display,
     program: Child,
     id: String,
+    /// Where pictures of the steps are kept, and what it says is written.
+    place: PathBuf,
 }
 
 impl<'a> Window<'a> {
-    fn open(display: &'a Display, place: &Path, program: &Path, image: &Path) -> Result<Window<'a>> {
+    fn open(
+        display: &'a Display,
+        (place, program, image): (&Path, &Path, &Path),
+        options: &[&str],
+    ) -> Result<Window<'a>> {
         let mut command = Command::new(program);
         command.current_dir(shell::root()).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
         command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
-        command.arg("view").arg(image).args(["--size", &format!("{}x{}", SIZE[0], SIZE[1])]);
+        command.arg("view").arg(image).args(options);
         let program = command.stderr(File::create(place.join("hands.txt"))?).spawn()?;
-        let mut window = Window { display, program, id: String::new() };
+        let mut window = Window { display, program, id: String::new(), place: place.to_owned() };
         window.id = window.until("a window", |window| {
             let found = window.xdotool(&["search", "--onlyvisible", "--name", "png"]).ok()?;
             found.lines().next().map(str::to_owned)
@@ -99,18 +75,49 @@ impl<'a> Window<'a> {
     }
 
     fn walk_through(&mut self) -> Result<()> {
-        let [x, y] = PLACE.map(|side| side.to_string());
-        self.xdotool(&["mousemove", &x, &y])?;
+        self.point(PLACE)?;
         // A texel of the built image is in the title, and nothing changes any more.
         self.until("the image", |window| {
             window.title().filter(|title| !title.contains("opening") && title.contains(": "))
         })?;
         let dark = self.settled()?;
+        self.keep("01-open")?;
         self.key("c")?;
-        let stretched = self.until("another range", |window| {
+        self.until("another range", |window| {
             let seen = window.display.look(0..SIZE[0] - 400).ok()?;
-            (mean(&seen) > mean(&dark) + 20.0).then_some(seen)
+            (mean(&seen) > mean(&dark) + 20.0).then_some(())
         })?;
+        self.keep("02-range")?;
+        let zoomed = self.zoom_and_drag()?;
+        self.use_panel(zoomed)?;
+        self.fail_to_open()?;
+        self.key("F3")?;
+        self.until("a globe", |window| window.title().filter(|title| title.contains("globe")))?;
+        self.settled()?;
+        self.keep("08-globe")?;
+        self.key("F1")?;
+        self.until("the image again", |window| window.magnification().ok())?;
+        self.look_at_machine()?;
+        ensure!(self.quit()?.success(), "it ended with an error");
+        Ok(())
+    }
+
+    /// What is opened again is as it was: its size, and that the machine is shown.
+    fn is_as_before(&mut self) -> Result<()> {
+        self.until("the image", |window| window.magnification().ok())?;
+        let grounds = |window: &mut Self| window.display.find(HUD, GROUND).ok().flatten();
+        self.until("what was shown before", |window| grounds(window).filter(|found| found.count > 10_000))?;
+        self.settled()?;
+        self.keep("14-again")?;
+        let geometry = self.xdotool(&["getwindowgeometry", "--shell", &self.id])?;
+        let has = |what: &str| geometry.lines().any(|line| line == what);
+        ensure!(has("WIDTH=1280") && has("HEIGHT=800"), "opened again it is another size: {geometry}");
+        ensure!(self.quit()?.success(), "it ended with an error");
+        Ok(())
+    }
+
+    /// Percent of the image after it.
+    fn zoom_and_drag(&mut self) -> Result<f64> {
         let magnification = self.magnification()?;
         (0..4).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
         // Four notches of the wheel, each at least a quarter more: winit hears the press and the release of a device without scroll
@@ -123,53 +130,162 @@ impl<'a> Window<'a> {
             (zoomed == std::mem::replace(&mut before, zoomed) && wanted.contains(&zoomed)).then_some(zoomed)
         })?;
         self.settled()?;
+        self.keep("03-zoom")?;
         let texel = self.texel()?;
         self.xdotool(&["mousedown", "1"])?;
         for step in 1..=8 {
-            self.xdotool(&["mousemove", &(PLACE[0] - 20 * step).to_string(), &y])?;
+            self.point([PLACE[0] - 20 * step, PLACE[1]])?;
             sleep(Duration::from_millis(30));
         }
         self.xdotool(&["mouseup", "1"])?;
-        self.xdotool(&["mousemove", &x, &y])?;
+        self.point(PLACE)?;
         self.until("another part of the image", |window| {
             window.texel().ok().filter(|there| there[0] > texel[0] + 10)
         })?;
         ensure!(self.magnification()? == zoomed, "a drag zooms to {} %", self.magnification()?);
-        // The panel opens by its button in a window that draws nothing; keys that are written into its field are no commands.
         self.settled()?;
-        sleep(Duration::from_secs(2));
-        let beside = self.display.look(SIZE[0] - 300..SIZE[0] - 100)?;
-        self.xdotool(&["mousemove", &(SIZE[0] - 30).to_string(), "18", "click", "1"])?;
-        self.until("the panel", |window| {
-            window.display.look(SIZE[0] - 300..SIZE[0] - 100).ok().filter(|seen| *seen != beside)
-        })?;
+        self.keep("04-pan")?;
+        Ok(zoomed)
+    }
+
+    /// The panel opens by its button in a window that draws nothing, and keys that are written into its field are no commands.
+    fn use_panel(&mut self, zoomed: f64) -> Result<()> {
+        let panel = SIZE[0] - 300..SIZE[0] - 100;
+        let beside = self.display.look(panel.clone())?;
+        self.click([SIZE[0] - 30, 18])?;
+        let is_other =
+            |window: &mut Self| window.display.look(panel.clone()).ok().filter(|seen| *seen != beside);
+        self.until("the panel", is_other)?;
         self.settled()?;
-        sleep(Duration::from_secs(2));
+        self.keep("05-panel")?;
         // The wheel over the panel is the panel's.
-        self.xdotool(&["mousemove", &(SIZE[0] - 150).to_string(), "600", "click", "4"])?;
+        self.point([SIZE[0] - 150, 600])?;
+        self.xdotool(&["click", "4"])?;
         self.settled()?;
-        ensure!(
-            self.magnification()? == zoomed,
-            "the wheel over the panel zooms to {} %",
-            self.magnification()?
-        );
-        self.xdotool(&["mousemove", &(SIZE[0] - 150).to_string(), "62", "click", "1"])?;
+        ensure!(self.magnification()? == zoomed, "the wheel over the panel zooms");
+        self.click([SIZE[0] - 150, 62])?;
         sleep(Duration::from_millis(500));
         self.key("q")?;
         self.key("F3")?;
         sleep(Duration::from_secs(1));
         ensure!(self.program.try_wait()?.is_none(), "a letter in the field ends the program");
         ensure!(self.magnification().is_ok(), "a key in the field chooses a scene");
-        self.xdotool(&["mousemove", &x, &y, "click", "1"])?;
+        // Escape leaves the field, M closes the panel, Tab opens it and goes from control to control.
+        self.key("Escape")?;
         sleep(Duration::from_millis(500));
         self.key("m")?;
-        self.key("F3")?;
-        self.until("a globe", |window| window.title().filter(|title| title.contains("globe")))?;
-        ensure!(self.settled()? != stretched, "the globe is seen");
+        let is_closed =
+            |window: &mut Self| window.display.look(panel.clone()).ok().filter(|seen| *seen == beside);
+        self.point(PLACE)?;
+        self.until("no panel", is_closed)?;
+        self.key("Tab")?;
+        self.until("the panel by the keyboard", is_other)?;
+        sleep(Duration::from_millis(500));
+        self.key("Tab")?;
+        sleep(Duration::from_millis(500));
+        self.keep("06-keyboard")?;
+        self.key("Escape")
+    }
+
+    /// A file that is none is told of in the window until that is dismissed, and what was there stays.
+    fn fail_to_open(&mut self) -> Result<()> {
+        let broken = self.place.join("broken.png");
+        fs::write(&broken, "no picture")?;
+        self.click([SIZE[0] - 150, 62])?;
+        self.key("ctrl+a")?;
+        self.xdotool(&["type", "--delay", "1", &broken.to_string_lossy()])?;
+        self.key("Return")?;
+        let error = |window: &mut Self| window.display.find(0..SIZE[0] - 320, ERROR).ok().flatten();
+        self.until("an error in the window", |window| error(window).filter(|found| found.count > 4000))?;
+        self.settled()?;
+        self.keep("07-error")?;
+        ensure!(self.magnification().is_ok(), "what was there is gone");
+        let dismiss =
+            self.display.find(0..SIZE[0] - 320, DISMISS)?.context("an error cannot be dismissed")?;
+        self.click(dismiss.middle)?;
+        self.until("an error that is gone", |window| error(window).is_none().then_some(()))?;
+        // A click on the picture takes the keys back.
+        self.click(PLACE)?;
+        sleep(Duration::from_millis(500));
+        self.key("m")
+    }
+
+    /// What the machine does is shown at no cost, a pool that is too small is told of, and the remedy that is offered is one.
+    fn look_at_machine(&mut self) -> Result<()> {
+        self.key("u")?;
+        let ground = |window: &mut Self| window.display.find(HUD, GROUND).ok().flatten();
+        self.until("what the machine does", |window| ground(window).filter(|found| found.count > 10_000))?;
+        // Why a pixel is as it is comes by itself.
+        self.point([PLACE[0] + 10, PLACE[1] + 10])?;
+        self.settled()?;
+        self.keep("09-machine")?;
+        self.costs_nothing()?;
+        let warning = |window: &mut Self| {
+            window.display.find(HUD, WARNING).ok().flatten().filter(|found| found.count > 4000)
+        };
+        ensure!(warning(self).is_none(), "the pool is too small before it is made so");
+        let begun = Instant::now();
+        while warning(self).is_none() {
+            ensure!(begun.elapsed() < PATIENCE, "no pool becomes too small");
+            self.click(HALVE)?;
+            self.settled()?;
+        }
+        self.point(PLACE)?;
+        self.settled()?;
+        self.keep("10-too-small")?;
+        let remedy = self.display.find(HUD, REMEDY)?.context("the warning offers no remedy")?;
+        self.click(remedy.middle)?;
+        self.until("a pool that is large enough", |window| warning(window).is_none().then_some(()))?;
+        self.point(PLACE)?;
+        self.settled()?;
+        self.keep("11-large-enough")?;
+        self.key("l")?;
+        self.until("an overlay", |window| window.title().filter(|title| title.contains("levels")))?;
+        self.settled()?;
+        self.keep("12-levels")?;
+        (0..7).try_for_each(|_| self.key("l"))?;
+        self.until("the picture again", |window| window.magnification().ok())?;
+        self.key("question")?;
+        self.settled()?;
+        self.keep("13-keys")?;
+        self.key("Escape")
+    }
+
+    /// While nothing happens the program takes nothing of a processor, whatever it shows.
+    fn costs_nothing(&mut self) -> Result<()> {
+        let spent = |window: &Self| -> Result<u64> {
+            let stat = fs::read_to_string(format!("/proc/{}/stat", window.program.id()))?;
+            let fields: Vec<&str> =
+                stat.rsplit_once(')').context("no process")?.1.split_whitespace().collect();
+            Ok(fields[11].parse::<u64>()? + fields[12].parse::<u64>()?)
+        };
+        // Hundredths of a second. A notice that goes, or a tool tip, may be a frame of its own.
+        self.until("a window at rest", |window| {
+            let before = spent(window).ok()?;
+            sleep(Duration::from_secs(1));
+            (spent(window).ok()? <= before + 1).then_some(())
+        })
+    }
+
+    fn quit(&mut self) -> Result<ExitStatus> {
         self.key("q")?;
-        let ended = self.until("the end", |window| window.program.try_wait().ok()?)?;
-        ensure!(ended.success(), "it ended with {ended}");
-        Ok(())
+        self.until("the end", |window| window.program.try_wait().ok()?)
+    }
+
+    /// Keeps a picture of what is seen after a step.
+    fn keep(&self, step: &str) -> Result<()> {
+        self.display.keep(&self.place.join("steps").join(format!("{step}.png")))
+    }
+
+    fn point(&self, [x, y]: [usize; 2]) -> Result<()> {
+        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]).map(drop)
+    }
+
+    fn click(&self, place: [usize; 2]) -> Result<()> {
+        self.point(place)?;
+        // The panel hears of the move in the frame before the press.
+        sleep(Duration::from_millis(100));
+        self.xdotool(&["click", "1"]).map(drop)
     }
 
     /// The picture beside the panel once it stays as it is.

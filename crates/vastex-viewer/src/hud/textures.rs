@@ -44,7 +44,7 @@ impl Order {
         *self = Order { column, is_reversed: self.column == column && !self.is_reversed };
     }
 
-    fn sorted<'a>(self, textures: &'a [HudTexture]) -> Vec<&'a HudTexture> {
+    fn sorted(self, textures: &[HudTexture]) -> Vec<&HudTexture> {
         let mut rows: Vec<&HudTexture> = textures.iter().collect();
         match self.column {
             Column::Name => rows.sort_by(|a, b| a.name.cmp(&b.name)),

@@ -175,8 +175,8 @@ impl Viewer {
     }
 
     /// Changes what a person changed in the panel. What cannot be is said, and stays as it was.
-    pub(super) fn change(&mut self, change: HudChange) {
-        let changed = match change {
+    pub(super) fn change(&mut self, change: &HudChange) {
+        let changed = match *change {
             HudChange::PoolBytes(pool, Some(bytes)) => self.size_pool(pool, bytes),
             HudChange::PoolBytes(pool, None) => {
                 self.hud.sizes.remove(&pool);

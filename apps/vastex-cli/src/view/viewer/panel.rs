@@ -160,7 +160,7 @@ impl Viewer {
         if is_changed && self.settings.options.layers != options {
             self.show_layers(options);
         }
-        hud_changes.into_iter().for_each(|change| self.change(change));
+        hud_changes.iter().for_each(|change| self.change(change));
     }
 
     /// Looks at the values in view while the panel shows them, no more often than they are of use.
