@@ -6,7 +6,7 @@ use egui::TextureId as PictureId;
 use vastex::diagnostics::{ExplainedPixel, FrameStats, PoolRecord, PoolStats};
 use vastex::{BiasRule, FeedbackMode, Filter, PoolId, Textures};
 
-use super::FrameTimes;
+use super::frame_times::FrameTimes;
 use crate::overlay::Overlay;
 use crate::stage::PartTime;
 

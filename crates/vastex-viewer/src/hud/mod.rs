@@ -6,6 +6,7 @@
 //! here moves by itself: where no frame is drawn, none becomes due.
 
 mod data;
+mod frame_times;
 mod frames;
 mod graph;
 mod limits;
@@ -18,7 +19,7 @@ use vastex::{BiasRule, FeedbackMode, Filter, PoolId};
 
 use crate::overlay::Overlay;
 pub use data::{HudData, HudPool, HudTexture, MachineThumbnail};
-pub use frames::FrameTimes;
+pub use frame_times::FrameTimes;
 use textures::Order;
 
 /// Points that the panel is wide.

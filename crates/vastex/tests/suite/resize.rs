@@ -89,10 +89,17 @@ fn rules_and_budgets_change_while_pictures_are_drawn() {
     screen.textures.memory().set_budgets(TILE, TILE);
     screen.textures.memory().resize_pool(POOL, 400 * TILE).unwrap();
     let loaded = |screen: &Screen| screen.textures.stats().pager.loaded;
+    // A bias falls after a whole jitter cycle.
+    let first = loaded(&screen);
+    let begun = (0..60).find(|_| {
+        screen.frame().unwrap();
+        loaded(&screen) > first
+    });
+    assert!(begun.is_some(), "nothing is loaded");
     let before = loaded(&screen);
     (0..10).for_each(|_| drop(screen.frame().unwrap()));
     let slow = loaded(&screen) - before;
-    assert!((1..=14).contains(&slow), "{slow} tiles in ten frames, after a full bucket of four");
+    assert!((1..=10).contains(&slow), "{slow} tiles in ten frames");
     screen.textures.memory().set_budgets(100 * TILE, 100 * TILE);
     (0..10).for_each(|_| drop(screen.frame().unwrap()));
     assert!(loaded(&screen) - before > 3 * slow, "{} tiles after {slow}", loaded(&screen) - before);
