@@ -34,7 +34,7 @@ pub(crate) fn check() -> Result<Outcome> {
         );
         return Ok(Outcome::Skipped(format!("no compiler for {TARGET}")));
     };
-    for features in [&[][..], &["--no-default-features"]] {
+    for features in [&[][..], &["--no-default-features"], &["--features", "vastex-viewer/egui"]] {
         let mut command = cargo_check(&toolchain);
         for name in CRATES {
             command.args(["-p", name]);

@@ -36,7 +36,7 @@ pub use record::trace::{Place, Trace, TraceError, TraceRecordError};
 pub use residency::PageState;
 pub use residency::resize::SlotMove;
 pub use residency::stats::Stats;
-pub use residency::waits::TimeToSharp;
+pub use residency::time_to_sharp::TimeToSharp;
 pub use table::estimate::PoolEstimate;
 pub use table::hashed_table::{HashedBucket, HashedTable, HashedTextureTable};
 pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};

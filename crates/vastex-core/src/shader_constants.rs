@@ -52,7 +52,7 @@ pub const HASH_LAST: u32 = 0xc2b2_ae35;
 /// Threads of one workgroup of every compute shader.
 pub const WORKGROUP: u32 = 64;
 
-/// Every constant above, as (name, value), for the generator of shader text.
+/// The constants that shaders use, as (name, value), for the generator of shader text.
 pub const WGSL: &[(&str, u32)] = &[
     ("COORD_BITS_2D", COORD_BITS_2D),
     ("COORD_BITS_3D", COORD_BITS_3D),

@@ -1,4 +1,4 @@
-//! The way of compacted feedback back to the CPU: a ring of lists.
+//! The way of compacted feedback, lists of wanted pages, back to the CPU: a ring of buffers.
 //!
 //! Of a frame's list at least [`LEAST_ENTRIES`] are copied, and more where the last known count suggests it; what is left over is copied
 //! with the next frame. A place whose commands were dropped is free again at once. One whose commands are kept, while those of later
@@ -13,7 +13,7 @@ use crate::mirror::{ListHead, Wanted};
 use crate::raw::RawTexture;
 use crate::readback::RING;
 
-/// Entries that are copied at least, 48 KiB of them: after a cut of the camera the last count says nothing, and a second copy comes a
+/// Entries that are copied at least, 48 KiB of them, where the target has as many pixels: after a cut of the camera the last count says nothing, and a second copy comes a
 /// whole way later.
 pub(crate) const LEAST_ENTRIES: u32 = 4096;
 /// Entries that are copied beyond what the last count suggests, for what a move of the camera brings.
@@ -79,7 +79,7 @@ impl ListRing {
         encoder: &mut wgpu::CommandEncoder,
         frame: u64,
     ) -> bool {
-        self.let_go_of_dropped();
+        self.release_dropped();
         for place in &mut self.ring {
             place.copy_left_over(encoder);
         }
@@ -159,7 +159,7 @@ impl ListRing {
     }
 
     pub(crate) fn take_lost(&mut self) -> Vec<u64> {
-        self.let_go_of_dropped();
+        self.release_dropped();
         std::mem::take(&mut self.lost)
     }
 
@@ -169,7 +169,7 @@ impl ListRing {
 
     /// Takes in the copy of a place, if it has arrived.
     fn advance(&mut self, place: usize) -> Result<(), GpuError> {
-        self.lost.extend(self.ring[place].let_go_if_dropped());
+        self.lost.extend(self.ring[place].release_if_dropped());
         let place = &mut self.ring[place];
         let Some(arrived) = place.advance()? else { return Ok(()) };
         self.bytes_read += arrived.bytes;
@@ -183,8 +183,8 @@ impl ListRing {
         Ok(())
     }
 
-    fn let_go_of_dropped(&mut self) {
-        self.lost.extend(self.ring.iter_mut().filter_map(Place::let_go_if_dropped));
+    fn release_dropped(&mut self) {
+        self.lost.extend(self.ring.iter_mut().filter_map(Place::release_if_dropped));
     }
 }
 
@@ -210,7 +210,7 @@ impl Place {
 
     /// Where the commands of its copy were dropped: gives its frame up, or copies again what is left over. Gives the frame that was
     /// given up.
-    fn let_go_if_dropped(&mut self) -> Option<u64> {
+    fn release_if_dropped(&mut self) -> Option<u64> {
         let State::Copying { mapping, .. } = &self.state else { return None };
         if mapping.answer() != Ok(Answer::Dropped) {
             return None;

@@ -1,7 +1,7 @@
 //! The structs that Rust writes and WGSL reads, laid out alike.
 //!
 //! A test parses the shaders and compares every size and offset with these. What the fields mean stands with the WGSL
-//! structs of the same names, in params.wgsl and told.wgsl. What textures are told by is packed (`record`).
+//! structs of the same names, in params.wgsl, told.wgsl and compact.wgsl. What textures are told by is packed (`record`).
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{PoolLayout, shader_constants};

@@ -53,7 +53,7 @@ impl RawRing {
         encoder: &mut wgpu::CommandEncoder,
         frame: u64,
     ) -> bool {
-        self.let_go_of_dropped();
+        self.release_dropped();
         let Some(place) = self.free_place(device) else {
             tracing::debug!(frame, "no room for feedback; the GPU is behind");
             return false;
@@ -83,7 +83,7 @@ impl RawRing {
     }
 
     pub(crate) fn poll(&mut self) -> Result<Option<Feedback>, GpuError> {
-        self.let_go_of_dropped();
+        self.release_dropped();
         match self.oldest() {
             Some(frame) => self.take(frame),
             None => Ok(None),
@@ -101,7 +101,7 @@ impl RawRing {
         {
             mapping.wait(device, queue, &place.mapped)?;
         }
-        self.let_go_of_dropped();
+        self.release_dropped();
         self.take(frame)?.ok_or(GpuError::NoFeedback { frame })
     }
 
@@ -117,7 +117,7 @@ impl RawRing {
     }
 
     pub(crate) fn take_lost(&mut self) -> Vec<u64> {
-        self.let_go_of_dropped();
+        self.release_dropped();
         std::mem::take(&mut self.lost)
     }
 
@@ -126,7 +126,7 @@ impl RawRing {
     }
 
     /// Frees the places whose commands were dropped, and those that were submitted after a later frame was taken.
-    fn let_go_of_dropped(&mut self) {
+    fn release_dropped(&mut self) {
         for place in &mut self.ring {
             let is_late = place.has_arrived() && place.frame() <= self.taken;
             let gone =

@@ -42,7 +42,7 @@
 //! # What shaders call
 //!
 //! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture.
-//! [`vastex_wgpu::wgsl()`] tells stages and ranges.
+//! [`wgsl()`] tells stages and ranges.
 //!
 //! | to | functions |
 //! |---|---|
@@ -73,6 +73,8 @@ mod sources;
 mod textures;
 mod watch;
 
+/// The bytes of tiles, which sources hand over ([`source::Tile`]).
+pub use bytes::Bytes;
 #[cfg(not(target_family = "wasm"))]
 pub use cpu::CpuTexture;
 pub use cpu::{CpuFeedback, CpuSample, CpuSampler};
@@ -82,7 +84,7 @@ pub use ids::{GroupId, LayerId, Member, Sampled, TextureId};
 pub use paging::{Convergence, Ticket};
 pub use settings::{
     BindingPlace, FeedbackMode, Filter, MaxTaps, Pace, Platform, PoolRule, PoolSettings, PoolTuning,
-    ScaleGroups, Settings, SettingsError, TableChoice, TextureSettings, UnknownFilter, UploadWay,
+    ScaleGroups, Settings, SettingsError, TableChoice, TextureSettings, UnknownFilter, UploadMode,
 };
 pub use sources::{Prepared, Preparer};
 pub use textures::{
@@ -96,6 +98,9 @@ pub use vastex_core::{
     PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError, ViewId, WantedPage,
 };
 pub use vastex_tiles::TileSource;
+/// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that may call it.
+#[doc(inline)]
+pub use vastex_wgpu::wgsl;
 pub use vastex_wgpu::{
     Atlas, GpuError, Kind, KindMember, Kinds, PageSides, TableKind, instance_for, only_needed,
     required_features, required_limits, shader_module, texture_format,

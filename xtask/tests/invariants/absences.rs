@@ -36,8 +36,16 @@ fn wgpu_chooses_no_page_and_sees_no_source() -> Result<()> {
 /// Whoever shows it, a window, a browser or a test, brings those.
 #[test]
 fn the_viewer_has_no_window_no_clock_and_waits_for_nothing() -> Result<()> {
-    const WAITS: &[&str] =
-        &["block_on", "pollster", "wait_indefinitely", "feedback_of_every", "add_blocking", "read_blocking"];
+    const WAITS: &[&str] = &[
+        "block_on",
+        "pollster",
+        "wait",
+        "wait_indefinitely",
+        "PollType",
+        "feedback_of_every",
+        "add_blocking",
+        "read_blocking",
+    ];
     const HOSTS: &[&str] = &["winit", "Instant", "SystemTime", "println", "eprintln"];
     for source in files_under("crates/vastex-viewer/src", &["rs"])? {
         let text = production(&source.text);

@@ -1,4 +1,4 @@
-//! Textures that simply fit are held whole: the same picture, at once, and nothing to page.
+//! Small textures are kept whole: the same picture, at once, and nothing to page.
 
 use std::sync::Arc;
 

@@ -8,6 +8,7 @@ mod camera;
 mod disk_cache;
 mod estimates;
 mod export;
+mod feedback_modes;
 mod heights;
 #[cfg(unix)]
 mod hostile;
@@ -23,5 +24,4 @@ mod round_trip;
 mod settings;
 mod telemetry;
 mod tool;
-mod ways;
 mod words;

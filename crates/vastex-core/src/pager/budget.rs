@@ -1,5 +1,5 @@
 //! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there.
-//! And shares: whose turn it is where several pools share a budget, and how fast tiles arrive.
+//! And fair shares: whose turn it is where several pools share a budget, of uploads or of loads; a tie goes to the pool of the lower number.
 
 /// Limits uploaded bytes: over any `n` frames at most `n * budget + max(one tile, 4 * budget)`.
 ///

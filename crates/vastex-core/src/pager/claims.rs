@@ -1,5 +1,5 @@
-//! What holds pages against what is out of view: prefetches and pins, and predictions. Every page held is
-//! known to the residency.
+//! Who claims pages against what is out of view, and until when: prefetches and pins (tickets), and predictions. How often each page
+//! is claimed the residency counts (`residency/claimed`).
 
 #[cfg(feature = "checks")]
 use rustc_hash::FxHashMap;

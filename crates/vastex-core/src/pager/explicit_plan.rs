@@ -8,7 +8,7 @@ use rustc_hash::FxHashSet;
 
 use crate::pager::claims::Claims;
 use crate::pager::reranks::Reranks;
-use crate::residency::rank::{Band, rank_of};
+use crate::residency::rank::{RankBand, rank_of};
 use crate::residency::records::RecordHint;
 use crate::residency::{PageState, Residency};
 use crate::texture::page::{PageId, TextureNumber};
@@ -74,12 +74,12 @@ impl ExplicitPlan {
         }
         for page in too_many {
             if matches!(residency.state(page), PageState::Loading | PageState::Ready) {
-                residency.give_up(page);
+                residency.call_off(page);
             }
         }
         if !residency.sharing().is_empty() {
             // What was loaded for another page of the same content that nobody holds any more.
-            give_up_unused(residency, &self.before);
+            call_off_unused(residency, &self.before);
         }
     }
 
@@ -193,10 +193,10 @@ impl ExplicitPlan {
 }
 
 /// Gives up loads of pages that nothing has a use for any more.
-pub(super) fn give_up_unused(residency: &mut Residency, pages: &[PageId]) {
+pub(super) fn call_off_unused(residency: &mut Residency, pages: &[PageId]) {
     for &page in pages {
         if !residency.has_use_for(page, RecordHint::default()) {
-            residency.give_up(page);
+            residency.call_off(page);
         }
     }
 }
@@ -204,5 +204,5 @@ pub(super) fn give_up_unused(residency: &mut Residency, pages: &[PageId]) {
 /// The rank of a page of the plan.
 fn rank(residency: &Residency, page: PageId, index: usize) -> u64 {
     let in_view = residency.is_wanted(page, RecordHint::default());
-    rank_of(if in_view { Band::RefreshInView } else { Band::AfterView }, index)
+    rank_of(if in_view { RankBand::RefreshInView } else { RankBand::AfterView }, index)
 }

@@ -7,7 +7,7 @@ use crate::pager::flight_share::FlightShare;
 use crate::pager::ranking::{Missing, Ranking};
 use crate::pager::reranks::Reranks;
 use crate::pager::working_set::WorkingSet;
-use crate::residency::rank::{Band, rank_of};
+use crate::residency::rank::{RankBand, rank_of};
 use crate::residency::records::RecordHint;
 use crate::residency::{PageState, Residency};
 use crate::texture::page::{PageId, TextureNumber};
@@ -50,15 +50,15 @@ impl LoadOrder {
     }
 
     /// Gives up what was missing and is of no use in the working set that the residency now knows.
-    pub(super) fn give_up_unused(&mut self, residency: &mut Residency) {
+    pub(super) fn call_off_unused(&mut self, residency: &mut Residency) {
         for page in self.waiting.drain(..) {
             if !residency.has_use_for(page, RecordHint::default()) {
-                residency.unwant(page); // the load is another's
+                residency.leave_working_set(page); // the load is another's
             }
         }
         for &Missing { page, record } in &self.order {
             if !residency.has_use_for(page, record) {
-                residency.give_up(page);
+                residency.call_off(page);
             }
         }
     }
@@ -125,9 +125,9 @@ impl LoadOrder {
             in_flight -= 1;
             if self.room > 0 {
                 self.room -= 1;
-                reranks.note(residency, page, rank_of(Band::View, index));
+                reranks.note(residency, page, rank_of(RankBand::View, index));
             } else {
-                residency.give_up(page);
+                residency.call_off(page);
             }
         }
     }
@@ -150,7 +150,7 @@ impl LoadOrder {
 
     /// The next request is made; gives its rank.
     pub(super) fn begin_request(&mut self) -> u64 {
-        let rank = rank_of(Band::View, self.next_request);
+        let rank = rank_of(RankBand::View, self.next_request);
         self.next_request += 1;
         self.room -= 1;
         rank

@@ -15,7 +15,7 @@ use crate::pager::event::{Event, EventQueue};
 use crate::pager::explicit_plan::ExplicitPlan;
 use crate::pager::flight_share::FlightShare;
 #[cfg(feature = "checks")]
-use crate::pager::inspect::savings::Savings;
+use crate::pager::inspect::check_pace::CheckPace;
 use crate::pager::load_order::LoadOrder;
 use crate::pager::reranks::Reranks;
 use crate::pager::working_set::WorkingSet;
@@ -47,7 +47,7 @@ pub struct PoolPager {
     /// Reused between frames to avoid allocating.
     pub(super) expected: Vec<(PageId, u32)>,
     #[cfg(feature = "checks")]
-    pub(super) savings: Savings,
+    pub(super) check_pace: CheckPace,
 }
 
 impl PoolPager {
@@ -68,7 +68,7 @@ impl PoolPager {
             converged: false,
             expected: Vec::new(),
             #[cfg(feature = "checks")]
-            savings: Savings::default(),
+            check_pace: CheckPace::default(),
         }
     }
 
@@ -158,7 +158,7 @@ impl PoolPager {
         let wanted = set.pages_at(bias.bias());
         let newly =
             wanted.map(|(page, node)| u32::from(residency.want(page, node.content, node.record))).sum();
-        load_order.give_up_unused(residency);
+        load_order.call_off_unused(residency);
         load_order.rebuild(set, bias.bias(), residency, textures);
         reranks.clear();
         self.fit_slots();

@@ -9,7 +9,7 @@ use rustc_hash::FxHashSet;
 use crate::pager::Pager;
 use crate::pager::claims::{MOST_PINS, PIN_SHARE};
 use crate::pager::event::EventQueue;
-use crate::pager::explicit_plan::give_up_unused;
+use crate::pager::explicit_plan::call_off_unused;
 use crate::pager::pool::PoolPager;
 use crate::pager::tickets::{Ask, AskError, Progress, Ticket, Urgency};
 use crate::residency::sharing::ContentId;
@@ -198,7 +198,7 @@ impl PoolPager {
         let released = self.claims.release(ticket, &mut self.residency);
         if let Some((Ask::Prefetch(_), pages)) = &released {
             self.plan.note_change();
-            give_up_unused(&mut self.residency, pages);
+            call_off_unused(&mut self.residency, pages);
         }
         released.is_some()
     }
@@ -287,7 +287,7 @@ impl PoolPager {
             let mut released = Vec::new();
             self.claims.begin_frame(frame, &mut self.residency, &mut released);
             released.sort_unstable(); // the order of a map is not the same on every machine
-            give_up_unused(&mut self.residency, &released);
+            call_off_unused(&mut self.residency, &released);
             self.plan.note_change();
         }
         if !self.residency.refreshes().is_empty() {

@@ -1,5 +1,4 @@
-//! Pages that are claimed against what is out of view. Who claims a page, and until when, is the pager's
-//! business.
+//! How often each page is claimed against what is out of view. Who claims it, and until when, is the pager's business (`pager/claims`).
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

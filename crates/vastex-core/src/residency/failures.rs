@@ -2,7 +2,7 @@
 //!
 //! A page that could not be had is tried again with back-off, so its record stays when the page leaves the
 //! view; otherwise a camera that sways would ask a dead source in each frame. It is forgotten when it was
-//! neither in view nor held for as long again as its last back-off, and sooner where there are more such
+//! neither in view nor claimed when twice its last back-off has passed since the failure, and sooner where there are more such
 //! pages than [`MOST`]: a flight over a source that has died leaves no more behind. What is forgotten begins
 //! anew: the next failure is the first, and is reported.
 

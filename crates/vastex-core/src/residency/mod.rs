@@ -4,14 +4,15 @@
 //!
 //! | from | to | when | costs |
 //! |---|---|---|---|
-//! | `Absent` | `Queued` | it enters the working set at the bias in force | a record |
-//! | `Queued` | `Loading` | the loader takes it | a load, and a tile's bytes of the in-flight budget |
+//! | `Absent` | `Queued` | it enters the working set at the bias in force, or a prefetch or a prediction claims it | a record |
+//! | `Queued` | `Loading` | its request is handed out; it may still wait in the loader's own queue | a load, and a tile's bytes of the in-flight budget |
 //! | `Queued` | `Absent` | it leaves the working set | |
 //! | `Loading` | `Ready` | its bytes are here, and it is still wanted | |
 //! | `Loading` | `Failed` | the source could not give it | |
-//! | `Loading` | `Absent` | it was no longer wanted, and the loader has let go of it | |
+//! | `Loading` | `Absent` | it was called off, and the loader has answered, with or without its bytes | the load, wasted where the bytes came |
+//! | `Loading` | `Queued` | it was called off, or its content has changed, and it is wanted again when the loader answers | |
 //! | `Ready` | `Resident` | the upload budget allows it | a slot, an upload, perhaps an eviction; frees the in-flight bytes |
-//! | `Ready` | `Absent` | it leaves the working set | the load, wasted |
+//! | `Ready` | `Absent` | it leaves the working set, or no slot can be had for it | the load, wasted |
 //! | `Absent`, `Queued`, `Failed` | `Resident` | its content is in a slot already, as that of another page | |
 //! | `Resident` | `Absent` | another page needs its slot | |
 //! | `Failed` | `Queued` | its time has come, and it is wanted | |
@@ -29,7 +30,7 @@
 //! `Loading`, called off and unwanted, until that answers.
 //!
 //! The pager decides which pages are wanted and in which order; `victims` chooses the page that gives up its
-//! slot. This file makes the moves and counts them.
+//! slot. This file makes the moves and counts them. To *call off* a load is to tell the loader that its tile has no use any more.
 
 #[cfg(feature = "checks")]
 mod checks;
@@ -50,8 +51,8 @@ pub(crate) mod retention;
 pub(crate) mod sharing;
 pub(crate) mod slots;
 pub(crate) mod stats;
+pub(crate) mod time_to_sharp;
 pub(crate) mod victims;
-pub(crate) mod waits;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -68,8 +69,8 @@ use crate::residency::refresh::Refreshes;
 use crate::residency::sharing::{ContentId, Sharing};
 use crate::residency::slots::SlotUse;
 use crate::residency::stats::Stats;
+use crate::residency::time_to_sharp::RecentWaits;
 use crate::residency::victims::Victims;
-use crate::residency::waits::Waits;
 use crate::table::pool::Slot;
 use crate::texture::page::{Dims, PageId, TextureNumber};
 use crate::texture::page_contents::PageContents;
@@ -78,7 +79,7 @@ use crate::texture::textures::Textures;
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
 const RELOAD_FRAMES: u64 = 60;
 
-/// Loads given up at once for which there is room from the start: that is seldom exceeded, so frames allocate
+/// Loads called off at once for which there is room from the start: that is seldom exceeded, so frames allocate
 /// nothing for more of them.
 const CANCELS: usize = 64;
 
@@ -132,14 +133,14 @@ pub(crate) struct Residency {
     frame: u64,
     stats: Stats,
     /// Frames from the feedback that wanted a page to its tile being in a slot.
-    waits: Waits,
+    waits: RecentWaits,
     /// Frames from the request of a tile to its being in a slot.
-    arrivals: Waits,
+    arrivals: RecentWaits,
     tile_bytes: u64,
     /// Bytes that a tile takes from its request until it is in a slot.
     flight_bytes: u64,
     flight: Flight,
-    /// Loads that were given up, and are to be handed out so.
+    /// Loads that are called off, and of which the loader is to be told.
     cancels: VecDeque<PageId>,
 }
 
@@ -162,8 +163,8 @@ impl Residency {
             round: 1, // so that a new record, of round 0, is new in the first round that is told
             frame: 0,
             stats: Stats { slots, ..Stats::default() },
-            waits: Waits::default(),
-            arrivals: Waits::default(),
+            waits: RecentWaits::default(),
+            arrivals: RecentWaits::default(),
             tile_bytes,
             flight_bytes: tile_bytes,
             flight: Flight::default(),
@@ -265,12 +266,12 @@ impl Residency {
     }
 
     /// Frames from the feedback that wanted a page to its tile being in a slot.
-    pub(crate) fn waits(&self) -> &Waits {
+    pub(crate) fn waits(&self) -> &RecentWaits {
         &self.waits
     }
 
     /// Frames from the request of a tile to its being in a slot.
-    pub(crate) fn arrivals(&self) -> &Waits {
+    pub(crate) fn arrivals(&self) -> &RecentWaits {
         &self.arrivals
     }
 
@@ -367,7 +368,7 @@ impl Residency {
     }
 
     /// The page is not resident and has left the working set: it is dropped, or its load called off.
-    pub(crate) fn unwant(&mut self, page: PageId) {
+    pub(crate) fn leave_working_set(&mut self, page: PageId) {
         let Some(record) = self.records.get_mut(page) else { return };
         match record.state {
             State::Queued => self.drop_page(page),
@@ -382,8 +383,8 @@ impl Residency {
     }
 
     /// The page is not resident, and its load is worth nothing: it is dropped, or its load called off.
-    pub(crate) fn give_up(&mut self, page: PageId) {
-        self.unwant(page);
+    pub(crate) fn call_off(&mut self, page: PageId) {
+        self.leave_working_set(page);
         if self.state(page) == PageState::Loading {
             self.cancels.push_back(page);
         }

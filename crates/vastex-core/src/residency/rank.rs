@@ -10,7 +10,7 @@ const PLACE_BITS: u32 = 32;
 
 /// What a load is for. Every rank of a band is better than any of the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Band {
+pub(crate) enum RankBand {
     /// A page in view that is missing.
     View,
     /// A page in view that is resident, whose content has changed.
@@ -20,7 +20,7 @@ pub(crate) enum Band {
 }
 
 /// The rank of a place in a band.
-pub(crate) fn rank_of(band: Band, place: usize) -> u64 {
+pub(crate) fn rank_of(band: RankBand, place: usize) -> u64 {
     (band as u64) << PLACE_BITS | place as u64
 }
 
@@ -40,7 +40,7 @@ impl RankClass {
 
     /// Whether it is of a page in view that is missing.
     pub(crate) fn is_for_view(self) -> bool {
-        self.band() == Band::View as u8
+        self.band() == RankBand::View as u8
     }
 
     fn band(self) -> u8 {
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn every_rank_of_a_band_is_better_than_any_of_the_next_and_so_is_its_class() {
-        let bands = [Band::View, Band::RefreshInView, Band::AfterView];
+        let bands = [RankBand::View, RankBand::RefreshInView, RankBand::AfterView];
         let places = [0, 1, 2, 3, 4, 1000, u32::MAX as usize];
         let ranks: Vec<u64> =
             bands.iter().flat_map(|&band| places.map(|place| rank_of(band, place))).collect();
@@ -73,14 +73,22 @@ mod tests {
     #[test]
     fn a_load_is_ranked_anew_where_its_band_changes_or_its_place_halves() {
         let class = |band, place| RankClass::of(rank_of(band, place));
-        let moves =
-            |from: (Band, usize), to: (Band, usize)| class(from.0, from.1).gives_way_to(class(to.0, to.1));
+        let moves = |from: (RankBand, usize), to: (RankBand, usize)| {
+            class(from.0, from.1).gives_way_to(class(to.0, to.1))
+        };
         assert!(
-            moves((Band::AfterView, 0), (Band::View, 900)) && moves((Band::View, 0), (Band::AfterView, 900))
+            moves((RankBand::AfterView, 0), (RankBand::View, 900))
+                && moves((RankBand::View, 0), (RankBand::AfterView, 900))
         );
-        assert!(moves((Band::View, 100), (Band::View, 50)) && moves((Band::View, 1), (Band::View, 0)));
-        assert!(!moves((Band::View, 100), (Band::View, 64)), "not for a few places");
-        assert!(!moves((Band::View, 3), (Band::View, 100)), "what is better than it should be comes sooner");
-        assert!(!moves((Band::View, 7), (Band::View, 7)));
+        assert!(
+            moves((RankBand::View, 100), (RankBand::View, 50))
+                && moves((RankBand::View, 1), (RankBand::View, 0))
+        );
+        assert!(!moves((RankBand::View, 100), (RankBand::View, 64)), "not for a few places");
+        assert!(
+            !moves((RankBand::View, 3), (RankBand::View, 100)),
+            "what is better than it should be comes sooner"
+        );
+        assert!(!moves((RankBand::View, 7), (RankBand::View, 7)));
     }
 }

@@ -1,4 +1,4 @@
-//! The textures of a pager, and the walks from page to page that need their geometry.
+//! The textures of one pool, and the walks from page to page that need their geometry.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::texture::level_rule::LevelRule;
 use crate::texture::page::{PageId, PagePos, TextureNumber};
 use crate::texture::page_set::PageSet;
 
-/// All textures of a pager, by number; the numbers between are those of other pools' textures, or of none.
+/// All textures of one pool, by number; the numbers between are those of other pools' textures, or of none.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Textures {
     textures: Vec<Option<Texture>>,

@@ -90,7 +90,7 @@ impl SourceKey {
 /// Turns pages into tiles.
 ///
 /// A source is shared by threads. A read never blocks another read for longer than its own time, and never
-/// panics on bad data: an error concerns one tile. `vastex_tiles::conformance` checks an
+/// panics on bad data: an error concerns one tile. `conformance`, in the crate `vastex-tiles`, checks an
 /// implementation.
 ///
 /// The bytes of a tile are its layers one after the other. Of each layer they are the texels of the boxes that

@@ -136,6 +136,9 @@ fn two_thousand_textures_come_grow_and_go() {
 #[test]
 fn a_table_that_would_not_fit_at_its_full_size_is_refused_and_one_that_fits_always_grows() {
     let side = wgpu::Limits::downlevel_webgl2_defaults().max_texture_dimension_2d;
+    // Of small textures there is room for all of them.
+    let (refused, _, peak) = play(side * side, 1000, 8000, 6);
+    assert!(refused == 0 && peak > 900, "{refused} {peak}");
     let (refused, _, peak) = play(side * side, 200_000, 6000, 4);
     assert!(refused > 100 && peak > 200, "{refused} {peak}");
     let (refused, anew, peak) = play(1 << 11, 4096, 6000, 5);

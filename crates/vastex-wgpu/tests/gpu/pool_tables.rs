@@ -11,11 +11,11 @@ use vastex_wgpu::test_device::fail_after;
 use vastex_wgpu::{FeedbackMode, GpuError, PoolTables};
 
 use crate::common::GPU;
-use crate::pool_world::{Memory, Pool, TEXTURES, Texture, WAYS, geometries, number};
+use crate::pool_world::{MODES, Memory, Pool, TEXTURES, Texture, geometries, number};
 
 #[test]
 fn tables_of_many_textures_follow_whatever_comes_and_goes() {
-    for mode in WAYS {
+    for mode in MODES {
         let mut pool = Pool::direct(mode, 11);
         let (mut moved, mut memory) = (0, VecDeque::new());
         for frame in 0..60 {
@@ -44,7 +44,7 @@ fn tables_of_many_textures_follow_whatever_comes_and_goes() {
 
 #[test]
 fn one_hash_table_follows_all_textures_of_its_pool() {
-    for mode in WAYS {
+    for mode in MODES {
         let mut pool = Pool::hashed(mode, 100, 12);
         let (mut moved, mut before) = (0, None);
         for frame in 0..60 {
@@ -107,7 +107,7 @@ fn a_frame_sends_in_proportion_to_what_changes() {
 /// Where an update is not submitted the next one makes good for it, whatever was in it.
 #[test]
 fn what_was_not_submitted_is_written_anew() {
-    for mode in WAYS {
+    for mode in MODES {
         for hashed in [false, true] {
             let mut pool = if hashed { Pool::hashed(mode, 60, 14) } else { Pool::direct(mode, 14) };
             for frame in 0..30 {
@@ -129,7 +129,7 @@ fn what_was_not_submitted_is_written_anew() {
 
 #[test]
 fn a_table_begins_anew_with_its_tail_elsewhere() {
-    for mode in WAYS {
+    for mode in MODES {
         for hashed in [false, true] {
             let mut pool = if hashed { Pool::hashed(mode, 60, 15) } else { Pool::direct(mode, 15) };
             let geometry = &geometries()[1];
@@ -227,7 +227,7 @@ fn what_has_no_room_at_its_full_size_is_refused() {
 /// Whatever step fails for want of memory, the next update is right.
 #[test]
 fn an_update_that_fails_at_any_step_is_made_good_by_the_next() {
-    for mode in WAYS {
+    for mode in MODES {
         for hashed in [false, true] {
             let mut failed = 0;
             for steps in 0..12 {

@@ -6,7 +6,7 @@ use vastex_core::{Geometry, GeometrySpec, PagePos};
 use vastex_wgpu::{FeedbackMode, RECORDED_AHEAD};
 
 use crate::pool_tables::check_former;
-use crate::pool_world::{Memory, Pool, WAYS, geometries, number};
+use crate::pool_world::{MODES, Memory, Pool, geometries, number};
 
 fn image(side: u32) -> Geometry {
     Geometry::new(GeometrySpec { page: 8, border: 2, ..GeometrySpec::image(side, side) }).unwrap()
@@ -57,7 +57,7 @@ fn a_level_that_comes_while_a_table_grows_is_grown_to_afterwards() {
 /// A hash table sends the buckets that differ, and what names them.
 #[test]
 fn a_hash_table_sends_in_proportion_to_what_changes() {
-    for mode in WAYS {
+    for mode in MODES {
         let mut pool = Pool::hashed(mode, 3000, 23);
         (0..10).for_each(|n| pool.add(number(n), &geometries()[1 + n % 5]));
         pool.update(&[]);
@@ -80,7 +80,7 @@ fn a_hash_table_sends_in_proportion_to_what_changes() {
 /// With nothing in it, a hash table takes as little as at first.
 #[test]
 fn a_hash_table_shrinks_and_gives_its_memory_back() {
-    for mode in WAYS {
+    for mode in MODES {
         let mut pool = Pool::hashed(mode, 1, 24);
         let (of, geometry) = (number(7), image(512));
         pool.add(of, &geometry);

@@ -12,7 +12,7 @@ use vastex_wgpu::{
 
 use crate::common::{GPU, Random, read, storage};
 
-pub(crate) const WAYS: [FeedbackMode; 2] = [FeedbackMode::Separate, FeedbackMode::Raw];
+pub(crate) const MODES: [FeedbackMode; 2] = [FeedbackMode::Separate, FeedbackMode::Raw];
 pub(crate) const TEXTURES: usize = 40;
 
 /// A texture of the pool, and what its table must say.

@@ -51,7 +51,7 @@ impl std::fmt::Display for Shape {
 
 /// How shaders see pools.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Seen {
+pub(crate) struct PoolShaderOptions {
     pub(crate) mode: FeedbackMode,
     /// Whether tiles fade in.
     pub(crate) fade: bool,
@@ -74,7 +74,7 @@ pub(crate) struct PoolState {
     gpu: Option<PoolMemory>,
     /// How each layer is read.
     atlases: Vec<Atlas>,
-    seen: Seen,
+    seen: PoolShaderOptions,
     /// Whether there are textures in it, for which the memory is there but while a device is lost.
     is_used: bool,
 }
@@ -91,7 +91,7 @@ impl PoolState {
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        seen: Seen,
+        seen: PoolShaderOptions,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
@@ -105,7 +105,7 @@ impl PoolState {
     fn of_size(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        seen: Seen,
+        seen: PoolShaderOptions,
         bytes: u64,
         stored: &Arc<Description>,
         held: &Arc<Description>,
@@ -119,7 +119,7 @@ impl PoolState {
     pub(crate) fn of_one(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        seen: Seen,
+        seen: PoolShaderOptions,
         stored: &Arc<Description>,
         held: &Arc<Description>,
         shape: Shape,
@@ -134,7 +134,7 @@ impl PoolState {
     fn of_layout(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        seen: Seen,
+        seen: PoolShaderOptions,
         slots: PoolLayout,
         stored: &Arc<Description>,
         held: &Arc<Description>,
@@ -280,7 +280,7 @@ impl PoolState {
 fn memory(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
-    seen: Seen,
+    seen: PoolShaderOptions,
     slots: &PoolLayout,
     held: &Description,
     tables: TableKind,

@@ -10,7 +10,7 @@ use vastex_wgpu::{GpuError, Kind, Kinds, PoolTables, TableChoice, TableKind, sha
 
 use super::{Gpu, TextureOnGpu};
 use crate::error::Error;
-use crate::gpu::pools::{PoolState, Seen, Shape};
+use crate::gpu::pools::{PoolShaderOptions, PoolState, Shape};
 use crate::ids::{LayerId, Sampled, TextureId};
 use crate::settings::Sampling;
 
@@ -200,8 +200,8 @@ impl Gpu {
     }
 
     /// How shaders see pools.
-    pub(crate) fn seen(&self) -> Seen {
-        Seen { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
+    pub(crate) fn seen(&self) -> PoolShaderOptions {
+        PoolShaderOptions { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
     }
 
     /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. Nothing where there is no such layer.

@@ -18,7 +18,7 @@ use super::{Gpu, PoolState};
 use crate::error::Error;
 use crate::settings::Settings;
 #[cfg(not(target_family = "wasm"))]
-use crate::settings::{Pace, UploadWay};
+use crate::settings::{Pace, UploadMode};
 
 /// Bytes of rooms beside those of tiles in flight: of tiles that the GPU is copying, in frames' budgets of uploads, padded.
 #[cfg(not(target_family = "wasm"))]
@@ -78,9 +78,9 @@ impl UploadState {
     /// On another device: what was put on the old one's belt goes through the queue.
     pub(super) fn begin_anew(&self, device: &wgpu::Device, settings: &Settings) {
         let is_on = match settings.uploads {
-            UploadWay::Best => settings.pace == Pace::Realtime && Belt::suits(device),
-            UploadWay::Queue => false,
-            UploadWay::Belt => true,
+            UploadMode::Best => settings.pace == Pace::Realtime && Belt::suits(device),
+            UploadMode::Queue => false,
+            UploadMode::Belt => true,
         };
         let behind = settings.upload_bytes_per_frame.saturating_mul(FRAMES_BEHIND);
         let limit = settings.in_flight_bytes.saturating_add(behind);

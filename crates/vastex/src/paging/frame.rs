@@ -16,7 +16,7 @@ impl Paging {
     }
 
     /// What a view wants in this frame, as the application says it; said again before the frame is played, the last counts.
-    pub(crate) fn say(&mut self, feedback: Feedback) {
+    pub(crate) fn ingest(&mut self, feedback: Feedback) {
         self.said.retain(|said| said.view != feedback.view);
         self.said.push(Feedback { frame: self.frame, ..feedback });
     }

@@ -31,8 +31,9 @@ pub enum Pace {
 }
 
 /// How tiles get from main memory to the GPU.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum UploadWay {
+pub enum UploadMode {
     /// By a belt where that is better: in real time, with Vulkan, Metal and Direct3D 12. In lock-step, where the same frames are to come
     /// everywhere, through the queue.
     #[default]
@@ -46,6 +47,8 @@ pub enum UploadWay {
 }
 
 /// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
+///
+/// Later versions may have more fields: write `Settings { picture, ..Settings::default() }`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// GPU memory for tiles, and whether a pool that is too small makes the picture coarser. Too little never makes it wrong; the
@@ -63,8 +66,8 @@ pub struct Settings {
     /// end holds at most half. A tile
     /// that goes by a belt ([`Settings::uploads`]) counts with its room there, too. 16 MiB by default.
     pub in_flight_bytes: u64,
-    /// How tiles get to the GPU. [`UploadWay::Best`] by default.
-    pub uploads: UploadWay,
+    /// How tiles get to the GPU. [`UploadMode::Best`] by default.
+    pub uploads: UploadMode,
     /// Main memory for encoded tiles, in bytes of all textures together, so that what was seen before need not be read again; 64
     /// MiB by default. Where there is no room, the tile goes whose last use is the oldest, of whichever texture; of what the
     /// other textures have used in the last jitter cycle ([`crate::JITTER_CYCLE`] frames) no texture takes more than half,
@@ -76,7 +79,7 @@ pub struct Settings {
     /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read that waits for a
     /// network, or blocks its thread for over a quarter of a second, gives its place to another. Reads that block by their
     /// source's own account ([`crate::source::ReadLimit::blocking`]), as those directly from the disk do
-    /// (`vastex_tiles::Container::open_file_direct`), take no place. Without meaning in a browser. 2 by default.
+    /// ([`crate::source::Container::open_file_direct`]), take no place. Without meaning in a browser. 2 by default.
     pub loader_threads: usize,
     /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there are threads.
     /// Sources that lie in one place should share a limit ([`crate::source::LimitedSource`]), which then counts instead, as does
@@ -133,7 +136,7 @@ impl Default for Settings {
             picture: [1920, 1080],
             upload_bytes_per_frame: 2 << 20,
             in_flight_bytes: 16 << 20,
-            uploads: UploadWay::Best,
+            uploads: UploadMode::Best,
             ram_cache_bytes: 64 << 20,
             cpu_cache_bytes: 16 << 20,
             loader_threads: loader.threads,
@@ -176,7 +179,7 @@ impl Settings {
 /// What may be set of one texture.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TextureSettings {
-    /// Which kind of page table it gets; by its size, unless one is to be measured against the other.
+    /// Which kind of page table it gets. [`TableChoice::BySize`] by default; the others are there to measure one against the other.
     pub page_table: TableChoice,
     /// How the texels of single layers are blended, by the layers' names. The others are blended by [`Settings::filter`], but for those
     /// whose values may not be mixed ([`crate::Layer::is_mixable`]): of them each pixel shows one texel, and their tiles do not fade

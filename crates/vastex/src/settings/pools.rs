@@ -45,8 +45,7 @@ pub struct PoolTuning {
     pub residency_mip_bias: Option<bool>,
     /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted share the largest.
     pub mip_bias_rule: Option<BiasRule>,
-    /// The share of the slots that pins may take, tails included, in percent, at most [`Pager::MOST_PINS`]; unset,
-    /// [`Pager::PIN_SHARE`].
+    /// The share of the slots that pins may take, tails included, in percent: at most 80; unset, 50.
     pub pin_share: Option<u32>,
 }
 

@@ -1,4 +1,4 @@
-//! Textures that simply fit: a decorator that puts all levels of a small texture into its tail.
+//! Small textures, kept whole: a decorator that puts all levels of a small texture into its tail.
 //!
 //! What is all tail has one tile, which is resident from the beginning and stays: an ordinary texture with its levels beside one another,
 //! sampled by the same shaders, without a page table that anybody reads and without a page that anybody asks for.

@@ -28,7 +28,9 @@ impl Textures {
 
     /// The WGSL that goes after the application's own shader, whose directives then stay first and whose lines keep their numbers:
     /// `vastex_sample(id, uv)` and its kin for one layer, `vastex_sample_NAME(id, uv)` for each member of a group, as
-    /// [`vastex_wgpu::wgsl()`] says. It has every function; [`crate::shader_module`], or [`crate::only_needed`] before another compiler, leaves
+    /// [`crate::wgsl()`] says. A shader has one such text: two cannot be joined, since they declare the same names. One that samples
+    /// several textures of different kinds asks for the text of a [group](Textures::add_group). The text is plain WGSL; before
+    /// a preprocessor such as naga_oil it is one module more, whose names begin with `vastex`. It has every function; [`crate::shader_module`], or [`crate::only_needed`] before another compiler, leaves
     /// out what the entry points do not call.
     pub fn wgsl(&self, kinds: &Kinds) -> String {
         self.gpu.wgsl(kinds)

@@ -14,7 +14,7 @@ use crate::paging::Convergence;
 #[non_exhaustive]
 pub struct ViewSettings {
     /// How much a pixel of the view counts, beside 1 for one of the main view, when it is decided what is loaded first: 1/256 to
-    /// 256. What a view wants comes however little it counts.
+    /// 256, and 1 by default. What a view wants comes however little it counts.
     pub weight: f32,
 }
 
@@ -139,7 +139,7 @@ impl ViewMut<'_> {
     /// # Ok(()) }
     /// ```
     pub fn want(&mut self, feedback: Feedback) {
-        self.textures.paging.say(Feedback { view: self.id, ..feedback });
+        self.textures.paging.ingest(Feedback { view: self.id, ..feedback });
     }
 
     /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most once per frame, by

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::common::property;
 use vastex::source::{PageContents, PageIdError, PageSet, RamCache, ReadError, ReadFuture, TailLayout, Tile};
 use vastex::{
-    AddressMode, Description, Dims, Error, Feedback, FeedbackMode, Geometry, GeometrySpec, Layer,
+    AddressMode, Bytes, Description, Dims, Error, Feedback, FeedbackMode, Geometry, GeometrySpec, Layer,
     LayerFormat, Level, PageId, PagePos, Settings, TextureNumber, Textures, TileSource, ViewId, WantedPage,
 };
 use vastex_wgpu::test_device::TestDevice;
@@ -53,7 +53,7 @@ type Mentioned = (
         vastex::source::LoadError,
     ),
     (vastex::source::StoreError, Option<Arc<dyn vastex::source::Store>>, Arc<vastex::source::RamBudget>),
-    (vastex::wgpu::Device, vastex::wgpu::Queue),
+    (vastex::wgpu::Device, vastex::wgpu::Queue, Bytes),
 );
 
 #[test]

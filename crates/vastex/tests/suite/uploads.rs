@@ -7,7 +7,7 @@ use crate::common::{Mapping, SCREEN, Screen, property, settings};
 use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
     AddressMode, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat, Pace, PagePos, Settings,
-    TileSource, UploadWay,
+    TileSource, UploadMode,
 };
 
 const SIZE: [u32; 2] = [1500, 1000];
@@ -47,7 +47,7 @@ impl TileSource for Noise {
     }
 }
 
-fn by(uploads: UploadWay) -> Settings {
+fn by(uploads: UploadMode) -> Settings {
     Settings { uploads, ..settings() }
 }
 
@@ -56,7 +56,7 @@ fn mapping(texels: f64, centre: f64) -> Mapping {
 }
 
 /// A layer as it is drawn after so many frames.
-fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
+fn pictures(uploads: UploadMode, layer: &str) -> Vec<Vec<[u8; 4]>> {
     let settings = Settings { filter: Filter::Trilinear, ..by(uploads) };
     let mut screen = Screen::showing(settings, SCREEN, |textures| {
         let texture = textures.add_blocking(Noise::new()).unwrap();
@@ -73,7 +73,7 @@ fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
         pictures.push(screen.picture());
     }
     let (stats, went) = (screen.textures.inspect().upload_stats(), screen.textures.stats().pager.loaded);
-    let expected = if uploads == UploadWay::Belt { went } else { 0 };
+    let expected = if uploads == UploadMode::Belt { went } else { 0 };
     assert!(went > 40 && stats.by_belt >= expected && stats.staged == 0, "{stats:?} of {went}");
     pictures
 }
@@ -81,15 +81,15 @@ fn pictures(uploads: UploadWay, layer: &str) -> Vec<Vec<[u8; 4]>> {
 #[test]
 fn every_frame_is_the_same_by_the_belt_and_through_the_queue() {
     for layer in ["a", "b", "c", "d"] {
-        assert!(pictures(UploadWay::Belt, layer) == pictures(UploadWay::Queue, layer), "layer {layer}");
+        assert!(pictures(UploadMode::Belt, layer) == pictures(UploadMode::Queue, layer), "layer {layer}");
     }
 }
 
 #[test]
 fn by_default_tiles_go_by_the_belt_in_real_time_and_through_the_queue_in_lock_step() {
-    let lock_step = by(UploadWay::Best).pace;
+    let lock_step = by(UploadMode::Best).pace;
     for (pace, is_by_belt) in [(lock_step, false), (Pace::Realtime, true)] {
-        let settings = Settings { pace, ..by(UploadWay::Best) };
+        let settings = Settings { pace, ..by(UploadMode::Best) };
         let mut screen = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], settings);
         screen.set_mapping(0, &mapping(1.0, 0.5));
         let came = (0..3000).any(|_| {
@@ -105,7 +105,7 @@ fn by_default_tiles_go_by_the_belt_in_real_time_and_through_the_queue_in_lock_st
 #[test]
 fn after_the_first_frames_no_room_is_made_and_the_budget_holds() {
     let budget = 1 << 20;
-    let settings = Settings { in_flight_bytes: budget, ..by(UploadWay::Belt) };
+    let settings = Settings { in_flight_bytes: budget, ..by(UploadMode::Belt) };
     let mut screen = Screen::new(&[property([20_000, 2000], 64, AddressMode::Clamp)], settings);
     let mut walk = |frames: std::ops::Range<u32>| {
         for frame in frames {
@@ -125,7 +125,7 @@ fn after_the_first_frames_no_room_is_made_and_the_budget_holds() {
 
 #[test]
 fn a_belt_without_room_keeps_nothing_from_the_screen() {
-    let settings = Settings { in_flight_bytes: 1, upload_bytes_per_frame: 5000, ..by(UploadWay::Belt) };
+    let settings = Settings { in_flight_bytes: 1, upload_bytes_per_frame: 5000, ..by(UploadMode::Belt) };
     let mut screen = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], settings);
     screen.set_mapping(0, &mapping(3.0, 0.5));
     screen.converge();
@@ -135,7 +135,7 @@ fn a_belt_without_room_keeps_nothing_from_the_screen() {
 
 /// Some frames, a lost device, and the same textures on another one.
 fn on_another_device(pace: Pace) -> Screen {
-    let settings = Settings { pace, ..by(UploadWay::Belt) };
+    let settings = Settings { pace, ..by(UploadMode::Belt) };
     let mut screen = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], settings);
     screen.set_mapping(0, &mapping(0.8, 0.4));
     (0..6).for_each(|_| drop(screen.frame().unwrap()));
@@ -155,7 +155,7 @@ fn on_another_device(pace: Pace) -> Screen {
 fn a_lost_device_takes_its_belt_with_it() {
     let mut screen = on_another_device(Pace::LockStep { latency_frames: 3 });
     screen.converge();
-    let mut other = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], by(UploadWay::Queue));
+    let mut other = Screen::new(&[property(SIZE, 64, AddressMode::Clamp)], by(UploadMode::Queue));
     other.set_mapping(0, &mapping(0.8, 0.4));
     other.converge();
     assert!(screen.picture() == other.picture());

@@ -1,5 +1,5 @@
-//! The strips or tiles of a TIFF file: where they lie, and decoding them, several at once where there is
-//! help.
+//! Rows of a TIFF file, for builds, from its strips or tiles decoded in order, several at once where there is help. Any tile in any
+//! order, for what is shown in place, is `file/chunk`'s.
 //!
 //! Each thread that decodes has a decoder of its own on the same file. What comes of them is put together to
 //! rows, in order, by the thread that reads.
@@ -15,7 +15,6 @@ use tiff::tags::Tag;
 
 use super::file::TiffImage;
 use super::samples::{COMPRESSION_NONE, Stored, most_from_a_byte, place_row};
-use super::ycbcr::rgb_from_ycbcr;
 use super::{Tags, fault};
 use crate::image::ahead::{Ahead, Helpers, Spare};
 use crate::image::fault::near_row;
@@ -197,7 +196,6 @@ type Run = Vec<Result<Chunk, InputFault>>;
 struct Decoding {
     chunks: Arc<Chunks>,
     file: Arc<File>,
-    is_ycbcr: bool,
     /// The image by our own reader, which decodes what the decoders do not, JPEG as libjpeg does, and LZW that has no
     /// end.
     own: Option<TiffImage>,
@@ -272,9 +270,6 @@ impl Decoding {
         let mut bytes = self.buffers.take().unwrap_or_default();
         bytes.resize(layout.complete_len, 0);
         decoder.read_chunk_bytes(number, &mut bytes).map_err(|e| fault(e, &place()))?;
-        if self.is_ycbcr {
-            rgb_from_ycbcr(&mut bytes);
-        }
         Ok(Chunk { bytes, width: width as usize })
     }
 }
@@ -306,7 +301,6 @@ impl ReadyRows {
         chunks: Arc<Chunks>,
         file: Arc<File>,
         decoder: TiffDecoder,
-        is_ycbcr: bool,
         own: Option<TiffImage>,
     ) -> ReadyRows {
         let lists = LIST_BYTES * chunks.offsets.len() as u64;
@@ -316,7 +310,7 @@ impl ReadyRows {
         let ahead = Ahead::new(chunks.count().div_ceil(chunks.run()), bytes);
         let (decoders, buffers) = (Spare::default(), Spare::default());
         decoders.give(unlimited(decoder));
-        let decoding = Arc::new(Decoding { chunks, file, is_ycbcr, own, decoders, buffers });
+        let decoding = Arc::new(Decoding { chunks, file, own, decoders, buffers });
         let (rows, ready) = (Vec::new(), Vec::new().into_iter());
         ReadyRows { decoding, ahead, asked: 0, ready, first_row: 0, rows, rounded: false }
     }

@@ -56,7 +56,7 @@ impl TiffReader {
         let mut decoder = open_decoder(&file)?.with_limits(limits);
         let color = decoder.colortype().map_err(in_header)?;
         let tags = Tags::read(&mut decoder).map_err(in_header)?;
-        let (format, is_ycbcr) = pixel_format(color, &tags)?;
+        let format = pixel_format(color, &tags)?;
         let (width, height) = decoder.dimensions().map_err(in_header)?;
         let mut header = ImageHeader::new(width.into(), height.into(), format)?;
         let is_premultiplied = note(&mut header, &mut decoder, &tags)?;
@@ -67,7 +67,6 @@ impl TiffReader {
             && tags.compression == COMPRESSION_NONE
             && tags.predictor == 1
             && tags.photometric != WHITE_IS_ZERO
-            && !is_ycbcr
             && chunks.planes == 1
             && chunks.stored == Stored::AsItIs
             && tags.samples as usize * usize::from(tags.bits) == format.texel_bytes() * 8
@@ -94,7 +93,7 @@ impl TiffReader {
             let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
                 || codecs::is_jpeg_2000(compression);
             let own = is_own.then(|| TiffFile::first_image(file.clone())).transpose()?;
-            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, is_ycbcr, own)))
+            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
     }
@@ -185,8 +184,8 @@ impl Tags {
     }
 }
 
-/// The texels as they will be handed out, and whether they are decoded as YCbCr.
-fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), InputFault> {
+/// The texels as they will be handed out; YCbCr comes as RGB.
+fn pixel_format(color: ColorType, tags: &Tags) -> Result<PixelFormat, InputFault> {
     let unsupported = |what: String| InputFault::Unsupported {
         what,
         remedy: "convert it to grey, RGB or RGBA of 8 or 16 bits, of signed numbers or of floats",
@@ -195,19 +194,19 @@ fn pixel_format(color: ColorType, tags: &Tags) -> Result<(PixelFormat, bool), In
         return Err(unsupported("channels in separate planes, as JPEG".into()));
     }
     let is_jpeg = tags.compression == COMPRESSION_JPEG || codecs::is_jpeg_2000(tags.compression.into());
-    let (channels, bits, is_ycbcr) = match color {
-        ColorType::Gray(bits) => (PixelFormat::GREY8, bits, false),
-        ColorType::GrayA(bits) => (PixelFormat::GREY_ALPHA8, bits, false),
+    let (channels, bits) = match color {
+        ColorType::Gray(bits) => (PixelFormat::GREY8, bits),
+        ColorType::GrayA(bits) => (PixelFormat::GREY_ALPHA8, bits),
         ColorType::Multiband { bit_depth, num_samples: 2 } if tags.photometric == 1 => {
-            (PixelFormat::GREY_ALPHA8, bit_depth, false)
+            (PixelFormat::GREY_ALPHA8, bit_depth)
         }
-        ColorType::RGB(bits) => (PixelFormat::RGB8, bits, false),
-        ColorType::RGBA(bits) => (PixelFormat::RGBA8, bits, false),
-        ColorType::YCbCr(8) if is_jpeg => (PixelFormat::RGB8, 8, true),
+        ColorType::RGB(bits) => (PixelFormat::RGB8, bits),
+        ColorType::RGBA(bits) => (PixelFormat::RGBA8, bits),
+        ColorType::YCbCr(8) if is_jpeg => (PixelFormat::RGB8, 8),
         other => return Err(unsupported(format!("texels of kind {other:?}"))),
     };
     let sample = samples::sample_of(tags.sample_format, bits.into()).map_err(unsupported)?;
-    Ok((channels.with_sample(sample), is_ycbcr))
+    Ok(channels.with_sample(sample))
 }
 
 /// Says what of the file is not followed, and whether its colours are multiplied by alpha.

@@ -29,7 +29,7 @@ impl PoolPager {
         if !cfg!(debug_assertions) || ARE_PAUSED.get() {
             return;
         }
-        if self.savings.is_due(self.residency.known())
+        if self.check_pace.is_due(self.residency.known())
             && let Err(broken) = walk(self)
         {
             panic!("an invariant of the pager is broken: {broken}");

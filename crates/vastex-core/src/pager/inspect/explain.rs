@@ -29,7 +29,7 @@ pub enum Wait {
     /// The loader has it.
     Loader,
     /// Another page has the same content, and its tile is under way for both.
-    Carrier {
+    Representative {
         /// That page.
         page: PageId,
         /// Whether it is of an image or of a volume.
@@ -142,7 +142,7 @@ impl PoolPager {
                 Some(Wait::Upload { before: before(&|&other| residency.state(other) == PageState::Ready) })
             }
             PageState::Queued => Some(match self.representative_of(page) {
-                Some((page, dims)) => Wait::Carrier { page, dims },
+                Some((page, dims)) => Wait::Representative { page, dims },
                 None if !self.load_order.has_room() => Wait::Slot,
                 None => Wait::Request {
                     before: before(&|&other| {
@@ -225,7 +225,7 @@ impl Explanation {
             }
             Some(Wait::Slot) => "queued; waiting for a slot: all are in view".into(),
             Some(Wait::Loader) => "loading; waiting for the loader".into(),
-            Some(Wait::Carrier { page, dims }) => {
+            Some(Wait::Representative { page, dims }) => {
                 format!("queued; waiting for {}, which has the same content", page.pos(dims))
             }
             Some(Wait::Upload { before }) => {

@@ -1,10 +1,10 @@
 //! What a pager tells people and tools of itself, and the walk over all of its structures for tests.
 
 #[cfg(feature = "checks")]
+pub(crate) mod check_pace;
+#[cfg(feature = "checks")]
 pub mod checks;
 pub(crate) mod explain;
-#[cfg(feature = "checks")]
-pub(crate) mod savings;
 pub(crate) mod telemetry;
 pub(crate) mod usage;
 

@@ -11,7 +11,7 @@ use rustc_hash::FxHashSet;
 
 use crate::pager::pool::PoolPager;
 use crate::residency::stats::Stats;
-use crate::residency::waits::TimeToSharp;
+use crate::residency::time_to_sharp::TimeToSharp;
 use crate::table::pool::{PoolId, Slot};
 
 /// How a pool stood after a frame, and what happened in it.

@@ -9,7 +9,7 @@
 //! thresholds answers "what is the smallest bias whose set fits?" without trying any.
 //!
 //! Tails are not counted here: they are pinned. Which bias is taken, and when it falls again, is `bias`'s
-//! business; what is loaded first, `order`'s.
+//! business; what is loaded first, that of `ranking` and `load_order`.
 
 use crate::residency::page_map::PageMap;
 use crate::residency::records::RecordHint;

@@ -1,4 +1,5 @@
-//! The compressions of TIFF that know nothing of pixels: bytes to as many bytes as a strip or tile has.
+//! The numbers and names of all compressions of TIFF, and the decoders of those that know nothing of pixels: bytes to as many bytes
+//! as a strip or tile has.
 
 use std::io::Read;
 

@@ -9,9 +9,9 @@ const VISITS: usize = 256;
 /// Visits that a pager's steps without a check have left to a later one. Each pool has its own, so that none
 /// uses up those of others.
 #[derive(Debug, Default)]
-pub(crate) struct Savings(AtomicUsize);
+pub(crate) struct CheckPace(AtomicUsize);
 
-impl Savings {
+impl CheckPace {
     /// Whether, after another step, a check of so many visits is due.
     pub(crate) fn is_due(&self, visits: usize) -> bool {
         let saved = self.0.load(Ordering::Relaxed) + VISITS;
@@ -27,7 +27,7 @@ mod tests {
 
     #[test]
     fn a_large_pager_is_checked_beside_small_ones() {
-        let [small, large] = [(); 2].map(|()| Savings::default());
+        let [small, large] = [(); 2].map(|()| CheckPace::default());
         let checked = (0..100).filter(|_| {
             assert!(small.is_due(VISITS) && small.is_due(1));
             large.is_due(10 * VISITS)

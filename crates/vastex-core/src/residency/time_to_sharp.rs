@@ -1,4 +1,4 @@
-//! How long tiles were waited for: the percentiles over those that came last.
+//! The time to sharp: how long tiles were waited for, as percentiles over those that came last.
 
 /// Tiles over which the time to sharp is taken.
 const WINDOW: usize = 256;
@@ -15,20 +15,20 @@ pub struct TimeToSharp {
 
 /// How long the tiles that came last were waited for.
 #[derive(Clone, Debug)]
-pub(crate) struct Waits {
+pub(crate) struct RecentWaits {
     /// In frames; those of the last tiles, each at its number modulo the length.
     frames: [u32; WINDOW],
     /// Tiles so far.
     noted: usize,
 }
 
-impl Default for Waits {
-    fn default() -> Waits {
-        Waits { frames: [0; WINDOW], noted: 0 }
+impl Default for RecentWaits {
+    fn default() -> RecentWaits {
+        RecentWaits { frames: [0; WINDOW], noted: 0 }
     }
 }
 
-impl Waits {
+impl RecentWaits {
     pub(crate) fn note(&mut self, frames: u64) {
         self.frames[self.noted % WINDOW] = u32::try_from(frames).unwrap_or(u32::MAX);
         self.noted += 1;
@@ -50,7 +50,7 @@ mod tests {
 
     #[test]
     fn the_window_holds_the_last_tiles_and_no_others() {
-        let mut waits = Waits::default();
+        let mut waits = RecentWaits::default();
         assert_eq!(waits.percentiles(), None);
         waits.note(7);
         assert_eq!(waits.percentiles(), Some(TimeToSharp { p50: 7, p95: 7 }));
@@ -70,7 +70,7 @@ mod tests {
     proptest! {
         #[test]
         fn a_percentile_is_the_least_that_so_many_keep_to(frames in prop::collection::vec(0u32..50, 1..256)) {
-            let mut waits = Waits::default();
+            let mut waits = RecentWaits::default();
             frames.iter().for_each(|&frames| waits.note(u64::from(frames)));
             let found = waits.percentiles().unwrap();
             for (percent, value) in [(50, found.p50), (95, found.p95)] {
