@@ -1,8 +1,8 @@
 //! What `vastex_inspect` tells of a place is what the page table leads to there.
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::{Geometry, GeometrySpec, LayerFormat};
-use vastex_wgpu::{FeedbackMode, Filter, twins};
+use vastex_core::{Description, Geometry, GeometrySpec, LayerFormat, PagePos};
+use vastex_wgpu::{FeedbackMode, Filter, TableKind, twins};
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World};
 use crate::sampling::{pipeline, run};
@@ -74,4 +74,30 @@ fn places_are_what_the_page_table_says() {
         }
     }
     assert!(seen_coarser > 100, "nothing was missing, so little was tried");
+}
+
+/// Of 2^22 texels a 32-bit uv tells every fourth one, so functions that take one want level 2 at least; through either kind of table.
+#[test]
+fn a_uv_wants_no_level_finer_than_it_can_tell() {
+    let gpu = &*GPU;
+    for (bits, finest) in [(22, 2.0), (20, 0.0)] {
+        let geometry = Geometry::new(GeometrySpec::image(1 << bits, 100)).unwrap();
+        let description = Description::one_layer(geometry.clone(), LayerFormat::R8);
+        for kind in [TableKind::Direct, TableKind::Hashed] {
+            let resident = vec![PagePos::new_2d(2, 5, 0), PagePos::new_2d(0, 20, 0)];
+            let world = World::with(gpu, &description, 0, resident, kind, 5);
+            let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackMode::Separate, false);
+            let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+            let group = bindings.group(gpu, &world);
+            // In the middle of page 20 of level 0, which is page 5 of level 2.
+            let uv = [(20.5 * 128.0) / (1u32 << bits) as f32, 0.5];
+            let inputs = [0.01, 0.5, 2.5, 4.0, 9.0].map(|step| Input { uv, step, unused: 0.0 });
+            let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);
+            for (input, output) in inputs.iter().zip(&outputs) {
+                let wanted = input.step.log2().max(finest);
+                assert!((output.wanted - wanted).abs() < 1e-3, "2^{bits}, {kind:?}: {input:?} {output:?}");
+            }
+            assert_eq!(outputs[0].shown, finest as u32, "2^{bits}, {kind:?}: {:?}", outputs[0]);
+        }
+    }
 }

@@ -5,9 +5,12 @@ use std::sync::Arc;
 use crate::common::texts::fixed;
 use crate::common::{Mapping, PICTURE, SCREEN, Screen, add_with, property, settings};
 use vastex::diagnostics::FrameStats;
-use vastex::{AddressMode, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, TileSource};
+use vastex::{
+    AddressMode, PoolId, PoolSettings, Settings, TableChoice, TextureSettings, Textures, TileSource,
+};
 use vastex_core::Dims;
 use vastex_tiles::PropertySource;
+use vastex_wgpu::test_device::TestDevice;
 
 /// Bytes of a tile of the property image.
 const TILE: u64 = 136 * 136 * 4;
@@ -143,4 +146,22 @@ fn memory_does_not_follow_the_size_of_the_texture() {
         assert!((all(at) / all(&stats[1]) - 1.0).abs() < 0.05, "{} and {}", all(at), all(&stats[1]));
         assert!(at.converged && at.pager.failed == 0, "{at:?}");
     }
+}
+
+/// Every table that was added could grow to its full size; the one that could not is hashed, and says so by its kinds.
+#[test]
+fn a_texture_for_whose_table_its_pool_has_no_room_has_a_hashed_one() {
+    let gpu = TestDevice::new();
+    let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
+    // 3 Mi pages of 16 texels at level 0, so ranges of 4 Mi entries, of 1 Mi ..: six of them fit into 32 Mi.
+    let source = property([2048 * 16, 1536 * 16], 16, AddressMode::Clamp);
+    let mut add = |page_table| {
+        let settings = TextureSettings { page_table, ..Default::default() };
+        let texture = add_with(&mut textures, source.clone(), settings).unwrap();
+        textures.kinds(texture).unwrap()
+    };
+    let [direct, hashed] = [TableChoice::Direct, TableChoice::Hashed].map(&mut add);
+    assert_ne!(direct, hashed);
+    let by_size: Vec<bool> = (0..8).map(|_| add(TableChoice::BySize) == hashed).collect();
+    assert_eq!(by_size, [false, false, false, false, false, true, true, true]);
 }
