@@ -61,7 +61,7 @@ impl Arena {
         entries.max(1).next_power_of_two()
     }
 
-    /// A range of at least so many entries, the first of the smallest free ones that is large enough. Nothing where none is and the memory
+    /// A range of at least so many entries, the first of the smallest free ones that is large enough. `None` if none is and the memory
     /// may not double.
     pub(crate) fn take(&mut self, entries: u32) -> Option<Range> {
         let order = u8::try_from(Arena::rounded(entries.into()).ilog2()).ok()?;

@@ -43,7 +43,7 @@ pub(crate) struct Part {
 }
 
 impl BeltLayout {
-    /// For tiles of so many texels per side with these layers; nothing where a layer is no whole number of blocks of it.
+    /// For tiles of so many texels per side with these layers; `None` if a layer is no whole number of blocks of it.
     pub fn new(tile: [u32; 2], layers: &[Layer]) -> Option<BeltLayout> {
         let (mut parts, mut from, mut to) = (Vec::new(), 0, 0u64);
         for layer in layers {

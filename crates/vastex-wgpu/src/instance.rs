@@ -28,7 +28,7 @@ mod vulkan {
     const XCB: &CStr = c"VK_KHR_xcb_surface";
     const WAYLAND: &CStr = c"VK_KHR_wayland_surface";
 
-    /// An instance of Vulkan alone; nothing where it has no adapter or is not asked for.
+    /// An instance of Vulkan alone; `None` if it has no adapter or is not asked for.
     pub(super) async fn instance(descriptor: &InstanceDescriptor) -> Option<Instance> {
         if !descriptor.backends.contains(Backends::VULKAN) {
             return None;

@@ -122,7 +122,7 @@ pub struct Kinds {
 /// A name by which the text samples.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct TextMember {
-    /// Nothing where there is one without a name.
+    /// `None` if there is one without a name.
     pub(crate) name: Option<String>,
     /// Which of the text's reads it is.
     pub(crate) read: usize,

@@ -14,7 +14,7 @@ pub fn held_format(format: LayerFormat, features: wgpu::Features) -> LayerFormat
     if is_known { format } else { format.decoded() }
 }
 
-/// The GPU's format for a layer, and how shaders read it. Nothing where the device cannot decompress it.
+/// The GPU's format for a layer, and how shaders read it. `None` if the device cannot decompress it.
 ///
 /// Everything that is [`Atlas::Float`] is filtered by the device: 16-bit data and 32-bit floats where that was asked for
 /// ([`crate::required_features`]).
@@ -52,7 +52,7 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
     })
 }
 
-/// Size in the layer's texels of what takes `texels` of the texture's; nothing where that is no whole number of blocks.
+/// Size in the layer's texels of what takes `texels` of the texture's; `None` if that is no whole number of blocks.
 pub(crate) fn layer_texels(layer: &Layer, texels: [u32; 2]) -> Option<[u32; 2]> {
     let unit = layer.scale * layer.format.block_side();
     let is_whole = unit != 0 && texels.iter().all(|n| n.is_multiple_of(unit));

@@ -38,7 +38,7 @@ impl PixelReadback {
         }
     }
 
-    /// The same, for which it waits. Fails with [`GpuError::NoFeedback`] where the commands were not submitted, too. Not for browsers,
+    /// The four words of the pixel, for which the call waits. Fails with [`GpuError::NoFeedback`] where the commands were not submitted, too. Not for browsers,
     /// where nothing can be waited for.
     pub fn wait(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<[u32; 4], GpuError> {
         self.mapping.wait(device, queue, &self.buffer)?;

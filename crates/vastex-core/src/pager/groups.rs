@@ -54,7 +54,7 @@ impl Pager {
     }
 
     /// Sets how the levels of a texture are chosen where a group wants it; where feedback names the texture
-    /// itself, that has been done. Says whether there is such a texture.
+    /// itself, that has been done. Returns true if there is such a texture.
     pub fn set_levels(&mut self, texture: TextureNumber, rule: LevelRule) -> bool {
         let Some(pool) = self.pool_of(texture) else { return false };
         self.pool_mut(pool).is_some_and(|pool| pool.textures.set_rule(texture, rule))

@@ -176,7 +176,7 @@ impl Pager {
     }
 
     /// Removes a texture in the frame `frame`, the newest whose feedback may name it: its tiles and its tail
-    /// give up their slots, what is in flight is called off. Says whether there was one.
+    /// give up their slots, what is in flight is called off. Returns true if there was one.
     ///
     /// Its number is given to another texture when nothing can name this one any more, which
     /// [`Pager::feedback_under_way`] finds. Events that were not polled yet may still name it. Its page table

@@ -79,7 +79,7 @@ impl Pager {
         self.owner_of(texture)?.ask(Ask::Pin, texture, region)
     }
 
-    /// Cancels a prefetch, or unpins. Says whether the ticket was open. What has been loaded stays until its
+    /// Cancels a prefetch, or unpins. Returns true if the ticket was open. What has been loaded stays until its
     /// slot is needed.
     pub fn release(&mut self, ticket: Ticket) -> bool {
         self.pool_mut(ticket.pool()).is_some_and(|pager| pager.release(ticket))

@@ -62,13 +62,13 @@ pub enum TicketState {
 /// How far a ticket is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Where it stands.
+    /// Whether the ticket is open, and how it ended.
     pub state: TicketState,
-    /// Pages asked for, their ancestors included.
+    /// Pages that the ticket asks for, their ancestors included.
     pub pages: u32,
-    /// Those of them that are in their slots.
+    /// Pages of the ticket that are in their slots.
     pub resident: u32,
-    /// Those that could not be had so far.
+    /// Pages of the ticket that could not be had so far.
     pub failed: u32,
 }
 

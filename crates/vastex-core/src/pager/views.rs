@@ -55,7 +55,7 @@ impl Pager {
         Ok(view)
     }
 
-    /// Sets how much a view's pixels count, from its next feedback on. Says whether there is such a view.
+    /// Sets how much a view's pixels count, from its next feedback on. Returns true if there is such a view.
     pub fn set_weight(&mut self, view: ViewId, weight: f32) -> bool {
         let known = self.views.all.iter_mut().find(|(known, _)| *known == view);
         known.into_iter().for_each(|(_, old)| *old = weight);
@@ -65,7 +65,7 @@ impl Pager {
         self.views.has(view)
     }
 
-    /// Removes a view: what only it wanted is out of view. Says whether there was one; the main view stays.
+    /// Removes a view: what only it wanted is out of view. Returns true if there was one; the main view stays.
     /// Feedback of a view that there is no more is dropped.
     pub fn remove_view(&mut self, view: ViewId) -> bool {
         let before = self.views.all.len();

@@ -39,7 +39,7 @@ impl Residency {
         due
     }
 
-    /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Says whether it is `Ready`.
+    /// `Loading -> Ready`, or `Absent` where the page is no longer wanted. Returns true if it is `Ready`.
     pub(crate) fn loaded(&mut self, page: PageId, bytes: Bytes) -> bool {
         let wanted = self.has_use_for(page, RecordHint::default());
         let is_stale = self.refreshes.take_stale(page);
@@ -61,7 +61,7 @@ impl Residency {
         false
     }
 
-    /// `Loading -> Failed`. Says whether this is the first failure in a row.
+    /// `Loading -> Failed`. Returns true if this is the first failure in a row.
     pub(crate) fn load_failed(&mut self, page: PageId) -> bool {
         let frame = self.frame;
         self.refreshes.take_stale(page);

@@ -321,7 +321,7 @@ impl Residency {
         self.stats.tails += 1;
     }
 
-    /// The page is in the working set of this round; its record may be where `hint` says. Says whether the
+    /// The page is in the working set of this round; its record may be where `hint` says. Returns true if the
     /// page was not in the last round's.
     pub(crate) fn want(&mut self, page: PageId, content: ContentId, hint: RecordHint) -> bool {
         if let Some(content) = self.sharing.get_mut(content) {

@@ -159,7 +159,7 @@ impl Refreshes {
 }
 
 impl Residency {
-    /// The content of the page has changed. Says whether anything is known of the page.
+    /// The content of the page has changed. Returns true if anything is known of the page.
     pub(crate) fn invalidate(&mut self, page: PageId) -> bool {
         let frame = self.frame;
         let Some(record) = self.records.get_mut(page) else { return false };
@@ -215,7 +215,7 @@ impl Residency {
         self.refreshes.pages.get_mut(&page).filter(|refresh| matches!(refresh.step, Step::Loading { .. }))
     }
 
-    /// `Loading -> Ready`, or `Queued` where the content has changed since. Says whether a refresh was
+    /// `Loading -> Ready`, or `Queued` where the content has changed since. Returns true if a refresh was
     /// loading.
     pub(crate) fn refresh_loaded(&mut self, page: PageId, bytes: &Bytes) -> bool {
         let Some(refresh) = self.loading_refresh(page) else { return false };
@@ -229,7 +229,7 @@ impl Residency {
         true
     }
 
-    /// `Loading -> Failed`. Says whether this is the first failure in a row, or `None` if no refresh was
+    /// `Loading -> Failed`. Returns true if this is the first failure in a row, or `None` if no refresh was
     /// loading.
     pub(crate) fn refresh_failed(&mut self, page: PageId) -> Option<bool> {
         let frame = self.frame;
@@ -242,7 +242,7 @@ impl Residency {
         Some(first)
     }
 
-    /// `Loading -> Queued`: the loader has let go. Says whether a refresh was loading.
+    /// `Loading -> Queued`: the loader has let go. Returns true if a refresh was loading.
     pub(crate) fn refresh_cancelled(&mut self, page: PageId) -> bool {
         let Some(refresh) = self.loading_refresh(page) else { return false };
         refresh.step = Step::Queued;

@@ -52,7 +52,7 @@ impl Residency {
         }
     }
 
-    /// A page leaves its slot. Says whether that is free now.
+    /// A page leaves its slot. Returns true if that is free now.
     pub(crate) fn take_out(&mut self, slot: Slot) -> bool {
         let slot_use = self.slot_use(slot);
         slot_use.pages -= 1;
@@ -130,7 +130,7 @@ impl Residency {
         })
     }
 
-    /// The page becomes resident where its content is in a slot already. Says whether it has.
+    /// The page becomes resident where its content is in a slot already. Returns true if it has.
     pub(crate) fn join(&mut self, page: PageId, textures: &Textures) -> bool {
         let Some(slot) = self.sharing.content_of(page).and_then(|content| content.slot) else { return false };
         let state = self.records.get_or_add(page, RecordHint::default()).state;

@@ -66,7 +66,7 @@ pub struct Crowd {
     contents: Contents,
     /// Tickets that have not ended.
     pub tickets: BTreeSet<Ticket>,
-    /// Those that have, and how.
+    /// Tickets that have ended, and how.
     pub ended: Vec<(Ticket, Progress)>,
     /// Pins that are all here, with their pages.
     pinned: Vec<(Ticket, Vec<PageId>)>,
@@ -222,7 +222,7 @@ impl Crowd {
     }
 
     /// Gives a pool so many slots, and looks whether every tile that stays is moved, and pins are among them.
-    /// Says whether the pool took them.
+    /// Returns true if the pool took them.
     pub fn resize(&mut self, pool: PoolId, slots: u32) -> Result<bool, String> {
         let before: Vec<_> = self.pager.pool(pool).resident().collect();
         let mut moves = Vec::new();

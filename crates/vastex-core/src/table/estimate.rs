@@ -26,11 +26,11 @@ pub struct PoolEstimate {
     /// Pages across and down that a surface over the whole picture shows, however it is turned: of the wanted
     /// level up to two texels fall on a pixel along each axis, and one page more is cut at each edge.
     pub pages: [u64; 2],
-    /// All of these.
+    /// Pages in view, of the wanted level: the product of `pages`.
     pub in_view: u64,
-    /// The same with their ancestors: a quarter as many on each level, a third in all.
+    /// Pages in view with their ancestors: a quarter as many on each coarser level, a third more in all.
     pub with_ancestors: u64,
-    /// The same with head room: a bias falls again only where the set fits 80 % of the slots.
+    /// Slots for pages in view and their ancestors, with head room: a bias falls again only where the set fits 80 % of the slots.
     pub slots: u64,
     /// Bytes of a tile, all layers and the border.
     pub tile_bytes: u64,

@@ -77,7 +77,7 @@ impl GeometrySpec {
         }
     }
 
-    /// The same with the dimensions and the size of a volume.
+    /// What [`GeometrySpec::image`] gives, with the dimensions and the size of a volume.
     pub const fn volume(size: [u32; 3]) -> GeometrySpec {
         GeometrySpec { dims: Dims::D3, size, ..GeometrySpec::image(1, 1) }
     }

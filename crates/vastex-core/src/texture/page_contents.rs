@@ -80,7 +80,7 @@ impl PageContents {
         PageContents { numbering, numbers, constants, count }
     }
 
-    /// The same, but with constants that are not told from other contents: of the texture alone.
+    /// These contents without constants: pages of one colour are told from others of the same texture alone.
     pub fn without_constants(&self) -> PageContents {
         PageContents { constants: Vec::new(), ..self.clone() }
     }

@@ -40,7 +40,7 @@ impl Region {
         Region { texels: [columns, rows, 0..1], ..Region::whole() }
     }
 
-    /// The same texels, on these levels alone.
+    /// The region's texels on these levels alone.
     pub fn on_levels(self, levels: RangeInclusive<u8>) -> Region {
         Region { levels, ..self }
     }

@@ -37,7 +37,7 @@ impl Texture {
 }
 
 impl Textures {
-    /// Adds a texture. Says whether its number was free.
+    /// Adds a texture. Returns true if its number was free.
     pub(crate) fn add(
         &mut self,
         texture: TextureNumber,
@@ -60,7 +60,7 @@ impl Textures {
         is_free
     }
 
-    /// Forgets a texture. Says whether it was there.
+    /// Forgets a texture. Returns true if it was there.
     pub(crate) fn remove(&mut self, texture: TextureNumber) -> bool {
         let place = self.textures.get_mut(usize::from(texture.number()));
         let Some(gone) = place.and_then(Option::take) else { return false };

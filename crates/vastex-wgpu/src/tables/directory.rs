@@ -247,7 +247,7 @@ impl DirectTable {
     }
 }
 
-/// The finest level that a table begins with: with coarser ones it has few entries. Nothing where everything is tail.
+/// The finest level that a table begins with: with coarser ones it has few entries. `None` if everything is tail.
 fn first_level(geometry: &Geometry) -> Option<u8> {
     let finer_than_tail = 0..geometry.tail().first_level();
     let numbering = PageNumbering::new(geometry);

@@ -16,7 +16,7 @@ pub(super) struct Footprint {
     pub(super) axis: [f32; 2],
 }
 
-/// The lambda that stands for gradients that say nothing of a level; nothing where they are ordinary.
+/// The lambda that stands for gradients that say nothing of a level; `None` if they are ordinary.
 pub(super) fn degenerate_lambda(dx: [f32; 2], dy: [f32; 2]) -> Option<f32> {
     let all = [dx[0], dx[1], dy[0], dy[1]];
     if all.iter().any(|g| !g.is_finite()) {

@@ -17,7 +17,7 @@ pub struct CpuFeedback {
     filter: Filter,
     table: HashedTextureTable,
     compactor: FeedbackCompactor,
-    /// uv of the target's pixels and one more row and column; nothing where a pixel shows no surface.
+    /// uv of the target's pixels and one more row and column; `None` if a pixel shows no surface.
     places: Vec<Option<[f32; 2]>>,
     pixels: Vec<[u32; 4]>,
 }
@@ -42,7 +42,7 @@ impl CpuFeedback {
     }
 
     /// What a picture of so many pixels wants in a frame. `uv` says where a point of the picture, in pixels from its top
-    /// left, lies on the surface; nothing where it shows none. Beyond 0 to 1 the surface goes on without the texture: what
+    /// left, lies on the surface; `None` if it shows none. Beyond 0 to 1 the surface goes on without the texture: what
     /// lies there is not wanted, but tells its neighbours their derivatives, as it does on a GPU.
     pub fn of_view(
         &mut self,

@@ -30,7 +30,7 @@ impl CpuSide {
         CpuSide { tiles: CpuTiles::new(budget) }
     }
 
-    /// Answers for a layer that is blended by `filter`; nothing where there is no such layer.
+    /// Answers for a layer that is blended by `filter`; `None` if there is no such layer.
     pub(crate) fn sampler<'a>(
         &'a self,
         paging: &'a Paging,

@@ -117,7 +117,7 @@ struct AtHand<'a> {
 struct Found {
     page: PagePos,
     level: u8,
-    /// Nothing where it is the tail.
+    /// `None` if it is the tail.
     texels: Option<Bytes>,
 }
 

@@ -46,7 +46,7 @@ struct BindSet {
 }
 
 impl BindGroups {
-    /// The bind group of a texture's first layer, of a layer, or of a group; nothing where it was removed. As with
+    /// The bind group of a texture's first layer, of a layer, or of a group; `None` if it was removed. As with
     /// [`Textures::bind_group`](crate::Textures::bind_group), it may be another in the next frame, which is then told.
     pub fn get(&self, sampled: impl Into<Sampled>) -> Option<&wgpu::BindGroup> {
         self.set(sampled.into())?.group.as_ref()
@@ -175,7 +175,7 @@ impl Gpu {
         std::mem::take(&mut self.bind_groups.changed)
     }
 
-    /// What is bound of these pools; nothing where the memory of one is given back.
+    /// What is bound of these pools; `None` if the memory of one is given back.
     fn bound(&self, pools: &[PoolId]) -> Option<Bound<'_>> {
         let of_pool = |pool: &PoolId| {
             let pool = self.pools.get(usize::from(pool.number()))?;
@@ -185,7 +185,7 @@ impl Gpu {
         Some(Bound { params: self.params.binding(), views: &self.view_params, sampler: &self.sampler, pools })
     }
 
-    /// The entries of a bind group for what is sampled; nothing where there is no such texture or group.
+    /// The entries of a bind group for what is sampled; `None` if there is no such texture or group.
     pub(crate) fn entries(&self, sampled: Sampled) -> Option<Vec<wgpu::BindGroupEntry<'_>>> {
         let set = self.bind_groups.set(sampled)?;
         Some(entries(&set.kinds, self.binding.first, &self.bound(&set.pools)?))

@@ -189,7 +189,7 @@ impl Gpu {
             && views.all(|state| state.cycle.is_seen_whole(frame, length))
     }
 
-    /// The same of one view, whatever the others; nothing where there is none.
+    /// The same of one view, whatever the others; `None` if there is none.
     pub(crate) fn is_view_seen_whole(&self, view: ViewId, frame: u64, cycle: u32) -> Option<bool> {
         let state = self.views.iter().find(|state| state.view == view)?;
         let is_on_gpu = self.undone.is_empty() && self.tables_are_settled();
@@ -218,7 +218,7 @@ impl Gpu {
         }
     }
 
-    /// Makes a view's path where there is none for pictures of this size. Says whether bind groups are others for it.
+    /// Makes a view's path where there is none for pictures of this size. Returns true if bind groups are others for it.
     pub(super) fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<bool, Error> {
         if !self.needs_feedback_path(view, picture) {
             return Ok(false);

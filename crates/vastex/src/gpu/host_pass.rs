@@ -81,7 +81,7 @@ impl FeedbackPass {
 }
 
 impl Gpu {
-    /// Points a view at its target, for a pass that the application begins; nothing where the main pass says what it wants.
+    /// Points a view at its target, for a pass that the application begins; `None` if the main pass says what it wants.
     pub(crate) fn begin_feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -72,7 +72,7 @@ pub(crate) struct Gpu {
     pipelines: FeedbackPipelines,
     /// By number.
     pools: Vec<PoolState>,
-    /// By number; nothing where the texture was removed.
+    /// By number; `None` if the texture was removed.
     textures: Vec<Option<TextureOnGpu>>,
     /// By number: textures and groups that have had it.
     generations: Vec<u32>,

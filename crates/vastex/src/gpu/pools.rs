@@ -87,7 +87,7 @@ struct PoolMemory {
 
 impl PoolState {
     /// Takes the memory of a pool for textures like `held`, at most `bytes`; where the device has not so much, half of it, and so on.
-    /// Says whether that was so.
+    /// Returns true if that was so.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -296,7 +296,7 @@ fn memory(
 }
 
 /// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a quarter, and so on.
-/// Says whether it is less than was asked for; where none fits, the first error stands.
+/// Returns true if it is less than was asked for; where none fits, the first error stands.
 fn halved_until_it_fits<T>(
     bytes: u64,
     mut make: impl FnMut(u64) -> Result<T, Error>,

@@ -164,7 +164,7 @@ impl Gpu {
         self.texture(number).map_or(0, |state| state.id)
     }
 
-    /// What the text of a shader is made for that samples a layer or a group; nothing where there is no such.
+    /// What the text of a shader is made for that samples a layer or a group; `None` if there is no such.
     pub(crate) fn kinds(&self, sampled: Sampled) -> Option<Kinds> {
         match sampled {
             Sampled::Layer(layer) => Some(Kinds::of(self.kind_of(layer)?, self.mode, self.seen().fade)),
@@ -172,7 +172,7 @@ impl Gpu {
         }
     }
 
-    /// The ids by which shaders know a layer, or a group and its members; nothing where there is no such.
+    /// The ids by which shaders know a layer, or a group and its members; `None` if there is no such.
     pub(crate) fn ids(&self, sampled: Sampled) -> Option<Vec<u32>> {
         match sampled {
             Sampled::Layer(layer) => Some(vec![self.shader_id(layer.texture())?]),
@@ -180,7 +180,7 @@ impl Gpu {
         }
     }
 
-    /// The id by which shaders know a texture; nothing where there is no such.
+    /// The id by which shaders know a texture; `None` if there is no such.
     pub(crate) fn shader_id(&self, texture: TextureId) -> Option<u32> {
         self.has(texture).then(|| self.id_in_shaders(texture.number()))
     }
@@ -190,7 +190,7 @@ impl Gpu {
         wgsl(kinds, self.binding)
     }
 
-    /// How a layer is sampled; nothing where there is no such layer.
+    /// How a layer is sampled; `None` if there is no such layer.
     pub(crate) fn sampling_of(&self, layer: LayerId) -> Option<Sampling> {
         self.texture(layer.number())
             .filter(|_| self.has(layer.texture()))?
@@ -204,7 +204,7 @@ impl Gpu {
         PoolShaderOptions { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
     }
 
-    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. Nothing where there is no such layer.
+    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. `None` if there is no such layer.
     pub(super) fn kind_of(&self, layer: LayerId) -> Option<Kind> {
         let filter = self.sampling_of(layer)?.kind_filter;
         let pool = self.pool_of(layer.number())?;

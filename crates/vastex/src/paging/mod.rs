@@ -41,7 +41,7 @@ pub(crate) struct Paging {
     said: Vec<Feedback>,
     /// That the pager has converged, while some of a view has not been seen.
     converged: Option<Event>,
-    /// By number; nothing where the texture was removed.
+    /// By number; `None` if the texture was removed.
     textures: Vec<Option<PagedTexture>>,
 }
 

@@ -12,7 +12,7 @@ use vastex_tiles::{
 };
 use vastex_wgpu::held_format;
 
-/// The description of the same texture with all levels in its tail, for pages as small as that allows; nothing where the tile would take
+/// The description of the same texture with all levels in its tail, for pages as small as that allows; `None` if the tile would take
 /// more than `most_bytes` as a device with these features holds it, or have more than `most_side` texels per side.
 pub(crate) fn whole_description(
     stored: &Description,

@@ -166,7 +166,7 @@ impl Textures {
         Ok(TextureId::new(texture, self.gpu.generation(texture)))
     }
 
-    /// Removes a texture, or a group. Says whether there was one.
+    /// Removes a texture, or a group. Returns true if there was one.
     ///
     /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it
     /// was the last of its pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Groups

@@ -97,7 +97,7 @@ impl Ahead<'_> {
         self.textures.paging.pin(number, region)
     }
 
-    /// Cancels a prefetch, or unpins. Says whether there was anything to let go of: nothing of a ticket of other textures. What
+    /// Cancels a prefetch, or unpins. Returns true if there was anything to let go of: nothing of a ticket of other textures. What
     /// has been loaded stays until its slot is needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
         self.textures.paging.release(ticket)

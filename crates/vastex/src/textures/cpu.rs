@@ -26,7 +26,7 @@ impl<'a> Cpu<'a> {
     /// It never reads nor waits: the answer comes from the tiles of
     /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache ([`crate::Settings::ram_cache_bytes`])
     /// or from the tail, whichever is finest, and [`CpuSample::level`] says how fine that is. A tile in the pool answers if it is
-    /// kept, or has not left the RAM cache; one that was seen before answers as long as the RAM cache has it. Nothing where the
+    /// kept, or has not left the RAM cache; one that was seen before answers as long as the RAM cache has it. `None` if the
     /// texture was removed or has no such layer.
     ///
     /// Costs about a microsecond where decoded tiles are at hand; a tile that has to be decoded, once, as much as

@@ -64,7 +64,7 @@ impl Textures {
         Ok(GroupId::new(id, self.gpu.generation(id.number())))
     }
 
-    /// Removes a group; its members stay. Says whether there was one.
+    /// Removes a group; its members stay. Returns true if there was one.
     pub(super) fn remove_group(&mut self, group: GroupNumber) -> bool {
         let was_there = self.paging.remove_group(group);
         if was_there {

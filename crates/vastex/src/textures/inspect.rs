@@ -64,7 +64,7 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().state(page)
     }
 
-    /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; nothing where there is no such page.
+    /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; `None` if there is no such page.
     pub fn explain(&self, page: PageId) -> Option<Explanation> {
         self.textures.paging.pager().explain(WantedPage { page, pixels: 1, eighth: 0 })
     }
@@ -74,7 +74,7 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().failed_pages().collect()
     }
 
-    /// What is in each slot of a texture's pool, that of other textures too; nothing where one is free. Empty where there is no
+    /// What is in each slot of a texture's pool, that of other textures too; `None` if one is free. Empty where there is no
     /// such texture.
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
         let pool = self.textures.texture(texture).ok().and_then(|texture| texture.pool());

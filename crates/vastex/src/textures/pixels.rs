@@ -40,13 +40,13 @@ impl Pixels<'_> {
         Ok(())
     }
 
-    /// The answer to the oldest question of [`Pixels::explain`], as the pager has it now; nothing where it has not arrived, or
+    /// The answer to the oldest question of [`Pixels::explain`], as the pager has it now; `None` if it has not arrived, or
     /// nothing was asked. Never waits. To be called each frame, until it gives nothing.
     pub fn poll(&mut self) -> Result<Option<ExplainedPixel>, Error> {
         self.textures.watch.poll_explained(self.textures.paging.pager())
     }
 
-    /// The same, for which it waits; nothing where nothing was asked. Not for browsers, where nothing can be waited for.
+    /// The same, for which it waits; `None` if nothing was asked. Not for browsers, where nothing can be waited for.
     pub fn wait(&mut self) -> Result<Option<ExplainedPixel>, Error> {
         self.textures.watch.wait_explained(
             self.textures.gpu.device(),

@@ -56,7 +56,7 @@ impl<'a> TextureRef<'a> {
     }
 
     /// How the texels of a layer are blended, by its index in [`Description::layers`]: as was asked for when the texture was added, by
-    /// [`crate::Settings::filter`], or, where its values may not be mixed, not at all. Nothing where there is no such layer.
+    /// [`crate::Settings::filter`], or, where its values may not be mixed, not at all. `None` if there is no such layer.
     pub fn filter(&self, layer: usize) -> Option<Filter> {
         Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
     }
@@ -106,7 +106,7 @@ impl TextureMut<'_> {
     /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool in main memory too,
     /// decoded, so that what can be seen can be asked for, whatever the RAM cache still has; or no longer. Counts for tiles that
     /// come from now on, so it is best said when the texture is added. Costs at most the layer's part of the pool once more, and
-    /// a copy of each tile that is uploaded. Says whether there is such a layer.
+    /// a copy of each tile that is uploaded. Returns true if there is such a layer.
     pub fn keep_for_cpu(&mut self, layer: usize, keep: bool) -> bool {
         let layer = LayerId::new(self.id, layer);
         let exists = self.textures.gpu.sampling_of(layer).is_some();

@@ -29,7 +29,7 @@ impl TraceControl<'_> {
         self.textures.watch.record_trace();
     }
 
-    /// The trace since [`TraceControl::record`], which ends it; nothing where none was begun.
+    /// The trace since [`TraceControl::record`], which ends it; `None` if none was begun.
     pub fn take(&mut self) -> Result<Option<Trace>, Error> {
         self.textures.watch.take_trace()
     }

@@ -104,7 +104,7 @@ impl ViewMut<'_> {
         self.textures.gpu.view_cut(self.id);
     }
 
-    /// Removes the view: what only it wanted is out of view. Says whether it went; the main view stays.
+    /// Removes the view: what only it wanted is out of view. Returns true if it went; the main view stays.
     pub fn remove(self) -> bool {
         let was_there = self.textures.paging.remove_view(self.id);
         if was_there {
@@ -158,7 +158,7 @@ impl ViewMut<'_> {
     /// feedback target, by a command in `encoder`, and says what the pass is begun with. To be recorded in front of the pass, and
     /// [`ViewMut::end_feedback`] behind it, in the same encoder or in another that is submitted later; both are recorded before
     /// [`Textures::update`], and submitted whenever.
-    /// Nothing where the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
+    /// `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
     /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
     /// says so.
     ///

@@ -17,7 +17,7 @@ const MOST_ASKED: usize = 16;
 pub struct ExplainedPixel {
     /// The pixel, from the top left of the picture.
     pub pixel: [u32; 2],
-    /// Of each texture that it wants a page of, so of every member of a group. Nothing where no texture is.
+    /// Of each texture that it wants a page of, so of every member of a group. `None` if no texture is.
     pub explanations: Vec<Explanation>,
 }
 

@@ -17,32 +17,32 @@ use crate::wanted::feedback::{Need, WantedPage};
 /// What keeps a page from being in a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// It is not asked for: no feedback of the last jitter cycle has named it, and nothing asked for it explicitly.
+    /// The page is not asked for: no feedback of the last jitter cycle has named it, and nothing asked for it explicitly.
     Feedback,
-    /// It is asked for after so many others, as loads that are under way end or as bytes in flight allow.
+    /// The page is asked for after so many others, as loads that are under way end or as bytes in flight allow.
     Request {
-        /// Pages that come before it.
+        /// Pages that are asked for before this one.
         before: u32,
     },
-    /// It would find no slot: all are taken by what is in view, and the mip bias may not act.
+    /// The page would find no slot: all are taken by what is in view, and the mip bias may not act.
     Slot,
-    /// The loader has it.
+    /// The loader has the page.
     Loader,
     /// Another page has the same content, and its tile is under way for both.
     Representative {
-        /// That page.
+        /// The page that is loaded for both.
         page: PageId,
-        /// Whether it is of an image or of a volume.
+        /// Whether that page is of an image or of a volume.
         dims: Dims,
     },
-    /// Its tile is here, and so many others come before it as the upload budget allows.
+    /// The page's tile is in main memory, and so many others are uploaded before it, as the upload budget allows.
     Upload {
-        /// Tiles that come before it.
+        /// Tiles that are uploaded before this one.
         before: u32,
     },
-    /// Its source could not give it; it is tried again in this frame.
+    /// The source could not give the page, which is tried again in this frame.
     Retry {
-        /// The frame.
+        /// The frame in which the page is tried again.
         at: u64,
     },
 }
@@ -50,13 +50,13 @@ pub enum Wait {
 /// Something that has happened to a page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Step {
-    /// It lost its slot.
+    /// The page lost its slot.
     Evicted,
-    /// From then on it was wanted in every frame.
+    /// From then on the page was wanted in every frame.
     Wanted,
-    /// The loader was asked for it.
+    /// The loader was asked for the page.
     Asked,
-    /// Its tile came into its slot.
+    /// The page's tile came into its slot.
     Settled,
 }
 

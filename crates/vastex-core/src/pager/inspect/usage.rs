@@ -19,14 +19,14 @@ const NAMED: usize = 3;
 pub struct PoolUsage {
     /// The pool.
     pub pool: PoolId,
-    /// Its slots.
+    /// Slots of the pool.
     pub slots: u32,
     /// Slots that hold a tile.
     pub occupied: u32,
     /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the
     /// same content share one.
     pub pages: u32,
-    /// Those of them that are not given up whatever is in view: tails, and what an application pins.
+    /// Occupied slots that are never given up, whatever is in view: tails, and what an application pins.
     pub locked: u32,
     /// The mip bias in force, in eighths of a level.
     pub bias_eighths: u16,
@@ -41,7 +41,7 @@ pub struct TextureUsage {
     pub texture: TextureNumber,
     /// Pages whose tiles are in slots, its tail among them.
     pub pages: u32,
-    /// The same by level, finest first, levels without pages left out; the tail counts as its finest level.
+    /// Pages whose tiles are in slots by level, finest first, levels without pages left out; the tail counts as its finest level.
     pub levels: Vec<(u8, u32)>,
 }
 

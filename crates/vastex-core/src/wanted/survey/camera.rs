@@ -13,7 +13,7 @@ pub struct Camera {
     offsets: [f64; 4],
     /// Half the picture's size, in pixels.
     half_picture: [f64; 2],
-    /// Nothing where the projection is parallel.
+    /// `None` if the projection is parallel.
     eye: Option<Vec3>,
     /// Pixels along one unit of the world, across the view, where clip w is 1.
     focal: f64,

@@ -114,7 +114,7 @@ impl Camera {
     }
 
     /// Texels along a pixel at the centre, by the rule of the shaders, and pixels of the picture on one unit
-    /// of uv by uv. Nothing where the centre says little of the rest.
+    /// of uv by uv. `None` if the centre says little of the rest.
     fn gradients(&self, patch: &Patch, size: [f64; 2]) -> Option<(f64, f64)> {
         let in_front = self.w(patch.centre) > patch.radius * self.w_per_unit();
         if !in_front || self.half_angle(patch.centre, patch.radius) > LOCAL {
