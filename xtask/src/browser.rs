@@ -15,8 +15,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
+use crate::outcome::Outcome;
 use crate::shell::Usage;
-use crate::test::Outcome;
 use crate::{cover, setup, shaders, shell};
 
 const PAGE: &str = include_str!("browser.html");
@@ -108,13 +108,9 @@ impl Drop for Browser {
     }
 }
 
-pub(crate) fn program() -> Option<&'static str> {
-    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| shell::on_path(name))
-}
-
 /// On its software driver, so that it is the same everywhere, and without a word to anybody but this program.
 fn start(profile: &Path, page: &str) -> Result<Child> {
-    let name = program().context("no browser")?;
+    let name = setup::browser().context("no browser")?;
     let mut command = Command::new(name);
     command.arg(format!("--user-data-dir={}", profile.display())).args([
         "--headless",

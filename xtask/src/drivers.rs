@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
-use crate::test::{Outcome, cargo_test};
+use crate::outcome::{Outcome, cargo_test};
 use crate::{setup, shaders, shell};
 
 /// What the adapter's name has, and no other's.

@@ -22,6 +22,7 @@ mod inputs;
 mod kills;
 mod land_mask;
 mod measure;
+mod outcome;
 mod python;
 mod record_command;
 mod setup;

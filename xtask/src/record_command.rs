@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 use anyhow::{Result, bail, ensure};
 use xtask::record::{self, Program};
 
+use crate::outcome::cargo_test;
+use crate::setup;
 use crate::shell::{self, Usage};
-use crate::{setup, test};
 
 const PARTS: [&str; 6] = ["worlds", "frames", "files", "help", "names", "tests"];
 
@@ -115,7 +116,7 @@ fn record(program: &Program, own: &str, directory: &Path, parts: &[&str]) -> Res
                 record::names::record(&shell::target_dir().join("doc/vastex"), directory)?;
             }
             _ => {
-                let mut command = test::cargo_test();
+                let mut command = cargo_test();
                 command.args(["--workspace", "--no-run", "--quiet", "--message-format=json"]);
                 record::test_list::record(&shell::output(&mut command)?, directory)?;
             }

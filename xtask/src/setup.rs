@@ -67,7 +67,7 @@ pub(crate) const VIRTUAL_DISPLAY: Need = Need {
 pub(crate) const BROWSER: Need = Need {
     what: "Chromium",
     why: "every shader is handed to a browser, which refuses what other compilers take, and its software driver draws a sample of the tests",
-    present: || crate::browser::program().is_some(),
+    present: || browser().is_some(),
     debian: &["chromium"],
     elsewhere: "Chromium or Chrome",
 };
@@ -95,6 +95,11 @@ pub(crate) const PYTHON: Need = Need {
     debian: &["python3", "python3-venv"],
     elsewhere: "Python 3 with its venv module",
 };
+
+/// The name of the browser that there is.
+pub(crate) fn browser() -> Option<&'static str> {
+    ["chromium", "chromium-browser", "google-chrome"].into_iter().find(|name| shell::on_path(name))
+}
 
 /// Makes sure that the machine has what is needed, installing it where it can; says what and why.
 pub(crate) fn ensure(need: &Need) -> Result<()> {

@@ -10,8 +10,8 @@ use std::process::Command;
 
 use anyhow::{Context, Result, bail};
 
+use crate::outcome::Outcome;
 use crate::shell::{self, Usage};
-use crate::test::Outcome;
 use crate::wgsl;
 
 /// Names a directory into which the tests' programs write every shader text that they hand to a device.

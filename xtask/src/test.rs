@@ -3,23 +3,13 @@
 //! A step that fails does not keep the later ones from running, so that one run shows all that is wrong.
 
 use std::fs;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
 use anyhow::{Result, bail};
 
+use crate::outcome::{Outcome, SEED, cargo_test};
 use crate::shell::Usage;
 use crate::{browser, drivers, setup, shaders, shell, test_programs, wasm, window};
-
-/// How a step ended that did not fail.
-pub(crate) enum Outcome {
-    Passed,
-    /// It could not run on this machine; the reason is printed in the table.
-    Skipped(String),
-}
-
-/// The suite is the same sample each time; campaigns take others.
-const SEED: &str = "1";
 
 struct Step {
     name: &'static str,
@@ -211,13 +201,6 @@ fn tests() -> Result<Outcome> {
         command.env(shaders::LOG, &log).env("PROPTEST_RNG_SEED", SEED);
     })?;
     Ok(Outcome::Passed)
-}
-
-/// The tests, each of chance the same sample.
-pub(crate) fn cargo_test() -> Command {
-    let mut command = shell::cargo("test");
-    command.env("PROPTEST_RNG_SEED", SEED);
-    command
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::process::Command;
 
 use anyhow::{Result, bail};
 
-use crate::test::Outcome;
+use crate::outcome::Outcome;
 use crate::{setup, shell};
 
 const TARGET: &str = "wasm32-unknown-unknown";

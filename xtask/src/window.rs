@@ -14,7 +14,7 @@ use std::process::Command;
 
 use anyhow::{Result, ensure};
 
-use crate::test::Outcome;
+use crate::outcome::Outcome;
 use crate::{setup, shell};
 
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";

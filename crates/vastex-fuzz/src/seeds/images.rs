@@ -7,8 +7,8 @@ use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, IntegerBounds, Layer,
     LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage, f16,
 };
-use mozjpeg::{ColorSpace, Compress};
 
+use super::jpeg::jpeg;
 use super::{SIZE, grainy, tiffs};
 
 /// Of every kind, but none whose colours must be converted.
@@ -135,23 +135,6 @@ fn jpegs() -> Result<Vec<Vec<u8>>> {
     let (rgb, progressive) = (jpeg(SIZE, 3, false)?, jpeg(SIZE, 3, true)?);
     let exif = with_segment(&rgb, 0xe1, &[b"Exif\0\0", TURNED].concat());
     Ok(vec![jpeg(SIZE, 1, false)?, rgb, progressive, jpeg(SIZE, 1, true)?, exif])
-}
-
-/// A JPEG image of one or three channels.
-pub(super) fn jpeg(size: [u32; 2], channels: u32, is_progressive: bool) -> Result<Vec<u8>> {
-    let color = if channels == 1 { ColorSpace::JCS_GRAYSCALE } else { ColorSpace::JCS_RGB };
-    let mut compress = Compress::new(color);
-    compress.set_size(size[0] as usize, size[1] as usize);
-    if is_progressive {
-        compress.set_progressive_mode();
-    } else {
-        compress.set_fastest_defaults();
-        compress.set_optimize_scans(false);
-    }
-    let mut started = compress.start_compress(Vec::new())?;
-    let row = size[0] * channels;
-    started.write_scanlines(&grainy(row as usize, (row * size[1]) as usize))?;
-    Ok(started.finish()?)
 }
 
 /// A JPEG file with one more segment, right after its start.

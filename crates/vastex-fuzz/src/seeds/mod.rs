@@ -1,9 +1,10 @@
 //! Sound inputs to start from, small and made here: containers, parts, images and tile directories of every kind that is read.
 //!
-//! The modules `images` and `tiffs` make by hand what the encoders do not write.
+//! The modules `images`, `jpeg` and `tiffs` make by hand what the encoders do not write.
 
 mod containers;
 mod images;
+mod jpeg;
 mod tiffs;
 mod trees;
 

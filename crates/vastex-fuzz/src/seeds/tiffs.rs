@@ -6,7 +6,7 @@ use anyhow::Result;
 use tiff::encoder::colortype::{self as color, ColorType};
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffValue};
 
-use super::{SIZE, grainy, images};
+use super::{SIZE, grainy, jpeg};
 
 /// Tags.
 const COMPRESSION: u16 = 259;
@@ -79,7 +79,7 @@ fn handmade() -> Result<Vec<Handmade>> {
     tiles.cut(16 * 16 * 3, 2);
     let mut jpeg_tiles = Handmade::new(&[8; 3], 6, Some(16), false);
     jpeg_tiles.set(COMPRESSION, 7);
-    jpeg_tiles.chunks = vec![images::jpeg([16, 16], 3, false)?; 2];
+    jpeg_tiles.chunks = vec![jpeg::jpeg([16, 16], 3, false)?; 2];
     let mut planes = Handmade::new(&[16; 3], 2, None, false);
     planes.set(PLANAR, 2);
     planes.cut(planes.strip_bytes(2), 3 * 2);

@@ -7,7 +7,7 @@ use anyhow::Result;
 use vastex_build::{ExportOptions, Layout, TileFormat, build, export};
 use vastex_tiles::Container;
 
-use super::{SIZE, grainy, images, small_build, tiffs};
+use super::{SIZE, grainy, images, jpeg, small_build, tiffs};
 use crate::tree::Tree;
 
 fn tree(files: &[(&str, &[u8])]) -> Vec<u8> {
@@ -42,7 +42,7 @@ pub(crate) fn mosaics() -> Result<Vec<Vec<u8>>> {
     let raw = b"width = 9\nheight = 5\nsample = \"u8\"\n";
     let placed = b"vastex mosaic\n# two pieces\n0 0 tall.png\n4 7 wide.png\n30 2 a.raw\n";
     let grid = b"vastex mosaic\ngrid t_{x}_{y}.tif\n";
-    let progressive = images::jpeg([9, 14], 3, true)?;
+    let progressive = jpeg::jpeg([9, 14], 3, true)?;
     let mixed = b"vastex mosaic\n0 0 tall.png\n9 0 b.jpg\n";
     Ok(vec![
         tree(&[

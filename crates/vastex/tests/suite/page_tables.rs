@@ -153,8 +153,8 @@ fn memory_does_not_follow_the_size_of_the_texture() {
 fn a_texture_for_whose_table_its_pool_has_no_room_has_a_hashed_one() {
     let gpu = TestDevice::new();
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
-    // 3 Mi pages of 16 texels at level 0, so ranges of 4 Mi entries, of 1 Mi ..: six of them fit into 32 Mi.
-    let source = property([2048 * 16, 1536 * 16], 16, AddressMode::Clamp);
+    // 2 Mi pages of 16 texels at level 0, half a Mi at level 1 ..: eleven of them fit into 32 Mi entries.
+    let source = property([2048 * 16, 1024 * 16], 16, AddressMode::Clamp);
     let mut add = |page_table| {
         let settings = TextureSettings { page_table, ..Default::default() };
         let texture = add_with(&mut textures, source.clone(), settings).unwrap();
@@ -162,6 +162,6 @@ fn a_texture_for_whose_table_its_pool_has_no_room_has_a_hashed_one() {
     };
     let [direct, hashed] = [TableChoice::Direct, TableChoice::Hashed].map(&mut add);
     assert_ne!(direct, hashed);
-    let by_size: Vec<bool> = (0..8).map(|_| add(TableChoice::BySize) == hashed).collect();
-    assert_eq!(by_size, [false, false, false, false, false, true, true, true]);
+    let by_size: Vec<bool> = (0..12).map(|_| add(TableChoice::BySize) == hashed).collect();
+    assert_eq!(by_size, [[false; 10].as_slice(), &[true; 2]].concat());
 }
