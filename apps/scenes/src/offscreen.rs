@@ -217,6 +217,21 @@ impl Offscreen {
         &mut self,
         path: Path,
         until: Until,
+        watch: impl FnMut(&Textures, Vec<Event>),
+    ) -> Result<Outcome, OffscreenError> {
+        let (scene, image) = (self.renderer.scene(), self.renderer.image_aspect());
+        let still = self.still.filter(|_| path == Path::Still);
+        let pose = |frame| still.unwrap_or_else(|| path.pose(scene, image, frame));
+        self.run_along(path.frames(), pose, until, watch)
+    }
+
+    /// The same with a camera that has a pose in each frame, counted from 0, and is at its last place after `frames` of them. Poses must be
+    /// of this scene ([`Pose::scene`]).
+    pub fn run_along(
+        &mut self,
+        frames: u64,
+        pose: impl Fn(u64) -> Pose,
+        until: Until,
         mut watch: impl FnMut(&Textures, Vec<Event>),
     ) -> Result<Outcome, OffscreenError> {
         let mut frame = 0;
@@ -228,19 +243,28 @@ impl Offscreen {
                 Until::Converged => {
                     // What has converged before the last pose was held for a cycle says nothing of it.
                     let held = u64::from(vastex::JITTER_CYCLE) * self.views.every() + FEEDBACK_FRAMES;
-                    let settled = converged && frame >= path.frames() + held;
-                    settled || frame >= path.frames() + PATIENCE_FRAMES
+                    let settled = converged && frame >= frames + held;
+                    settled || frame >= frames + PATIENCE_FRAMES
                 }
             };
             if done {
                 return Ok(Outcome { converged, stats });
             }
-            let pose = path.pose(self.renderer.scene(), self.renderer.image_aspect(), frame);
-            self.frame(self.still.filter(|_| path == Path::Still).unwrap_or(pose))?;
+            self.frame(pose(frame))?;
             let events = std::iter::from_fn(|| self.textures.poll_event()).collect();
             watch(&self.textures, events);
             frame += 1;
         }
+    }
+
+    /// Where the camera was in the last frame.
+    pub fn pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// What is drawn, to ask about it.
+    pub fn renderer(&self) -> &SceneRenderer {
+        &self.renderer
     }
 
     /// Plays one frame, but for the picture.

@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackMode, Filter};
-use vastex_scenes::{DisplayOptions, Overlay, Path as CameraPath, Pose, Scene, Views};
+use vastex_scenes::{DisplayOptions, LayerOptions, Overlay, Pose, Scene};
+use vastex_viewer::ViewText;
+use vastex_viewer::layers::CompareMode;
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -14,7 +16,6 @@ pub(crate) use cache::CacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use crop::CropArgs;
 pub(crate) use disk_cache::DiskCacheArgs;
-pub(crate) use estimate::EstimateArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 pub(crate) use info::InfoArgs;
@@ -23,6 +24,7 @@ pub(crate) use learn::LearnArgs;
 pub(crate) use merge::MergeArgs;
 #[cfg(feature = "record")]
 pub(crate) use record::RecordArgs;
+pub(crate) use render::{CameraMotion, PictureFormat, RenderArgs};
 #[cfg(feature = "build")]
 pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
@@ -52,6 +54,7 @@ mod merge;
 mod reading;
 #[cfg(feature = "record")]
 mod record;
+mod render;
 #[cfg(feature = "build")]
 mod replace;
 mod replay;
@@ -182,7 +185,8 @@ pub(crate) struct SceneArgs {
     pub(crate) on: Scene,
     /// Where the camera is at first, as the panel of the window writes it. image:x=COLUMN,y=ROW,zoom=Z: Z is 1 where all of the image
     /// fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1. plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the
-    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground. The text decides the scene
+    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground. The text decides the scene. After it may
+    /// follow, each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode, and on=terrain
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
     #[command(flatten)]
@@ -231,110 +235,55 @@ pub(crate) struct SceneArgs {
     pub(crate) cache: CacheArgs,
 }
 
-/// What `vastex render` is told.
-#[derive(Debug, ClapArgs)]
-#[command(after_help = "\
-Examples:
-  vastex render earth.vastex --on globe -o globe.png
-  vastex render earth.vastex --on plane --size 1920x1080 --camera-path fly --frames 120 -o fly.png
-  vastex render earth.vastex --on plane --pool-mib 4 --compare --json
-  vastex render earth.vastex --on plane --filter anisotropic8 -o sharp-to-the-horizon.png
-  vastex render /net/slow/earth.vastex --on globe --disk-cache ~/.cache/vastex -o globe.png
-  vastex render island.vastex --layer-shown height --range 0,0.2 -o height.png
-  vastex render island.vastex --layer color --layer height:range=0..0.2:map=viridis:opacity=0.5 -o both.png
-  vastex render earth.vastex --view globe:lon=11.5,lat=46.4,alt=200000m -o alps.png
-  vastex render before.tif --over after.tif --compare-mode difference:16 -o changes.png
-  vastex render earth.vastex --on plane --feedback inline --compare --json
-  vastex render island.vastex --on terrain --height-scale 0.1 -o island.png
-  vastex render earth.vastex --on plane --views stereo --compare -o eyes.png
-  vastex render earth.vastex --on plane --camera-path fly --predict --stats-csv fly.csv
-  vastex render earth.vastex --on globe --camera-path spin --record-trace spin.vxtrace
-  vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
-  vastex render earth.vastex --on plane --frames 12 --overlay deficit -o deficit.png --explain 640,700
-  vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
-  vastex render earth.vastex --on plane --fade-ms 200 --frames 8 -o fading-in.png
-
-Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if not
-everything is loaded within 10,000 frames, the picture is written as it is and the exit code is 1.")]
-pub(crate) struct RenderArgs {
-    #[command(flatten)]
-    pub(crate) scene: SceneArgs,
-    /// How the camera moves; a path lasts 300 frames (still: 1) and holds its last pose
-    #[arg(
-        long,
-        default_value = "still",
-        value_name = "NAME",
-        value_parser = named(&CameraPath::ALL, CameraPath::name),
-        conflicts_with = "view"
-    )]
-    pub(crate) camera_path: CameraPath,
-    /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or what is ahead and what a
-    /// mirror shows of what is behind
-    #[arg(long, default_value = "one", value_name = "VIEWS", value_parser = named(&Views::ALL, Views::name))]
-    pub(crate) views: Views,
-    /// Load ahead what the camera is expected to see if it goes on as it does
-    #[arg(long)]
-    pub(crate) predict: bool,
-    /// Milliseconds in which a tile fades in from what was on screen before, at 60 frames a second; 0: it is there at once
-    #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
-    pub(crate) fade_ms: u64,
-    /// Draw so many frames
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
-    pub(crate) frames: Option<u64>,
-    /// Go on until everything in view is loaded (the default)
-    #[arg(long, conflicts_with = "frames")]
-    pub(crate) until_converged: bool,
-    /// Frames that a load takes, so that every run is the same; without effect with --realtime
-    #[arg(long, default_value_t = 1, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1000))]
-    pub(crate) latency_frames: u64,
-    /// Wait for nothing, as a window does
-    #[arg(long)]
-    pub(crate) realtime: bool,
-    /// Where to write the last picture, as PNG
-    #[arg(short, long, value_name = "OUT.png")]
-    pub(crate) output: Option<PathBuf>,
-    #[command(flatten)]
-    pub(crate) estimate: EstimateArgs,
-    /// Where to write what each frame wanted, for `vastex replay`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) record_trace: Option<PathBuf>,
-    /// Load ahead what was wanted before where the camera is and where it is heading: sets made by `vastex learn`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) prefetch_sets: Option<PathBuf>,
-    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the columns
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_csv: Option<PathBuf>,
-    /// The same as a JSON array of objects
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_json: Option<PathBuf>,
-    /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as `pools`
-    #[arg(long)]
-    pub(crate) dump_pools: bool,
-    /// Explain a pixel of the last picture, counted from the top left: the page that it wants, what is shown instead and what that
-    /// waits for; with --json as `explained`
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
-    pub(crate) explain: Option<[u32; 2]>,
-    /// Compare the last picture with one drawn from an ordinary texture
-    #[arg(long)]
-    pub(crate) compare: bool,
-    /// Print one JSON object
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
 impl SceneArgs {
     fn check(&self) -> Result<(), clap::Error> {
-        self.layers.fault().map_or(Ok(()), |fault| Err(value_error(&fault)))
+        let said = self.view_text([1; 2]);
+        let of_view = said.as_ref().is_some_and(|view| !view.layers.is_empty());
+        if of_view && self.layers.are_named() {
+            return Err(conflict(
+                "--view says which layers are shown; leave them out of it, or leave out --layer",
+            ));
+        }
+        if said.is_some_and(|view| view.compare_mode != CompareMode::Off)
+            && self.layers.compare_mode != CompareMode::Off
+        {
+            return Err(conflict(
+                "--view says how layers are compared; leave that out of it, or leave out --compare-mode",
+            ));
+        }
+        let fault = shown::fault(&self.shown_layers(), 1 + self.layers.over.len(), self.compare_mode());
+        fault.map_or(Ok(()), |fault| Err(value_error(&fault)))
     }
 
     /// What the image is put on.
     pub(crate) fn scene(&self) -> Scene {
-        self.pose([1; 2]).map_or(self.on, |pose| pose.scene(self.on))
+        self.view_text([1; 2]).map_or(self.on, |view| view.scene(self.on))
+    }
+
+    /// What `--view` says over an image of so many texels, if it is there.
+    pub(crate) fn view_text(&self, size: [u32; 2]) -> Option<ViewText> {
+        self.view.as_deref().and_then(|text| ViewText::from_text(text, size).ok())
     }
 
     /// Where the camera is at first over an image of so many texels, if that is said.
     pub(crate) fn pose(&self, size: [u32; 2]) -> Option<Pose> {
-        self.view.as_deref().and_then(|text| Pose::from_text(text, size).ok())
+        self.view_text(size).map(|view| view.pose)
+    }
+
+    /// The layers, the lowest first: those of the view, where it names any.
+    fn shown_layers(&self) -> Vec<LayerOptions> {
+        let of_view = self.view_text([1; 2]).map(|view| view.layers).filter(|layers| !layers.is_empty());
+        of_view.unwrap_or_else(|| self.layers.layers())
+    }
+
+    fn compare_mode(&self) -> CompareMode {
+        let of_view = self.view_text([1; 2]).map(|view| view.compare_mode);
+        of_view.filter(|mode| *mode != CompareMode::Off).unwrap_or(self.layers.compare_mode)
+    }
+
+    /// Whether one opaque layer is shown.
+    fn shows_one_layer(&self) -> bool {
+        matches!(&self.shown_layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
     }
 
     /// Whether the source is a generated planet.
@@ -346,47 +295,12 @@ impl SceneArgs {
     pub(crate) fn shown(&self) -> DisplayOptions {
         let heights = self.heights.heights();
         DisplayOptions {
-            layers: self.layers.layers(),
-            compare_mode: self.layers.compare_mode,
+            layers: self.shown_layers(),
+            compare_mode: self.compare_mode(),
             heights,
             always_fixed: self.is_planet(),
             ..DisplayOptions::default()
         }
-    }
-}
-
-impl RenderArgs {
-    fn check(&self) -> Result<(), clap::Error> {
-        self.scene.check()?;
-        let [width, height] = self.scene.size;
-        if let Some([x, y]) = self.explain.filter(|&[x, y]| x >= width || y >= height) {
-            return Err(value_error(&format!(
-                "'{x},{y}' for '--explain <X,Y>': the picture has {width}x{height} pixels, counted from 0,0"
-            )));
-        }
-        const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
-        if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.scene()) {
-            return Err(conflict("--estimate knows surfaces without heights; leave it out, or the heights"));
-        }
-        if !self.scene.layers.is_single() {
-            if self.compare {
-                return Err(conflict(
-                    "--compare compares one opaque layer; leave it out, or show one --layer",
-                ));
-            }
-            if self.estimate.estimating().is_some() {
-                return Err(conflict("--estimate knows one opaque layer; leave it out, or show one --layer"));
-            }
-        }
-        let Some(output) = &self.output else { return Ok(()) };
-        let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        if OTHERS.contains(&extension.as_str()) {
-            let output = output.display();
-            return Err(value_error(&format!(
-                "'{output}' for '--output <OUT.png>': the picture is written as PNG; give it the ending .png"
-            )));
-        }
-        Ok(())
     }
 }
 
@@ -417,7 +331,7 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 
 /// Where a camera is; an image's size does not decide whether it can be read.
 fn parse_view(text: &str) -> Result<String, String> {
-    let read = Pose::from_text(text, [1; 2]);
+    let read = ViewText::from_text(text, [1; 2]);
     read.map(|_| text.to_owned()).map_err(|error| error.to_string())
 }
 

@@ -11,6 +11,7 @@ mod explained;
 mod gpu;
 mod open;
 mod output;
+mod pictures;
 mod planet;
 mod progress;
 mod report;

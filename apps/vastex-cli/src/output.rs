@@ -102,7 +102,8 @@ fn remedy(error: &io::Error) -> &'static str {
     }
 }
 
-fn encode(picture: &Picture) -> Result<Vec<u8>> {
+/// The colours of a picture as PNG.
+pub(crate) fn encode(picture: &Picture) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, picture.size[0], picture.size[1]);
     encoder.set_color(png::ColorType::Rgb);

@@ -32,8 +32,9 @@ pub use container::{
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{
-    LimitedSource, PlanetError, PlanetImage, PlanetSource, PropertySource, ReadError, ReadFuture, Room,
-    SourceKey, Staged, StagedSource, Staging, StoreCounter, StoreStats, TierStats, Tiers, TileSource,
+    ImageOptions, ImageSource, ImageSourceError, LimitedSource, PlanetError, PlanetImage, PlanetSource,
+    PropertySource, ReadError, ReadFuture, Reduction, Room, SourceKey, Staged, StagedSource, Staging,
+    StoreCounter, StoreStats, TierStats, Tiers, TileSource,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};

@@ -17,8 +17,11 @@ mod picture;
 mod scene;
 pub mod stage;
 pub mod surface;
+mod view_text;
+#[cfg(feature = "egui")]
+pub mod widget;
 
-pub use camera::{Path, Pose, Views};
+pub use camera::{CameraPath, CameraPathError, Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
 pub use layers::{
     Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, ShownLayer, Tone, UnknownLayer,
@@ -32,3 +35,4 @@ pub use surface::{
     CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions,
     LayerOptionsError, Mesh, Relief, SceneDesc, ScenePipelines, SceneRenderer, Tiling, Vertex, surface,
 };
+pub use view_text::{ViewText, ViewTextError};

@@ -37,7 +37,7 @@
 //! | what a texture says at a point, on the CPU | [`Cpu`] |
 //! | GPU memory, and a device that is lost | [`Memory`] |
 //! | why a picture is as it is | [`Inspect`], [`Pixels`], [`TraceControl`], [`diagnostics`] |
-//! | where tiles come from | [`open`], [`TileSource`], [`source`] |
+//! | where tiles come from | [`open`], [`ImageSource`] for pixels in memory, [`TileSource`], [`source`] |
 //!
 //! # What shaders call
 //!
@@ -97,7 +97,7 @@ pub use vastex_core::{
     GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, PageId, PagePos, PoolError,
     PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError, ViewId, WantedPage,
 };
-pub use vastex_tiles::TileSource;
+pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
 /// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that may call it.
 #[doc(inline)]
 pub use vastex_wgpu::wgsl;
@@ -114,9 +114,10 @@ pub mod source {
         FileError, GeometryBytesError, LayerError, PageContents, PageIdError, PageSet, TailLayout,
     };
     pub use vastex_tiles::{
-        Codec, Container, ContainerError, DecodeError, Info, LimitedSource, LoadError, MaybeSend, MaybeSync,
-        PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError, ReadFuture, ReadLimit, Saved,
-        SourceKey, Store, StoreError, StoreFuture, Tile, decode_layer,
+        Codec, Container, ContainerError, DecodeError, ImageSourceError, Info, LimitedSource, LoadError,
+        MaybeSend, MaybeSync, PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError,
+        ReadFuture, ReadLimit, Reduction, Saved, SourceKey, Store, StoreError, StoreFuture, Tile,
+        decode_layer,
     };
     #[cfg(not(target_family = "wasm"))]
     pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};

@@ -110,7 +110,7 @@ fn nothing_in_the_browser_compiles_c() -> Result<()> {
 #[test]
 fn the_names_that_are_refused_are_the_real_ones() {
     assert!(["wgpu", "wgpu-core", "naga"].into_iter().all(is_gpu));
-    assert!(["winit", "egui-winit", "eframe", "egui-wgpu"].into_iter().all(is_window));
+    assert!(["winit", "egui-winit", "eframe"].into_iter().all(is_window));
     assert!(["mozjpeg", "mozjpeg-sys", "zstd", "zstd-sys", "vastex-build"].into_iter().all(is_encoder));
     assert!(!["ruzstd", "lz4_flex", "png", "vastex"].into_iter().any(is_encoder));
     assert!(["cc", "cmake", "zstd-sys"].into_iter().all(is_c));
@@ -132,7 +132,8 @@ fn is_gpu(name: &str) -> bool {
 }
 
 fn is_window(name: &str) -> bool {
-    ["winit", "eframe", "softbuffer", "egui-winit", "egui-wgpu"].contains(&name)
+    // egui-wgpu without its feature `winit` knows no window: by it the viewer's widget gives egui its picture.
+    ["winit", "eframe", "softbuffer", "egui-winit"].contains(&name)
 }
 
 fn is_encoder(name: &str) -> bool {

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use vastex_build::{CropFormat, CropRegion};
 
-use super::ClapArgs;
 use super::common::PrintArgs;
 use super::replace::parse_at;
+use super::{CacheArgs, ClapArgs};
 
 /// What `vastex crop` is told.
 #[derive(Debug, ClapArgs)]
@@ -22,7 +22,8 @@ one that the file does not store is refused. Images that are no pyramids have le
 top down to the region.
 
 OUT.npy is an array of shape (y, x) or (y, x, channel), little-endian. PNG holds 1 to 4 channels of 8 or 16 bits without a
-sign, .npy and .tif every kind. The output appears when it is whole.")]
+sign, .npy and .tif every kind. The output appears when it is whole. Nothing is built for it, but for the image that a planet names,
+which --cache keeps.")]
 pub(crate) struct CropArgs {
     /// The container, tile directory or image, or planet:BITS[:IMAGE]
     pub(crate) source: PathBuf,
@@ -41,6 +42,8 @@ pub(crate) struct CropArgs {
     /// The file to write: .npy, .png, .tif or .tiff
     #[arg(short, long, value_name = "OUT", value_parser = parse_output)]
     pub(crate) output: Output,
+    #[command(flatten)]
+    pub(crate) cache: CacheArgs,
     #[command(flatten)]
     pub(crate) print: PrintArgs,
 }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{ClapArgs, parse_size};
+use super::{CacheArgs, ClapArgs, parse_size};
 
 /// What `vastex info` is told.
 #[derive(Debug, ClapArgs)]
@@ -14,7 +14,7 @@ Examples:
   vastex info slide.svs                       # levels, label and macro image, size of a texel, magnification
   vastex info earth.jpg                       # what an image's header says")]
 pub(crate) struct InfoArgs {
-    /// The container, a TIFF pyramid, or an image
+    /// The container, a TIFF pyramid, an image, a tile directory, or planet:BITS[:IMAGE]
     pub(crate) file: PathBuf,
     /// Say how large a pool a picture of this size needs, and how that follows
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -22,4 +22,6 @@ pub(crate) struct InfoArgs {
     /// Print one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) cache: CacheArgs,
 }

@@ -4,12 +4,9 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
-use vastex::Filter;
+use vastex_viewer::LayerOptions;
 use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
-use vastex_viewer::{Bands, Curve, LayerOptions, Nodata, Palette};
-
-/// What a layer of a list may be told, as errors have it.
-const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+use vastex_viewer::surface::{ParseLayerError, range_of};
 
 /// Which layers are shown.
 #[derive(Debug, ClapArgs)]
@@ -62,101 +59,43 @@ impl ShownArgs {
         layers
     }
 
-    /// What is wrong with the list as a whole.
-    pub(crate) fn fault(&self) -> Option<String> {
-        let (layers, files) = (self.layers(), 1 + self.over.len());
-        if let Some(layer) = layers.iter().find(|layer| layer.texture >= files) {
-            let file = layer.texture + 1;
-            return Some(format!("'file={file}': there are {files} files, the source and those of --over"));
-        }
-        let is_seen = |layer: &&LayerOptions| layer.is_visible && layer.opacity > 0.0;
-        if self.compare_mode != CompareMode::Off && layers.iter().filter(is_seen).count() < 2 {
-            let why = "one layer is shown; lay a file over it with --over, or show another --layer";
-            return Some(format!("'--compare-mode': {why}"));
-        }
-        let count = layers.len();
-        (count > MOST_LAYERS)
-            .then(|| format!("'--layer' and '--over': {count} layers named, {MOST_LAYERS} are shown at most"))
+    /// Whether layers are named, or a range of the first one.
+    pub(super) fn are_named(&self) -> bool {
+        !self.layers.is_empty() || self.layer_shown.is_some() || self.range != [0.0, 1.0]
     }
+}
 
-    /// Whether it is one opaque layer.
-    pub(crate) fn is_single(&self) -> bool {
-        matches!(&self.layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
+/// What is wrong with a list of layers as a whole, of so many files.
+pub(super) fn fault(layers: &[LayerOptions], files: usize, compare_mode: CompareMode) -> Option<String> {
+    if let Some(layer) = layers.iter().find(|layer| layer.texture >= files) {
+        let file = layer.texture + 1;
+        return Some(format!("'file={file}': there are {files} files, the source and those of --over"));
     }
+    let is_seen = |layer: &&LayerOptions| layer.is_visible && layer.opacity > 0.0;
+    if compare_mode != CompareMode::Off && layers.iter().filter(is_seen).count() < 2 {
+        let why = "one layer is shown; lay a file over it with --over, or show another --layer";
+        return Some(format!("'--compare-mode': {why}"));
+    }
+    let count = layers.len();
+    (count > MOST_LAYERS)
+        .then(|| format!("'--layer' and '--over': {count} layers named, {MOST_LAYERS} are shown at most"))
 }
 
 /// Two different numbers; the first may be the larger one, which turns black and white round.
 fn parse_range(text: &str) -> Result<[f32; 2], String> {
-    range(text, ",")
-}
-
-fn range(text: &str, between: &str) -> Result<[f32; 2], String> {
-    let ends = text
-        .split_once(between)
-        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
-    match ends {
-        Some([low, high])
-            if f32::is_finite(low) && f32::is_finite(high) && (1.0 / (high - low)).is_finite() =>
-        {
-            Ok([low, high])
-        }
-        Some(_) => Err("both must be numbers, and not the same".into()),
-        None => Err(format!("write the values for black and white, as in 0{between}0.5")),
-    }
+    range_of(text, ",")
 }
 
 /// A layer of a list.
 fn parse_layer(text: &str) -> Result<LayerOptions, String> {
-    let mut words = text.split(':');
-    let name = words.next().filter(|name| !name.is_empty()).map(str::to_owned);
-    if let Some(setting) = name.as_deref().filter(|name| name.contains('=')) {
-        return Err(format!("'{setting}' stands where the layer's name does; write {SHAPE}"));
-    }
-    let mut layer = LayerOptions { name, ..LayerOptions::default() };
-    let mut told: Vec<&str> = Vec::new();
-    for word in words {
-        let (key, value) = word.split_once('=').unwrap_or((word, ""));
-        if told.contains(&key) {
-            return Err(format!("{key} is told twice"));
-        }
-        told.push(key);
-        set(&mut layer, key, value).map_err(|why| format!("'{word}': {why}"))?;
-    }
-    Ok(layer)
-}
-
-fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
-    let number = |least: f32, most: f32, example: &str| match value.parse() {
-        Ok(number) if (least..=most).contains(&number) => Ok(number),
-        _ => Err(format!("write a number from {least} to {most}, as in {example}")),
-    };
-    match key {
-        "file" => match value.parse() {
-            Ok(file @ 1..=MOST_LAYERS) => layer.texture = file - 1,
-            _ => return Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
-        },
-        "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
-        "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
-        "range" => layer.range = Some(range(value, "..")?),
-        "map" => {
-            let names = Palette::ALL.map(Palette::name).join(", ");
-            let named = Palette::ALL.into_iter().find(|palette| palette.name() == value);
-            layer.palette = named.ok_or_else(|| format!("the colour maps are {names}"))?;
-        }
-        "gamma" => layer.gamma = number(0.01, 100.0, "gamma=0.5")?,
-        "opacity" => layer.opacity = number(0.0, 1.0, "opacity=0.5")?,
-        "filter" => {
-            layer.filter = Some(value.parse::<Filter>().map_err(|error| error.to_string())?);
-        }
-        "log" if value.is_empty() => layer.curve = Curve::Log,
-        "hidden" if value.is_empty() => layer.is_visible = false,
-        _ => return Err(format!("no such setting of a layer; write {SHAPE}")),
-    }
-    Ok(())
+    text.parse().map_err(|error: ParseLayerError| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
+    use vastex::Filter;
+    use vastex_viewer::{Bands, Curve, Nodata, Palette};
+
     use super::*;
 
     #[test]
@@ -240,8 +179,9 @@ mod tests {
             (args(&["a:opacity=0", "b"], 0, CompareMode::Swipe(0.5)), "one layer is shown"),
             (args(&[], 8, CompareMode::Off), "9 layers named"),
         ] {
-            assert!(args.fault().unwrap().contains(place), "{place}");
+            let said = fault(&args.layers(), 1 + args.over.len(), args.compare_mode);
+            assert!(said.unwrap().contains(place), "{place}");
         }
-        assert!(!args(&[], 1, CompareMode::Off).is_single());
+        assert!(args(&["a"], 0, CompareMode::Off).are_named() && !args(&[], 1, CompareMode::Off).are_named());
     }
 }

@@ -9,7 +9,7 @@ use vastex_build::{CropError, CropSource, crop};
 
 use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use crate::args::CropArgs;
-use crate::open::{self, Lies};
+use crate::open::{self, Lies, OpenImage};
 use crate::output::Output;
 use crate::report;
 
@@ -18,7 +18,9 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     let (source, target) = (&args.source, &args.output);
     let mut cropped = match open::what_lies_at(source)? {
         Lies::Generated | Lies::Container => {
-            let tiles = open::open_tiles(source, false, None)?;
+            // Only of a planet anything is built: the image of its continents.
+            let image = OpenImage { cache: &args.cache, wraps: true, observer: &() };
+            let tiles = open::open_tiles(source, false, Some(image))?;
             CropSource::of_tiles(tiles, args.layer.as_deref(), args.level)
                 .with_context(|| source.display().to_string())?
         }

@@ -6,8 +6,8 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
-use vastex::AddressMode;
 use vastex::diagnostics::PoolEstimate;
+use vastex::{AddressMode, Description, TileSource as _};
 use vastex_core::{Level, TexelPositions};
 use vastex_tiles::{Container, ContainerError, Info, Saved};
 
@@ -15,6 +15,10 @@ use crate::args::InfoArgs;
 use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
+    if let Some((source, summary)) = super::source_info::of(&args.file, &args.cache)? {
+        let said = format!("{}\n{}", args.file.display(), summary.text());
+        return say(args, source.description(), &summary, said);
+    }
     #[cfg(feature = "build")]
     if open::what_lies_at(&args.file)? == open::Lies::Other {
         if let Some((source, summary)) = super::tiff_info::of(&args.file)? {
@@ -48,9 +52,17 @@ fn say_of_tiff(
     source: &vastex_build::TiffSource,
     summary: &super::tiff_info::TiffSummary,
 ) -> Result<ExitCode> {
-    use vastex::TileSource;
+    let said = format!("{}\n{}", args.file.display(), summary.text());
+    say(args, vastex::TileSource::description(source), summary, said)
+}
 
-    let description = source.description();
+/// Says a summary as JSON or as text, with the estimate that was asked for.
+fn say(
+    args: &InfoArgs,
+    description: &Description,
+    summary: &impl Serialize,
+    said: String,
+) -> Result<ExitCode> {
     let estimate = args.estimate.map(|picture| PoolEstimate::new(description, picture));
     if args.json {
         let mut value = serde_json::to_value(summary)?;
@@ -59,7 +71,7 @@ fn say_of_tiff(
         }
         report::print_json(&value)?;
     } else {
-        let mut text = format!("{}\n{}", args.file.display(), summary.text());
+        let mut text = said;
         if let Some(estimate) = estimate {
             text.push_str(&estimate_text(&estimate, description.geometry.page_count()));
         }

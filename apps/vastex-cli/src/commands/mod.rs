@@ -18,6 +18,8 @@ pub(crate) mod render;
 #[cfg(feature = "build")]
 pub(crate) mod replace;
 pub(crate) mod replay;
+mod run_report;
+mod source_info;
 #[cfg(feature = "build")]
 mod tiff_info;
 pub(crate) mod verify;

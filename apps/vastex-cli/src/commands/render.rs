@@ -1,4 +1,4 @@
-//! `vastex render`: a scene without a window, its last picture as a PNG file, and figures about the run.
+//! `vastex render`: a scene without a window, its last picture or all of a path, and figures about the run.
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -12,15 +12,19 @@ use vastex::prefetch::PrefetchSets;
 use vastex::{Event, Pace, PageId, PoolId, Settings, Textures, TileSource};
 use vastex_core::Dims;
 use vastex_scenes::{
-    Comparison, Gpu, Offscreen, OffscreenError, Outcome, ReferenceKind, Until, headless_gpu,
+    Comparison, Gpu, Offscreen, OffscreenError, Outcome, Path as CameraPath, Picture, Pose, ReferenceKind,
+    Scene, Until, headless_gpu,
 };
 use vastex_tiles::DiskTier;
+use vastex_viewer::CameraPath as WrittenPath;
 
-use crate::args::{RenderArgs, SceneArgs};
+use crate::args::{CameraMotion, RenderArgs, SceneArgs};
 use crate::commands::replay;
+use crate::commands::run_report::RunReport;
 use crate::explained::Explained;
 use crate::open::Opened;
 use crate::output::Output;
+use crate::pictures::PictureOutput;
 use crate::telemetry::StatsExport;
 use crate::{disk_cache, gpu, open, report, shortage};
 
@@ -28,19 +32,22 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
     check_places(args)?;
     let mut outputs = Outputs {
-        picture: args.output.as_deref().map(Output::at).transpose()?,
+        pictures: PictureOutput::new(args)?,
+        report: args.report.as_deref().map(RunReport::at).transpose()?,
         trace: args.record_trace.as_deref().map(Output::at).transpose()?,
         stats: StatsExport::new(args)?,
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;
     let over = open::open_over(&args.scene)?;
+    let motion = motion(args, &*tiles)?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
+    let scene = motion.scene(args.scene.scene());
     let mut offscreen =
-        offscreen(args, frame_settings(args)?, &gpu, (tiles, &over)).context(source.clone())?;
+        offscreen_on(scene, args, frame_settings(args)?, &gpu, (tiles, &over)).context(source.clone())?;
     sets.map(|sets| offscreen.prefetch_by(sets)).transpose().context(source.clone())?;
-    let outcome = draw(args, &mut offscreen, &mut outputs, disk.as_deref(), gpu.adapter_name());
+    let outcome = draw(args, &motion, &mut offscreen, &mut outputs, (disk.as_deref(), gpu.adapter_name()));
     let outcome = outcome.context(source.clone())?;
     if args.frames.is_some() || outcome.converged {
         return Ok(ExitCode::SUCCESS);
@@ -63,13 +70,24 @@ pub(crate) fn frame_settings(args: &RenderArgs) -> Result<Settings> {
 }
 
 /// The scene, set up as the command line says.
+#[cfg(feature = "record")]
 pub(crate) fn offscreen(
+    args: &RenderArgs,
+    settings: Settings,
+    gpu: &Gpu,
+    tiles: (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
+) -> Result<Offscreen> {
+    offscreen_on(args.scene.scene(), args, settings, gpu, tiles)
+}
+
+fn offscreen_on(
+    scene: Scene,
     args: &RenderArgs,
     settings: Settings,
     gpu: &Gpu,
     (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
 ) -> Result<Offscreen> {
-    let (shown, scene, size) = (args.scene.shown(), args.scene.scene(), args.scene.size);
+    let (shown, size) = (args.scene.shown(), args.scene.size);
     let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, size, settings)?;
     if let Some(pose) = args.scene.pose(offscreen.image_size()) {
         offscreen.stand_at(pose);
@@ -93,8 +111,11 @@ fn check_places(args: &RenderArgs) -> Result<()> {
         ("CSV file", &args.stats_csv),
         ("JSON file", &args.stats_json),
     ];
-    let places: Vec<_> =
-        named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
+    let is_file = |place: &std::path::Path| place.as_os_str() != "-";
+    let places: Vec<_> = named
+        .into_iter()
+        .filter_map(|(what, place)| Some((what, place.as_deref().filter(|place| is_file(place))?)))
+        .collect();
     for (nth, (what, place)) in places.iter().enumerate() {
         for source in std::iter::once(&args.scene.source).chain(&args.scene.layers.over) {
             if is_same_file(place, source) {
@@ -113,18 +134,57 @@ fn check_places(args: &RenderArgs) -> Result<()> {
 
 /// What is to be written at the end.
 struct Outputs {
-    picture: Option<Output>,
+    pictures: PictureOutput,
+    report: Option<RunReport>,
     trace: Option<Output>,
     stats: StatsExport,
+}
+
+/// How the camera moves, over an image that is open.
+enum Motion {
+    BuiltIn(CameraPath),
+    Written(WrittenPath),
+}
+
+impl Motion {
+    /// The scene that it is in, where `asked` is asked for.
+    fn scene(&self, asked: Scene) -> Scene {
+        match self {
+            Motion::BuiltIn(_) => asked,
+            Motion::Written(path) => path.pose(0.0).scene(asked),
+        }
+    }
+
+    fn frames(&self) -> u64 {
+        match self {
+            Motion::BuiltIn(path) => path.frames(),
+            Motion::Written(path) => path.frames(),
+        }
+    }
+}
+
+/// Reads the path of the camera.
+fn motion(args: &RenderArgs, tiles: &dyn TileSource) -> Result<Motion> {
+    let file = match &args.camera_path {
+        CameraMotion::BuiltIn(path) => return Ok(Motion::BuiltIn(*path)),
+        CameraMotion::File(file) => file,
+    };
+    let [width, height, _] = tiles.description().geometry.size();
+    let path = file_text(file).and_then(|text| Ok(WrittenPath::from_text(&text, [width, height])?));
+    Ok(Motion::Written(path.with_context(|| file.display().to_string())?))
+}
+
+fn file_text(file: &std::path::Path) -> Result<String> {
+    String::from_utf8(replay::read_bytes(file)?).context("this is no text, and so no camera path")
 }
 
 /// Plays the path, writes what is to be written, and tells how it went.
 fn draw(
     args: &RenderArgs,
+    motion: &Motion,
     offscreen: &mut Offscreen,
     outputs: &mut Outputs,
-    disk: Option<&DiskTier>,
-    adapter: String,
+    (disk, adapter): (Option<&DiskTier>, String),
 ) -> Result<Outcome> {
     let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
     let files = std::iter::once(&args.scene.source).chain(&args.scene.layers.over);
@@ -135,38 +195,99 @@ fn draw(
     if outputs.trace.is_some() {
         offscreen.textures_mut().trace().record();
     }
-    let until = args.frames.map_or(Until::Converged, Until::Frames);
     let mut troubles = Troubles::default();
-    let outcome = offscreen.run(args.camera_path, until, |textures, events| {
-        outputs.stats.note(textures);
+    let Outputs { pictures, report, trace, stats } = outputs;
+    let watch = |textures: &Textures, events| {
+        stats.note(textures);
+        report.iter_mut().for_each(|report| report.note(textures));
         troubles.note(events);
-    })?;
-    troubles.say(&args.scene.source.display().to_string(), offscreen.textures());
-    if let Some(output) = &outputs.picture {
-        let picture = args
-            .scene
-            .overlay
-            .map_or_else(|| Ok(offscreen.picture()), |overlay| offscreen.overlay(overlay))?;
-        output.write_picture(&picture)?;
-    }
-    if let (Some(output), Some(trace)) = (&outputs.trace, offscreen.textures_mut().trace().take()?) {
+    };
+    let outcome = match pictures.is_sequence() {
+        true => draw_sequence(args, motion, offscreen, pictures, watch)?,
+        false => play(args, motion, offscreen, watch)?,
+    };
+    let source = args.scene.source.display().to_string();
+    let said = troubles.texts(&source, offscreen.textures());
+    said.iter().for_each(|said| report::say(said));
+    pictures.write_last(|| picture_of(args, offscreen))?;
+    if let (Some(output), Some(trace)) = (trace, offscreen.textures_mut().trace().take()?) {
         output.write(&trace.to_bytes())?;
     }
-    outputs.stats.write()?;
+    stats.write()?;
     // What is told of the pools is as the last frame left them.
-    let pools = args.dump_pools.then(|| offscreen.textures().inspect().pool_usage());
+    let usage = (args.dump_pools || report.is_some()).then(|| offscreen.textures().inspect().pool_usage());
     let explained =
         args.explain.map(|pixel| Ok::<_, OffscreenError>((pixel, offscreen.explain(pixel)?))).transpose()?;
     let compared = if args.compare { Some(offscreen.compare()?) } else { None };
     let mut summary = Summary::new(&outcome, offscreen.share_at_wanted_level()?, adapter, compared);
     summary.disk_cache = disk.map(disk_cache::Summary::new);
-    summary.pools = pools;
     summary.explained = explained.map(|(pixel, explained)| Explained::new(pixel, &explained));
+    if let Some(report) = report {
+        let told = summary.text();
+        report.write(args, offscreen, &said, (&outcome, &told, usage.as_ref()))?;
+    }
+    summary.pools = usage.filter(|_| args.dump_pools);
     match args.json {
         true => report::print_json(&summary)?,
+        // Pictures go there.
+        false if args.output.as_deref().is_some_and(|output| output.as_os_str() == "-") => {
+            report::say(&summary.text());
+        }
         false => report::print(&summary.text())?,
     }
     Ok(outcome)
+}
+
+/// Plays the path to its end, or so many frames as are asked for.
+fn play(
+    args: &RenderArgs,
+    motion: &Motion,
+    offscreen: &mut Offscreen,
+    watch: impl FnMut(&Textures, Vec<Event>),
+) -> Result<Outcome> {
+    let until = args.frames.map_or(Until::Converged, Until::Frames);
+    Ok(match motion {
+        Motion::BuiltIn(path) => offscreen.run(*path, until, watch)?,
+        Motion::Written(path) => {
+            offscreen.run_along(path.frames(), |frame| path.pose_of_frame(frame), until, watch)?
+        }
+    })
+}
+
+/// Draws every picture of the path, or so many as are asked for, each once everything in view is loaded.
+fn draw_sequence(
+    args: &RenderArgs,
+    motion: &Motion,
+    offscreen: &mut Offscreen,
+    pictures: &mut PictureOutput,
+    mut watch: impl FnMut(&Textures, Vec<Event>),
+) -> Result<Outcome> {
+    let (scene, image) = (offscreen.renderer().scene(), offscreen.renderer().image_aspect());
+    let still = args.scene.pose(offscreen.image_size());
+    let pose = |frame| match motion {
+        Motion::BuiltIn(CameraPath::Still) => still.unwrap_or_else(|| Pose::first(scene)),
+        Motion::BuiltIn(path) => path.pose(scene, image, frame),
+        Motion::Written(path) => path.pose_of_frame(frame),
+    };
+    let mut converged = true;
+    let mut number = 0;
+    loop {
+        let outcome = offscreen.run_along(1, |_| pose(number), Until::Converged, &mut watch)?;
+        converged &= outcome.converged;
+        let is_read = pictures.write_frame(number, &picture_of(args, offscreen)?)?;
+        number += 1;
+        if is_read.is_break() || number >= args.frames.unwrap_or(motion.frames()) {
+            return Ok(Outcome { converged, ..outcome });
+        }
+    }
+}
+
+/// The picture of the last frame, or its overlay.
+fn picture_of(args: &RenderArgs, offscreen: &Offscreen) -> Result<Picture> {
+    Ok(match args.scene.overlay {
+        None => offscreen.picture(),
+        Some(overlay) => offscreen.overlay(overlay)?,
+    })
 }
 
 /// What every scene is set up with, in a window or without.
@@ -215,18 +336,17 @@ impl Troubles {
         }
     }
 
-    fn say(&self, source: &str, textures: &Textures) {
-        for (page, why) in &self.failed {
-            let pos = page.pos(Dims::D2);
-            let source = report::file_of(textures, *page).unwrap_or(source);
-            report::say(&format!("{source}: {pos} failed, a coarser one is shown instead: {why}"));
-        }
+    /// What there is to say of them at the end, a sentence each.
+    fn texts(&self, source: &str, textures: &Textures) -> Vec<String> {
+        let failed = self.failed.iter().map(|(page, why)| {
+            let (pos, file) = (page.pos(Dims::D2), report::file_of(textures, *page).unwrap_or(source));
+            format!("{file}: {pos} failed, a coarser one is shown instead: {why}")
+        });
         // Where the view has come to fit meanwhile, the picture is as it should be.
         let pools = textures.stats().pools;
         let coarse = pools.iter().filter(|pool| pool.pager.bias_eighths > 0);
-        for shortage in coarse.filter_map(|pool| shortage::text(self.shortages.get(&pool.pool)?, textures)) {
-            report::say(&format!("{source}: {shortage}"));
-        }
+        let short = coarse.filter_map(|pool| shortage::text(self.shortages.get(&pool.pool)?, textures));
+        failed.chain(short.map(|short| format!("{source}: {short}"))).collect()
     }
 }
 

@@ -16,6 +16,7 @@ mod in_place;
 mod inset;
 mod layers;
 mod learn;
+mod out;
 mod overlays;
 mod record;
 mod replay;

@@ -84,3 +84,81 @@ impl Levels {
 pub(super) fn of_color(format: LayerFormat) -> Filter {
     Filter::new(LayerFilter::for_layer("color", format, true), format, 2)
 }
+
+#[cfg(test)]
+mod tests {
+    use pollster::block_on;
+    use vastex_core::{AddressMode, fold};
+    use vastex_tiles::{ImageOptions, ImageSource, Reduction, TileSource};
+
+    use super::*;
+
+    /// Bytes of all kinds: opaque and transparent, alike and not, numbers and none.
+    fn noise(bytes: usize) -> Vec<u8> {
+        let mut state = 11u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let mut pixels: Vec<u8> = (0..bytes).map(|_| next()).collect();
+        for alpha in pixels.iter_mut().skip(3).step_by(4) {
+            *alpha = [*alpha, 255, 0, 255][usize::from(*alpha) % 4];
+        }
+        pixels
+    }
+
+    #[test]
+    fn pixels_in_memory_have_the_levels_that_a_build_makes_of_them() {
+        let (size, mut seen) = ([301u32, 157], 0);
+        let formats = LayerFormat::ALL.into_iter().filter(|format| !format.is_compressed());
+        for format in formats {
+            for (wraps, reduction) in
+                [(false, Reduction::usual(format)), (true, Reduction::Values), (true, Reduction::Labels)]
+            {
+                let filter = match reduction {
+                    Reduction::Color => LayerFilter::for_layer("color", format, true),
+                    Reduction::Values => LayerFilter::for_layer("height", format, true),
+                    Reduction::Labels => LayerFilter::for_layer("labels", format, true),
+                };
+                let texel = format.texel_bytes();
+                let pixels = noise(size[0] as usize * size[1] as usize * texel);
+                let x = if wraps { AddressMode::Wrap } else { AddressMode::Clamp };
+                let options = ImageOptions {
+                    address: [x, AddressMode::Clamp],
+                    reduction: Some(reduction),
+                    page: 64,
+                    ..ImageOptions::default()
+                };
+                let source = ImageSource::new(format, size, pixels.clone(), &options).unwrap();
+                let geometry = &source.description().geometry;
+                let sizes = geometry.levels().iter().map(|level| [level.size[0], level.size[1]]).collect();
+                let mut levels =
+                    Levels { filter: Filter::new(filter, format, 2), ..Levels::new(sizes, format, wraps) };
+                pixels.chunks_exact(size[0] as usize * texel).for_each(|row| levels.push(row));
+                for pos in geometry.pages() {
+                    let tile = block_on(source.read(pos)).unwrap().bytes;
+                    for (level, level_box, offset) in geometry.tile_boxes(pos) {
+                        let [width, height, _] = geometry.level(level).size;
+                        for (row, column) in (0..level_box.size[1])
+                            .flat_map(|row| (0..level_box.size[0]).map(move |column| (row, column)))
+                        {
+                            let at = |n: usize, by: u32| level_box.origin[n] + i64::from(by);
+                            let (x, y) =
+                                (fold(x, at(0, column), width), fold(AddressMode::Clamp, at(1, row), height));
+                            let expected = &levels.row(level, y).unwrap()[x as usize * texel..][..texel];
+                            let place = (offset[1] + row) as usize * geometry.tile()[0] as usize
+                                + (offset[0] + column) as usize;
+                            let read = &tile[place * texel..][..texel];
+                            assert_eq!(
+                                read, expected,
+                                "{format:?} {reduction:?}: {pos}, level {level}, texel {x},{y}"
+                            );
+                            seen += u32::from(level > 0);
+                        }
+                    }
+                }
+            }
+        }
+        assert!(seen > 100_000, "{seen}");
+    }
+}

@@ -1,8 +1,9 @@
-//! What turns pages into tiles: the trait of all sources, sources that generate their tiles, and decorators
-//! that limit and stage the tiles of another source.
+//! What turns pages into tiles: the trait of all sources, pixels in memory, sources that generate their tiles, and
+//! decorators that limit and stage the tiles of another source.
 //!
 //! Sources that read files are the business of `container`, decorators that keep tiles that of `caches`.
 
+mod image;
 mod limited;
 mod planet;
 mod property;
@@ -20,6 +21,7 @@ use crate::ground::sync::{MaybeSend, MaybeSync};
 use crate::stores::ReadLimit;
 use crate::tile::Tile;
 
+pub use image::{ImageOptions, ImageSource, ImageSourceError, Reduction};
 pub use limited::LimitedSource;
 pub use planet::{PlanetError, PlanetImage, PlanetSource};
 pub use property::PropertySource;

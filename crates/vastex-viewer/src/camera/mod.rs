@@ -2,6 +2,7 @@
 
 mod ahead;
 mod controller;
+mod keyframes;
 mod orientation;
 mod path;
 mod placement;
@@ -11,6 +12,7 @@ mod views;
 
 pub use ahead::Ahead;
 pub use controller::{Aspects, Controller, Move};
+pub use keyframes::{CameraPath, CameraPathError};
 pub use orientation::Orientation;
 pub use path::Path;
 pub use placement::ImagePlacement;

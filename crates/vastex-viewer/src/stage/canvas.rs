@@ -1,4 +1,4 @@
-//! What pictures without a window are drawn on, and read back from.
+//! What pictures without a window of their own are drawn on, to be read back or painted by others.
 
 use super::linear::{LinearTarget, TargetKind};
 use super::target::{Target, depth_view};
@@ -24,7 +24,9 @@ impl Canvas {
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format: picture,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         });
         let linear = (kind == TargetKind::Linear).then(|| LinearTarget::new(&gpu.device, size, picture));

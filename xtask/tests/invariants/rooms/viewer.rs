@@ -15,5 +15,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("inspect", &["camera", "gpu", "layers", "stage"]),
     ("panels", &["camera", "input", "inspect", "layers", "surface"]),
     ("hud", &["overlay", "stage"]),
-    ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface"]),
+    ("view_text", &["camera", "layers", "scene", "surface"]),
+    ("widget", &["camera", "gpu", "input", "inspect", "layers", "scene", "stage", "surface"]),
+    ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface", "view_text"]),
 ];

@@ -41,7 +41,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     offscreen.textures_mut().trace().record();
     let until = args.frames.map_or(Until::Converged, Until::Frames);
-    let outcome = offscreen.run(args.camera_path, until, |_, _| ())?;
+    let outcome = offscreen.run(args.camera_path.built_in(), until, |_, _| ())?;
     let mut facts = format!("converged {}\n", outcome.converged);
     let stats = &outcome.stats;
     for (what, count) in [

@@ -1,0 +1,167 @@
+//! How a layer is shown, as a text: `NAME` and its settings, each after a colon, as `--layer` of the program takes them.
+//!
+//! `height:range=0..0.2:map=viridis:opacity=0.5`. What is as it is by default is left out, the name of a texture's first layer too. A colon,
+//! a semicolon, a percent sign or a space in a name is written by its code, as in web addresses: `%3A`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use vastex::Filter;
+
+use super::display_options::LayerOptions;
+use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, Palette};
+
+/// What a text may say of a layer, as errors have it.
+const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+
+/// A text does not say how a layer is shown.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct ParseLayerError(String);
+
+impl fmt::Display for LayerOptions {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let usual = LayerOptions::default();
+        f.write_str(&escaped(self.name.as_deref().unwrap_or_default()))?;
+        if self.texture != usual.texture {
+            write!(f, ":file={}", self.texture + 1)?;
+        }
+        if self.bands != usual.bands {
+            write!(f, ":bands={}", self.bands)?;
+        }
+        match self.nodata {
+            Nodata::None => {}
+            Nodata::Value(value) => write!(f, ":nodata={value}")?,
+            Nodata::NotANumber => f.write_str(":nodata=nan")?,
+        }
+        if let Some([low, high]) = self.range {
+            write!(f, ":range={low}..{high}")?;
+        }
+        if self.palette != usual.palette {
+            write!(f, ":map={}", self.palette.name())?;
+        }
+        if self.curve == Curve::Log {
+            f.write_str(":log")?;
+        }
+        if self.gamma != usual.gamma {
+            write!(f, ":gamma={}", self.gamma)?;
+        }
+        if self.opacity != usual.opacity {
+            write!(f, ":opacity={}", self.opacity)?;
+        }
+        if let Some(filter) = self.filter {
+            write!(f, ":filter={filter}")?;
+        }
+        if !self.is_visible {
+            f.write_str(":hidden")?;
+        }
+        Ok(())
+    }
+}
+
+impl FromStr for LayerOptions {
+    type Err = ParseLayerError;
+
+    fn from_str(text: &str) -> Result<LayerOptions, ParseLayerError> {
+        let mut words = text.split(':');
+        let name = words.next().filter(|name| !name.is_empty());
+        if let Some(setting) = name.filter(|name| name.contains('=')) {
+            let why = format!("'{setting}' stands where the layer's name does; write {SHAPE}");
+            return Err(ParseLayerError(why));
+        }
+        let mut layer = LayerOptions { name: name.map(plain), ..LayerOptions::default() };
+        let mut told: Vec<&str> = Vec::new();
+        for word in words {
+            let (key, value) = word.split_once('=').unwrap_or((word, ""));
+            if told.contains(&key) {
+                return Err(ParseLayerError(format!("{key} is told twice")));
+            }
+            told.push(key);
+            set(&mut layer, key, value).map_err(|why| ParseLayerError(format!("'{word}': {why}")))?;
+        }
+        Ok(layer)
+    }
+}
+
+fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
+    let number = |least: f32, most: f32, example: &str| match value.parse() {
+        Ok(number) if (least..=most).contains(&number) => Ok(number),
+        _ => Err(format!("write a number from {least} to {most}, as in {example}")),
+    };
+    match key {
+        "file" => match value.parse() {
+            Ok(file @ 1..=MOST_LAYERS) => layer.texture = file - 1,
+            _ => return Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
+        },
+        "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
+        "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
+        "range" => layer.range = Some(range_of(value, "..")?),
+        "map" => {
+            let names = Palette::ALL.map(Palette::name).join(", ");
+            let named = Palette::ALL.into_iter().find(|palette| palette.name() == value);
+            layer.palette = named.ok_or_else(|| format!("the colour maps are {names}"))?;
+        }
+        "gamma" => layer.gamma = number(0.01, 100.0, "gamma=0.5")?,
+        "opacity" => layer.opacity = number(0.0, 1.0, "opacity=0.5")?,
+        "filter" => layer.filter = Some(value.parse::<Filter>().map_err(|error| error.to_string())?),
+        "log" if value.is_empty() => layer.curve = Curve::Log,
+        "hidden" if value.is_empty() => layer.is_visible = false,
+        _ => return Err(format!("no such setting of a layer; write {SHAPE}")),
+    }
+    Ok(())
+}
+
+/// The values for black and white, with a word between them: two different numbers. The first may be the larger one, which turns black and
+/// white round.
+pub fn range_of(text: &str, between: &str) -> Result<[f32; 2], String> {
+    let ends = text
+        .split_once(between)
+        .and_then(|(low, high)| Some([low.trim().parse().ok()?, high.trim().parse().ok()?]));
+    match ends {
+        Some([low, high])
+            if f32::is_finite(low) && f32::is_finite(high) && (1.0 / (high - low)).is_finite() =>
+        {
+            Ok([low, high])
+        }
+        Some(_) => Err("both must be numbers, and not the same".into()),
+        None => Err(format!("write the values for black and white, as in 0{between}0.5")),
+    }
+}
+
+/// A name without what has a meaning in texts.
+fn escaped(name: &str) -> String {
+    let is_plain = |c: char| !c.is_whitespace() && !c.is_control() && !":;=%#".contains(c);
+    let mut text = String::with_capacity(name.len());
+    for character in name.chars() {
+        if is_plain(character) {
+            text.push(character);
+        } else {
+            let mut bytes = [0; 4];
+            for byte in character.encode_utf8(&mut bytes).bytes() {
+                text += &format!("%{byte:02X}");
+            }
+        }
+    }
+    text
+}
+
+/// The name that was escaped. A percent sign without two digits after it is one.
+fn plain(text: &str) -> String {
+    let (bytes, mut name) = (text.as_bytes(), Vec::with_capacity(text.len()));
+    let mut at = 0;
+    while at < bytes.len() {
+        let code = bytes.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
+        let code = code.and_then(|digits| std::str::from_utf8(digits).ok());
+        match code.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit())) {
+            Some(digits) => {
+                name.push(u8::from_str_radix(digits, 16).unwrap_or(b'%'));
+                at += 3;
+            }
+            None => {
+                name.push(bytes[at]);
+                at += 1;
+            }
+        }
+    }
+    String::from_utf8(name).unwrap_or_else(|_| text.to_owned())
+}

@@ -1,0 +1,5 @@
+//! The viewer as its hosts have it: what takes a device and a host to be seen.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+
+#[cfg(feature = "egui")]
+mod widget;
