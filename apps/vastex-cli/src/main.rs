@@ -55,7 +55,9 @@ fn main() -> ExitCode {
         Command::Record(args) => commands::record::run(&args),
         Command::Info(args) => commands::info::run(&args),
         Command::Verify(args) => commands::verify::run(&args),
-        Command::Render(args) => commands::render::run(&args),
+        Command::Render(mut args) => {
+            open::pick_bands(&mut args.scene).and_then(|()| commands::render::run(&args))
+        }
         Command::Replay(args) => commands::replay::run(&args),
         Command::Learn(args) => commands::learn::run(&args),
         #[cfg(feature = "view")]

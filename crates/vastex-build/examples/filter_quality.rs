@@ -31,7 +31,7 @@ fn main() {
         [(Kernel::Box, &box_filter as &dyn Fn(usize) -> Vec<f64>), (Kernel::Kaiser, &kaiser)]
     {
         let meaning = if is_color { Meaning::LinearColor } else { Meaning::Stored };
-        let filters = LevelsFrom::ALL.map(|from| LayerFilter { kernel, meaning, from });
+        let filters = LevelsFrom::ALL.map(|from| LayerFilter { kernel, meaning, from, nodata: None });
         let dir = tempfile::tempdir().unwrap();
         let output = |filter: LayerFilter| dir.path().join(format!("{filter}.vastex"));
         let rounds: Vec<_> =

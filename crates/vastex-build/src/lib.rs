@@ -39,13 +39,15 @@ mod tile;
 
 use std::path::Path;
 
-pub use build::{BuildError, BuildOptions, BuildReport, Inset, LayerReport};
+pub use build::{
+    BuildError, BuildOptions, BuildReport, Inset, LayerReport, NodataRule, ParseNodataRuleError,
+};
 pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
     GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
-    Sample, TiffAbout, TiffOther, image_in_file, in_srgb, open, open_reduced,
+    Sample, TiffAbout, TiffOther, bands_to_choose, image_in_file, in_srgb, open, open_reduced,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;

@@ -49,6 +49,7 @@ pub use texture::geometry::{
     TexelPositions,
 };
 pub use texture::level_rule::LevelRule;
+pub use texture::nodata::{NodataValue, NodataValueError};
 pub use texture::numbering::PageNumbering;
 pub use texture::page::{Dims, PageId, PageIdError, PagePos, TextureNumber};
 pub use texture::page_contents::PageContents;

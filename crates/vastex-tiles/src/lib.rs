@@ -29,6 +29,7 @@ pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
     WriterOptions, Written, merge, remove_abandoned, resolved, write_advice,
 };
+pub use container::{filter_without, nodata_of_filter};
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{

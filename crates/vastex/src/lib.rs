@@ -94,8 +94,9 @@ pub use textures::{
 pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, PageId, PagePos, PoolError,
-    PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError, ViewId, WantedPage,
+    GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue, PageId,
+    PagePos, PoolError, PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError,
+    ViewId, WantedPage,
 };
 pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
 /// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that may call it.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 use vastex::{AddressMode, Geometry};
-use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, PartOf, Quality};
+use vastex_build::{Inset, LayerFilter, LayerInput, LevelsFrom, NodataRule, PartOf, Quality};
 use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 
 use super::common::{DiskArgs, PrintArgs, ThreadArgs};
@@ -73,6 +73,10 @@ pub(crate) struct BuildArgs {
     /// level 0, which is slowest and truest
     #[arg(long, default_value = "chain", value_name = "chain|two|zero", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
     pub(crate) levels_from: LevelsFrom,
+    /// Which texels are without data, so that coarser levels leave them out: those of the value that the file names (GDAL_NODATA of
+    /// TIFF), none (off), or those of a value, as the file's samples are
+    #[arg(long, default_value = "file", value_name = "file|off|VALUE", allow_hyphen_values = true)]
+    pub(crate) nodata: NodataRule,
     /// Where coarser levels come from: new, all made from level 0; keep, those of IN (a TIFF pyramid or a tile directory), where
     /// missing ones are filtered from finer levels up to three away, else interpolated
     #[arg(long = "levels", action = clap::ArgAction::Set, default_value = "new", value_name = "new|keep", value_parser = named(&[false, true], new_or_keep))]

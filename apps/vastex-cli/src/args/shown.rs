@@ -19,8 +19,8 @@ pub(crate) struct ShownArgs {
     pub(crate) range: [f32; 2],
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
     /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; bands=B, one of its channels, or
-    /// bands=R,G,B, those that are red, green and blue, counted from 1; nodata=V, the value that stands for no data as it is stored, or nan:
-    /// what has it is not drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
+    /// bands=R,G,B, those that are red, green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that stands for no data as it is stored,
+    /// or nan, or off, instead of what the file says: what has it is not drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
     /// gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as
     /// --filter has it; hidden, to load nothing of it
     #[arg(
@@ -35,7 +35,7 @@ pub(crate) struct ShownArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) over: Vec<PathBuf>,
     /// Compare the uppermost layer with those beneath it: off; swipe[:AT], right of a line at a share of the width; flicker[:SECONDS], by
-    /// turns; difference[:TIMES], how far its colours are from those beneath, magnified
+    /// turns; difference[:TIMES], how far its colours are from those beneath, magnified; beside, all layers side by side
     #[arg(long, default_value = "off", value_name = "MODE")]
     pub(crate) compare_mode: CompareMode,
 }

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 use vastex_viewer::input::CONTROLS;
+use vastex_viewer::layers::CompareMode;
 
 use super::{MOST_FADE_MS, SceneArgs};
 
@@ -16,8 +17,21 @@ Examples:
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
   vastex view scan.jpg --view image:x=12000,y=3400,zoom=40,turn=90
   vastex view before.tif --over after.tif --compare-mode swipe
+  vastex view before.tif after.tif --side-by-side
+  vastex view landsat.tif --layer :bands=5,4,3
   vastex view slide.svs --shapes annotations.geojson
   vastex view scan.jpg slides/*.svs";
+impl ViewArgs {
+    /// Files that are to be side by side lie over the first one, and are compared so.
+    pub(crate) fn put_beside(&mut self) {
+        if self.side_by_side {
+            let layers = &mut self.scene.layers;
+            layers.over.append(&mut self.files);
+            layers.compare_mode = CompareMode::Beside;
+        }
+    }
+}
+
 /// Columns of the text that keys and gestures are told in, and of what stands before it.
 const HELP_COLUMNS: usize = 100;
 const KEY_COLUMNS: usize = 28;
@@ -54,6 +68,10 @@ pub(crate) struct ViewArgs {
     /// Further files to step through with N and P
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
+    /// Show SOURCE and the FILEs side by side, with one camera: the same part of each image, texel by texel where they are of one size. B puts
+    /// them over one another
+    #[arg(long, requires = "files", conflicts_with = "compare_mode")]
+    pub(crate) side_by_side: bool,
     /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in degrees or the coordinate
     /// system that the file names where the image is a GeoTIFF of the same
     #[arg(long, value_name = "FILE")]

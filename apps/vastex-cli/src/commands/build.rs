@@ -121,6 +121,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         linear: args.linear,
         filter: args.filter,
         levels_from: args.levels_from,
+        nodata: args.nodata,
         keep_levels: args.keep_levels,
         address: args.address.modes,
         border_color: args.address.color,

@@ -205,6 +205,8 @@ struct LayerSummary {
     filter: Option<String>,
     /// Whether its values may be mixed where they are sampled.
     mixable: bool,
+    /// The value of texels without data, as texels store it; `nan` for what is no number.
+    nodata: Option<String>,
     /// Of the layer in a tile, decoded.
     tile_bytes: usize,
 }
@@ -215,7 +217,8 @@ impl LayerSummary {
         let scale = if *scale == 1 { String::new() } else { format!(" at 1/{scale}") };
         let filter = self.filter.as_ref().map(|name| format!(", filter {name}")).unwrap_or_default();
         let mixed = if *mixable { "" } else { ", not mixed" };
-        format!("{name} ({format}{scale}{filter}{mixed}, {tile_bytes} bytes a tile)")
+        let nodata = self.nodata.as_ref().map(|value| format!(", no data {value}")).unwrap_or_default();
+        format!("{name} ({format}{scale}{filter}{mixed}{nodata}, {tile_bytes} bytes a tile)")
     }
 }
 
@@ -247,6 +250,7 @@ impl Summary {
             scale: layer.scale,
             filter: filters.get(number).cloned(),
             mixable: layer.is_mixable,
+            nodata: layer.nodata.map(|value| value.to_string()),
             tile_bytes: info.description.layer_bytes(layer),
         };
         let [none, lz4, zstd] = info.stored_by_codec;

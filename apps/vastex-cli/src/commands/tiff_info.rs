@@ -30,6 +30,10 @@ pub(super) struct TiffSummary {
     place: Option<Place>,
     #[serde(skip_serializing_if = "Option::is_none")]
     magnification: Option<f64>,
+    /// The names of its bands, which are the samples of a texel; nothing for one that the file does not name.
+    bands: Vec<Option<String>>,
+    /// Those that are shown, counted from 1.
+    shown_bands: Vec<u16>,
     /// As text, which tells what is no number, too.
     #[serde(skip_serializing_if = "Option::is_none")]
     nodata: Option<String>,
@@ -116,6 +120,8 @@ impl TiffSummary {
             pixel_size: about.pixel_size.as_ref().map(pixel),
             place: about.place.as_ref().map(place),
             magnification: about.magnification,
+            bands: about.bands.clone(),
+            shown_bands: source.shown_bands(),
             nodata: about.nodata.map(|value| value.to_string().to_lowercase()),
             notices: source.notices().iter().map(ToString::to_string).collect(),
         }
@@ -139,6 +145,16 @@ impl TiffSummary {
         if !others.is_empty() {
             rows.push(("other images", format!("{}; FILE:NAME opens one", others.join(", "))));
         }
+        let named = |(n, name): (usize, &Option<String>)| match name {
+            Some(name) => format!("{n} {name}"),
+            None => n.to_string(),
+        };
+        if self.bands.len() > 4 || self.bands.iter().any(Option::is_some) {
+            let names: Vec<_> = (1..).zip(&self.bands).map(named).collect();
+            rows.push(("bands", names.join(", ")));
+            let shown: Vec<_> = self.shown_bands.iter().map(ToString::to_string).collect();
+            rows.push(("", format!("{} shown; FILE:bands=3,2,1 shows others", shown.join(", "))));
+        }
         if let Some(Pixel { size: [w, h], unit }) = &self.pixel_size {
             let size = if w == h { format!("{w} {unit}") } else { format!("{w} x {h} {unit}") };
             rows.push(("texel", size));
@@ -147,7 +163,10 @@ impl TiffSummary {
             rows.push(("magnified", format!("{times} times")));
         }
         if let Some(value) = &self.nodata {
-            rows.push(("no data", format!("{value}; --layer :nodata={value} leaves it out")));
+            rows.push((
+                "no data",
+                format!("{value}: left out where it is shown, unless by --layer :nodata=off"),
+            ));
         }
         if let Some(Place { from_texels: [a, b, east, d, e, north], epsg, name }) = &self.place {
             let system = [epsg.map(|code| format!("EPSG:{code}")), name.clone()];

@@ -5,6 +5,49 @@ use std::sync::Arc;
 
 use vastex_viewer::panels::{Shapes, TexelSize};
 
+/// The bands of a file that has more than a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct FileBands {
+    /// The file alone.
+    pub(crate) file: PathBuf,
+    /// What each is called, its number first.
+    pub(crate) names: Vec<String>,
+    /// Those that are shown, counted from 1: one, or three.
+    pub(crate) shown: Vec<u16>,
+}
+
+impl FileBands {
+    /// The path that opens others of them.
+    #[cfg(feature = "build")]
+    pub(crate) fn path_of(&self, bands: &[u16]) -> PathBuf {
+        super::bands::path_of(&self.file, bands)
+    }
+
+    /// Nothing is read that has bands.
+    #[cfg(not(feature = "build"))]
+    pub(crate) fn path_of(&self, _: &[u16]) -> PathBuf {
+        self.file.clone()
+    }
+
+    /// Those of the source that a path names; nothing where there is nothing to choose.
+    #[cfg(feature = "build")]
+    fn of(path: &Path) -> Option<FileBands> {
+        let (file, name) =
+            vastex_build::image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
+        let shown = match name.map(|name| name.strip_prefix("bands=")) {
+            None => Some(vec![1, 2, 3]),
+            Some(words) => words?.split(',').map(|word| word.parse().ok()).collect(),
+        };
+        let count = vastex_build::bands_to_choose(file)?;
+        let named = vastex_build::TiffAbout::of_file(file)?.bands;
+        let name = |n: u16| match named.get(usize::from(n) - 1) {
+            Some(Some(name)) => format!("{n} {name}"),
+            _ => n.to_string(),
+        };
+        Some(FileBands { file: file.to_owned(), names: (1..=count).map(name).collect(), shown: shown? })
+    }
+}
+
 /// What a file says beside its texels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FileAbout {
@@ -12,6 +55,8 @@ pub(crate) struct FileAbout {
     pub(crate) texel_size: Option<TexelSize>,
     /// The images of a TIFF file, the first one before the others, if there are others; each with its name and the path that opens it.
     pub(crate) images: Vec<(String, PathBuf)>,
+    /// Its bands, if it has more than a picture.
+    pub(crate) bands: Option<FileBands>,
     /// Shapes of another file that lie over it.
     pub(crate) shapes: Option<Arc<Shapes>>,
 }
@@ -32,7 +77,7 @@ impl FileAbout {
             path.push(&other.name);
             (other.name, PathBuf::from(path))
         }));
-        FileAbout { texel_size: texel_size(path), images, shapes: None }
+        FileAbout { texel_size: texel_size(file), images, bands: FileBands::of(path), shapes: None }
     }
 
     /// Without the readers of `vastex build` nothing is known of it.

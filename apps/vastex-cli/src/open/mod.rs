@@ -2,11 +2,13 @@
 //! planets, behind a disk cache if one is asked for.
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
-//! `observer`, and what files say beside their texels in `about`, and
-//! what shapes lie over them in `shapes`.
+//! `observer`, what files say beside their texels in `about`, which of their bands are opened in `bands`, and what shapes lie over them in
+//! `shapes`.
 
 #[cfg(feature = "view")]
 mod about;
+#[cfg(feature = "build")]
+mod bands;
 #[cfg(feature = "build")]
 pub(crate) mod image;
 mod observer;
@@ -27,7 +29,7 @@ use vastex_tiles::{Container, DirectStore, DiskTier};
 use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
-pub(crate) use about::FileAbout;
+pub(crate) use about::{FileAbout, FileBands};
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
 #[cfg(feature = "view")]
@@ -60,6 +62,14 @@ pub(crate) enum Lies {
     Container,
     /// A directory, or a file of another program.
     Other,
+}
+
+/// Has the bands that layers are told opened, of files that have more than a layer can.
+pub(crate) fn pick_bands(scene: &mut SceneArgs) -> Result<()> {
+    #[cfg(feature = "build")]
+    bands::pick(scene)?;
+    let _ = scene;
+    Ok(())
 }
 
 /// Opens the source of a scene, and its disk cache if there is to be one.

@@ -57,7 +57,9 @@ use viewer::{Viewer, Wake};
 /// Devices that may be lost, one after another, before the program gives up.
 const MAX_LOST_DEVICES: u32 = 3;
 
-pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
+pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
+    args.put_beside();
+    open::pick_bands(&mut args.scene)?;
     // What is not there is no reason to open a window.
     let source = &args.scene.source;
     if open::what_lies_at(source)? == Lies::Container && !source.exists() {
@@ -86,6 +88,7 @@ pub(crate) fn run(args: ViewArgs) -> Result<ExitCode> {
         openings: Openings::default(),
         over: Over::new(&args.scene.layers.over),
         camera_of: 0,
+        keeps_camera: false,
         lost_devices: 0,
         outcome: Ok(ExitCode::SUCCESS),
         args: Arc::new(args),
@@ -128,6 +131,8 @@ struct App {
     over: Over,
     /// The opening whose source the cameras look at.
     camera_of: u64,
+    /// Whether they stay where they are when the file that is being opened is displayed.
+    keeps_camera: bool,
     lost_devices: u32,
     outcome: Result<ExitCode>,
 }
@@ -238,6 +243,7 @@ impl App {
                     _ => {}
                 }
                 let Some(event) = events::translated(event) else { return Ok(()) };
+                let event = open.viewer.event_in_pane(event);
                 let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
                 if let Some(action) = action {
                     open.viewer.wake();
@@ -307,6 +313,7 @@ impl App {
                 window.request_redraw();
             }
             Action::Compare => viewer.compare_next(),
+            Action::Beside => viewer.put_beside(),
             Action::Guides => {
                 viewer.show_or_hide_guides();
                 window.request_redraw();

@@ -1,6 +1,8 @@
 //! What is in the window beside the picture: a button, the panel that it opens, the list of keys, guides over an image, and what there
 //! is to say.
 
+mod bands;
+
 use std::path::PathBuf;
 
 use egui::{
@@ -14,6 +16,8 @@ use vastex_viewer::panels::{
 
 use super::bookmarks::Bookmarks;
 use super::recent::Recent;
+use crate::open::FileBands;
+use bands::bands_of_file;
 
 /// Something that a person asks for in the panel.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,6 +54,8 @@ pub(super) struct Told<'a> {
     pub(super) texel_size: Option<&'a TexelSize>,
     /// The images of its file, if there are several; each with its name and the path that opens it.
     pub(super) images: &'a [(String, PathBuf)],
+    /// Its bands, if it has more than a picture.
+    pub(super) bands: Option<&'a FileBands>,
     /// What is displayed, if anything is.
     pub(super) texture: Option<ShownTextures<'a>>,
 }
@@ -123,6 +129,7 @@ impl Panel {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     self.files(ui, told.texture.is_some(), &mut asked);
                     images_of_file(ui, told.images, &mut asked);
+                    told.bands.iter().for_each(|bands| bands_of_file(ui, bands, &mut asked));
                     ui.separator();
                     places(ui, told.scene, &mut asked);
                     if told.texture.is_some() {

@@ -12,6 +12,12 @@ use super::dialog::{self, Chosen};
 use super::files::Files;
 use super::panel::Asked;
 use super::{App, Message};
+use crate::open;
+
+/// Whether a path names bands of a file.
+fn is_bands(path: &Path) -> bool {
+    path.to_str().is_some_and(|path| path.rsplit(':').next().is_some_and(|name| name.starts_with("bands=")))
+}
 
 impl App {
     /// A person chose a file in the dialog, or none.
@@ -33,6 +39,8 @@ impl App {
 
     /// Begins to open a file that a person chose in the window. Where it cannot be shown, what was there before stays.
     fn open_chosen(&mut self, path: &Path) -> Result<()> {
+        // Other bands of a file are seen where those before were.
+        self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.files.current());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
         self.files_before.get_or_insert(before);
         self.open_another()

@@ -90,7 +90,9 @@ impl App {
     /// Something of an opening is displayed: cameras begin where they begin with each source.
     fn look_at(&mut self, opening: u64) {
         if std::mem::replace(&mut self.camera_of, opening) != opening {
-            self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
+            if !std::mem::take(&mut self.keeps_camera) {
+                self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
+            }
             // What the command line says of the camera is of the first file that is opened.
             let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
             if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == 1) {

@@ -67,6 +67,37 @@ fn bands_and_values_without_data_are_chosen() {
 }
 
 #[test]
+fn files_are_shown_side_by_side() {
+    let sandbox = sandbox_with_layers();
+    let picture = |words: &str| {
+        run(&sandbox, &format!("render {words} --cache off -o a.png")).expect_code(0);
+        sandbox.read_rgb("a.png")
+    };
+    let below = "earth.vastex --layer depth:range=0.1..0.3";
+    // Two panes, and three of which one column is left.
+    for (files, layers, panes) in
+        [("--over relief.png", "", 2), ("--over relief.png --over earth.vastex", "", 3)]
+    {
+        let (width, height) = (100, 80);
+        let all = width * panes + panes - 1;
+        let beside =
+            picture(&format!("{below} {files} {layers} --compare-mode beside --size {all}x{height}"));
+        let alone = [below.to_owned(), "relief.png".to_owned(), "earth.vastex".to_owned()];
+        for (pane, alone) in (0..panes).zip(alone) {
+            let alone = picture(&format!("{alone} --size {width}x{height}"));
+            for (i, expected) in alone.iter().enumerate() {
+                let [x, y] = [i % width, i / width];
+                let found = beside[y * all + pane * width + x];
+                let off = found.iter().zip(expected).map(|(a, b)| a.abs_diff(*b)).max();
+                assert!(off <= Some(3), "pane {pane} of {panes} ({x}, {y}): {found:?}, {expected:?} alone");
+            }
+        }
+    }
+    let refused = run(&sandbox, "render earth.vastex --compare-mode beside -o a.png").expect_code(2);
+    assert!(refused.stderr.contains("one layer is shown"), "{refused}");
+}
+
+#[test]
 fn files_lie_over_one_another_and_are_compared() {
     let sandbox = sandbox_with_layers();
     let render =

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "where a test cannot go on, it fails")]
 
 mod bad_input;
+mod bands;
 mod cache;
 mod camera;
 mod disk_cache;
@@ -17,6 +18,7 @@ mod inset;
 mod layers;
 mod learn;
 mod out;
+mod nodata;
 mod overlays;
 mod record;
 mod replay;

@@ -4,10 +4,11 @@
 
 use std::path::{Path, PathBuf};
 
-use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat};
+use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, NodataValue};
 
 use super::{BuildError, BuildOptions, LayerReport, fingerprint, place};
-use crate::image::{Opened, RowReader, in_srgb, open_with_files};
+use crate::image::tiff::file::pyramid::bands_in_path;
+use crate::image::{Notice, Opened, RowReader, in_srgb, open_with_files};
 use crate::pyramid::stack::LayerPlan;
 use crate::texels::LayerInput;
 use crate::texels::blocks;
@@ -71,14 +72,22 @@ impl OpenLayer {
         if filter.from == LevelsFrom::Chain && (asked.is_some() || !filter.kernel.picks()) {
             filter.from = options.levels_from;
         }
-        Ok(filter.for_format(*format)?)
+        let filter = filter.for_format(*format)?;
+        Ok(LayerFilter { nodata: filter.nodata.or_else(|| self.nodata(filter, options)), ..filter })
+    }
+
+    /// The value of texels without data, as the layer stores it. Directions have none.
+    fn nodata(&self, filter: LayerFilter, options: &BuildOptions) -> Option<NodataValue> {
+        let header = self.reader.header();
+        let value = options.nodata.of(header.nodata).filter(|_| filter.meaning != Meaning::Normal)?;
+        Conversion::new(header, self.layer.format, self.is_color)?.nodata(value)
     }
 
     /// What mixing its texels means.
     fn blend(&self, options: &BuildOptions) -> Result<Blend, BuildError> {
         let filter = self.filter(options)?;
         Ok(match filter.meaning {
-            _ if !filter.kernel.may_mix() => Blend::Pick,
+            _ if !filter.kernel.may_mix() || filter.nodata.is_some() => Blend::Pick,
             Meaning::Normal => Blend::Normal,
             _ if self.is_color => Blend::Color,
             _ => Blend::Stored,
@@ -89,6 +98,7 @@ impl OpenLayer {
     pub(crate) fn report(&self, plan: &LayerPlan) -> LayerReport {
         let mut notices = self.reader.header().notices_of_layer();
         notices.extend(plan.conversion.notices());
+        notices.extend(plan.filter.nodata.map(Notice::NodataLeftOut));
         LayerReport { path: self.path.clone(), layer: self.layer.clone(), filter: plan.filter, notices }
     }
 
@@ -168,6 +178,7 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
         layers.iter().map(|layer| layer.filter(options)).collect::<Result<_, _>>()?;
     let described = |(layer, filter): (&OpenLayer, &LayerFilter)| Layer {
         is_mixable: filter.kernel.may_mix(),
+        nodata: filter.nodata,
         ..layer.layer.clone()
     };
     let layers: Vec<_> = layers.iter().zip(&filters).map(described).collect();
@@ -223,8 +234,10 @@ pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Resul
     let BuildOptions { compression, quality, drop_transparent, tolerant, .. } = options;
     let masked = options.mask.is_some();
     let version = env!("CARGO_PKG_VERSION");
-    let anywhere =
-        format!("{:?}", (version, &contents, compression, quality, masked, drop_transparent, tolerant));
+    let bands: Vec<_> =
+        layers.iter().map(|layer| bands_in_path(&layer.path).map(|(_, bands)| bands)).collect();
+    let what = (version, &contents, bands, compression, quality, masked, drop_transparent, tolerant);
+    let anywhere = format!("{what:?}");
     let (here, input) = (format!("{anywhere} {times:?}"), format!("{contents:?} {times:?}"));
     Ok(Same { anywhere, here, input })
 }

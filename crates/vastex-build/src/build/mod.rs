@@ -22,7 +22,7 @@ use std::sync::Arc;
 use vastex_tiles::{Left, Origin, PartWriter, ResumableWriter};
 
 pub use error::BuildError;
-pub use options::{BuildOptions, Inset};
+pub use options::{BuildOptions, Inset, NodataRule, ParseNodataRuleError};
 pub use report::{BuildReport, LayerReport};
 
 use crate::image::open_with_files;

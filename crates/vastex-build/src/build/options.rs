@@ -1,12 +1,64 @@
 //! How a container is made: what the caller asks for besides the images of the layers.
 
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use vastex_core::AddressMode;
+use vastex_core::{AddressMode, NodataValue};
 use vastex_tiles::{Compression, PartOf, WriterOptions};
 
 use crate::texels::blocks::Quality;
 use crate::texels::filter::{LayerFilter, LevelsFrom};
+
+/// Which texels of an image are without data.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum NodataRule {
+    /// Those of the value that the file names, as GeoTIFF does; all have data where it names none.
+    #[default]
+    OfFile,
+    /// None: all have data.
+    Off,
+    /// Those of this value, as the file's samples are numbers; it may be no number (NaN).
+    Value(NodataValue),
+}
+
+impl NodataRule {
+    /// The value that stands for no data in an image whose file names this one.
+    pub(crate) fn of(self, of_file: Option<NodataValue>) -> Option<NodataValue> {
+        match self {
+            NodataRule::OfFile => of_file,
+            NodataRule::Off => None,
+            NodataRule::Value(value) => Some(value),
+        }
+    }
+}
+
+impl fmt::Display for NodataRule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            NodataRule::OfFile => f.write_str("file"),
+            NodataRule::Off => f.write_str("off"),
+            NodataRule::Value(value) => write!(f, "{value}"),
+        }
+    }
+}
+
+/// A text says nothing of texels without data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("write file, off, or the value that stands for no data, as in -9999 or nan")]
+pub struct ParseNodataRuleError;
+
+impl FromStr for NodataRule {
+    type Err = ParseNodataRuleError;
+
+    fn from_str(text: &str) -> Result<NodataRule, ParseNodataRuleError> {
+        match text {
+            "file" => Ok(NodataRule::OfFile),
+            "off" => Ok(NodataRule::Off),
+            value => value.parse().map(NodataRule::Value).map_err(|_| ParseNodataRuleError),
+        }
+    }
+}
 
 /// How a container is made.
 #[derive(Clone, Debug)]
@@ -27,6 +79,8 @@ pub struct BuildOptions {
     pub filter: Option<LayerFilter>,
     /// From which level each level is made, where no filter says otherwise.
     pub levels_from: LevelsFrom,
+    /// Which texels of the images are without data. Coarser levels leave them out.
+    pub nodata: NodataRule,
     /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without a build; one that
     /// is missing is filtered from a finer level up to three away, else interpolated from a coarser one. Otherwise all levels
     /// are made from level 0. For a texture of one layer of colours or other plain numbers, in a format that holds the
@@ -81,6 +135,7 @@ impl Default for BuildOptions {
             linear: true,
             filter: None,
             levels_from: LevelsFrom::Chain,
+            nodata: NodataRule::OfFile,
             keep_levels: false,
             address: [AddressMode::Clamp; 2],
             border_color: [0; 4],
@@ -111,6 +166,7 @@ impl BuildOptions {
             ("linear", self.linear.to_string()),
             ("filter", filter),
             ("levels-from", self.levels_from.name().to_owned()),
+            ("nodata", self.nodata.to_string()),
             ("address", format!("{:?}", self.address)),
             ("border-color", format!("{:?}", self.border_color)),
             ("mask", self.mask.is_some().to_string()),

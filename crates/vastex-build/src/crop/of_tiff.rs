@@ -43,7 +43,7 @@ impl Stored for OfTiff {
     }
 
     fn channels(&self) -> u16 {
-        self.image.samples
+        self.image.asked_bands().map_or(self.image.samples, |bands| bands.len() as u16)
     }
 
     fn rows_together(&self, row: u32) -> u32 {
@@ -54,11 +54,18 @@ impl Stored for OfTiff {
         let OfTiff { path, image } = self;
         let at_once = (TILES_BYTES / image.chunk_bytes().max(1)).clamp(1, 256) as usize;
         for some in parts(first, size, image.chunk).chunks(at_once) {
-            let decoded = threads::try_map(some, |part| image.stored_chunk(part.cell[0], part.cell[1]));
+            let decoded = threads::try_map(some, |part| match image.asked_bands() {
+                Some(bands) => image.bands_of_chunk(part.cell[0], part.cell[1], bands),
+                None => image.stored_chunk(part.cell[0], part.cell[1]),
+            });
             let decoded = decoded.map_err(|fault| CropError::Input { path: path.clone(), fault })?;
             for (part, tile) in some.iter().zip(decoded) {
                 let stride = image.chunk[0] as usize;
-                copy(part, &tile, stride, [0; 2], texels, size[0], image.texel_bytes());
+                let texel = match image.asked_bands() {
+                    Some(bands) => bands.len() * image.number.bytes(),
+                    None => image.texel_bytes(),
+                };
+                copy(part, &tile, stride, [0; 2], texels, size[0], texel);
             }
         }
         Ok(())

@@ -95,6 +95,16 @@ pub enum InputFault {
         /// Those that there are.
         names: Vec<String>,
     },
+    /// It does not have the bands that are asked for.
+    #[error(
+        "has no bands '{bands}'; it has {count}, counted from 1: name one, or those that are red, green and blue, as in FILE:bands=3,2,1"
+    )]
+    NoBands {
+        /// Those asked for.
+        bands: String,
+        /// How many it has.
+        count: u16,
+    },
     /// It says that it has no rows or no columns.
     #[error("says that it has {width}x{height} texels; an image needs at least one")]
     NoTexels {

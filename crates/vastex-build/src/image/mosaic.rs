@@ -236,6 +236,11 @@ impl MosaicReader {
         }
         let mut header = ImageHeader::new(size[0], size[1], format)?;
         header.linear = linear;
+        // Where pieces do not agree, all texels have data.
+        header.nodata = first
+            .header
+            .nodata
+            .filter(|value| pieces.iter().all(|piece| piece.header.nodata == Some(*value)));
         header.profile = profile(&mut header.notices, &pieces);
         let open_files = hold_too_many(&mut pieces, OpenFiles::reserve);
         header.memory = memory(&pieces);

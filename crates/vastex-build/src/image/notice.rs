@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use vastex_core::LayerFormat;
+use vastex_core::{LayerFormat, NodataValue};
 
 /// Something that whoever asked for the build should know. Its `Display` is one sentence without the file's
 /// name.
@@ -24,10 +24,17 @@ pub enum Notice {
     NegativesClamped(LayerFormat),
     /// Signed numbers of this range became 0 to 1, since the layer's format holds whole numbers only.
     RangeScaled([i64; 2]),
+    /// Texels of this value, as the layer stores it, are without data, so coarser levels leave them out.
+    NodataLeftOut(NodataValue),
     /// Floats of 64 bits became ones of 32.
     DoublesNarrowed,
     /// Whole numbers beyond 2^24 were rounded to what a 32-bit float can hold.
     IntegersRounded,
+    /// Of so many bands the first three are taken, as red, green and blue.
+    FirstBands {
+        /// How many there are.
+        of: u16,
+    },
     /// These channels of the file are no part of the picture.
     ChannelsIgnored(String),
     /// The picture is the file's data window, which is another than its display window.
@@ -133,6 +140,12 @@ impl fmt::Display for Notice {
             Notice::IntegersRounded => {
                 write!(f, "whole numbers beyond 16777216 are rounded to what 32-bit floats can hold")
             }
+            Notice::FirstBands { of } => {
+                write!(
+                    f,
+                    "the first three of {of} bands are red, green and blue; FILE:bands=5,4,3 takes others, FILE:bands=5 one"
+                )
+            }
             Notice::ChannelsIgnored(names) => write!(f, "the channels {names} are left out"),
             Notice::DataWindow { at: [x, y], of: [w, h] } => {
                 write!(f, "the data window is read, which begins at {x},{y} of a display window of {w}x{h}")
@@ -142,6 +155,12 @@ impl fmt::Display for Notice {
             }
             Notice::RangeScaled([least, most]) => {
                 write!(f, "numbers from {least} to {most} are stored as 0 to 1; r32f holds them as they are")
+            }
+            Notice::NodataLeftOut(value) => {
+                write!(
+                    f,
+                    "{value} (as it is stored) stands for no data: coarser levels leave such texels out"
+                )
             }
             Notice::DoublesNarrowed => write!(f, "64-bit floats are stored with 32 bits"),
             Notice::Turned(o) => {

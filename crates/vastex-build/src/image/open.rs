@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::fault::InputFault;
 use super::header::RowReader;
-use super::picture::{files_of_texels, open_file_of_texels, open_reduced_picture};
+use super::picture::{files_of_texels, open_bands, open_file_of_texels, open_reduced_picture};
+use super::tiff::file::pyramid::bands_in_path;
 use super::{grids, mosaic};
 
 /// An open image, and all that is read for its rows.
@@ -14,7 +15,7 @@ pub(crate) struct Opened {
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Opens an image by its first bytes, or a tile directory by what is in it. The rows are upright, and their
+/// Opens an image by its first bytes, or a tile directory by what is in it; or bands of a TIFF file, as in `landsat.tif:bands=5,4,3`. The rows are upright, and their
 /// colours as they are stored: [`crate::in_srgb`] converts them. Reads headers and lists of files and, to see
 /// whether tiles have borders, the roots of a planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
@@ -28,7 +29,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 /// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
 /// differ a little from the mean of the image's texels. Fails where [`open`] does.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
-    if !std::fs::metadata(path)?.is_file() {
+    if bands_in_path(path).is_some() || !std::fs::metadata(path)?.is_file() {
         return Ok(None);
     }
     open_reduced_picture(path, side)
@@ -36,6 +37,9 @@ pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>
 
 /// Opens an image as [`open`] does, and says which files it is made of.
 pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
+    if let Some((file, bands)) = bands_in_path(path) {
+        return Ok(Opened { reader: open_bands(file, bands)?, files: vec![file.to_owned()] });
+    }
     if std::fs::metadata(path)?.is_dir() {
         return Ok(of_directory(path, grids::open_directory(path)?));
     }

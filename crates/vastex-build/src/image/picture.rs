@@ -43,6 +43,11 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
     Ok(reduced.map(|reader| oriented::upright(Box::new(reader))))
 }
 
+/// Opens bands of a TIFF file, as in `5,4,3`, and turns them upright.
+pub(super) fn open_bands(path: &Path, bands: &str) -> Result<Box<dyn RowReader>, InputFault> {
+    tiff::open(open_file(path)?, Some(bands)).map(oriented::upright)
+}
+
 fn open_as_stored(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     let mut file = open_file(path)?;
     let mut magic = Vec::with_capacity(64);
@@ -52,9 +57,7 @@ fn open_as_stored(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
         [] => Err(InputFault::Empty),
         [0xff, 0xd8, 0xff, ..] => Ok(Box::new(jpeg::JpegReader::new(file)?)),
         [0x89, b'P', b'N', b'G', ..] => Ok(Box::new(png::PngReader::new(file)?)),
-        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => {
-            Ok(Box::new(tiff::TiffReader::new(file)?))
-        }
+        [b'I', b'I', 42 | 43, 0, ..] | [b'M', b'M', 0, 42 | 43, ..] => tiff::open(file, None),
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Box::new(exr::ExrReader::new(file)?)),
         [0x89, b'V', b'T', b'X', b'P', b'A', b'R', b'T', ..] => Err(InputFault::Part),
         [0x89, b'V', b'T', b'X', ..] => Err(InputFault::Container),

@@ -11,7 +11,7 @@ use vastex_core::{AddressMode, Description, Layer, PagePos};
 use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
 use crate::build::error::BuildError;
-use crate::build::{BuildOptions, BuildReport, LayerReport, leftovers, place};
+use crate::build::{BuildOptions, BuildReport, LayerReport, NodataRule, leftovers, place};
 use crate::image::{InputFault, Notice, open_with_files};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, Shape, SourceError, TiffSource};
@@ -47,7 +47,10 @@ pub(crate) fn build(
     let described = pyramid.tiles().description();
     let texture = Arc::new(texture(input, options, described)?);
     pyramid.notices().iter().for_each(|notice| progress.note(&input.path, notice));
-    let filter = LayerFilter::for_layer(&input.name, described.layers[0].format, options.linear);
+    let filter = LayerFilter {
+        nodata: texture.layers[0].nodata,
+        ..LayerFilter::for_layer(&input.name, described.layers[0].format, options.linear)
+    };
     let writer_options = options.writer_options(vec![filter.to_string()]);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
     leftovers::remove(output);
@@ -89,6 +92,7 @@ fn check(input: &LayerInput, options: &BuildOptions) -> Result<(), BuildError> {
         (!options.insets.is_empty(), "insets"),
         (options.part.is_some(), "--shard"),
         (options.resume, "--resume"),
+        (matches!(options.nodata, NodataRule::Value(_)), "--nodata VALUE"),
         (options.tolerant, "--tolerant"),
         (options.memory_limit != usual.memory_limit, "--memory-mib"),
         (options.address.contains(&AddressMode::Border), "a border colour"),
@@ -126,7 +130,8 @@ fn texture(
     if format.is_compressed() && !blocks::AVAILABLE {
         return Err(BuildError::NoEncoders(format.name()));
     }
-    let layers = vec![Layer::new(input.name.clone(), format)];
+    let nodata = described.layers[0].nodata.filter(|_| options.nodata == NodataRule::OfFile);
+    let layers = vec![Layer { nodata, ..Layer::new(input.name.clone(), format) }];
     let texture = Description {
         border_color: options.border_color,
         ..Description::new(described.geometry.clone(), layers)
@@ -138,8 +143,8 @@ fn texture(
 
 /// What has levels to keep.
 enum Pyramid {
-    Tiff(TiffSource),
-    Directory(DirectorySource),
+    Tiff(Box<TiffSource>),
+    Directory(Box<DirectorySource>),
 }
 
 impl Pyramid {
@@ -168,18 +173,19 @@ impl Pyramid {
                     let why = "is a TIFF without further levels".into();
                     return Err(BuildError::NoLevels { path: path.clone(), why });
                 }
-                Ok(tiff) => return Ok(Pyramid::Tiff(tiff)),
+                Ok(tiff) => return Ok(Pyramid::Tiff(Box::new(tiff))),
                 Err(error) if is_none(&error) => {}
                 Err(error) => return Err(failed(error)),
             }
         }
-        DirectorySource::open_as(path, &shape).map(Pyramid::Directory).map_err(failed)
+        let opened = DirectorySource::open_as(path, &shape);
+        opened.map(|directory| Pyramid::Directory(Box::new(directory))).map_err(failed)
     }
 
     fn tiles(&self) -> &dyn TileSource {
         match self {
-            Pyramid::Tiff(tiff) => tiff,
-            Pyramid::Directory(directory) => directory,
+            Pyramid::Tiff(tiff) => &**tiff,
+            Pyramid::Directory(directory) => &**directory,
         }
     }
 

@@ -1,6 +1,6 @@
 //! The levels of an image in memory, which grow row by row: each pair of rows makes one of the next coarser level.
 
-use vastex_core::LayerFormat;
+use vastex_core::{Layer, LayerFormat, NodataValue};
 
 use crate::texels::filter::{Filter, LayerFilter};
 
@@ -29,9 +29,14 @@ impl Level {
 }
 
 impl Levels {
-    pub(super) fn new(sizes: Vec<[u32; 2]>, format: LayerFormat, wraps: bool) -> Levels {
+    pub(super) fn new(sizes: Vec<[u32; 2]>, layer: &Layer, wraps: bool) -> Levels {
         let levels = sizes.into_iter().map(|size| Level { size, texels: Vec::new() }).collect();
-        Levels { levels, filter: of_color(format), texel: format.texel_bytes(), wraps }
+        Levels {
+            levels,
+            filter: of_color(layer.format, layer.nodata),
+            texel: layer.format.texel_bytes(),
+            wraps,
+        }
     }
 
     /// Rows of level 0 that are there.
@@ -81,8 +86,8 @@ impl Levels {
 }
 
 /// What halves an image's rows, as a build does by default.
-pub(super) fn of_color(format: LayerFormat) -> Filter {
-    Filter::new(LayerFilter::for_layer("color", format, true), format, 2)
+pub(super) fn of_color(format: LayerFormat, nodata: Option<NodataValue>) -> Filter {
+    Filter::new(LayerFilter { nodata, ..LayerFilter::for_layer("color", format, true) }, format, 2)
 }
 
 #[cfg(test)]

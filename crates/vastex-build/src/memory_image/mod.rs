@@ -19,7 +19,7 @@ use vastex_core::{
 use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 
 use crate::image::ImageHeader;
-use crate::texels::convert::layer_format;
+use crate::texels::convert::{Conversion, layer_format};
 use levels::Levels;
 use reduce::RowReducer;
 
@@ -60,14 +60,18 @@ impl MemoryImage {
         let geometry = Geometry::new(GeometrySpec { address, ..GeometrySpec::image(width, height) })?;
         let format = layer_format(header);
         let sizes = geometry.levels().iter().map(|level| [level.size[0], level.size[1]]).collect();
-        let description = Description::new(geometry, vec![Layer::new("color", format)]);
+        let conversion = Conversion::usual(header);
+        let nodata = header.nodata.and_then(|value| conversion.nodata(value));
+        let layer = Layer { nodata, ..Layer::new("color", format) };
+        let levels = Levels::new(sizes, &layer, x == AddressMode::Wrap);
+        let description = Description::new(geometry, vec![layer]);
         Ok(MemoryImage {
             description: Arc::new(description),
             image_size: [header.width, header.height],
             halvings,
             texel: format.texel_bytes(),
             reducer: Mutex::new(RowReducer::new(header, halvings)),
-            levels: RwLock::new(Levels::new(sizes, format, x == AddressMode::Wrap)),
+            levels: RwLock::new(levels),
             image_rows: AtomicU32::new(0),
             rows: AtomicU32::new(0),
         })

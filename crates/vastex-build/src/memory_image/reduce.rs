@@ -28,8 +28,8 @@ impl RowReducer {
         let (conversion, factor) = (Conversion::usual(header), 1u32 << halvings);
         let format = conversion.layer();
         RowReducer {
+            filter: of_color(format, header.nodata.and_then(|value| conversion.nodata(value))),
             conversion,
-            filter: of_color(format),
             texel: [header.format.texel_bytes(), format.texel_bytes()],
             size: [header.width, header.height],
             factor,

@@ -19,7 +19,7 @@ use super::descent::factor;
 use super::layout::RowLayout;
 use super::rows::Rows;
 use super::schedule::row_at;
-use crate::texels::filter::{LayerFilter, Meaning, Stretched, finished, prepared};
+use crate::texels::filter::{LayerFilter, Mixing, Stretched};
 use crate::threads;
 
 /// Rows of level 0 that are best added at once.
@@ -29,7 +29,7 @@ pub(crate) const ROWS_AT_ONCE: u32 = 8;
 pub(crate) fn memory(geometry: &Geometry, format: LayerFormat, filter: LayerFilter, level: u8) -> u64 {
     let factor = factor(filter.from, level);
     let Stretched { first, count, .. } = filter.kernel.stretched(factor);
-    let channels = filter.meaning.channels(format) as u64;
+    let channels = Mixing::new(filter, format).channels() as u64;
     let (width, coarse_width) = (geometry.level(0).size[0], geometry.level(level).size[0]);
     let reached = (count as u64).div_ceil(factor.into()) + 1;
     let at_edges = (-first) as u64 / u64::from(factor) + reached + 2;
@@ -45,8 +45,7 @@ pub(crate) fn memory(geometry: &Geometry, format: LayerFormat, filter: LayerFilt
 
 /// All levels but level 0, in the making.
 pub(crate) struct Straight {
-    format: LayerFormat,
-    meaning: Meaning,
+    mixing: Mixing,
     /// Level 1 first.
     levels: Vec<Level>,
     /// Rows of level 0 added so far.
@@ -62,7 +61,8 @@ impl Straight {
         filter: LayerFilter,
         color: &[u8],
     ) -> Straight {
-        let color: Vec<f64> = prepared(format, filter.meaning, color).into_iter().map(f64::from).collect();
+        let mixing = Mixing::new(filter, format);
+        let color: Vec<f64> = mixing.prepared(color).into_iter().map(f64::from).collect();
         let level = |level| {
             let factor = factor(filter.from, level);
             let kernel = filter.kernel.stretched(factor);
@@ -74,7 +74,7 @@ impl Straight {
             }
         };
         let levels = (1..=geometry.coarsest()).map(level).collect();
-        Straight { format, meaning: filter.meaning, levels, added: 0, allocated: 0 }
+        Straight { mixing, levels, added: 0, allocated: 0 }
     }
 
     /// Bytes of rows and sums held at once; never falls.
@@ -84,8 +84,8 @@ impl Straight {
 
     /// Adds the next rows of level 0.
     pub(crate) fn add(&mut self, rows: &[&[u8]]) {
-        let (format, meaning, first) = (self.format, self.meaning, self.added);
-        let texels = threads::map(rows, 1, |row| prepared(format, meaning, row));
+        let (mixing, first) = (self.mixing, self.added);
+        let texels = threads::map(rows, 1, |row| mixing.prepared(row));
         let sums: usize =
             threads::map(&mut self.levels, 1, |level| level.add(first, &texels)).into_iter().sum();
         let floats: usize = texels.iter().map(Vec::len).sum();
@@ -95,7 +95,7 @@ impl Straight {
 
     /// Makes every row of a level, which is not 0, whose last part has been added.
     pub(crate) fn finish(&mut self, level: usize, coarse: &mut Rows, layout: &RowLayout) {
-        let (format, meaning, added) = (self.format, self.meaning, self.added);
+        let (mixing, added) = (self.mixing, self.added);
         let Level { down, open, .. } = &mut self.levels[level - 1];
         while !coarse.is_complete() {
             let (first, row_bytes) = (coarse.next(), coarse.row_bytes());
@@ -107,7 +107,7 @@ impl Straight {
             let sums: Vec<_> = (first..first + count).map(|y| open.remove(&y).unwrap_or_default()).collect();
             threads::map(coarse.grow(count).chunks_exact_mut(row_bytes).zip(sums), 1, |(row, sums)| {
                 let mixed: Vec<f32> = sums.iter().map(|&sum| sum as f32).collect();
-                finished(format, meaning, &mixed, layout.payload_mut(row));
+                mixing.finished(&mixed, layout.payload_mut(row));
                 layout.pad(row);
             });
         }
@@ -288,7 +288,8 @@ impl Columns {
             1 => self.mix_along::<1>(texels),
             2 => self.mix_along::<2>(texels),
             3 => self.mix_along::<3>(texels),
-            _ => self.mix_along::<4>(texels),
+            4 => self.mix_along::<4>(texels),
+            _ => self.mix_along::<5>(texels),
         }
     }
 

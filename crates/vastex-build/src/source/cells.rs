@@ -4,11 +4,17 @@ use vastex_core::{AddressMode, fold};
 
 use super::interpolate;
 use crate::image::{InputFault, PixelFormat};
+use crate::texels::missing::Missing;
 
 /// The levels that are read in cells: level 0 is the finest, each further one half as large, rounded up.
 pub(super) trait Cells: Send + Sync {
     /// What texels are, in memory.
     fn format(&self) -> PixelFormat;
+
+    /// How texels without data look, if there are any.
+    fn missing(&self) -> Option<Missing> {
+        None
+    }
 
     /// Levels that are read, at least 1. Coarser ones are made when the source is opened.
     fn levels(&self) -> u32;
@@ -99,6 +105,6 @@ pub(super) fn interpolated(
 ) -> Result<(), InputFault> {
     let [x, y] = [0, 1].map(|axis| interpolate::Between::new(first[axis], size[axis], shift));
     let coarse = rectangle(cells, address, level + shift, [x.origin(), y.origin()], [x.count(), y.count()])?;
-    interpolate::fill(target, stride, cells.format(), &coarse, &x, &y);
+    interpolate::fill(target, stride, (cells.format(), cells.missing()), &coarse, &x, &y);
     Ok(())
 }

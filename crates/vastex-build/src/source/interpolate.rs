@@ -1,8 +1,8 @@
-//! Texels of a level from those of an ancestor level, by bilinear interpolation of what is stored.
+//! Texels of a level from those of an ancestor level, by bilinear interpolation of what is stored. Texels without data are left out: where
+//! the nearest of the four is one, so is what is made; else what is made is of the others.
 
-use half::f16;
-
-use crate::image::{PixelFormat, Sample};
+use crate::image::PixelFormat;
+use crate::texels::missing::{Missing, number as value, store};
 
 /// Along one axis: which texels of the coarse level each fine one lies between.
 pub(super) struct Between {
@@ -40,7 +40,7 @@ impl Between {
 pub(super) fn fill(
     target: &mut [u8],
     stride: usize,
-    format: PixelFormat,
+    (format, missing): (PixelFormat, Option<Missing>),
     coarse: &[u8],
     x: &Between,
     y: &Between,
@@ -54,6 +54,10 @@ pub(super) fn fill(
             let (left, beside) = x.tap(n);
             let left = (left - x.origin()) as usize;
             let four = [at(upper, left), at(upper, left + 1), at(upper + 1, left), at(upper + 1, left + 1)];
+            if let Some(missing) = missing.filter(|missing| four.iter().any(|texel| missing.is(texel))) {
+                fill_around(to, four, [beside, below], missing);
+                continue;
+            }
             for (channel, to) in to.chunks_exact_mut(bytes).enumerate() {
                 let [a, b, c, d] =
                     four.map(|texel| value(&texel[channel * bytes..][..bytes], format.sample()));
@@ -64,27 +68,45 @@ pub(super) fn fill(
     }
 }
 
-fn value(bytes: &[u8], sample: Sample) -> f32 {
-    match (sample, bytes) {
-        (Sample::U16, &[a, b]) => u16::from_le_bytes([a, b]).into(),
-        (Sample::F16, &[a, b]) => f16::from_le_bytes([a, b]).to_f32(),
-        (Sample::F32, &[a, b, c, d]) => f32::from_le_bytes([a, b, c, d]),
-        (_, bytes) => f32::from(bytes[0]),
+/// A texel among four of which some are without data: `beside` and `below` say how far it lies from the first column and row.
+fn fill_around(to: &mut [u8], four: [&[u8]; 4], [beside, below]: [f32; 2], missing: Missing) {
+    let nearest = usize::from(beside >= 0.5) + 2 * usize::from(below >= 0.5);
+    if missing.is(four[nearest]) {
+        return to.copy_from_slice(four[nearest]);
     }
-}
-
-fn store(to: &mut [u8], value: f32, sample: Sample) {
-    match sample {
-        Sample::U8 => to[0] = value.round() as u8,
-        Sample::U16 => to.copy_from_slice(&(value.round() as u16).to_le_bytes()),
-        Sample::F16 => to.copy_from_slice(&f16::from_f32(value).to_le_bytes()),
-        Sample::F32 => to.copy_from_slice(&value.to_le_bytes()),
+    let weights =
+        [(1.0 - beside) * (1.0 - below), beside * (1.0 - below), (1.0 - beside) * below, beside * below];
+    let weights: [f32; 4] = std::array::from_fn(|n| if missing.is(four[n]) { 0.0 } else { weights[n] });
+    let sum: f32 = weights.iter().sum();
+    let bytes = missing.sample().bytes();
+    for (channel, to) in to.chunks_exact_mut(bytes).enumerate() {
+        let of = |n: usize| match weights[n] {
+            0.0 => 0.0,
+            weight => weight / sum * value(&four[n][channel * bytes..][..bytes], missing.sample()),
+        };
+        store(to, (0..4).map(of).sum(), missing.sample());
     }
+    missing.step_off(to);
 }
 
 #[cfg(test)]
 mod tests {
+    use half::f16;
+    use vastex_core::NodataValue;
+
     use super::*;
+    use crate::image::Sample;
+
+    #[test]
+    fn what_is_without_data_is_left_out() {
+        let missing = Missing::of_image(PixelFormat::GREY8, NodataValue::new(0.0));
+        let (x, y) = (Between::new(0, 8, 2), Between::new(0, 1, 2));
+        let coarse = [20, 100, 0, 250, 20, 100, 0, 250];
+        let mut fine = [7; 8];
+        fill(&mut fine, 8, (PixelFormat::GREY8, Some(missing)), &coarse, &x, &y);
+        // Near the third one nothing is known; beside it there is only the second, and the fourth.
+        assert_eq!(fine, [70, 90, 100, 100, 0, 0, 0, 0]);
+    }
 
     #[test]
     fn a_ramp_stays_a_ramp() {
@@ -93,7 +115,7 @@ mod tests {
         assert_eq!((x.origin(), x.count(), y.origin(), y.count()), (-1, 4, -1, 2));
         let coarse = [20, 100, 180, 250, 20, 100, 180, 250];
         let mut fine = [0; 8];
-        fill(&mut fine, 8, PixelFormat::GREY8, &coarse, &x, &y);
+        fill(&mut fine, 8, (PixelFormat::GREY8, None), &coarse, &x, &y);
         assert_eq!(fine, [70, 90, 110, 130, 150, 170, 189, 206]);
     }
 
@@ -118,7 +140,7 @@ mod tests {
             let coarse = [low.clone(), high.clone(), low, high].concat();
             let mut fine = vec![0; sample.bytes()];
             let format = PixelFormat::GREY8.with_sample(sample);
-            fill(&mut fine, sample.bytes(), format, &coarse, &axis(), &axis());
+            fill(&mut fine, sample.bytes(), (format, None), &coarse, &axis(), &axis());
             assert_eq!(fine, expected, "{sample:?}");
         }
     }

@@ -93,12 +93,17 @@ impl<C: Cells> Pages<C> {
             ..GeometrySpec::image(header.width, header.height)
         });
         let format = layer_format(header);
-        let description = Arc::new(Description::one_layer(geometry.map_err(NoPages::Geometry)?, format));
-        let filter = Filter::new(LayerFilter::for_layer("color", format, true), format, 2);
+        let conversion = Conversion::usual(header);
+        let nodata = header.nodata.and_then(|value| conversion.nodata(value));
+        let mut description = Description::one_layer(geometry.map_err(NoPages::Geometry)?, format);
+        description.layers[0].nodata = nodata;
+        let description = Arc::new(description);
+        let filter = LayerFilter { nodata, ..LayerFilter::for_layer("color", format, true) };
+        let filter = Filter::new(filter, format, 2);
         let mut pages = Pages {
             cells,
             description,
-            conversion: Conversion::usual(header),
+            conversion,
             address: [x, y],
             filter,
             texel: format.texel_bytes(),

@@ -18,6 +18,7 @@ use super::{SourceError, read_error};
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid};
 use crate::image::{InputFault, Notice, PixelFormat, Profile, TiffAbout};
+use crate::texels::missing::Missing;
 
 /// Levels by which one that is missing may be coarser than what it is filtered from, whenever a page of it is asked
 /// for: a page reads 4^3 as many texels.
@@ -78,7 +79,9 @@ impl TiffSource {
         notices.extend(header.profile.as_ref().and_then(left));
         let format = header.format;
         let is_usable = |image: &TiffImage| check_image(image).is_ok();
-        let levels = Levels::new(levels.into_iter().map(|level| level.filter(is_usable)).collect(), format);
+        let missing = header.nodata.map(|value| Missing::of_image(format, value));
+        let levels = levels.into_iter().map(|level| level.filter(is_usable)).collect();
+        let levels = Levels::new(levels, format, missing);
         levels.check_coarsest().map_err(at_path)?;
         let pages = Pages::new(levels, &header, false, shape).map_err(|error| error.at(path))?;
         Ok(TiffSource { identity, pages, others, about, notices })
@@ -98,6 +101,13 @@ impl TiffSource {
     /// Images of the file that are no levels: thumbnails, labels, masks, further pages.
     pub fn others(&self) -> &[TiffOther] {
         &self.others
+    }
+
+    /// The bands that are shown, counted from 1: one, or those that are red, green and blue, and perhaps alpha.
+    pub fn shown_bands(&self) -> Vec<u16> {
+        let first = self.pages.cells.first();
+        let picked = first.and_then(|image| image.shown_bands());
+        picked.unwrap_or_else(|| (1..=u16::from(self.pages.cells.format.channels())).collect())
     }
 
     /// What the file says of the size and place of its texels.
@@ -187,18 +197,19 @@ struct Levels {
     /// By how many times level 0 was halved; the first and the last are there.
     levels: Vec<Option<TiffImage>>,
     format: PixelFormat,
+    missing: Option<Missing>,
     kept: Kept<[u32; 3], Vec<u8>>,
 }
 
 impl Levels {
-    fn new(mut levels: Vec<Option<TiffImage>>, format: PixelFormat) -> Levels {
+    fn new(mut levels: Vec<Option<TiffImage>>, format: PixelFormat, missing: Option<Missing>) -> Levels {
         while levels.last().is_some_and(Option::is_none) {
             levels.pop();
         }
         let texels = |image: &TiffImage| u64::from(image.chunk[0]) * u64::from(image.chunk[1]);
         let most = levels.iter().flatten().map(texels).max().unwrap_or(1);
         let kept = Kept::new(most.saturating_mul(format.texel_bytes() as u64));
-        Levels { levels, format, kept }
+        Levels { levels, format, missing, kept }
     }
 
     fn stored(&self, level: u32) -> Option<&TiffImage> {
@@ -235,6 +246,10 @@ impl Levels {
 impl Cells for Levels {
     fn format(&self) -> PixelFormat {
         self.format
+    }
+
+    fn missing(&self) -> Option<Missing> {
+        self.missing
     }
 
     fn levels(&self) -> u32 {

@@ -20,8 +20,9 @@
 //! as it is: they are for data.
 
 use half::f16;
-use vastex_core::LayerFormat;
+use vastex_core::{LayerFormat, NodataValue};
 
+use super::missing::{Missing, number, store};
 use super::srgb::{linear_from_srgb, srgb_from_linear};
 use super::texel::{is_float, whole};
 use crate::image::{ImageHeader, Notice, PixelFormat, Sample};
@@ -117,6 +118,33 @@ impl Conversion {
         let sample = self.image.sample();
         self.drops_alpha
             && image.chunks_exact(self.image.texel_bytes()).any(|texel| !texel.ends_with(sample.one()))
+    }
+
+    /// The value by which the layer stores texels of the image that have the number `value`, which stands for no data; nothing where no
+    /// sample of the image can be that number.
+    pub(crate) fn nodata(&self, value: NodataValue) -> Option<NodataValue> {
+        let (value, sample) = (value.value(), self.image.sample());
+        let value = match sample {
+            Sample::U8 | Sample::U16 => {
+                let most = if sample == Sample::U8 { 255.0 } else { 65535.0 };
+                Some(value).filter(|value| value.fract() == 0.0 && (0.0..=most).contains(value))
+            }
+            Sample::F16 | Sample::F32 => match self.range {
+                Some([least, most]) => {
+                    let is_within = value.fract() == 0.0 && (least as f32..=most as f32).contains(&value);
+                    Some(value).filter(|_| is_within)
+                }
+                // Whole numbers and what is no number have nothing in common.
+                None => Some(value),
+            },
+        }?;
+        // The image's own samples of that kind.
+        let mut texel = vec![0; self.image.texel_bytes()];
+        texel.chunks_exact_mut(sample.bytes()).for_each(|to| store(to, value, sample));
+        let mut layer = vec![0; self.layer.texel_bytes()];
+        self.row(&mut layer, &texel);
+        let sample = Missing::of_layer(self.layer, NodataValue::new(0.0)).sample();
+        Some(NodataValue::new(number(&layer[..sample.bytes()], sample)))
     }
 
     /// The format of the layer, or of the texels from which a compressed one is made.

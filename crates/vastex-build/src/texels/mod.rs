@@ -10,6 +10,7 @@ pub(crate) mod convert;
 pub(crate) mod filter;
 pub(crate) mod input;
 pub(crate) mod magnify;
+pub(crate) mod missing;
 pub(crate) mod scaled;
 mod srgb;
 pub(crate) mod taps;

@@ -66,7 +66,7 @@ fn levels(description: &Description, tiles: &[(PagePos, Vec<u8>)]) -> Vec<Level>
 
 /// Weights for a factor, from the texel `first` before the factor times the index on. Written down anew, as docs/format.md
 /// does.
-fn weights(kernel: Kernel, factor: i64) -> (i64, Vec<f64>) {
+pub(crate) fn weights(kernel: Kernel, factor: i64) -> (i64, Vec<f64>) {
     let sinc = |x: f64| (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x);
     let bessel = |x: f64| {
         (0..40).map(|n| ((x / 2.0).powi(n) / (1..=n).map(f64::from).product::<f64>()).powi(2)).sum::<f64>()
@@ -270,7 +270,7 @@ fn filters(meanings: &[Meaning]) -> Vec<LayerFilter> {
     for kernel in Kernel::ALL {
         for &meaning in meanings {
             for from in LevelsFrom::ALL {
-                let filter = LayerFilter { kernel, meaning, from };
+                let filter = LayerFilter { kernel, meaning, from, nodata: None };
                 if !kernel.picks() || filter == LayerFilter::new(kernel, Meaning::Stored) {
                     filters.push(filter);
                 }

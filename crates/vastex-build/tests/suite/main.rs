@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod bad_input;
+mod bands;
 mod bombs;
 mod colors;
 mod common;
@@ -14,6 +15,7 @@ mod insets_layers;
 #[cfg(feature = "bc")]
 mod layers;
 mod memory_image;
+mod nodata;
 mod orientation;
 mod parts;
 mod pyramid;

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use crate::texture::geometry::{Geometry, TexelPositions};
+use crate::texture::nodata::NodataValue;
 use crate::texture::page::Dims;
 
 /// The format of one layer's texels.
@@ -179,12 +180,15 @@ pub struct Layer {
     /// as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever the
     /// filter, and tiles do not fade in.
     pub is_mixable: bool,
+    /// The value of texels of which nothing is known, if there is one. Levels leave such texels out; who draws the layer should neither
+    /// draw them nor blend them with others.
+    pub nodata: Option<NodataValue>,
 }
 
 impl Layer {
-    /// A layer at the texture's resolution, of values that may be mixed.
+    /// A layer at the texture's resolution, of values that may be mixed and are all known.
     pub fn new(name: impl Into<String>, format: LayerFormat) -> Layer {
-        Layer { name: name.into(), format, scale: 1, is_mixable: true }
+        Layer { name: name.into(), format, scale: 1, is_mixable: true, nodata: None }
     }
 }
 

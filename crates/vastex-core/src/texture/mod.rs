@@ -4,6 +4,7 @@
 pub(crate) mod format;
 pub(crate) mod geometry;
 pub(crate) mod level_rule;
+pub(crate) mod nodata;
 pub(crate) mod numbering;
 pub(crate) mod page;
 pub(crate) mod page_contents;

@@ -41,7 +41,11 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "K",
                 "measure an image: a click sets a point, a double click closes the line, Backspace takes the last one back",
             ),
-            ("V", "compare the uppermost layer with those beneath it: swipe, flicker, difference; then not"),
+            (
+                "V",
+                "compare the uppermost layer with those beneath it: swipe, flicker, difference, side by side; then not",
+            ),
+            ("B", "files that lie over one another side by side, with one camera, or over one another again"),
             (
                 "L",
                 "next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again",

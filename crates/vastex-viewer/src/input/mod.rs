@@ -147,6 +147,8 @@ pub enum Action {
     AutoRange,
     /// The next way of comparing the uppermost layer with those beneath it, or none.
     Compare,
+    /// Layers side by side, or over one another again.
+    Beside,
     /// The panel beside the picture, or the picture alone.
     Panel,
     /// The panel, with the keys in its first control.
@@ -447,6 +449,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Char('c' | 'C') => Action::AutoRange,
         Key::Char('g' | 'G') => Action::Guides,
         Key::Char('v' | 'V') => Action::Compare,
+        Key::Char('b' | 'B') => Action::Beside,
         Key::Char('k' | 'K') => Action::Measure,
         Key::Backspace => Action::Undo,
         Key::Char('t') => Action::Move(Move::Turn(90.0)),

@@ -17,6 +17,9 @@ pub enum CompareMode {
     Swipe(f32),
     /// The layer is seen for this time in seconds, 0.05 to 60, then for the same time it is not. Pages of all layers are loaded.
     Flicker(f32),
+    /// All layers that are seen, side by side in panes of one width, the lowest on the left: each pane shows the same part of the image, so
+    /// that texels are where they are in the other panes.
+    Beside,
     /// How far the layer's colours are from those beneath, in display values (sRGB-encoded), so many times as large, 0.01 to 1000: black where they
     /// are equal.
     Difference(f32),
@@ -24,8 +27,13 @@ pub enum CompareMode {
 
 impl CompareMode {
     /// One of each kind, as it is at first.
-    pub const ALL: [CompareMode; 4] =
-        [CompareMode::Off, CompareMode::Swipe(0.5), CompareMode::Flicker(0.5), CompareMode::Difference(4.0)];
+    pub const ALL: [CompareMode; 5] = [
+        CompareMode::Off,
+        CompareMode::Swipe(0.5),
+        CompareMode::Flicker(0.5),
+        CompareMode::Difference(4.0),
+        CompareMode::Beside,
+    ];
 
     /// Its name, without the number.
     pub fn name(self) -> &'static str {
@@ -34,6 +42,7 @@ impl CompareMode {
             CompareMode::Swipe(_) => "swipe",
             CompareMode::Flicker(_) => "flicker",
             CompareMode::Difference(_) => "difference",
+            CompareMode::Beside => "beside",
         }
     }
 
@@ -68,7 +77,7 @@ impl CompareMode {
     /// none.
     pub(super) fn told(self) -> [f32; 2] {
         match self {
-            CompareMode::Off | CompareMode::Flicker(_) => [0.0, 0.0],
+            CompareMode::Off | CompareMode::Flicker(_) | CompareMode::Beside => [0.0, 0.0],
             CompareMode::Swipe(at) => [at, 0.0],
             CompareMode::Difference(gain) => [0.0, gain],
         }
@@ -79,7 +88,7 @@ impl CompareMode {
 impl fmt::Display for CompareMode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            CompareMode::Off => f.write_str("off"),
+            CompareMode::Off | CompareMode::Beside => f.write_str(self.name()),
             CompareMode::Swipe(number) | CompareMode::Flicker(number) | CompareMode::Difference(number) => {
                 write!(f, "{}:{number}", self.name())
             }
@@ -90,8 +99,8 @@ impl fmt::Display for CompareMode {
 /// A text names no way of comparing layers, or its number is out of range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "write off, swipe[:AT] with a share of the width from 0 to 1, flicker[:SECONDS] with 0.05 to 60, or difference[:TIMES] with 0.01 \
-     to 1000"
+    "write off, swipe[:AT] with a share of the width from 0 to 1, flicker[:SECONDS] with 0.05 to 60, difference[:TIMES] with 0.01 \
+     to 1000, or beside"
 )]
 pub struct ParseCompareModeError;
 
@@ -105,7 +114,7 @@ impl FromStr for CompareMode {
         let Some(number) = number else { return Ok(kind) };
         let number: f32 = number.parse().map_err(|_| ParseCompareModeError)?;
         let (mode, range) = match kind {
-            CompareMode::Off => return Err(ParseCompareModeError),
+            CompareMode::Off | CompareMode::Beside => return Err(ParseCompareModeError),
             CompareMode::Swipe(_) => (CompareMode::Swipe(number), 0.0..=1.0),
             CompareMode::Flicker(_) => (CompareMode::Flicker(number), 0.05..=60.0),
             CompareMode::Difference(_) => (CompareMode::Difference(number), 0.01..=1000.0),
@@ -136,10 +145,12 @@ mod tests {
             "flicker:0",
             "difference:-1",
             "difference:x",
+            "beside:2",
         ] {
             assert_eq!(bad.parse::<CompareMode>(), Err(ParseCompareModeError), "{bad}");
         }
-        assert_eq!(CompareMode::Difference(9.0).next(), CompareMode::Off);
+        assert_eq!(CompareMode::Difference(9.0).next(), CompareMode::Beside);
+        assert_eq!(CompareMode::Beside.next(), CompareMode::Off);
     }
 
     #[test]

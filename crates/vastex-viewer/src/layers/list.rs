@@ -203,8 +203,33 @@ impl Layers {
         self.layers.iter().rposition(ShownLayer::is_seen).unwrap_or(0)
     }
 
-    /// The layer that is asked about at a share of the picture's width, 0 to 1 from the left: the uppermost that is seen there.
+    /// Panes of a picture: one, or of layers side by side as many as are seen.
+    pub fn panes(&self) -> u32 {
+        let is_beside = self.compare_mode == CompareMode::Beside && self.can_compare();
+        if is_beside { self.layers.iter().filter(|shown| shown.is_seen()).count() as u32 } else { 1 }
+    }
+
+    /// Width and height of each pane of a picture, in pixels; what is left at its right edge shows the background.
+    pub fn pane_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        [(width / self.panes()).max(1), height]
+    }
+
+    /// The layers in the order of the panes, the leftmost first: one for each pane, the layer that is inspected where there is one pane.
+    pub fn in_panes(&self) -> impl Iterator<Item = &ShownLayer> {
+        let is_beside = self.panes() > 1;
+        let inspected = self.inspected_number();
+        let is_in_one = move |(n, shown): &(usize, &ShownLayer)| {
+            if is_beside { shown.is_seen() } else { *n == inspected }
+        };
+        self.layers.iter().enumerate().filter(is_in_one).map(|(_, shown)| shown)
+    }
+
+    /// The layer that is asked about at a share of a pane's width, from the left edge of the picture: the uppermost that is seen there.
     pub fn inspected_at(&self, across: f64) -> &ShownLayer {
+        if self.panes() > 1 {
+            let last = self.panes() as usize - 1;
+            return self.in_panes().nth((across.max(0.0) as usize).min(last)).unwrap_or(self.inspected());
+        }
         let (upper, [begins, _]) = (self.inspected_number(), self.compare_mode.told());
         let beneath = || self.layers[..upper].iter().rev().find(|shown| shown.is_seen());
         let is_beside = across < f64::from(begins);
@@ -283,7 +308,12 @@ impl Layers {
             let opacity = if shown.is_visible { shown.opacity.clamp(0.0, 1.0) } else { 0.0 };
             *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer).unwrap_or(0));
         }
-        if self.can_compare() {
+        if self.panes() > 1 {
+            let seen = self.layers.iter().zip(&mut uniforms).filter(|(shown, _)| shown.is_seen());
+            for (pane, (_, uniform)) in (0u8..).zip(seen) {
+                (uniform.begins, uniform.ends) = (pane.into(), (pane + 1).into());
+            }
+        } else if self.can_compare() {
             let [begins, difference] = self.compare_mode.told();
             let uppermost = &mut uniforms[self.inspected_number()];
             (uppermost.begins, uppermost.difference) = (begins, difference);
@@ -398,7 +428,9 @@ impl LayersText {
         };
         let over = |n| {
             let then = format!("sum = layered_over(sum, {}, {n}u, light)", call("sample", n));
-            where_seen(n, &format!(" && column >= layered[{n}].begins * scene.picture.x"), then)
+            let begins = format!("column >= layered[{n}].begins * scene.picture.x");
+            let ends = format!("column < layered[{n}].ends * scene.picture.x");
+            where_seen(n, &format!(" && {begins} && {ends}"), then)
         };
         let overs: String = (0..self.count).map(over).collect();
         let inspected = |n| where_seen(n, "", format!("return {}", call("inspect", n)));

@@ -67,12 +67,16 @@ pub(crate) struct LayerUniform {
     pub(crate) begins: f32,
     pub(crate) difference: f32,
     nodata: f32,
-    unused: f32,
+    /// In such shares the place from which on it is not drawn.
+    pub(crate) ends: f32,
 }
+
+/// Beyond the right edge of any picture.
+pub(crate) const NO_END: f32 = 1e6;
 
 /// What is added to what channels mean where values are display values.
 const DISPLAY: u32 = 1024;
-/// What is added where what is no number stands for no data, and where a value does, too.
+/// What is added where what is no finite number stands for no data, and where a value does, too.
 const NODATA: u32 = 256;
 const NODATA_VALUE: u32 = 512;
 
@@ -107,7 +111,7 @@ impl ColorMap {
         }
     }
 
-    /// With a value that stands for none, in what shaders sample.
+    /// With a value that stands for none, in what shaders sample. What the layer says of it is not followed: [`Nodata::of`] does that.
     pub fn with_nodata(self, nodata: Nodata) -> ColorMap {
         ColorMap { nodata, ..self }
     }
@@ -122,7 +126,7 @@ impl ColorMap {
     fn look(&self) -> u32 {
         let bands = self.bands.map(u32::from);
         let nodata = match self.nodata {
-            Nodata::None => 0,
+            Nodata::OfLayer | Nodata::None => 0,
             Nodata::NotANumber => NODATA,
             Nodata::Value(_) => NODATA | NODATA_VALUE,
         };
@@ -164,6 +168,7 @@ impl ColorMap {
             map: self.palette as u32,
             id,
             nodata: self.nodata(),
+            ends: NO_END,
             ..LayerUniform::default()
         }
     }

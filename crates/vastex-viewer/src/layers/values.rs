@@ -3,8 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// The largest number of channels that a layer has.
-const MOST_CHANNELS: u8 = 4;
+use vastex::{Layer, NodataValue};
+
+/// The largest number of a channel in a text: a layer has at most four, but a file from which a host takes some may have more.
+const MOST_CHANNELS: u8 = 255;
 
 /// Which channels of a layer are shown, counted from 0. As a text they are counted from 1: `2`, or `3,2,1`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,7 +45,7 @@ impl fmt::Display for Bands {
 /// A text names no channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "write one channel, as in bands=2, or those that are red, green and blue, as in bands=3,2,1, counted from 1 to 4"
+    "write one channel, as in bands=2, or those that are red, green and blue, as in bands=3,2,1, counted from 1"
 )]
 pub struct ParseBandsError;
 
@@ -66,19 +68,34 @@ impl FromStr for Bands {
 /// The value that stands for "nothing is known here", where a layer has one. What has it is not drawn, and counts in no histogram.
 ///
 /// A texel is without data where all channels that are shown have the value, within a millionth of it (or of 1, if it is smaller), or
-/// are no numbers.
+/// are no numbers or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Nodata {
-    /// Every value is one.
+    /// That of the layer ([`Layer::nodata`]), as files say it.
     #[default]
+    OfLayer,
+    /// None: every value is one.
     None,
-    /// What is not a number.
+    /// What is not a number, and what is infinite.
     NotANumber,
-    /// This value, and what is not a number.
+    /// This value, and what is not a number or infinite.
     Value(f64),
 }
 
 impl Nodata {
+    /// The value, or none, that is meant for a layer. Blocks hold values roughly, so in a layer that is compressed in blocks none stands for no
+    /// data unless it is said.
+    #[must_use]
+    pub fn of(self, layer: &Layer) -> Nodata {
+        let of_layer = layer.nodata.filter(|_| !layer.format.is_compressed()).map(NodataValue::value);
+        match (self, of_layer) {
+            (Nodata::OfLayer, None) => Nodata::None,
+            (Nodata::OfLayer, Some(value)) if !value.is_finite() => Nodata::NotANumber,
+            (Nodata::OfLayer, Some(value)) => Nodata::Value(value.into()),
+            (said, _) => said,
+        }
+    }
+
     /// The same, with the value by another scale.
     #[must_use]
     pub fn map(self, scale: impl FnOnce(f64) -> f64) -> Nodata {
@@ -91,10 +108,10 @@ impl Nodata {
     /// Whether a value stands for none. Twin of `scene_is_nodata` in surface.wgsl.
     pub fn is(self, value: f32) -> bool {
         match self {
-            Nodata::None => false,
-            Nodata::NotANumber => value.is_nan(),
+            Nodata::OfLayer | Nodata::None => false,
+            Nodata::NotANumber => !value.is_finite(),
             Nodata::Value(_) => {
-                value.is_nan() || (value - self.number()).abs() <= self.number().abs().max(1.0) * 1e-6
+                !value.is_finite() || (value - self.number()).abs() <= self.number().abs().max(1.0) * 1e-6
             }
         }
     }
@@ -110,13 +127,18 @@ impl Nodata {
 
 /// A text is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("write the value as it is stored, as in nodata=-9999, or nodata=nan")]
+#[error(
+    "write the value as it is stored, as in nodata=-9999, or nodata=nan, or nodata=off where all values are data"
+)]
 pub struct ParseNodataError;
 
 impl FromStr for Nodata {
     type Err = ParseNodataError;
 
     fn from_str(text: &str) -> Result<Nodata, ParseNodataError> {
+        if text == "off" {
+            return Ok(Nodata::None);
+        }
         let value: f64 = text.parse().map_err(|_| ParseNodataError)?;
         if value.is_nan() {
             return Ok(Nodata::NotANumber);
@@ -129,12 +151,13 @@ impl FromStr for Nodata {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use vastex::LayerFormat;
 
     #[test]
     fn bands_are_what_their_text_says() {
         assert_eq!("2".parse(), Ok(Bands::One(1)));
         assert_eq!("3,2,1".parse(), Ok(Bands::Color([2, 1, 0])));
-        for bad in ["", "0", "5", "1,2", "1,2,3,4", "a", "1, 2,3", "-1"] {
+        for bad in ["", "0", "256", "1,2", "1,2,3,4", "a", "1, 2,3", "-1"] {
             assert_eq!(bad.parse::<Bands>(), Err(ParseBandsError), "{bad}");
         }
         for text in ["4", "1,1,2"] {
@@ -146,6 +169,7 @@ mod tests {
     #[test]
     fn a_value_stands_for_none() {
         assert_eq!("nan".parse(), Ok(Nodata::NotANumber));
+        assert_eq!("off".parse(), Ok(Nodata::None));
         let least = "-3.4028234663852886e38".parse::<Nodata>().unwrap();
         assert!(least.is(f32::MIN) && least.is(f32::NAN) && !least.is(0.0));
         for bad in ["", "inf", "1e40", "none"] {
@@ -154,6 +178,23 @@ mod tests {
         let of_bits = Nodata::Value(32768.0).map(|stored| stored / 65535.0);
         let is = [32767.0, 32768.0, 32769.0].map(|stored: f32| of_bits.is(stored / 65535.0));
         assert_eq!(is, [false, true, false]);
-        assert!(!Nodata::None.is(f32::NAN));
+        assert!(!Nodata::None.is(f32::NAN) && Nodata::NotANumber.is(f32::NEG_INFINITY));
+    }
+
+    #[test]
+    fn a_layer_says_which_value_stands_for_none_unless_it_is_said_otherwise() {
+        let layer =
+            |format, value: f32| Layer { nodata: Some(NodataValue::new(value)), ..Layer::new("a", format) };
+        let heights = layer(LayerFormat::R32Float, -9999.0);
+        assert_eq!(Nodata::OfLayer.of(&heights), Nodata::Value(-9999.0));
+        assert_eq!(Nodata::None.of(&heights), Nodata::None);
+        assert_eq!(Nodata::Value(0.0).of(&heights), Nodata::Value(0.0));
+        assert_eq!(Nodata::OfLayer.of(&layer(LayerFormat::R32Float, f32::NAN)), Nodata::NotANumber);
+        assert_eq!(
+            Nodata::OfLayer.of(&layer(LayerFormat::Rgba16Float, f32::NEG_INFINITY)),
+            Nodata::NotANumber
+        );
+        assert_eq!(Nodata::OfLayer.of(&layer(LayerFormat::Bc4, 0.0)), Nodata::None);
+        assert_eq!(Nodata::OfLayer.of(&Layer::new("a", LayerFormat::R8)), Nodata::None);
     }
 }

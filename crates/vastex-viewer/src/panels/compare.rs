@@ -20,7 +20,7 @@ pub(super) fn compare_controls(ui: &mut Ui, mode: &mut CompareMode) {
     });
     // A slider brings a number into its range, so its range has every number that the mode may have.
     let slider = match mode {
-        CompareMode::Off => return,
+        CompareMode::Off | CompareMode::Beside => return,
         CompareMode::Swipe(at) => Slider::new(at, 0.0..=1.0).text("Line"),
         CompareMode::Flicker(seconds) => {
             Slider::new(seconds, 0.05..=60.0).logarithmic(true).suffix(" s").text("Each")

@@ -237,7 +237,7 @@ impl DisplayPanel {
             });
         }
         band_controls(ui, layer.format.channels(), &mut options.bands);
-        nodata_controls(ui, scale, &mut options.nodata);
+        nodata_controls(ui, scale, layer, &mut options.nodata);
         let read = |value: f64| match scale.most() {
             Some(_) => format!("{value:.0}"),
             None => format!("{value:.5}"),
@@ -280,13 +280,20 @@ fn band_controls(ui: &mut Ui, channels: usize, bands: &mut Bands) {
     });
 }
 
-/// Which value stands for no data.
-fn nodata_controls(ui: &mut Ui, scale: StoredScale, nodata: &mut Nodata) {
+/// Which value stands for no data: the layer's own, if it has one, until a person chooses another or none.
+fn nodata_controls(ui: &mut Ui, scale: StoredScale, layer: &Layer, options: &mut Nodata) {
+    let of_layer = Nodata::OfLayer.of(layer);
+    let mut chosen = options.of(layer);
+    let nodata = &mut chosen;
     ui.horizontal_wrapped(|ui| {
         let mut is_any = *nodata != Nodata::None;
         let hint = "what has this value is not drawn, and counts in no range; its texels are not blended with others";
         if ui.checkbox(&mut is_any, "No data").on_hover_text(hint).changed() {
-            *nodata = if is_any { Nodata::Value(0.0) } else { Nodata::None };
+            *nodata = match (is_any, of_layer) {
+                (false, _) => Nodata::None,
+                (true, Nodata::None) => Nodata::Value(0.0),
+                (true, of_layer) => of_layer,
+            };
         }
         let is_float = scale.most().is_none();
         if let Nodata::Value(value) = nodata {
@@ -305,7 +312,11 @@ fn nodata_controls(ui: &mut Ui, scale: StoredScale, nodata: &mut Nodata) {
                 *nodata = if is_nan { Nodata::Value(0.0) } else { Nodata::NotANumber };
             }
         }
+        if is_any && *nodata == of_layer {
+            ui.label(RichText::new("as the file says").weak());
+        }
     });
+    *options = if chosen == of_layer { Nodata::OfLayer } else { chosen };
 }
 
 /// The layers of all textures, of which a person may choose another.

@@ -11,6 +11,7 @@ mod keys;
 mod lengths;
 mod measure;
 mod minimap;
+mod panes;
 mod position;
 mod shades;
 mod shapes;
@@ -22,6 +23,7 @@ pub use keys::keys_window;
 pub use lengths::TexelSize;
 pub use measure::{Measure, Measured};
 pub use minimap::Minimap;
+pub use panes::Panes;
 pub use position::{PositionChange, PositionPanel};
 pub use shapes::{Shapes, ShapesError};
 

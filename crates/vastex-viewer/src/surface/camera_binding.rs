@@ -56,6 +56,8 @@ pub struct CameraBinding {
     /// The number by which shaders know its view.
     view: u32,
     is_fixed: AtomicBool,
+    /// Width and height of a pane, in pixels.
+    pane: [AtomicU32; 2],
 }
 
 impl CameraBinding {
@@ -73,7 +75,8 @@ impl CameraBinding {
         });
         let uniform = Uniform::new::<SceneUniform>(device, layout);
         let (patch_count, is_fixed) = (AtomicU32::new(0), AtomicBool::new(false));
-        CameraBinding { uniform, patches, patch_count, view: 0, is_fixed }
+        let pane = [1, 1].map(AtomicU32::new);
+        CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane }
     }
 
     /// The same for another view than the main one: [`vastex::ViewRef::number`].
@@ -83,19 +86,19 @@ impl CameraBinding {
     }
 
     /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted
-    /// together, of the colours and of the heights; how values become colours; the size of the picture.
+    /// together, of the colours and of the heights; how values become colours; the size of a pane of the picture.
     pub(crate) fn set(
         &self,
         queue: &wgpu::Queue,
         (placed, places): (&Placed, Places),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
-        picture: [f32; 2],
+        pane: [u32; 2],
     ) {
         let mut told = SceneUniform {
             background: color_map.background(),
             tone: color_map.tone().told().into(),
-            picture,
+            picture: pane.map(|side| side as f32),
             map: color_map.palette() as u32,
             nodata: color_map.nodata(),
             ids: [all, color, height, self.view],
@@ -116,6 +119,7 @@ impl CameraBinding {
             }
         }
         self.uniform.set(queue, &told);
+        self.pane.iter().zip(pane).for_each(|(told, side)| told.store(side, Relaxed));
         self.is_fixed.store(matches!(placed, Placed::Fixed(_) | Placed::FixedRelief(_)), Relaxed);
     }
 
@@ -126,6 +130,11 @@ impl CameraBinding {
 
     pub(crate) fn group(&self) -> &wgpu::BindGroup {
         &self.uniform.group
+    }
+
+    /// Width and height of a pane, in pixels.
+    pub(crate) fn pane(&self) -> [f32; 2] {
+        [0, 1].map(|axis: usize| self.pane[axis].load(Relaxed) as f32)
     }
 
     /// Whether it sees the surface in fixed point.

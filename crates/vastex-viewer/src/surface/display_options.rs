@@ -19,7 +19,8 @@ pub struct LayerOptions {
     pub name: Option<String>,
     /// The channels of it that are shown.
     pub bands: Bands,
-    /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers. What has it is not drawn.
+    /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers; by default the layer's own. What has it is
+    /// not drawn.
     pub nodata: Nodata,
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
     /// alpha; colours that are sRGB-encoded count as the light that they stand for.
@@ -63,7 +64,7 @@ impl LayerOptions {
         let scale = StoredScale::new(layer.format);
         let color_map = ColorMap::new(layer, self.range);
         let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
-        let nodata = self.nodata.map(|stored| scale.sampled(stored).into());
+        let nodata = self.nodata.of(layer).map(|stored| scale.sampled(stored).into());
         color_map.with_tone(tone).with_palette(self.palette).with_bands(self.bands).with_nodata(nodata)
     }
 
@@ -90,7 +91,7 @@ impl LayerOptions {
             let layer = described.name.clone();
             return Err(LayerOptionsError::UnknownBands { bands: self.bands, layer, channels });
         }
-        let unmixed = (self.nodata != Nodata::None).then_some(Filter::Nearest);
+        let unmixed = (self.nodata.of(described) != Nodata::None).then_some(Filter::Nearest);
         Ok(ShownLayer {
             layer,
             color_map: self.color_map(described),

@@ -343,11 +343,12 @@ impl StageScene for SceneRenderer {
         pose: &Pose,
         picture: [u32; 2],
     ) {
-        let (placed, middle) = self.placed(textures, pose, picture);
+        // Panes beside each other are seen through one camera; what feedback has of the picture is all of one pane.
+        let pane = self.layers.pane_size(picture);
+        let (placed, middle) = self.placed(textures, pose, pane);
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
         let ids = self.layers.ids(textures);
-        let picture = picture.map(|side| side as f32);
-        camera.set(queue, (&placed, places), ids, &self.layers.shown_map(), picture);
+        camera.set(queue, (&placed, places), ids, &self.layers.shown_map(), pane);
     }
 
     fn draw_wanted(
@@ -367,7 +368,13 @@ impl StageScene for SceneRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, self.background());
-        self.draw_through(camera, &mut pass, &self.picture, textures);
+        let (panes, [width, height]) = (self.layers.panes(), camera.pane());
+        for pane in 0..panes {
+            if panes > 1 {
+                pass.set_viewport(pane as f32 * width, 0.0, width, height, 0.0, 1.0);
+            }
+            self.draw_through(camera, &mut pass, &self.picture, textures);
+        }
     }
 }
 

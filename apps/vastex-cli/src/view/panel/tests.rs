@@ -17,6 +17,11 @@ struct Window {
     asked: Vec<Asked>,
 }
 
+fn bands() -> FileBands {
+    let names = ["1 coastal", "2", "3", "4 red"].map(str::to_owned).to_vec();
+    FileBands { file: "a.tif".into(), names, shown: vec![1, 2, 3] }
+}
+
 fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     let layers = vec![vastex::Layer::new("color", vastex::LayerFormat::R16)];
     let textures = vec![PanelTexture { name: "a.png".to_owned(), layers }];
@@ -39,6 +44,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             scene: Scene::Image,
             position: (Pose::first(Scene::Image), [1000, 500]),
             texel_size: None,
+            bands: Some(&bands()),
             images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
             texture,
         };
@@ -81,6 +87,19 @@ fn a_file_is_asked_for_by_its_path() {
     }
     click(&mut harness, "Hide");
     assert!(!harness.state().panel.is_open());
+}
+
+#[test]
+fn other_bands_are_asked_for() {
+    let mut harness = window(None);
+    click(&mut harness, "Panel");
+    assert!(harness.query_by_label("4 bands").is_some());
+    harness.get_by_label("Red band").click();
+    harness.run();
+    click(&mut harness, "4 red");
+    assert_eq!(harness.state().asked, [Asked::Open("a.tif:bands=4,2,3".into())]);
+    click(&mut harness, "one");
+    assert_eq!(harness.state().asked[1..], [Asked::Open("a.tif:bands=1".into())]);
 }
 
 #[test]

@@ -24,6 +24,8 @@ impl Viewer {
         }
         self.ask_below_pointer(pose)?;
         self.draw_small_overlays(pose);
+        // What lies over the picture is where the picture has it, and a person may change how it is compared.
+        self.compare();
         self.run_panel(pose);
         self.compare();
         let frame = self.surface.acquire();
@@ -60,14 +62,15 @@ impl Viewer {
     }
 
     fn draw_displayed(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
-        let (size, target) = (self.surface.size(), self.surface.target(&frame.view));
+        let (size, pane) = (self.surface.size(), self.size());
+        let target = self.surface.target(&frame.view);
         self.display.count_frame();
         if let Some(source) = self.display.displayed_mut() {
             source.follow(
                 &self.gpu,
                 &mut self.textures,
                 &self.settings,
-                pose.magnification(size, source.size),
+                pose.magnification(pane, source.size),
             )?;
         }
         let is_alone = self.display.next().is_none();

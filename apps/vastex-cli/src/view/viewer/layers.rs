@@ -64,6 +64,7 @@ impl Viewer {
         }
         let next = self.settings.options.compare_mode.next();
         self.settings.options.compare_mode = next;
+        self.jumped();
         self.notify_in_title(&format!("compare: {}", next.name()));
         self.wake();
     }

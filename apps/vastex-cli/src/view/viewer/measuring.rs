@@ -33,7 +33,7 @@ impl Viewer {
     /// Sets a point at a pixel of an image, if points are set, or at the nearest place of the image.
     pub(in super::super) fn measure_to(&mut self, pixel: DVec2, pose: Pose) {
         let image = self.image_size();
-        let placed = pose.placement(self.surface.size(), image);
+        let placed = pose.placement(self.size(), image);
         if let (Some(measure), Some(placed)) = (&mut self.panel.measure, placed) {
             measure.add(placed.texel(pixel).clamp(DVec2::ZERO, DVec2::from(image.map(f64::from))));
             self.window.request_redraw();

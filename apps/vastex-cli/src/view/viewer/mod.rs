@@ -6,6 +6,7 @@ mod layers;
 mod measuring;
 mod notices;
 mod panel;
+mod panes;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -71,6 +72,9 @@ pub(super) struct Viewer {
     is_hidden: bool,
     /// Where the pointer is in the view, if it is over it.
     pointer: Option<DVec2>,
+    /// The pane that the pointer belongs to, and whether a button or a finger keeps it there.
+    pane: u32,
+    pane_is_held: bool,
     /// That a pool is too small, until the view has settled and it is said; it is said once.
     shortage: Option<Event>,
     is_shortage_reported: bool,
@@ -142,6 +146,8 @@ impl Viewer {
             unsettled: UNSETTLED_FRAMES,
             is_hidden: false,
             pointer: None,
+            pane: 0,
+            pane_is_held: false,
             shortage: None,
             is_shortage_reported: false,
             title: Title::default(),
@@ -294,11 +300,6 @@ impl Viewer {
         Ok(Viewer { gpu, window, surface, textures, display: displayed, settings, unsettled, ..self })
     }
 
-    /// Width and height of the view in pixels.
-    pub(super) fn size(&self) -> [u32; 2] {
-        self.surface.size()
-    }
-
     /// Columns and rows of the image.
     pub(super) fn image_size(&self) -> [u32; 2] {
         self.display.displayed().map_or([1; 2], |source| source.size)
@@ -307,7 +308,13 @@ impl Viewer {
     /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it, and its value.
     pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
         self.pointer = pointer;
-        self.hud.pointer_moved(pointer.filter(|_| !self.shell.is_over_panel()));
+        let panes = self.panes();
+        let pointed = pointer.filter(|_| !self.shell.is_over_panel());
+        self.hud.pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
+        if panes.count > 1 {
+            // The other panes show where it is.
+            self.window.request_redraw();
+        }
         self.update_title(&self.textures.stats(), pose);
     }
 
@@ -403,7 +410,10 @@ impl Viewer {
     /// Asks why a pixel shows what it shows; one of the next frames has the answer.
     pub(super) fn explain(&mut self, pose: Pose, pixel: [u32; 2]) -> Result<()> {
         let Some(Displayed { renderer, .. }) = self.display.displayed() else { return Ok(()) };
-        let (asked, size) = ((renderer, renderer.camera(), &pose), self.surface.size());
+        let (panes, size) = (self.panes(), self.surface.size());
+        let asked = (renderer, renderer.camera(), &pose);
+        let stretched = panes.stretched(DVec2::new(pixel[0].into(), pixel[1].into()));
+        let pixel = [(stretched.x as u32).min(size[0] - 1), pixel[1]];
         inspect::ask(&self.gpu, &mut self.textures, asked, size, pixel)?;
         self.to_print.push(pixel);
         Ok(())

@@ -47,7 +47,7 @@ impl Viewer {
     pub(super) fn update_title(&mut self, stats: &FrameStats, pose: Pose) {
         let (displayed, name) = (self.display.displayed(), self.name().to_owned());
         let image = displayed.map(|Displayed { size, texels, renderer, .. }| {
-            let scale = pose.magnification(self.surface.size(), *size);
+            let scale = pose.magnification(self.size(), *size);
             TitleImage {
                 size: *size,
                 scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
@@ -62,9 +62,15 @@ impl Viewer {
         // Of a preview that grows, much is not there yet.
         let whole = displayed.filter(|source| source.is_whole());
         let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
-            let picture = self.surface.size();
+            let (picture, panes) = (self.size(), self.panes());
             let shown = renderer.layers().inspected_at(pointer.x / f64::from(picture[0].max(1)));
-            inspect::texel_at(&self.textures, shown.layer, &pose, (picture, *size), pointer)
+            inspect::texel_at(
+                &self.textures,
+                shown.layer,
+                &pose,
+                (picture, *size),
+                panes.within(panes.at(pointer), pointer),
+            )
         });
         let parts = TitleParts {
             name: &name,

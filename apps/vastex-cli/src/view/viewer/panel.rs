@@ -95,7 +95,9 @@ impl Viewer {
         let mut compare_mode = self.settings.options.compare_mode;
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
-        let view = ImageView { pose, picture: self.surface.size(), image: self.image_size() };
+        let (panes, pointer) = (self.panes(), self.pointer);
+        let titles = self.pane_titles(&panes, &pose);
+        let view = ImageView { pose, picture: self.size(), image: self.image_size() };
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
@@ -103,6 +105,7 @@ impl Viewer {
         let shapes = guided.and_then(|source| source.about.shapes.as_ref());
         let guided = guided.map(|source| &source.renderer);
         let images = self.display.displayed().map_or(&[][..], |source| &source.about.images);
+        let bands = self.display.displayed().and_then(|source| source.about.bands.as_ref());
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
@@ -127,13 +130,18 @@ impl Viewer {
                 position: (pose, view.image),
                 texel_size,
                 images,
+                bands,
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
             if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
-                measure.paint(ui.painter(), ui.available_rect_before_wrap(), &view, texel_size);
+                let free = panes.rect(0, ui.available_rect_before_wrap(), ui.pixels_per_point());
+                measure.paint(ui.painter(), free, &view, texel_size);
             }
-            let free = ui.available_rect_before_wrap();
+            let all = ui.available_rect_before_wrap();
+            // What lies over the image lies in the first of several panes.
+            let free = panes.rect(0, all, ui.pixels_per_point());
+            panes.paint(ui.painter(), all, &titles, pointer);
             if is_compared {
                 swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);
             }
@@ -156,7 +164,10 @@ impl Viewer {
             self.values = None;
             self.wake();
         }
-        self.settings.options.compare_mode = compare_mode;
+        if std::mem::replace(&mut self.settings.options.compare_mode, compare_mode) != compare_mode {
+            // Panes show other parts of the image than one picture.
+            self.wake();
+        }
         if is_changed && self.settings.options.layers != options {
             self.show_layers(options);
         }
@@ -180,7 +191,7 @@ impl Viewer {
             return;
         }
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let sizes = (self.surface.size(), displayed.size);
+        let sizes = (self.size(), displayed.size);
         let histogram = shown
             .as_ref()
             .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));
@@ -202,7 +213,7 @@ impl Viewer {
         };
         let layer = self.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let sizes = (self.surface.size(), displayed.size);
+        let sizes = (self.size(), displayed.size);
         let values = shown
             .as_ref()
             .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));

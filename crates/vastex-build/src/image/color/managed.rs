@@ -38,6 +38,8 @@ pub fn in_srgb(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
             header.linear = is_linear;
             converter.map(|converter| {
                 header.notices.push(Notice::ConvertedToSrgb { from, is_linear });
+                // What has the value in the file need not have it afterwards.
+                header.nodata = None;
                 let pieces = Pieces::new(converter, &header);
                 let tables = TABLE_BYTES + TABLE_SCALE * profile.bytes();
                 header.memory = header.memory.saturating_add(tables + 2 * pieces.bytes);

@@ -6,6 +6,7 @@
 //! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`],
 //! whose business files are whose tiles are read in any order.
 
+mod bands;
 mod chunks;
 pub(crate) mod file;
 mod samples;
@@ -23,6 +24,7 @@ use tiff::{ColorType, TiffError};
 use crate::image::alpha::unpremultiply;
 use crate::image::positioned::Positioned;
 use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader};
+use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use file::{TiffFile, codecs};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
@@ -31,6 +33,16 @@ use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
 const MAX_TAG_BYTES: usize = 16 << 20;
 const WHITE_IS_ZERO: u16 = 0;
 const ASSOCIATED_ALPHA: u16 = 1;
+
+/// Opens the first image of a TIFF file, or these bands of it, as in `5,4,3`.
+pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>, InputFault> {
+    match TiffFile::first_image(Arc::new(file.try_clone()?), bands) {
+        Ok(image) if image.has_pick() => Ok(Box::new(BandsReader::new(image)?)),
+        Err(fault) if bands.is_some() => Err(fault),
+        // What is wrong with it, its reader knows better.
+        _ => Ok(Box::new(TiffReader::new(file)?)),
+    }
+}
 
 /// A TIFF file, its first image.
 pub(super) struct TiffReader {
@@ -60,6 +72,8 @@ impl TiffReader {
         let (width, height) = decoder.dimensions().map_err(in_header)?;
         let mut header = ImageHeader::new(width.into(), height.into(), format)?;
         let is_premultiplied = note(&mut header, &mut decoder, &tags)?;
+        // What this reader cannot make sense of says nothing of it.
+        header.nodata = TiffFile::first_image(file.clone(), None).ok().and_then(|image| image.shown_nodata());
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
         let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
@@ -92,7 +106,7 @@ impl TiffReader {
             let compression = u64::from(tags.compression);
             let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
                 || codecs::is_jpeg_2000(compression);
-            let own = is_own.then(|| TiffFile::first_image(file.clone())).transpose()?;
+            let own = is_own.then(|| TiffFile::first_image(file.clone(), None)).transpose()?;
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
         };
         Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })

@@ -1,33 +1,36 @@
 //! How the texels of a level are made from those of a finer one: a kernel (how far a texel looks, and how it
-//! weighs what it sees), a meaning (what the values are), and the level that it looks at.
+//! weighs what it sees), a meaning (what the values are), the level that it looks at, and a value of texels without data, if there is
+//! one, which are left out.
 //!
 //! [`LayerFilter`] is the name of such a filter, as a container stores it. [`Filter`] is the same made ready
 //! for a format and a factor: either the integer arithmetic of [`quad`] on 2x2 texels, or the general one of
-//! [`separable`]. Weights stand in [`kernel`], what is done to values before and after in [`meaning`].
+//! [`separable`]. Weights stand in [`kernel`], what is done to values before and after in [`meaning`] and [`mixing`].
 //!
 //! Where rows come from, and what lies beyond the edges, is the pyramid's business.
 
 mod kernel;
 mod meaning;
+mod mixing;
 mod quad;
 mod separable;
 
 use std::fmt;
 use std::str::FromStr;
 
-use vastex_core::{Layer, LayerFormat, TexelPositions};
+use vastex_core::{Layer, LayerFormat, NodataValue, TexelPositions};
+use vastex_tiles::{filter_without, nodata_of_filter};
 
 pub use kernel::Kernel;
 pub(crate) use kernel::Stretched;
 use kernel::Weights;
 pub use meaning::Meaning;
 pub(crate) use meaning::{LEAST_WEIGHT, unit};
+pub(crate) use mixing::Mixing;
 pub(crate) use quad::Quad;
 use separable::Separable;
-pub(crate) use separable::{finished, prepared};
 
-/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS]`: `box-linear`,
-/// `kaiser@two`.
+/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS][/nodata=VALUE]`: `box-linear`,
+/// `kaiser@two`, `box/nodata=-9999`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerFilter {
     /// How far a texel looks, and how it weighs what it sees.
@@ -36,6 +39,9 @@ pub struct LayerFilter {
     pub meaning: Meaning,
     /// At which level it looks.
     pub from: LevelsFrom,
+    /// The value of texels without data, as the layer stores it, if there is one. They are left out of what is mixed, and are no texel that
+    /// is picked while there is another one.
+    pub nodata: Option<NodataValue>,
 }
 
 /// From which level the texels of a level are made.
@@ -78,8 +84,8 @@ impl LevelsFrom {
 pub enum FilterError {
     /// The name is none.
     #[error(
-        "{0:?} names no filter: write one of {kernels}, followed where it is wanted by -linear or -normal, and by @two or \
-         @zero, as in kaiser-linear",
+        "{0:?} names no filter: write one of {kernels}, followed where it is wanted by -linear or -normal, by @two or \
+         @zero, and by /nodata=VALUE, as in kaiser-linear",
         kernels = Kernel::ALL.map(Kernel::name).join(", ")
     )]
     Name(String),
@@ -102,7 +108,7 @@ pub enum FilterError {
 impl LayerFilter {
     /// A filter along the chain of levels.
     pub const fn new(kernel: Kernel, meaning: Meaning) -> LayerFilter {
-        LayerFilter { kernel, meaning, from: LevelsFrom::Chain }
+        LayerFilter { kernel, meaning, from: LevelsFrom::Chain, nodata: None }
     }
 
     /// What suits a layer of which nothing but its name and its format are known: vectors are averaged as
@@ -169,12 +175,11 @@ impl LayerFilter {
 
 impl fmt::Display for LayerFilter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.kernel.name())?;
-        f.write_str(self.meaning.suffix())?;
-        match self.from {
-            LevelsFrom::Chain => Ok(()),
-            from => write!(f, "@{}", from.name()),
+        let mut name = format!("{}{}", self.kernel.name(), self.meaning.suffix());
+        if self.from != LevelsFrom::Chain {
+            name = format!("{name}@{}", self.from.name());
         }
+        f.write_str(&filter_without(&name, self.nodata))
     }
 }
 
@@ -183,6 +188,7 @@ impl FromStr for LayerFilter {
 
     fn from_str(text: &str) -> Result<LayerFilter, FilterError> {
         let unknown = || FilterError::Name(text.into());
+        let (text, nodata) = nodata_of_filter(text);
         let (rest, from) = match text.split_once('@') {
             None => (text, LevelsFrom::Chain),
             Some((rest, name)) => {
@@ -193,8 +199,8 @@ impl FromStr for LayerFilter {
         let (kernel, suffix) = rest.split_at(rest.find('-').unwrap_or(rest.len()));
         let kernel = Kernel::ALL.into_iter().find(|k| k.name() == kernel).ok_or_else(unknown)?;
         let meaning = Meaning::ALL.into_iter().find(|m| m.suffix() == suffix).ok_or_else(unknown)?;
-        let filter = LayerFilter { kernel, meaning, from };
-        if kernel.picks() && filter != LayerFilter::new(kernel, Meaning::Stored) {
+        let filter = LayerFilter { kernel, meaning, from, nodata };
+        if kernel.picks() && (meaning, from) != (Meaning::Stored, LevelsFrom::Chain) {
             return Err(FilterError::Picks(kernel.name()));
         }
         Ok(filter)
@@ -278,7 +284,7 @@ mod tests {
         for kernel in Kernel::ALL {
             for meaning in Meaning::ALL {
                 for from in LevelsFrom::ALL {
-                    let filter = LayerFilter { kernel, meaning, from };
+                    let filter = LayerFilter { kernel, meaning, from, nodata: None };
                     let plain = meaning == Meaning::Stored && from == LevelsFrom::Chain;
                     let read = filter.to_string().parse::<LayerFilter>();
                     assert_eq!(read.is_ok(), plain || !kernel.picks(), "{filter}");
@@ -297,10 +303,16 @@ mod tests {
             "min-linear",
             "max@two",
             "min@zero",
+            "box/nodata=",
+            "box/nodata=x",
+            "/nodata=1",
         ] {
             assert!(bad.parse::<LayerFilter>().is_err(), "{bad}");
         }
         assert_eq!(LayerFilter::default().to_string(), "box");
+        for name in ["box-linear@two/nodata=-9999", "majority/nodata=0", "gauss3/nodata=nan"] {
+            assert_eq!(name.parse::<LayerFilter>().unwrap().to_string(), name);
+        }
     }
 
     #[test]

@@ -6,8 +6,8 @@
 //!   texels are transparent, their colours count alike, so that colour under transparency survives.
 //! - sRGB colour: as linear colour, on values decoded to 16 bits and rounded; the mean is encoded to the nearest
 //!   of the 256 values.
-//! - Majority: the texel that is met most often; of several the smallest, its bytes read as a little-endian
-//!   number.
+//! - Majority: the texel that is met most often, but none without data while there is another; of several the smallest, its bytes read
+//!   as a little-endian number.
 //!
 //! Address modes are no business of this file: its rows have an even number of texels, the odd edge folded
 //! already.
@@ -15,6 +15,7 @@
 use vastex_core::LayerFormat;
 
 use super::{Kernel, LayerFilter, Meaning};
+use crate::texels::missing::Missing;
 use crate::texels::srgb::SRGB;
 
 /// How one texel is made from four.
@@ -29,7 +30,7 @@ pub(crate) enum Quad {
     /// Four channels, three of them sRGB-encoded, weighted by the fourth.
     SrgbColor,
     /// The most frequent of the texels, of so many bytes.
-    Majority { bytes: usize },
+    Majority { bytes: usize, missing: Option<Missing> },
 }
 
 impl Quad {
@@ -37,7 +38,11 @@ impl Quad {
     pub(super) fn new(filter: LayerFilter, format: LayerFormat) -> Option<Quad> {
         use LayerFormat::{R8, R16, Rg8, Rgba8, Rgba8Srgb, Rgba16};
         match (filter.kernel, filter.meaning, format) {
-            (Kernel::Majority, ..) => Some(Quad::Majority { bytes: format.texel_bytes() }),
+            (Kernel::Majority, ..) => {
+                let missing = filter.nodata.map(|value| Missing::of_layer(format, value));
+                Some(Quad::Majority { bytes: format.texel_bytes(), missing })
+            }
+            _ if filter.nodata.is_some() => None,
             (Kernel::Box, Meaning::Stored, R8 | Rg8 | Rgba8 | Rgba8Srgb) => {
                 Some(Quad::Mean8 { channels: format.channels() })
             }
@@ -69,23 +74,27 @@ impl Quad {
                     |mean| srgb.srgb_from_linear[mean as u16 as usize],
                 );
             }
-            Quad::Majority { bytes: 1 } => majority::<1>(coarse, upper, lower),
-            Quad::Majority { bytes: 2 } => majority::<2>(coarse, upper, lower),
-            Quad::Majority { bytes: 4 } => majority::<4>(coarse, upper, lower),
-            Quad::Majority { .. } => majority::<8>(coarse, upper, lower),
+            Quad::Majority { bytes: 1, missing } => majority::<1>(coarse, upper, lower, missing),
+            Quad::Majority { bytes: 2, missing } => majority::<2>(coarse, upper, lower, missing),
+            Quad::Majority { bytes: 4, missing } => majority::<4>(coarse, upper, lower, missing),
+            Quad::Majority { missing, .. } => majority::<8>(coarse, upper, lower, missing),
         }
     }
 }
 
 /// Texels of `B` bytes.
-fn majority<const B: usize>(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+fn majority<const B: usize>(coarse: &mut [u8], upper: &[u8], lower: &[u8], missing: Option<Missing>) {
     let number = |texel: &[u8; B]| texel.iter().rev().fold(0u64, |n, &byte| n << 8 | u64::from(byte));
     let (upper, lower) = (upper.as_chunks::<B>().0, lower.as_chunks::<B>().0);
     let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
     for (to, (&[a, b], &[c, d])) in coarse.as_chunks_mut::<B>().0.iter_mut().zip(pairs) {
         let four = [a, b, c, d];
         let count = |texel: &[u8; B]| four.iter().filter(|other| *other == texel).count();
+        let is_known = |texel: &[u8; B]| missing.is_none_or(|missing| !missing.is(texel));
         let better = |best: [u8; B], next: [u8; B]| {
+            if is_known(&best) != is_known(&next) {
+                return if is_known(&next) { next } else { best };
+            }
             let (of_best, of_next) = (count(&best), count(&next));
             let wins = of_next > of_best || of_next == of_best && number(&next) < number(&best);
             if wins { next } else { best }

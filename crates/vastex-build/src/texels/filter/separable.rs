@@ -5,56 +5,43 @@
 
 use vastex_core::LayerFormat;
 
-use super::{Kernel, LayerFilter, Meaning, Weights};
-use crate::texels::texel::{Light, decode, encode};
+use super::mixing::{Mix, Mixing};
+use super::{LayerFilter, Weights};
 
 /// A kernel and a meaning, for one format.
 pub(crate) struct Separable {
-    format: LayerFormat,
-    meaning: Meaning,
-    mix: Mix,
+    mixing: Mixing,
     factor: usize,
     weights: Vec<f32>,
 }
 
-#[derive(Clone, Copy)]
-enum Mix {
-    Sum,
-    Min,
-    Max,
-}
-
 impl Separable {
     pub(super) fn new(filter: LayerFilter, format: LayerFormat, factor: u32, weights: &Weights) -> Separable {
-        let mix = match filter.kernel {
-            Kernel::Min => Mix::Min,
-            Kernel::Max => Mix::Max,
-            _ => Mix::Sum,
-        };
         let weights = weights.each.iter().map(|&weight| weight as f32).collect();
-        Separable { format, meaning: filter.meaning, mix, factor: factor as usize, weights }
+        Separable { mixing: Mixing::new(filter, format), factor: factor as usize, weights }
     }
 
     /// Bytes of one texel of a row.
     pub(crate) fn texel_bytes(&self) -> usize {
-        self.format.texel_bytes()
+        self.mixing.texel_bytes()
     }
 
     /// Values of one texel of a line.
     pub(crate) fn channels(&self) -> usize {
-        self.meaning.channels(self.format)
+        self.mixing.channels()
     }
 
     /// `texels` coarse texels along one row, which holds all that they are made of, as floats for
     /// [`Separable::across`].
     pub(crate) fn along(&self, row: &[u8], texels: usize) -> Vec<f32> {
-        let prepared = prepared(self.format, self.meaning, row);
+        let prepared = self.mixing.prepared(row);
         let mut line = vec![0.0; texels * self.channels()];
         match self.channels() {
             1 => self.mix_along::<1>(&prepared, &mut line),
             2 => self.mix_along::<2>(&prepared, &mut line),
             3 => self.mix_along::<3>(&prepared, &mut line),
-            _ => self.mix_along::<4>(&prepared, &mut line),
+            4 => self.mix_along::<4>(&prepared, &mut line),
+            _ => self.mix_along::<5>(&prepared, &mut line),
         }
         line
     }
@@ -63,7 +50,7 @@ impl Separable {
         let (texels, count) = (texels.as_chunks::<C>().0, self.weights.len());
         for (i, to) in line.as_chunks_mut::<C>().0.iter_mut().enumerate() {
             let window = &texels[i * self.factor..][..count];
-            *to = match self.mix {
+            *to = match self.mixing.mix {
                 Mix::Sum => {
                     let mut sum = [0.0; C];
                     for (texel, weight) in window.iter().zip(&self.weights) {
@@ -82,46 +69,19 @@ impl Separable {
         let mut mixed = Vec::new();
         for (line, &weight) in lines.zip(&self.weights) {
             if mixed.is_empty() {
-                mixed = match self.mix {
+                mixed = match self.mixing.mix {
                     Mix::Sum => line.iter().map(|value| weight * value).collect(),
                     Mix::Min | Mix::Max => line.to_vec(),
                 };
                 continue;
             }
             let pairs = mixed.iter_mut().zip(line);
-            match self.mix {
+            match self.mixing.mix {
                 Mix::Sum => pairs.for_each(|(sum, value)| *sum += weight * value),
                 Mix::Min => pairs.for_each(|(least, value)| *least = least.min(*value)),
                 Mix::Max => pairs.for_each(|(most, value)| *most = most.max(*value)),
             }
         }
-        finished(self.format, self.meaning, &mixed, row);
+        self.mixing.finished(&mixed, row);
     }
-}
-
-/// The texels of a row, ready to be mixed.
-pub(crate) fn prepared(format: LayerFormat, meaning: Meaning, row: &[u8]) -> Vec<f32> {
-    let texels = row.len() / format.texel_bytes();
-    let mut values = vec![0.0; texels * format.channels()];
-    decode(format, light(meaning), row, &mut values);
-    if meaning == Meaning::Stored {
-        return values;
-    }
-    let mut mixed = vec![0.0; texels * meaning.channels(format)];
-    meaning.prepare(format, &values, &mut mixed);
-    mixed
-}
-
-/// A row of texels, from what was mixed.
-pub(crate) fn finished(format: LayerFormat, meaning: Meaning, mixed: &[f32], row: &mut [u8]) {
-    if meaning == Meaning::Stored {
-        return encode(format, light(meaning), mixed, row);
-    }
-    let mut values = vec![0.0; row.len() / format.texel_bytes() * format.channels()];
-    meaning.finish(format, mixed, &mut values);
-    encode(format, light(meaning), &values, row);
-}
-
-fn light(meaning: Meaning) -> Light {
-    if meaning == Meaning::LinearColor { Light::Linear } else { Light::Stored }
 }

@@ -212,7 +212,7 @@ fn bands_and_no_data_are_chosen() {
     // Only floats may be no number.
     assert!(harness.query_by_label("is what is no number").is_none());
     click(&mut harness, "No data");
-    assert_eq!(harness.state().shown[0].nodata, Nodata::None);
+    assert_eq!(harness.state().shown[0].nodata, Nodata::OfLayer, "which has none");
     click(&mut harness, "Reset display");
     assert_eq!(harness.state().shown, [LayerOptions::default()]);
 }
@@ -227,6 +227,21 @@ fn what_is_no_number_is_no_data_of_floats() {
     let changes = harness.state().changes;
     harness.run();
     assert_eq!(harness.state().changes, changes, "nothing goes on changing");
+}
+
+#[test]
+fn the_layers_own_value_is_no_data_until_it_is_switched_off() {
+    let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
+    harness.state_mut().textures[0].layers[0].nodata = Some(vastex::NodataValue::new(-9999.0));
+    harness.run();
+    assert!(harness.query_by_label("as the file says").is_some());
+    assert!(harness.state().shown.is_empty(), "nobody has changed it");
+    click(&mut harness, "No data");
+    assert_eq!(harness.state().shown[0].nodata, Nodata::None);
+    assert!(harness.query_by_label("as the file says").is_none());
+    click(&mut harness, "No data");
+    assert_eq!(harness.state().shown[0].nodata, Nodata::OfLayer);
+    assert!(harness.query_by_label("as the file says").is_some());
 }
 
 /// A slider brings a number into its range, so each has every number that a mode may have.

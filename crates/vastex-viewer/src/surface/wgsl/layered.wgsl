@@ -6,10 +6,10 @@ struct Layered {
     look: u32,        // as SCENE_LOOK; 1,024 more where the values are display values
     map: u32,         // see palette_color
     id: u32,          // of the texture
-    begins: f32,      // the share of the picture's width to the left of which it is not drawn
+    begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
     difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that
     nodata: f32,      // the value that stands for no data
-    unused: f32,
+    ends: f32,        // and the one from which on it is not drawn
 }
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;

@@ -2,7 +2,7 @@
 // The text after this one is generated: vastex's own, and constants.
 
 // What channels mean, in the lowest two bits SCENE_GREY and its kin; then two bits each for the channels that are red, green and blue;
-// then SCENE_NODATA where what is no number stands for no data, and SCENE_NODATA_VALUE where a value does. See layers/mod.rs.
+// then SCENE_NODATA where what is no number or infinite stands for no data, and SCENE_NODATA_VALUE where a value does. See layers/mod.rs.
 override SCENE_LOOK: u32;
 // Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
@@ -128,11 +128,11 @@ fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
 }
 
-// Whether all values stand for no data: whether each is that value, where there is one, or is no number by its bits, since shaders may
+// Whether all values stand for no data: whether each is that value, where there is one, or is no number or infinite by its bits, since shaders may
 // compute as if all were numbers.
 fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
     let magnitudes = bitcast<vec3<u32>>(values) & vec3<u32>(0x7fffffffu);
-    let is_number = magnitudes <= vec3<u32>(0x7f800000u);
+    let is_number = magnitudes < vec3<u32>(0x7f800000u);
     if (look & SCENE_NODATA_VALUE) == 0u {
         return !any(is_number);
     }

@@ -20,7 +20,11 @@ const TIEPOINT: u16 = 33922;
 const TRANSFORMATION: u16 = 34264;
 const GEO_KEYS: u16 = 34735;
 const GEO_TEXTS: u16 = 34737;
+const METADATA: u16 = 42112;
 const NODATA: u16 = 42113;
+const SAMPLES: u16 = 277;
+/// Bands that are listed.
+const MOST_BANDS: u64 = 512;
 
 /// Bytes of a description that are looked at, and of GeoTIFF's texts.
 const MOST_TEXT: u64 = 1 << 20;
@@ -37,6 +41,8 @@ pub struct TiffAbout {
     pub place: Option<GeoPlace>,
     /// How many times an objective magnified what was scanned.
     pub magnification: Option<f64>,
+    /// The bands of a texel, which are its samples, with the names that GDAL gives them.
+    pub bands: Vec<Option<String>>,
     /// The value of texels where nothing is known, as GDAL writes it; it may be no number (NaN).
     pub nodata: Option<f64>,
 }
@@ -92,13 +98,40 @@ pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbou
         text if text.contains("<OME") => Kind::Ome,
         _ => Kind::Other,
     };
-    let mut about = TiffAbout { nodata: nodata(file, first)?, ..TiffAbout::default() };
+    let (nodata, bands) = (nodata(file, first)?, bands(file, first)?);
+    let mut about = TiffAbout { nodata, bands, ..TiffAbout::default() };
     match kind {
         Kind::Aperio => aperio(&description, &mut about),
         Kind::Ome => ome(&description, &mut about),
         Kind::Other => geo(file, first, &mut about)?,
     }
     Ok((kind, about))
+}
+
+/// The bands of a texel, and their names among GDAL's metadata: `<Item name="DESCRIPTION" sample="0" role="description">Red</Item>`.
+fn bands(file: &TiffFile, first: &Directory) -> Result<Vec<Option<String>>, InputFault> {
+    let count = first.number(file, SAMPLES)?.unwrap_or(1).min(MOST_BANDS);
+    let mut bands = vec![None; count as usize];
+    let text = first.text(file, METADATA, MOST_TEXT)?.unwrap_or_default();
+    let mut reader = Reader::from_str(&text);
+    let mut named = None;
+    loop {
+        match reader.read_event() {
+            Ok(Event::Start(item)) => {
+                let is_name = attribute(&item, "role").as_deref() == Some("description");
+                named = attribute(&item, "sample").filter(|_| is_name).and_then(|n| n.parse::<usize>().ok());
+            }
+            Ok(Event::Text(text)) => {
+                let band = named.take().and_then(|n| bands.get_mut(n));
+                let text = String::from_utf8_lossy(&text).trim().to_owned();
+                if let Some(band) = band.filter(|_| !text.is_empty()) {
+                    *band = Some(text);
+                }
+            }
+            Ok(Event::Eof) | Err(_) => return Ok(bands),
+            Ok(_) => named = None,
+        }
+    }
 }
 
 /// The value of texels where nothing is known.

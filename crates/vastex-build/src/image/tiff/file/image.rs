@@ -48,6 +48,15 @@ const CUT_BYTES: u64 = 1 << 20;
 /// What cannot be read can be converted to what can.
 pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, or make a container of its source with `vastex build`";
 
+/// The bands of an image that are shown, where it has more than a picture.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Pick {
+    /// One, or those that are red, green and blue, counted from 0.
+    pub(super) bands: Vec<u16>,
+    /// Whether somebody asked for them.
+    pub(super) is_asked: bool,
+}
+
 /// An image of a file, whose strips are tiles of the image's whole width.
 pub(crate) struct TiffImage {
     pub(super) file: Arc<TiffFile>,
@@ -68,6 +77,8 @@ pub(crate) struct TiffImage {
     pub(super) predictor: u64,
     /// Whether each channel has strips or tiles of its own.
     pub(super) is_planar: bool,
+    /// The bands that are shown, where they are others than the first ones as the file means them.
+    pub(super) pick: Option<Pick>,
     /// What the samples beyond the colours are.
     pub(super) extra: Vec<u64>,
     pub(crate) orientation: u64,
@@ -142,6 +153,7 @@ impl TiffImage {
             compression: number(COMPRESSION, codecs::NONE)?,
             predictor: number(PREDICTOR, 1)?,
             is_planar: samples > 1 && number(PLANAR, 1)? == 2,
+            pick: None,
             extra: directory.numbers(file, EXTRA_SAMPLES, MOST_SAMPLES)?,
             orientation: number(ORIENTATION, 1)?,
             offsets: *offsets,
@@ -152,7 +164,7 @@ impl TiffImage {
             place,
         };
         image.check()?;
-        Ok(image)
+        Ok(image.pick_first())
     }
 
     /// The same image, the one strip of a plane taken for several where that is possible without decoding it.

@@ -7,6 +7,7 @@
 //! compared with its length before anything is allocated for it.
 
 pub(crate) mod about;
+mod bands;
 mod chunk;
 pub(crate) mod codecs;
 mod entry;
@@ -71,12 +72,16 @@ impl TiffFile {
         Ok(Some(file))
     }
 
-    /// The first image of a file that is known to be one of TIFF.
-    pub(crate) fn first_image(file: Arc<File>) -> Result<TiffImage, InputFault> {
+    /// The first image of a file that is known to be one of TIFF, or of these bands of it.
+    pub(crate) fn first_image(file: Arc<File>, bands: Option<&str>) -> Result<TiffImage, InputFault> {
         let file =
             TiffFile::of(file)?.ok_or_else(|| damaged("in the header", "it does not begin as TIFF does"))?;
         let directory = file.directory(file.first)?;
-        TiffImage::read(&Arc::new(file), &directory)
+        let image = TiffImage::read(&Arc::new(file), &directory)?;
+        match bands {
+            Some(bands) => image.pick(bands),
+            None => Ok(image),
+        }
     }
 
     /// Bytes of the file.

@@ -15,9 +15,11 @@ use std::sync::Arc;
 
 use super::TiffFile;
 use super::about::{self, Kind, TiffAbout};
+use super::bands;
 use super::entry::Directory;
 use super::image::{HEIGHT, TILE_OFFSETS, TiffImage, WIDTH};
 use crate::image::InputFault;
+use crate::image::file::open_file;
 
 const SUBFILE_TYPE: u16 = 254;
 /// Bits of NewSubfileType.
@@ -59,12 +61,27 @@ impl TiffOther {
     }
 }
 
-/// The file and the name of one of its images ([`TiffOther::name`]) that a path means, as in `slide.svs:label`: where nothing lies at the
-/// path itself, and a file at what stands before its last colon.
+/// The file and the name of one of its images ([`TiffOther::name`]), or `bands=` and bands of it, that a path means, as in `slide.svs:label`
+/// and `landsat.tif:bands=5,4,3`: where nothing lies at the path itself, and a file at what stands before its last colon.
 pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
     let (file, name) = path.to_str()?.rsplit_once(':')?;
     let file = Path::new(file);
     (!name.is_empty() && !path.exists() && file.is_file()).then_some((file, name))
+}
+
+/// How many bands the first image of a TIFF file has, where they are more than a picture shows and so some may be chosen, as in
+/// `landsat.tif:bands=5,4,3`; nothing of other files, and where it cannot be read. Reads its first directory.
+pub fn bands_to_choose(path: &Path) -> Option<u16> {
+    let file = image_in_file(path).map_or(path, |(file, _)| file);
+    let image = TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?;
+    let channels = image.pixel_format().ok()?.channels();
+    (image.has_pick() || image.samples > channels.into()).then_some(image.samples)
+}
+
+/// The file and the bands of it that a path means, as in `landsat.tif:bands=5,4,3`.
+pub(crate) fn bands_in_path(path: &Path) -> Option<(&Path, &str)> {
+    let (file, name) = image_in_file(path)?;
+    Some((file, bands::in_name(name)?))
 }
 
 impl TiffPyramid {
@@ -75,9 +92,17 @@ impl TiffPyramid {
         let Some(file) = TiffFile::open(file)? else { return Ok(None) };
         let pyramid = TiffPyramid::of(&file)?;
         Ok(Some(match name {
+            Some(name) if let Some(bands) = bands::in_name(name) => pyramid.picked(bands)?,
             Some(name) => pyramid.alone(name)?,
             None => pyramid,
         }))
+    }
+
+    /// The same with other bands.
+    fn picked(mut self, bands: &str) -> Result<TiffPyramid, InputFault> {
+        let pick = |level: Option<TiffImage>| level.map(|image| image.pick(bands)).transpose();
+        self.levels = self.levels.into_iter().map(pick).collect::<Result<_, _>>()?;
+        Ok(self)
     }
 
     /// One of the other images, without levels.

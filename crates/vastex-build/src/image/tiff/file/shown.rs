@@ -1,9 +1,11 @@
 //! What of an image is shown: the same channels and samples that rows of the file have.
 
+use vastex_core::NodataValue;
+
 use super::image::{BLACK_IS_ZERO, RGB, TiffImage, WHITE_IS_ZERO, YCBCR, unsupported};
 use crate::image::alpha::unpremultiply;
 use crate::image::tiff::samples::{self, SIGNED, Stored, place_row};
-use crate::image::{ImageHeader, InputFault, Notice, Number, PixelFormat, Profile};
+use crate::image::{ImageHeader, InputFault, Notice, Number, PixelFormat, Profile, Sample};
 
 /// A value of ExtraSamples.
 const ASSOCIATED_ALPHA: u64 = 1;
@@ -13,7 +15,8 @@ impl TiffImage {
     /// refused.
     pub(crate) fn header(&self) -> Result<ImageHeader, InputFault> {
         let [width, height] = self.size.map(u64::from);
-        let mut header = ImageHeader::new(width, height, self.pixel_format()?)?;
+        let format = self.pixel_format()?;
+        let mut header = ImageHeader::new(width, height, format)?;
         if (2..=8).contains(&self.orientation) {
             return Err(InputFault::Unsupported {
                 what: format!(
@@ -23,7 +26,12 @@ impl TiffImage {
                 remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
             });
         }
-        header.profile = self.profile.clone().map(Profile::icc);
+        header.nodata = self.shown_nodata();
+        header.profile = self.profile.clone().filter(|_| self.pick.is_none()).map(Profile::icc);
+        // Measured numbers of 16 bits stay as they are: what was measured is light, if it is any picture.
+        header.linear = self.pick.is_some() && format.sample() != Sample::U8;
+        let is_first = self.pick.as_ref().is_some_and(|pick| !pick.is_asked);
+        header.notices.extend(is_first.then_some(Notice::FirstBands { of: self.samples }));
         header.notices.extend(self.is_premultiplied().then_some(Notice::PremultipliedAlpha));
         header.notices.extend((self.stored() == Stored::Double).then_some(Notice::DoublesNarrowed));
         if self.sample_format == u64::from(SIGNED) {
@@ -33,12 +41,25 @@ impl TiffImage {
         Ok(header)
     }
 
+    /// The number that stands for no data among the samples that are shown.
+    pub(in crate::image::tiff) fn shown_nodata(&self) -> Option<NodataValue> {
+        let nodata = self.nodata?;
+        let shown = match (self.photometric, self.number) {
+            (WHITE_IS_ZERO, Number::U8) => 255.0 - nodata,
+            (WHITE_IS_ZERO, Number::U16) => 65535.0 - nodata,
+            (WHITE_IS_ZERO, _) => 1.0 - nodata,
+            _ => nodata,
+        };
+        Some(NodataValue::new(shown as f32))
+    }
+
     /// The format of the texels that are shown.
     pub(crate) fn pixel_format(&self) -> Result<PixelFormat, InputFault> {
         let extras = self.extra.len().min(self.samples.into()) as u16;
         let colors = self.samples - extras;
         let has_alpha = matches!(self.extra.first(), Some(1 | 2));
         let channels = match (self.photometric, colors) {
+            _ if let Some(pick) = &self.pick => pick.bands.len() as u8,
             (RGB, 3) if has_alpha => 4,
             (RGB | YCBCR, 3) => 3,
             (RGB, 4) => 4,
@@ -68,32 +89,37 @@ impl TiffImage {
         row: u32,
         format: PixelFormat,
     ) -> Result<Vec<u8>, InputFault> {
-        let mut stored = self.stored_chunk(column, row)?;
+        let mut stored = match &self.pick {
+            Some(pick) => self.bands_of_chunk(column, row, &pick.bands)?,
+            None => self.stored_chunk(column, row)?,
+        };
+        let stored_texel = match &self.pick {
+            Some(pick) => pick.bands.len() * self.number.bytes(),
+            None => self.texel_bytes(),
+        };
         if self.photometric == WHITE_IS_ZERO {
             invert(&mut stored, self.number);
         }
         let (sample, kind) = (format.sample(), self.stored());
         let used = usize::from(format.channels()) * self.number.bytes();
-        let mut texels =
-            if used == self.texel_bytes() && kind.bytes(sample) == sample.bytes() && kind.is_as_it_is() {
-                stored
-            } else {
-                if cfg!(target_endian = "big") {
-                    stored.chunks_exact_mut(self.number.bytes()).for_each(<[u8]>::reverse);
-                }
-                let count = stored.len() / self.texel_bytes();
-                let mut texels = vec![0; count * format.texel_bytes()];
-                let pairs = texels
-                    .chunks_exact_mut(format.texel_bytes())
-                    .zip(stored.chunks_exact(self.texel_bytes()));
-                for (to, from) in pairs {
-                    place_row([to].into_iter(), &from[..used], kind, sample);
-                }
-                if cfg!(target_endian = "big") {
-                    texels.chunks_exact_mut(sample.bytes()).for_each(<[u8]>::reverse);
-                }
-                texels
-            };
+        let mut texels = if used == stored_texel && kind.bytes(sample) == sample.bytes() && kind.is_as_it_is()
+        {
+            stored
+        } else {
+            if cfg!(target_endian = "big") {
+                stored.chunks_exact_mut(self.number.bytes()).for_each(<[u8]>::reverse);
+            }
+            let count = stored.len() / stored_texel;
+            let mut texels = vec![0; count * format.texel_bytes()];
+            let pairs = texels.chunks_exact_mut(format.texel_bytes()).zip(stored.chunks_exact(stored_texel));
+            for (to, from) in pairs {
+                place_row([to].into_iter(), &from[..used], kind, sample);
+            }
+            if cfg!(target_endian = "big") {
+                texels.chunks_exact_mut(sample.bytes()).for_each(<[u8]>::reverse);
+            }
+            texels
+        };
         if self.is_premultiplied() {
             unpremultiply(format, &mut texels);
         }
@@ -133,7 +159,7 @@ impl TiffImage {
 
     /// Whether colours are multiplied by alpha.
     fn is_premultiplied(&self) -> bool {
-        matches!(self.samples, 2 | 4) && self.extra.first() == Some(&ASSOCIATED_ALPHA)
+        self.pick.is_none() && matches!(self.samples, 2 | 4) && self.extra.first() == Some(&ASSOCIATED_ALPHA)
     }
 
     /// How its samples become those that are shown.

@@ -3,10 +3,14 @@
 //!
 //! A reader passes over a section that it does not know if the section's number says that it may.
 
+mod nodata;
+
 use vastex_core::{Description, GeometryBytesError, GeometryParts, Layer, LayerFormat, TexelPositions};
 
 use super::layout::{Fields, MAX_PAGES};
 use crate::tile::MAX_TILE_BYTES;
+
+pub use nodata::{filter_without, nodata_of_filter};
 
 /// The section that holds levels, pages and borders.
 const GEOMETRY: u32 = 1;
@@ -22,6 +26,8 @@ const FILTERS: u32 = OPTIONAL | 3;
 const ALIGN: u32 = OPTIONAL | 4;
 /// The section that says of each layer if its values may be mixed. Left out if the filters say the same.
 const MIXING: u32 = OPTIONAL | 5;
+/// The section that says of each layer which value stands for no data. Left out if the filters say the same.
+const NODATA: u32 = OPTIONAL | 6;
 /// The filters of layers whose values may not be mixed.
 const PICKING_FILTERS: [&str; 2] = ["majority", "nearest"];
 /// The most layers that a texture may have.
@@ -90,6 +96,7 @@ pub(crate) fn encode(description: &Description, filters: &[String], align: u32) 
     if mixable != mixable_by(filters, mixable.len()) {
         sections.push((MIXING, mixable.into_iter().map(u8::from).collect()));
     }
+    sections.extend(nodata::section(description, filters).map(|section| (NODATA, section)));
     let mut bytes = Vec::new();
     for (number, section) in sections {
         bytes.extend(number.to_le_bytes());
@@ -101,7 +108,8 @@ pub(crate) fn encode(description: &Description, filters: &[String], align: u32) 
 
 /// For each layer, true if its values may be mixed, as far as filters say.
 fn mixable_by(filters: &[String], layers: usize) -> Vec<bool> {
-    let picks = |layer: usize| filters.get(layer).is_some_and(|name| PICKING_FILTERS.contains(&&**name));
+    let is_picking = |name: &str| PICKING_FILTERS.contains(&nodata_of_filter(name).0);
+    let picks = |layer: usize| filters.get(layer).is_some_and(|name| is_picking(name));
     (0..layers).map(|layer| !picks(layer)).collect()
 }
 
@@ -165,7 +173,7 @@ fn format_number(format: LayerFormat) -> u32 {
 /// Reads a description and checks that this crate can handle the texture.
 pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
-    let (mut filters, mut align, mut mixing) = (Vec::new(), 1, None);
+    let (mut filters, mut align, mut mixing, mut nodata) = (Vec::new(), 1, None, None);
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -181,6 +189,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             FILTERS => filters = decode_filters(section)?,
             ALIGN => align = decode_align(section)?,
             MIXING => mixing = Some(decode_mixing(section)?),
+            NODATA => nodata = Some(nodata::decode(section)?),
             _ if number & OPTIONAL != 0 => {}
             _ => {
                 return Err(DescriptionFault::Unsupported(format!(
@@ -200,6 +209,14 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
                 return Err(format!("of {said} layers it says whether they may be mixed, of {layers}").into());
             }
             description.layers.iter_mut().zip(mixable).for_each(|(layer, is)| layer.is_mixable = is);
+            let nodata = nodata.unwrap_or_else(|| nodata::by_filters(&filters, layers));
+            if nodata.len() != layers {
+                let said = nodata.len();
+                return Err(
+                    format!("it says of {said} layers which value stands for no data, of {layers}").into()
+                );
+            }
+            description.layers.iter_mut().zip(nodata).for_each(|(layer, nodata)| layer.nodata = nodata);
             Ok(Contents { description, filters, align })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),

@@ -2,7 +2,7 @@
 
 use super::*;
 use proptest::prelude::*;
-use vastex_core::{Dims, Geometry, GeometrySpec};
+use vastex_core::{Dims, Geometry, GeometrySpec, NodataValue};
 
 fn description() -> Description {
     Description::one_layer(Geometry::new(GeometrySpec::image(1000, 777)).unwrap(), LayerFormat::R16)
@@ -50,6 +50,49 @@ fn unknown_sections_are_passed_over_only_if_they_say_so() {
     bytes.extend([9, 0, 0, 0, 2, 0, 0, 0, 1, 2]);
     let fault = decode(&bytes).unwrap_err();
     assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
+}
+
+#[test]
+fn a_value_that_stands_for_no_data_is_known_by_the_filter_or_by_a_section() {
+    let geometry = Geometry::new(GeometrySpec::image(1000, 777)).unwrap();
+    let layers = |values: [Option<f32>; 2]| {
+        let layer = |(n, value): (usize, Option<f32>)| {
+            let layer = Layer::new(format!("{n}"), LayerFormat::R32Float);
+            Layer { nodata: value.map(NodataValue::new), ..layer }
+        };
+        Description::new(geometry.clone(), values.into_iter().enumerate().map(layer).collect())
+    };
+    let read = |bytes: &[u8]| decode(bytes).map(|c| c.description);
+    let named = filter_without("box", Some(NodataValue::new(-9999.0)));
+    assert_eq!(named, "box/nodata=-9999");
+    assert_eq!(nodata_of_filter(&named), ("box", Some(NodataValue::new(-9999.0))));
+    assert_eq!(nodata_of_filter("box/nodata=x"), ("box/nodata=x", None));
+    let filters = [named, "nearest/nodata=nan".to_owned()];
+    let expected = layers([Some(-9999.0), Some(f32::NAN)]);
+    let expected = Description {
+        layers: expected
+            .layers
+            .into_iter()
+            .enumerate()
+            .map(|(n, l)| Layer { is_mixable: n == 0, ..l })
+            .collect(),
+        ..expected
+    };
+    assert_eq!(read(&encode(&expected, &filters, 1)), Ok(expected.clone()));
+    // What the filters say takes no byte more.
+    assert!(!encode(&expected, &filters, 1).windows(4).any(|bytes| *bytes == NODATA.to_le_bytes()));
+    for values in [[None, None], [Some(0.0), None], [None, Some(f32::INFINITY)]] {
+        for filters in [&filters[..], &[]] {
+            let layers = layers(values);
+            assert_eq!(read(&encode(&layers, filters, 1)), Ok(layers), "{filters:?}");
+        }
+    }
+    let mut bytes = encode(&layers([None, Some(1.0)]), &[], 1);
+    let flag = bytes.len() - 5;
+    bytes[flag] = 2;
+    assert!(matches!(decode(&bytes), Err(DescriptionFault::Damaged(_))));
+    bytes[flag] = 0;
+    assert!(matches!(decode(&bytes), Err(DescriptionFault::Damaged(_))));
 }
 
 #[test]

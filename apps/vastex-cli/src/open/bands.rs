@@ -1,0 +1,44 @@
+//! Bands of TIFF files that have more than a picture: what `--layer NAME:bands=5,4,3` asks of such a file is opened as `FILE:bands=5,4,3`, since a
+//! layer has four channels at most.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Result, bail};
+use vastex_viewer::Bands;
+
+use crate::args::SceneArgs;
+
+/// The path by which bands of a file are opened, counted from 1.
+pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
+    let words: Vec<String> = bands.iter().map(ToString::to_string).collect();
+    let mut path = file.as_os_str().to_owned();
+    path.push(":bands=");
+    path.push(words.join(","));
+    path.into()
+}
+
+/// Has the bands that layers are told opened, of files that have more than a layer can.
+pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
+    let files = std::iter::once(&mut scene.source).chain(&mut scene.layers.over);
+    for (texture, file) in files.enumerate() {
+        let asked = scene.layers.layers.iter_mut().filter(|layer| layer.texture == texture);
+        let asked: Vec<_> = asked.filter(|layer| layer.bands != Bands::AsStored).collect();
+        let Some(first) = asked.first().map(|layer| layer.bands) else { continue };
+        if vastex_build::image_in_file(file).is_some() || vastex_build::bands_to_choose(file).is_none() {
+            continue;
+        }
+        if asked.iter().any(|layer| layer.bands != first) {
+            bail!(
+                "{}: two layers ask for different bands of it; lay the file over itself for the others: --over {0}:bands=5,4,3",
+                file.display()
+            );
+        }
+        *file = match first {
+            Bands::AsStored => continue,
+            Bands::One(band) => path_of(file, &[u16::from(band) + 1]),
+            Bands::Color(bands) => path_of(file, &bands.map(|band| u16::from(band) + 1)),
+        };
+        asked.into_iter().for_each(|layer| layer.bands = Bands::AsStored);
+    }
+    Ok(())
+}

@@ -1,0 +1,97 @@
+//! Layers side by side: how the picture is divided, which pane the pointer belongs to, and what stands over each pane.
+
+use glam::DVec2;
+use vastex_scenes::Pose;
+use vastex_viewer::input::InputEvent;
+use vastex_viewer::inspect;
+use vastex_viewer::layers::CompareMode;
+use vastex_viewer::panels::Panes;
+
+use super::Viewer;
+
+impl Viewer {
+    /// How the picture is divided.
+    pub(super) fn panes(&self) -> Panes {
+        let [width, _] = self.surface.size();
+        let layers = self.display.displayed().map(|source| source.renderer.layers());
+        let count = layers.map_or(1, |layers| layers.panes());
+        let [width, _] = layers.map_or([width, 1], |layers| layers.pane_size([width, 1]));
+        Panes { count, width }
+    }
+
+    /// Width and height of what a camera sees in pixels: of a pane, where layers are side by side.
+    pub(in super::super) fn size(&self) -> [u32; 2] {
+        [self.panes().width, self.surface.size()[1]]
+    }
+
+    /// A pixel of the picture as the camera sees it. Where a button or a finger is down, it belongs to the pane in which that went down;
+    /// else to the one below it.
+    fn in_pane(&mut self, pixel: DVec2) -> DVec2 {
+        let panes = self.panes();
+        if !self.pane_is_held {
+            self.pane = panes.at(pixel);
+        }
+        panes.within(self.pane.min(panes.count - 1), pixel)
+    }
+
+    /// An event of the picture as one of the pane that it belongs to.
+    pub(in super::super) fn event_in_pane(&mut self, event: InputEvent) -> InputEvent {
+        match event {
+            InputEvent::PointerMoved(pixel) => InputEvent::PointerMoved(self.in_pane(pixel)),
+            InputEvent::Touch { finger, is_down, place } => {
+                let place = self.in_pane(place);
+                self.pane_is_held = is_down;
+                InputEvent::Touch { finger, is_down, place }
+            }
+            InputEvent::Button { is_pressed, .. } => {
+                self.pane_is_held = is_pressed;
+                event
+            }
+            InputEvent::FocusLost | InputEvent::PointerLeft => {
+                self.pane_is_held = false;
+                event
+            }
+            event => event,
+        }
+    }
+
+    /// Puts the layers that are seen side by side, or over one another again.
+    pub(in super::super) fn put_beside(&mut self) {
+        let is_beside = self.settings.options.compare_mode == CompareMode::Beside;
+        let mode = if is_beside { CompareMode::Off } else { CompareMode::Beside };
+        if !self.can_compare() {
+            self.notify_in_title("one layer is shown; lay a file over it in the panel (M), or with --over");
+            return;
+        }
+        self.settings.options.compare_mode = mode;
+        self.notify_in_title(if is_beside { "over one another" } else { "side by side" });
+        self.jumped();
+    }
+
+    /// What stands over each pane: the name of its layer, and its value below the pointer.
+    pub(super) fn pane_titles(&self, panes: &Panes, pose: &Pose) -> Vec<String> {
+        let Some(source) = self.display.displayed().filter(|_| panes.count > 1) else { return Vec::new() };
+        let pointed = self.pointer.map(|pixel| panes.within(panes.at(pixel), pixel));
+        let sizes = ([panes.width, self.surface.size()[1]], source.size);
+        let title = |layer: vastex::LayerId| {
+            let texture = self.textures.texture(layer.texture()).ok()?;
+            let layers = &texture.description().layers;
+            let mut title = texture.name().unwrap_or_default().to_owned();
+            if layers.len() > 1 {
+                title = format!("{title}: {}", layers.get(layer.index())?.name);
+            }
+            let texel = inspect::texel_at(&self.textures, layer, pose, sizes, pointed?);
+            Some(texel.map_or_else(|| title.clone(), |texel| format!("{title} – {texel}")))
+        };
+        let name = |layer: vastex::LayerId| {
+            let texture = self.textures.texture(layer.texture()).ok();
+            texture.and_then(|texture| texture.name().map(str::to_owned)).unwrap_or_default()
+        };
+        let shown = source.renderer.layers().in_panes();
+        shown.map(|shown| title(shown.layer).unwrap_or_else(|| name(shown.layer))).collect()
+    }
+
+    fn can_compare(&self) -> bool {
+        self.display.displayed().is_some_and(|source| source.renderer.layers().can_compare())
+    }
+}
