@@ -144,7 +144,7 @@ mod tests {
             name: names[chance.below(names.len())].map(str::to_owned),
             bands: [Bands::default(), Bands::One(3), Bands::Color([2, 1, 0])][chance.below(3)],
             nodata: match chance.below(3) {
-                0 => Nodata::None,
+                0 => Nodata::OfLayer,
                 1 => Nodata::NotANumber,
                 _ => Nodata::Value((chance.part() - 0.5) * 1e5),
             },

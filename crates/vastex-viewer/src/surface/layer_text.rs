@@ -30,7 +30,8 @@ impl fmt::Display for LayerOptions {
             write!(f, ":bands={}", self.bands)?;
         }
         match self.nodata {
-            Nodata::None => {}
+            Nodata::OfLayer => {}
+            Nodata::None => f.write_str(":nodata=off")?,
             Nodata::Value(value) => write!(f, ":nodata={value}")?,
             Nodata::NotANumber => f.write_str(":nodata=nan")?,
         }
