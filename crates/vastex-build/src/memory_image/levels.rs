@@ -137,8 +137,9 @@ mod tests {
                 let source = ImageSource::new(format, size, pixels.clone(), &options).unwrap();
                 let geometry = &source.description().geometry;
                 let sizes = geometry.levels().iter().map(|level| [level.size[0], level.size[1]]).collect();
+                let layer = Layer::new("color", format);
                 let mut levels =
-                    Levels { filter: Filter::new(filter, format, 2), ..Levels::new(sizes, format, wraps) };
+                    Levels { filter: Filter::new(filter, format, 2), ..Levels::new(sizes, &layer, wraps) };
                 pixels.chunks_exact(size[0] as usize * texel).for_each(|row| levels.push(row));
                 for pos in geometry.pages() {
                     let tile = block_on(source.read(pos)).unwrap().bytes;
