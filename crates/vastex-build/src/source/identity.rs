@@ -11,6 +11,8 @@ use std::time::UNIX_EPOCH;
 
 use vastex_tiles::SourceKey;
 
+use crate::image::tiff::file::pyramid::image_in_file;
+
 /// Directories within one another, at most: the layouts have two or three.
 const DEPTH: u32 = 8;
 
@@ -23,12 +25,16 @@ pub(super) fn identity(directory: &Path) -> io::Result<SourceKey> {
     Ok(SourceKey::of(bytes))
 }
 
-/// Of one file, and of this version of Vastex.
+/// Of one file or, where a path means one, of another image of a file; and of this version of Vastex.
 pub(super) fn identity_of_file(path: &Path) -> io::Result<SourceKey> {
-    let place = fs::canonicalize(path)?;
+    let (file, image) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
+    let place = fs::canonicalize(file)?;
     let mut bytes = env!("CARGO_PKG_VERSION").as_bytes().to_vec();
     add_name(&mut bytes, place.as_os_str().as_encoded_bytes());
     add_file(&mut bytes, &fs::metadata(&place)?)?;
+    if let Some(name) = image {
+        add_name(&mut bytes, name.as_bytes());
+    }
     Ok(SourceKey::of(bytes))
 }
 
@@ -96,5 +102,16 @@ mod tests {
         check("a file more");
         let copy = directory.path().join("level0");
         assert_ne!(identity(&copy).unwrap(), now());
+    }
+
+    #[test]
+    fn images_of_a_file_have_identities_of_their_own() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.svs");
+        fs::write(&file, [1; 100]).unwrap();
+        let of = |words: &str| identity_of_file(&directory.path().join(words)).unwrap();
+        let all = [of("a.svs"), of("a.svs:label"), of("a.svs:macro")];
+        assert_eq!(all[1], of("a.svs:label"));
+        assert!(all[0] != all[1] && all[0] != all[2] && all[1] != all[2]);
     }
 }

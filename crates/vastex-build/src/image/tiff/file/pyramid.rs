@@ -35,8 +35,8 @@ pub(crate) struct TiffPyramid {
     /// are there.
     pub(crate) levels: Vec<Option<TiffImage>>,
     pub(crate) others: Vec<TiffOther>,
-    /// Those of `others`, or why they cannot be read.
-    other_images: Vec<Result<TiffImage, InputFault>>,
+    /// The directories of `others`: what they say of colours and tables may be much, and is read where one of them is opened.
+    other_directories: Vec<Directory>,
     pub(crate) about: TiffAbout,
 }
 
@@ -93,7 +93,7 @@ impl TiffPyramid {
         let pyramid = TiffPyramid::of(&file)?;
         Ok(Some(match name {
             Some(name) if let Some(bands) = bands::in_name(name) => pyramid.picked(bands)?,
-            Some(name) => pyramid.alone(name)?,
+            Some(name) => pyramid.alone(&file, name)?,
             None => pyramid,
         }))
     }
@@ -106,27 +106,27 @@ impl TiffPyramid {
     }
 
     /// One of the other images, without levels.
-    fn alone(mut self, name: &str) -> Result<TiffPyramid, InputFault> {
+    fn alone(self, file: &Arc<TiffFile>, name: &str) -> Result<TiffPyramid, InputFault> {
         let Some(place) = self.others.iter().position(|other| other.name == name) else {
             let names = self.others.into_iter().map(|other| other.name).collect();
             return Err(InputFault::NoImage { name: name.to_owned(), names });
         };
-        let image = self.other_images.swap_remove(place)?;
+        let image = TiffImage::read(file, &self.other_directories[place])?.cut();
         let about = TiffAbout { nodata: self.about.nodata, ..TiffAbout::default() };
-        let (others, other_images) = (Vec::new(), Vec::new());
-        Ok(TiffPyramid { levels: vec![Some(image)], others, other_images, about })
+        let (others, other_directories) = (Vec::new(), Vec::new());
+        Ok(TiffPyramid { levels: vec![Some(image)], others, other_directories, about })
     }
 
     fn of(file: &Arc<TiffFile>) -> Result<TiffPyramid, InputFault> {
-        let found = file.directories()?;
+        let mut found = file.directories()?;
         let (kind, about) = about::read(file, &found.chain[0])?;
         let first = TiffImage::read(file, &found.chain[0])?.cut();
-        let (others, other_images) = (Vec::new(), Vec::new());
-        let mut pyramid = TiffPyramid { levels: vec![Some(first)], others, other_images, about };
-        for directory in &found.below {
+        let (others, other_directories) = (Vec::new(), Vec::new());
+        let mut pyramid = TiffPyramid { levels: vec![Some(first)], others, other_directories, about };
+        for directory in found.below {
             pyramid.add(file, directory, kind, true)?;
         }
-        for directory in &found.chain[1..] {
+        for directory in found.chain.drain(1..) {
             pyramid.add(file, directory, kind, false)?;
         }
         Ok(pyramid)
@@ -137,7 +137,7 @@ impl TiffPyramid {
     fn add(
         &mut self,
         file: &Arc<TiffFile>,
-        directory: &Directory,
+        directory: Directory,
         kind: Kind,
         is_below: bool,
     ) -> Result<(), InputFault> {
@@ -147,7 +147,7 @@ impl TiffPyramid {
         let role = match kind {
             _ if subfile & IS_MASK != 0 => Some("mask"),
             Kind::Aperio if !is_tiled => {
-                let words = about::description(file, directory)?;
+                let words = about::description(file, &directory)?;
                 let second = words.lines().nth(1).unwrap_or_default().trim_start();
                 Some(match subfile {
                     _ if second.starts_with("label") => "label",
@@ -160,7 +160,9 @@ impl TiffPyramid {
             _ => None,
         };
         let level = match role {
-            None if is_below || is_tiled || subfile & IS_REDUCED != 0 => self.level_of(file, directory),
+            None if is_below || is_tiled || subfile & IS_REDUCED != 0 => {
+                self.level_of(file, &directory, size)
+            }
             _ => None,
         };
         match level {
@@ -173,25 +175,34 @@ impl TiffPyramid {
                 let number = 1 + self.others.iter().filter(|other| other.role == role).count();
                 let name = if number == 1 { role.to_owned() } else { format!("{role}{number}") };
                 self.others.push(TiffOther { role, name, size });
-                self.other_images.push(TiffImage::read(file, directory).map(TiffImage::cut));
+                self.other_directories.push(directory);
             }
         }
         Ok(())
     }
 
-    /// The image of a directory and its level, where it is one that is not there yet.
-    fn level_of(&self, file: &Arc<TiffFile>, directory: &Directory) -> Option<(usize, TiffImage)> {
+    /// The image of a directory, which says so many columns and rows, and its level, where it is one that is not there yet. No more is read
+    /// of a directory of another size.
+    fn level_of(
+        &self,
+        file: &Arc<TiffFile>,
+        directory: &Directory,
+        size: [u64; 2],
+    ) -> Option<(usize, TiffImage)> {
         let first = self.levels.first()?.as_ref()?;
+        let [width, height] = size.map(|side| u32::try_from(side).ok().filter(|side| *side > 0));
+        let level = halvings(first.size, [width?, height?], self.levels.len())?;
+        if self.levels.get(level).is_some_and(Option::is_some) {
+            return None;
+        }
         let image = TiffImage::read(file, directory).ok()?.cut();
-        let level = halvings(first.size, image.size, self.levels.len())?;
         let is_alike = image.samples == first.samples && image.number == first.number;
         let is_shown_alike = match (image.pixel_format(), first.pixel_format()) {
             (Ok(format), Ok(other)) => format == other,
             (_, Err(_)) => true,
             _ => false,
         };
-        let is_new = self.levels.get(level).is_none_or(Option::is_none);
-        (is_alike && is_shown_alike && is_new).then_some((level, image))
+        (is_alike && is_shown_alike).then_some((level, image))
     }
 }
 
@@ -236,5 +247,51 @@ mod tests {
         assert_eq!(halvings([1000, 3], [1, 1], 9), Some(9));
         assert_eq!(halvings([1000, 3], [250, 1], 1), Some(2));
         assert_eq!(halvings([1, 1], [1, 1], 1), None);
+    }
+
+    /// A page of one texel in a strip, whose colour profile is the first so many bytes of the file.
+    fn page(profile: u32, next: u32) -> Vec<u8> {
+        let entries = [
+            (256u16, 4u16, 1u32, 1u32),
+            (257, 4, 1, 1),
+            (258, 3, 1, 8),
+            (259, 3, 1, 1),
+            (262, 3, 1, 1),
+            (273, 4, 1, 0),
+            (277, 3, 1, 1),
+            (278, 4, 1, 1),
+            (279, 4, 1, 1),
+            (34675, 7, profile, 0),
+        ];
+        let mut bytes = (entries.len() as u16).to_le_bytes().to_vec();
+        for (tag, kind, count, value) in entries {
+            bytes.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
+            bytes.extend([count.to_le_bytes(), value.to_le_bytes()].concat());
+        }
+        bytes.extend(next.to_le_bytes());
+        bytes
+    }
+
+    #[test]
+    fn of_images_that_are_listed_no_profile_is_read() {
+        const PAGES: u32 = 900;
+        let of_page = page(0, 0).len() as u32;
+        let profile = 8 + PAGES * of_page;
+        let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
+        for n in 1..=PAGES {
+            bytes.extend(page(profile, if n < PAGES { 8 + n * of_page } else { 0 }));
+        }
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.tif");
+        std::fs::write(&path, bytes).unwrap();
+        let file = TiffFile::open(&path).unwrap().unwrap();
+        let pyramid = TiffPyramid::of(&file).unwrap();
+        assert_eq!(pyramid.others.len() as u32, PAGES - 1);
+        // The directories, and the profile of the first image.
+        let read = file.reads().bytes;
+        assert!(read < 4 * u64::from(profile), "{read} bytes of {profile} were read");
+        let one = pyramid.alone(&file, "image7").unwrap();
+        let image = one.levels[0].as_ref().unwrap();
+        assert_eq!(image.profile.as_ref().map(|profile| profile.len()), Some(profile as usize));
     }
 }
