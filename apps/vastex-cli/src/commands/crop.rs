@@ -30,16 +30,13 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
     };
     cropped.check(args.region(), target.format).with_context(|| source.display().to_string())?;
-    if let Some(image) = open::image_of_planet(source)
-        && is_same_file(image, &target.path)
-    {
-        bail!("{}: is the image of the planet; choose another name", target.path.display());
-    }
     if is_within(source, &target.path) {
         bail!("{}: is among the files of the source; choose another place", target.path.display());
     }
-    if is_same_file(source, &target.path) {
-        bail!("{}: is the source itself; choose another name", target.path.display());
+    if open::is_file_of(source, &target.path) {
+        let is_planet = open::image_of_planet(source).is_some();
+        let what = if is_planet { "the image of the planet" } else { "the source itself" };
+        bail!("{}: is {what}; choose another name", target.path.display());
     }
     let output = Output::at(&target.path)?;
     let bar = Bar::new(args.print.quiet);
@@ -88,12 +85,6 @@ fn is_within(source: &std::path::Path, output: &std::path::Path) -> bool {
         }
         None => source.is_dir() && is_below(source),
     }
-}
-
-/// Whether both paths lead to one file that is there.
-fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
-    let [a, b] = [a, b].map(std::fs::canonicalize);
-    matches!((a, b), (Ok(a), Ok(b)) if a == b)
 }
 
 /// What `--json` prints.

@@ -118,7 +118,7 @@ fn check_places(args: &RenderArgs) -> Result<()> {
         .collect();
     for (nth, (what, place)) in places.iter().enumerate() {
         for source in std::iter::once(&args.scene.source).chain(&args.scene.layers.over) {
-            if is_same_file(place, source) {
+            if open::is_file_of(source, place) {
                 let source = source.display();
                 bail!("{source}: is the source as well as the output; choose another name for the output");
             }
@@ -307,10 +307,6 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
     }
     args.reading.lay_over(&mut settings);
     Ok(settings)
-}
-
-fn is_same_file(a: &std::path::Path, b: &std::path::Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// What keeps the picture from being as sharp as it should be.

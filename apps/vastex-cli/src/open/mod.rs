@@ -33,7 +33,7 @@ pub(crate) use about::{FileAbout, FileBands};
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
 #[cfg(feature = "view")]
-pub(crate) use shapes::shapes_over;
+pub(crate) use shapes::{check_shapes, shapes_over};
 
 /// What a scene shows.
 pub(crate) struct Opened {
@@ -103,7 +103,6 @@ pub(crate) fn open_tiles(
 }
 
 /// The image that a planet's continents are of, if one is named.
-#[cfg(feature = "build")]
 pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
     words_of_planet(source)?.split_once(':').map(|(_, image)| Path::new(image))
 }
@@ -146,11 +145,16 @@ fn is_image_in_file(_: &Path) -> bool {
 }
 
 /// The file that the words of a source mean: another image of one lies in it.
-#[cfg(feature = "view")]
 pub(crate) fn file_of(source: &Path) -> &Path {
     #[cfg(feature = "build")]
     let source = vastex_build::image_in_file(source).map_or(source, |(file, _)| file);
     source
+}
+
+/// Whether `place` is the file that the words of a source mean, which is there: that of one of its images, or of a planet's continents.
+pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
+    let file = file_of(image_of_planet(source).unwrap_or(source));
+    matches!((file.canonicalize(), place.canonicalize()), (Ok(file), Ok(place)) if file == place)
 }
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one or of a TIFF

@@ -3,37 +3,52 @@
 //! Positions are texels where the image has no place on the Earth. Of a GeoTIFF they are coordinates: by the standard degrees (EPSG:4326), or
 //! of the system that a member `crs` names, as older files have it. Nothing is reprojected.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Context, Result, anyhow, bail};
 use glam::DAffine2;
-use serde::Deserialize;
-use serde_json::Value;
-use vastex_viewer::panels::Shapes;
+use vastex_viewer::panels::{GeoJson, Shapes};
 
 /// Bytes of a file that are read, at most: it is held some times over while it is read.
 const MOST_BYTES: u64 = 256 << 20;
 /// The number of degrees of longitude and latitude in EPSG's list.
 const DEGREES: u16 = 4326;
 
-/// Reads the shapes of a file that lie over an image. Fails where it cannot be read, is no GeoJSON, or has another coordinate system than
-/// the image.
-pub(crate) fn shapes_over(image: &Path, path: &Path) -> Result<Shapes> {
-    read(image, path).with_context(|| path.display().to_string())
+/// Reads the shapes of a file that lie over an image, as long as `goes_on` says so. Fails where it cannot be read, is no GeoJSON, has
+/// another coordinate system than the image, or shall not go on.
+pub(crate) fn shapes_over(image: &Path, path: &Path, goes_on: impl Fn() -> bool) -> Result<Shapes> {
+    read(image, path, goes_on).with_context(|| path.display().to_string())
 }
 
-fn read(image: &Path, path: &Path) -> Result<Shapes> {
-    let bytes = std::fs::metadata(path).context("cannot be read; check the path")?.len();
-    if bytes > MOST_BYTES {
-        return Err(anyhow!(
-            "has {bytes} bytes; shapes of up to {MOST_BYTES} can be shown, so split the file"
-        ));
+/// Refuses what is no file of shapes before it is opened: a pipe is waited for, and a device has no end.
+pub(crate) fn check_shapes(path: &Path) -> Result<()> {
+    let found = std::fs::metadata(path).context("cannot be read; check the path")?;
+    if !found.is_file() {
+        bail!("is no file; name a file of GeoJSON");
     }
-    let text = std::fs::read_to_string(path).context("cannot be read as text")?;
+    if found.len() > MOST_BYTES {
+        bail!("has {} bytes; shapes of up to {MOST_BYTES} can be shown, so split the file", found.len());
+    }
+    Ok(())
+}
+
+fn read(image: &Path, path: &Path, goes_on: impl Fn() -> bool) -> Result<Shapes> {
+    check_shapes(path)?;
+    let mut text = String::new();
+    // What it says of its length may have changed.
+    let file = File::open(path).context("cannot be read; check the path")?;
+    let bytes = file.take(MOST_BYTES + 1).read_to_string(&mut text).context("cannot be read as text")?;
+    if bytes as u64 > MOST_BYTES {
+        bail!("grows while it is read; wait until it is whole");
+    }
+    let found = GeoJson::read(&text, goes_on)?;
+    drop(text);
     let texels = match place_of(image) {
         None => DAffine2::IDENTITY,
         Some(place) => {
-            let (of_image, of_shapes) = (place.1, system_of(&text));
+            let (of_image, of_shapes) = (place.1, number_of(found.system().unwrap_or_default()));
             if of_image.is_some_and(|number| number != of_shapes) {
                 let number = of_image.unwrap_or_default();
                 return Err(anyhow!(
@@ -47,7 +62,7 @@ fn read(image: &Path, path: &Path) -> Result<Shapes> {
     if !texels.is_finite() {
         return Err(anyhow!("the image says nothing of where its texels lie; remove its place or mend it"));
     }
-    Ok(Shapes::from_geojson(&text, |position| texels.transform_point2(position))?)
+    Ok(found.shapes(|position| texels.transform_point2(position))?)
 }
 
 /// From texels to coordinates, and the number of their system.
@@ -65,15 +80,8 @@ fn place_of(_: &Path) -> Option<(DAffine2, Option<u16>)> {
     None
 }
 
-/// The number of the coordinate system of a text, of which nothing else is kept.
-fn system_of(text: &str) -> u16 {
-    #[derive(Default, Deserialize)]
-    struct Head {
-        #[serde(default)]
-        crs: Value,
-    }
-    let head: Head = serde_json::from_str(text).unwrap_or_default();
-    let name = head.crs["properties"]["name"].as_str().unwrap_or_default();
+/// The number of the coordinate system that a text calls so.
+fn number_of(name: &str) -> u16 {
     let number = name.contains("EPSG").then(|| name.rsplit(':').next()?.parse().ok()).flatten();
     number.unwrap_or(DEGREES)
 }
@@ -84,11 +92,21 @@ mod tests {
 
     #[test]
     fn systems_are_those_of_the_text() {
-        let of = |name: &str| {
-            system_of(&format!(r#"{{"crs": {{"properties": {{"name": "{name}"}}}}, "features": [1]}}"#))
-        };
-        assert_eq!([of("urn:ogc:def:crs:EPSG::32633"), of("EPSG:3857")], [32633, 3857]);
-        assert_eq!([of("urn:ogc:def:crs:OGC:1.3:CRS84"), system_of("[]"), system_of("{")], [DEGREES; 3]);
+        assert_eq!(["urn:ogc:def:crs:EPSG::32633", "EPSG:3857"].map(number_of), [32633, 3857]);
+        assert_eq!(["urn:ogc:def:crs:OGC:1.3:CRS84", "", "EPSG:x"].map(number_of), [DEGREES; 3]);
+    }
+
+    /// Neither is opened: a pipe would be waited for, and a device has no end.
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_file_is_refused() {
+        let directory = tempfile::tempdir().unwrap();
+        let pipe = directory.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        for path in [Path::new("/dev/zero"), &pipe, directory.path()] {
+            let error = format!("{:#}", shapes_over(Path::new("a.png"), path, || true).unwrap_err());
+            assert!(error.contains("is no file") && error.contains(&*path.to_string_lossy()), "{error}");
+        }
     }
 
     /// The place of a GeoTIFF in metres, and a picture without one.
@@ -102,7 +120,7 @@ mod tests {
         let plain = format!("{assets}/earth-elevation-1080x540-u16.png");
         let over = |image: &str, text: &str| {
             std::fs::write(&path, text).unwrap();
-            shapes_over(Path::new(image), &path)
+            shapes_over(Path::new(image), &path, || true)
         };
         let point = r#"{"type": "Point", "coordinates": [500020, 4599970]"#;
         let metres = format!(r#"{point}, "crs": {{"properties": {{"name": "EPSG:32633"}}}}}}"#);

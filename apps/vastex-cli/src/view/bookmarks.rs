@@ -1,10 +1,12 @@
 //! Views of files that a person keeps, remembered from one run to the next.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::state;
+use crate::report;
 
 /// So many files have bookmarks, and each so many.
 const MOST_FILES: usize = 200;
@@ -26,6 +28,8 @@ pub(super) struct Bookmarks {
     views: Vec<String>,
     /// Nothing where the system names no place for them.
     kept_in: Option<PathBuf>,
+    /// Whether it was said that they cannot be read or written.
+    is_said: bool,
 }
 
 impl Bookmarks {
@@ -37,7 +41,11 @@ impl Bookmarks {
     /// Another file is displayed. One whose name is no text keeps its bookmarks for this run alone: JSON has no other names.
     pub(super) fn turn_to(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-        self.views = self.all().into_iter().find(|of| of.file == file).map(|of| of.views).unwrap_or_default();
+        let all = self.all().unwrap_or_else(|error| {
+            self.say(&error);
+            Vec::new()
+        });
+        self.views = all.into_iter().find(|of| of.file == file).map(|of| of.views).unwrap_or_default();
         self.file = Some(file);
     }
 
@@ -47,10 +55,10 @@ impl Bookmarks {
     }
 
     /// Keeps a view; of too many the oldest goes.
-    pub(super) fn keep(&mut self, view: String) {
+    pub(super) fn keep(&mut self, view: &str) {
         self.change(|views| {
-            views.retain(|other| *other != view);
-            views.push(view);
+            views.retain(|other| other != view);
+            views.push(view.to_owned());
             let surplus = views.len().saturating_sub(MOST);
             views.drain(..surplus);
         });
@@ -62,30 +70,54 @@ impl Bookmarks {
         self.change(|views| views.retain(|view| *view != gone));
     }
 
-    /// Changes them as they are written down now: two programs may do so, and what the other one kept stays.
-    fn change(&mut self, change: impl FnOnce(&mut Vec<String>)) {
-        let mut all = self.all();
-        let (Some(file), Some(place)) = (&self.file, &self.kept_in) else { return change(&mut self.views) };
-        let mut views = match all.iter().position(|of| of.file == *file) {
-            Some(at) => all.remove(at).views,
-            // Where nothing could be written, what is known stays.
-            None => std::mem::take(&mut self.views),
-        };
-        change(&mut views);
-        self.views.clone_from(&views);
-        if !views.is_empty() {
-            all.insert(0, OfFile { file: file.clone(), views });
-        }
-        all.truncate(MOST_FILES);
-        if file.to_str().is_some() {
-            // Bookmarks that cannot be written are no reason to trouble the person.
-            drop(state::write(place, &all));
+    /// Changes them as they are written down now: two programs may do so, and what the other one kept stays. Where that cannot be read or
+    /// written, they are changed for this run alone.
+    fn change(&mut self, change: impl Fn(&mut Vec<String>)) {
+        if let Err(error) = self.change_in_file(&change) {
+            self.say(&error);
+            change(&mut self.views);
         }
     }
 
+    /// Changes what is written down. Where that fails, all is as it was.
+    fn change_in_file(&mut self, change: &impl Fn(&mut Vec<String>)) -> io::Result<()> {
+        let (Some(file), Some(place)) = (&self.file, &self.kept_in) else {
+            change(&mut self.views);
+            return Ok(());
+        };
+        let _lock = state::lock(place)?;
+        let mut all = self.all()?;
+        let mut views = match all.iter().position(|of| of.file == *file) {
+            Some(at) => all.remove(at).views,
+            // Where nothing could be written before, what is known stays.
+            None => self.views.clone(),
+        };
+        change(&mut views);
+        if file.to_str().is_some() {
+            if !views.is_empty() {
+                all.insert(0, OfFile { file: file.clone(), views: views.clone() });
+            }
+            all.truncate(MOST_FILES);
+            state::write(place, &all)?;
+        }
+        self.views = views;
+        Ok(())
+    }
+
+    /// Says once why they are for this run alone, and what to do.
+    fn say(&mut self, error: &io::Error) {
+        let (Some(place), false) = (&self.kept_in, std::mem::replace(&mut self.is_said, true)) else {
+            return;
+        };
+        let place = place.display();
+        report::say(&format!(
+            "note: {place}: bookmarks are kept for this run alone: {error}; mend the file, move it away, or allow it to be read and written"
+        ));
+    }
+
     /// Those of all files, the one last changed first.
-    fn all(&self) -> Vec<OfFile> {
-        self.kept_in.as_deref().map(state::load).unwrap_or_default()
+    fn all(&self) -> io::Result<Vec<OfFile>> {
+        self.kept_in.as_deref().map_or_else(|| Ok(Vec::new()), state::read)
     }
 }
 
@@ -103,32 +135,82 @@ mod tests {
             bookmarks
         };
         let (mut moon, mut other) = (begin("moon.tif"), begin("moon.tif"));
-        moon.keep("image:x=1,y=2,zoom=3".to_owned());
-        other.keep("image:x=4,y=5,zoom=6".to_owned());
-        begin("mars.tif").keep("image:x=7,y=8,zoom=9".to_owned());
+        moon.keep("image:x=1,y=2,zoom=3");
+        other.keep("image:x=4,y=5,zoom=6");
+        begin("mars.tif").keep("image:x=7,y=8,zoom=9");
         assert_eq!(begin("moon.tif").views(), ["image:x=1,y=2,zoom=3", "image:x=4,y=5,zoom=6"]);
         assert_eq!(begin("mars.tif").views(), ["image:x=7,y=8,zoom=9"]);
         assert!(begin("sun.tif").views().is_empty());
         other.forget(0);
         other.forget(9);
         assert_eq!(begin("moon.tif").views(), ["image:x=4,y=5,zoom=6"]);
-        (0..MOST + 3).for_each(|n| moon.keep(n.to_string()));
+        (0..MOST + 3).for_each(|n| moon.keep(&n.to_string()));
         assert_eq!((moon.views().len(), &*moon.views()[0]), (MOST, "3"));
+    }
+
+    #[test]
+    fn bookmarks_that_cannot_be_read_are_not_written_over() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("bookmarks.json");
+        let begin = || {
+            let mut bookmarks = Bookmarks { kept_in: Some(place.clone()), ..Bookmarks::default() };
+            bookmarks.turn_to(Path::new("moon.tif"));
+            bookmarks
+        };
+        // Cut off, of another version, or something that is no file at all.
+        for text in ["[{\"file\": \"mars.tif\", \"vie", "{\"version\": 2}"] {
+            std::fs::write(&place, text).unwrap();
+            let mut bookmarks = begin();
+            bookmarks.keep("a");
+            bookmarks.keep("b");
+            assert_eq!(bookmarks.views(), ["a", "b"]);
+            assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
+        }
+        std::fs::remove_file(&place).unwrap();
+        std::fs::create_dir(&place).unwrap();
+        let mut bookmarks = begin();
+        bookmarks.keep("a");
+        assert!(bookmarks.views() == ["a"] && place.is_dir());
+    }
+
+    #[test]
+    fn bookmarks_that_another_program_changes_are_waited_for() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("bookmarks.json");
+        let begin = || {
+            let mut bookmarks = Bookmarks { kept_in: Some(place.clone()), ..Bookmarks::default() };
+            bookmarks.turn_to(Path::new("moon.tif"));
+            bookmarks
+        };
+        let programs: Vec<_> = (0..4)
+            .map(|program| {
+                let mut bookmarks = begin();
+                std::thread::spawn(move || (0..5).for_each(|n| bookmarks.keep(&format!("{program}.{n}"))))
+            })
+            .collect();
+        programs.into_iter().for_each(|program| program.join().unwrap());
+        assert_eq!(begin().views().len(), 20);
+        // One that holds them for good is not waited for.
+        let lock = state::lock(&place).unwrap();
+        let mut bookmarks = begin();
+        bookmarks.keep("late");
+        assert_eq!((bookmarks.views().len(), begin().views().len()), (21, 20));
+        drop(lock);
     }
 
     #[test]
     fn what_cannot_be_written_is_kept_for_this_run() {
         let mut bookmarks = Bookmarks::default();
         bookmarks.turn_to(Path::new("moon.tif"));
-        bookmarks.keep("a".to_owned());
-        bookmarks.keep("b".to_owned());
+        bookmarks.keep("a");
+        bookmarks.keep("b");
         bookmarks.forget(0);
         assert_eq!(bookmarks.views(), ["b"]);
         // In the place of the directory lies a file.
         let directory = tempfile::tempdir().unwrap();
         std::fs::write(directory.path().join("vastex"), "").unwrap();
         bookmarks.kept_in = Some(directory.path().join("vastex/bookmarks.json"));
-        bookmarks.keep("c".to_owned());
+        bookmarks.keep("c");
         assert_eq!(bookmarks.views(), ["b", "c"]);
     }
 }

@@ -66,7 +66,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         vastex::open(source)?;
     }
     if let Some(shapes) = &args.shapes {
-        std::fs::File::open(shapes).with_context(|| format!("{}: cannot be read", shapes.display()))?;
+        open::check_shapes(shapes).with_context(|| shapes.display().to_string())?;
     }
     let events = EventLoop::with_user_event().build().map_err(|error| {
         anyhow!(
@@ -195,7 +195,7 @@ impl App {
                         self.over.begin_again();
                         self.open_next_over()?;
                     }
-                    Some(_) => self.open_file()?,
+                    Some(_) => self.open_file_again()?,
                     None => {}
                 }
             }

@@ -77,21 +77,24 @@ pub(super) struct Openings {
 /// A source that is being opened.
 pub(super) struct Opening {
     pub(super) number: u64,
+    /// The number of the first opening of it: where a device was lost meanwhile, it is opened again, and is the same to a person.
+    pub(super) first: u64,
     pub(super) path: PathBuf,
     is_broken_off: Arc<AtomicBool>,
     thread: JoinHandle<()>,
 }
 
 impl Openings {
-    /// Begins to open a source as the arguments say, perhaps with previews, and breaks off what was being opened. The number of the
-    /// opening.
+    /// Begins to open a source as the arguments say, perhaps with previews, and breaks off what was being opened, which may be the same one.
+    /// The number of the opening.
     pub(super) fn begin(
         &mut self,
-        (path, has_previews): (&Path, bool),
+        (path, has_previews, is_again): (&Path, bool, bool),
         args: Arc<ViewArgs>,
         preparer: Preparer,
         send: impl Fn(Report) + Send + 'static,
     ) -> Result<u64> {
+        let before = self.current.as_ref().map(|opening| opening.first).filter(|_| is_again);
         self.break_off();
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
@@ -108,7 +111,7 @@ impl Openings {
         let open = move || {
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.about = FileAbout::of(&to_open);
-                let shapes = args.shapes.as_ref().filter(|_| to_open == args.scene.source);
+                let shapes = args.shapes.as_ref().filter(|_| is_same(&to_open, &args.scene.source));
                 reporter.about.shapes = shapes.and_then(|path| reporter.shapes(&to_open, path));
                 reporter.open(&to_open, &args)
             }));
@@ -125,7 +128,13 @@ impl Openings {
         };
         let thread = thread::Builder::new().name("vastex-open".into()).spawn(open);
         let thread = thread.context("no thread can be started to open files")?;
-        self.current = Some(Opening { number, path: path.to_owned(), is_broken_off, thread });
+        self.current = Some(Opening {
+            number,
+            first: before.unwrap_or(number),
+            path: path.to_owned(),
+            is_broken_off,
+            thread,
+        });
         Ok(number)
     }
 
@@ -169,6 +178,12 @@ impl Drop for Openings {
     }
 }
 
+/// Whether both paths are one, however they are written.
+fn is_same(path: &Path, other: &Path) -> bool {
+    let [path, other] = [path, other].map(std::path::absolute);
+    matches!((path, other), (Ok(path), Ok(other)) if path == other)
+}
+
 /// What a panic was given to say.
 fn text_of(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
@@ -197,7 +212,11 @@ impl Reporter {
 
     /// The shapes of a file over that of a source. Where they cannot be read, it is said, and there are none.
     fn shapes(&self, source: &Path, path: &Path) -> Option<Arc<Shapes>> {
-        let shapes = open::shapes_over(source, path);
+        let goes_on = || !self.is_broken_off.load(Ordering::Relaxed);
+        let shapes = open::shapes_over(source, path, goes_on);
+        if !goes_on() {
+            return None;
+        }
         let say = |error: &Error| {
             report::say(&format!("{error:#}"));
             (self.send)(OpeningEvent::Note(format!("{error:#}")));
@@ -239,5 +258,18 @@ impl OpenObserver for Reporter {
     fn reduced(&self, size: [u32; 2], note: &str) {
         self.size.set(Some(size));
         (self.send)(OpeningEvent::Note(note.to_owned()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_the_same_however_its_path_is_written() {
+        let here = std::env::current_dir().unwrap();
+        assert!(is_same(Path::new("a.tif"), Path::new("./a.tif")));
+        assert!(is_same(&here.join("a.tif"), Path::new("a.tif")));
+        assert!(!is_same(Path::new("a.tif"), Path::new("b/a.tif")));
     }
 }

@@ -20,6 +20,8 @@ pub(super) struct Over {
     opening: Option<u64>,
     /// Those that lie there.
     laid: Vec<PathBuf>,
+    /// The same of the file that is displayed, while another one is being opened in its place.
+    aside: Option<(VecDeque<PathBuf>, Vec<PathBuf>)>,
 }
 
 impl Over {
@@ -45,7 +47,26 @@ impl Over {
         }
     }
 
-    /// Another file is to be displayed: nothing lies over that.
+    /// Another file is to be displayed in the place of the one that is: nothing is to lie over that.
+    pub(super) fn set_aside(&mut self) {
+        let before = (std::mem::take(&mut self.files), std::mem::take(&mut self.laid));
+        self.opening = None;
+        // Those of one that never was displayed go with it.
+        self.aside.get_or_insert(before);
+    }
+
+    /// The other file is displayed: what was to lie over the one before is not needed.
+    pub(super) fn drop_aside(&mut self) {
+        self.aside = None;
+    }
+
+    /// The other file cannot be displayed: what was to lie over the one before goes on.
+    pub(super) fn take_back(&mut self) {
+        let (files, laid) = self.aside.take().unwrap_or_default();
+        *self = Over { files, laid, ..Over::default() };
+    }
+
+    /// Another file is to be displayed, and nothing is: nothing lies over that.
     pub(super) fn forget(&mut self) {
         *self = Over::default();
     }
@@ -66,7 +87,7 @@ impl App {
         if self.openings.is_opening() || open.viewer.is_empty() {
             return Ok(());
         }
-        let number = self.begin(&path, false)?;
+        let number = self.begin(&path, false, false)?;
         self.over.opening = Some(number);
         Ok(())
     }
@@ -104,5 +125,35 @@ impl App {
             viewer.notify_in_title(&message);
         }
         self.open_next_over()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_to_lie_over_a_file_waits_until_another_one_is_there() {
+        let names =
+            |over: &Over| over.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>();
+        let mut over = Over::new(&["a".into(), "b".into()]);
+        (over.opening, over.laid) = (Some(3), vec!["z".into()]);
+        over.set_aside();
+        assert!(names(&over).is_empty() && !over.is_of(3));
+        // Over the other one, which is given up for a third.
+        over.files.push_back("c".into());
+        over.set_aside();
+        over.take_back();
+        assert_eq!((names(&over), &*over.laid), (vec!["a".to_owned(), "b".to_owned()], &["z".into()][..]));
+        over.take_back();
+        assert!(names(&over).is_empty(), "the file that they are for cannot be shown itself");
+        let mut over = Over::new(&["a".into()]);
+        over.set_aside();
+        over.files.push_back("d".into());
+        over.drop_aside();
+        assert_eq!(names(&over), ["d"]);
+        over.set_aside();
+        over.take_back();
+        assert_eq!(names(&over), ["d"]);
     }
 }

@@ -160,7 +160,7 @@ impl Panel {
         match self.position.show(ui, pose, *size, self.bookmarks.views()) {
             Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
             Some(PositionChange::Move(moved)) => asked.push(Asked::Move(moved)),
-            Some(PositionChange::Keep(view)) => self.bookmarks.keep(view),
+            Some(PositionChange::Keep(view)) => self.bookmarks.keep(&view),
             Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),
             None => {}
         }

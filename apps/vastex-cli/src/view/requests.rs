@@ -54,7 +54,7 @@ impl App {
         }
         self.over.lay_again();
         let path = self.files.current().to_owned();
-        self.camera_of = self.begin(&path, true)?;
+        self.camera_of = self.begin(&path, true, false)?;
         self.open.iter_mut().for_each(|open| open.viewer.opens_again(self.camera_of));
         Ok(())
     }

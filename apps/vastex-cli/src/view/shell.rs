@@ -2,17 +2,20 @@
 //!
 //! What is in the panels is `panel`'s business.
 
-use std::collections::HashMap;
+mod changes;
+
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::epaint::{ClippedPrimitive, ColorImage, ImageData, ImageDelta};
-use egui::{Context, Order, Pos2, Rect, TextureId, TextureOptions, Ui, ViewportId};
+use egui::epaint::ClippedPrimitive;
+use egui::{Context, Order, Pos2, Rect, TextureId, Ui, ViewportId};
 use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use vastex_scenes::Gpu;
 use winit::dpi::PhysicalPosition;
 use winit::event::{TouchPhase, WindowEvent};
 use winit::window::Window;
+
+use changes::TextureChanges;
 
 /// What egui makes of an event.
 #[derive(Clone, Copy, Default)]
@@ -33,11 +36,8 @@ pub(super) struct Shell {
     painters: u64,
     /// Pictures of the host's own, each with the number of the one that knows it.
     pictures: Vec<(u64, TextureId)>,
-    /// What its textures are, for another painter.
-    images: HashMap<TextureId, (ColorImage, TextureOptions)>,
-    /// What of them has changed since the painter drew, and which are not needed from then on.
-    changed: Vec<(TextureId, ImageDelta)>,
-    gone: Vec<TextureId>,
+    /// Its textures, and what of them has changed since the painter drew.
+    textures: TextureChanges,
     jobs: Vec<ClippedPrimitive>,
     pixels_per_point: f32,
     /// When it wants to run again.
@@ -69,9 +69,7 @@ impl Shell {
             painter: None,
             painters: 0,
             pictures: Vec::new(),
-            images: HashMap::new(),
-            changed: Vec::new(),
-            gone: Vec::new(),
+            textures: TextureChanges::default(),
             jobs: Vec::new(),
             pixels_per_point: 1.0,
             due: None,
@@ -190,32 +188,9 @@ impl Shell {
         self.due = delay.and_then(|delay| Instant::now().checked_add(delay));
         self.pixels_per_point = output.pixels_per_point;
         self.jobs = context.tessellate(std::mem::take(&mut output.shapes), self.pixels_per_point);
-        for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {
-            for delta in deltas {
-                self.keep(id, &delta);
-                self.changed.push((id, delta));
-            }
-        }
-        self.gone.extend(std::mem::take(&mut output.textures_delta.free));
-    }
-
-    fn keep(&mut self, id: TextureId, delta: &ImageDelta) {
-        let ImageData::Color(part) = &delta.image;
-        match delta.pos {
-            None => {
-                self.images.insert(id, (ColorImage::clone(part), delta.options));
-            }
-            Some([left, top]) => {
-                let Some((image, _)) = self.images.get_mut(&id) else { return };
-                let width = part.size[0];
-                for (row, pixels) in part.pixels.chunks_exact(width.max(1)).enumerate() {
-                    let start = (top + row) * image.size[0] + left;
-                    if let Some(place) = image.pixels.get_mut(start..start + width) {
-                        place.copy_from_slice(pixels);
-                    }
-                }
-            }
-        }
+        let set = std::mem::take(&mut output.textures_delta.set);
+        let set = set.into_iter().flat_map(|(id, deltas)| deltas.into_iter().map(move |delta| (id, delta)));
+        self.textures.add(set, std::mem::take(&mut output.textures_delta.free));
     }
 
     /// Makes what draws into pictures of a format, where there is none yet or the last one was for another format.
@@ -223,12 +198,7 @@ impl Shell {
         if self.painter.as_ref().is_some_and(|painter| painter.format == format) {
             return;
         }
-        // The textures are whole in the images.
-        self.changed.clear();
-        let whole = |(id, (image, options)): (&TextureId, &(ColorImage, TextureOptions))| {
-            (*id, ImageDelta::full(image.clone(), *options))
-        };
-        self.changed.extend(self.images.iter().map(whole));
+        self.textures.begin_again();
         let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
         self.painters += 1;
         self.painter = Some(Painter { renderer, format });
@@ -284,7 +254,7 @@ impl Shell {
         let Gpu { device, queue, .. } = gpu;
         self.prepare(gpu, format);
         let Some(painter) = &mut self.painter else { return };
-        for (id, delta) in self.changed.drain(..) {
+        for (id, delta) in self.textures.take_changed() {
             painter.renderer.update_texture(device, queue, id, &delta);
         }
         let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point: self.pixels_per_point };
@@ -299,8 +269,7 @@ impl Shell {
             ..Default::default()
         });
         painter.renderer.render(&mut pass.forget_lifetime(), &self.jobs, &screen);
-        for id in self.gone.drain(..) {
-            self.images.remove(&id);
+        for id in self.textures.take_gone() {
             painter.renderer.free_texture(&id);
         }
     }

@@ -16,24 +16,35 @@ impl App {
     pub(super) fn open_file(&mut self) -> Result<()> {
         let path = self.files.current().to_owned();
         self.over.begin_again();
-        self.begin(&path, true).map(drop)
+        self.begin(&path, true, false).map(drop)
+    }
+
+    /// Begins anew to open the file that is being opened. What a person did with what there is of it stays.
+    pub(super) fn open_file_again(&mut self) -> Result<()> {
+        let path = self.files.current().to_owned();
+        self.begin(&path, true, true).map(drop)
     }
 
     /// Begins to open another file than the one that is displayed or being opened, with nothing over it.
     pub(super) fn open_another(&mut self) -> Result<()> {
-        self.over.forget();
+        let is_empty = self.open.as_ref().is_none_or(|open| open.viewer.is_empty());
+        match is_empty {
+            true => self.over.forget(),
+            false => self.over.set_aside(),
+        }
         self.open_file()
     }
 
-    /// Begins to open a file, perhaps with previews, and breaks off what was being opened. The number of the opening, 0 without a window.
-    pub(super) fn begin(&mut self, path: &Path, has_previews: bool) -> Result<u64> {
+    /// Begins to open a file, perhaps with previews and perhaps once more, and breaks off what was being opened. The number of the opening,
+    /// 0 without a window.
+    pub(super) fn begin(&mut self, path: &Path, has_previews: bool, is_again: bool) -> Result<u64> {
         let Some(open) = &mut self.open else { return Ok(0) };
         open.viewer.begin_opening(&name_of(path))?;
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |report| drop(proxy.send_event(Message::Opening(report)));
-        self.openings.begin((path, has_previews), self.args.clone(), preparer, send)
+        self.openings.begin((path, has_previews, is_again), self.args.clone(), preparer, send)
     }
 
     /// Hears of the file that is being opened. Reports of other files are old.
@@ -47,18 +58,18 @@ impl App {
             let path = opening.path.clone();
             return self.on_report_of_over(&path, event);
         }
-        let (name, path) = (name_of(&opening.path), opening.path.display().to_string());
+        let (name, path, first) = (name_of(&opening.path), opening.path.display().to_string(), opening.first);
         match event {
             OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
             OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
             OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
-                if let Ok(scene) = open.viewer.show_preview(number, &name, source) {
+                if let Ok(scene) = open.viewer.show_preview(first, &name, source) {
                     self.scene = scene;
-                    self.look_at(number);
+                    self.look_at(first);
                 }
             }
-            OpeningEvent::Opened(source) => match open.viewer.show_source(number, &name, source) {
+            OpeningEvent::Opened(source) => match open.viewer.show_source(first, &name, source) {
                 // The next frame finds that the device was lost, and opens the file again.
                 Err(error) if is_device_lost(&error) => {}
                 shown => {
@@ -67,11 +78,12 @@ impl App {
                     match shown.context(path) {
                         Ok(scene) => {
                             self.files_before = None;
+                            self.over.drop_aside();
                             if !is_measured {
                                 open.viewer.remember(self.files.current());
                             }
                             self.scene = scene;
-                            self.look_at(number);
+                            self.look_at(first);
                             self.open_next_over()?;
                         }
                         Err(error) => self.refuse(error)?,
@@ -107,7 +119,7 @@ impl App {
     /// are others. The exit code tells of it in any case.
     fn refuse(&mut self, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
-        self.over.forget();
+        self.over.take_back();
         let before = self.files_before.take();
         let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
         if let Some(before) = before {
@@ -118,7 +130,7 @@ impl App {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
                 open.viewer.notify_in_title(&message);
-                Ok(())
+                self.open_next_over()
             }
             _ => Err(error),
         }

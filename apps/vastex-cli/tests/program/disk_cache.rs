@@ -68,6 +68,20 @@ fn a_cache_that_cannot_be_had_is_done_without() {
     assert!(ended.stderr.contains("--disk-cache <DIR>"), "{ended}");
 }
 
+#[test]
+fn an_image_of_a_file_is_kept_beside_the_file_itself() {
+    let sandbox = Sandbox::new();
+    let slide = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/tiff/slide-jpeg.svs");
+    sandbox.write("slide.svs", &std::fs::read(slide).unwrap());
+    for source in ["slide.svs", "slide.svs:label"] {
+        let (first, said) = render(&sandbox, source, &["--disk-cache", "cache"]);
+        let [hits, misses] = reads(&first);
+        assert!(hits == 0 && misses > 0, "{source}: {first} {said}");
+        let [hits, misses] = reads(&render(&sandbox, source, &["--disk-cache", "cache"]).0);
+        assert!(hits > 0 && misses == 0, "{source}");
+    }
+}
+
 /// What the limit for files does is what a full disk does.
 #[cfg(unix)]
 #[test]

@@ -107,11 +107,15 @@ fn a_region_is_written_as_it_is_stored_or_not_at_all() {
 fn a_region_does_not_take_the_place_of_what_it_is_of() {
     let sandbox = Sandbox::with_container();
     copy(&sandbox, "cog-jpeg.tif");
+    copy(&sandbox, "slide-jpeg.svs");
+    std::fs::rename(sandbox.path("slide-jpeg.svs"), sandbox.path("slide.tif")).unwrap();
     let export = ["export", "image.vastex", "--layout", "deepzoom", "-o", "zoom", "--format", "png"];
     sandbox.run(&export).expect_code(0);
     let tile = "zoom/zoom_files/0/0_0.png";
     for (source, output) in [
         ("planet:8:cog-jpeg.tif", "cog-jpeg.tif"),
+        ("slide.tif:label", "slide.tif"),
+        ("planet:8:slide.tif:macro", "slide.tif"),
         ("cog-jpeg.tif", "cog-jpeg.tif"),
         ("zoom", tile),
         ("zoom/zoom.dzi", tile),
@@ -121,5 +125,24 @@ fn a_region_does_not_take_the_place_of_what_it_is_of() {
         let said = refused.expect_code(1).stderr;
         assert!(said.contains("choose another"), "{source}: {said}");
         assert_eq!(sandbox.read(output), before, "{source}");
+    }
+}
+
+#[test]
+fn no_output_of_a_picture_takes_the_place_of_what_is_drawn() {
+    let sandbox = Sandbox::with_container();
+    copy(&sandbox, "slide-jpeg.svs");
+    let before = sandbox.read("slide-jpeg.svs");
+    let label = "slide-jpeg.svs:label";
+    for args in [
+        &[label, "-o", "slide-jpeg.svs"][..],
+        &[label, "--record-trace", "slide-jpeg.svs"],
+        &[label, "--stats-csv", "slide-jpeg.svs"],
+        &["planet:8:slide-jpeg.svs:label", "--stats-json", "slide-jpeg.svs"],
+        &["image.vastex", "--over", label, "-o", "slide-jpeg.svs"],
+    ] {
+        let said = sandbox.run(&[&["render", "--size", "16x16"], args].concat()).expect_code(1).stderr;
+        assert!(said.contains("choose another name for the output"), "{args:?}: {said}");
+        assert_eq!(sandbox.read("slide-jpeg.svs"), before, "{args:?}");
     }
 }

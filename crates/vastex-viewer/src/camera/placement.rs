@@ -1,6 +1,6 @@
 //! How an image lies in a picture of it: which texel is seen at which pixel.
 
-use glam::DVec2;
+use glam::{DMat2, DVec2};
 
 use super::orientation::Orientation;
 use super::pose::Pose;
@@ -14,25 +14,27 @@ pub struct ImagePlacement {
     centre: DVec2,
     /// The middle of the picture, in pixels.
     middle: DVec2,
-    orientation: Orientation,
+    /// Steps in the image from those that are seen, and the other way round.
+    image_from_seen: DMat2,
+    seen_from_image: DMat2,
 }
 
 impl ImagePlacement {
     /// The place in the image that is seen at a place of the picture, in texels and pixels from their first corners. It may lie beside the
     /// image.
     pub fn texel(&self, pixel: DVec2) -> DVec2 {
-        self.centre + self.orientation.image_from_seen() * (pixel - self.middle) / self.scale
+        self.centre + self.image_from_seen * (pixel - self.middle) / self.scale
     }
 
     /// The place of the picture at which a place in the image is seen, in pixels and texels from their first corners. It may lie beside
     /// the picture.
     pub fn pixel(&self, texel: DVec2) -> DVec2 {
-        self.middle + self.orientation.seen_from_image() * (texel - self.centre) * self.scale
+        self.middle + self.seen_from_image * (texel - self.centre) * self.scale
     }
 
     /// The step in the image, in texels, that is seen as one to the right as long as a texel.
     pub fn step_to_the_right(&self) -> DVec2 {
-        self.orientation.image_from_seen() * DVec2::X
+        self.image_from_seen * DVec2::X
     }
 
     /// The corners of a part of the picture as places in the image, in texels, from its first corner clockwise as it is seen.
@@ -58,7 +60,10 @@ impl Pose {
         let Pose::Image { centre, orientation, .. } = *self else { return None };
         let size = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
         let scale = self.magnification(picture, image)?;
-        Some(ImagePlacement { scale, centre: centre * size(image), middle: size(picture) / 2.0, orientation })
+        let (image_from_seen, seen_from_image) =
+            (orientation.image_from_seen(), orientation.seen_from_image());
+        let (centre, middle) = (centre * size(image), size(picture) / 2.0);
+        Some(ImagePlacement { scale, centre, middle, image_from_seen, seen_from_image })
     }
 
     /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows all of the image goes on to

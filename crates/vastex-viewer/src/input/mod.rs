@@ -318,6 +318,8 @@ impl Input {
                 }
                 (self.is_dragging, self.glide) = (fingers.len() == 1, DVec2::ZERO);
                 self.trail.clear();
+                // The one that is left when a pinch ends did not click.
+                self.clicked = None;
                 None
             }
         }

@@ -150,6 +150,22 @@ fn digits_magnify_and_with_control_they_reduce() {
 }
 
 #[test]
+fn a_pinch_is_no_click() {
+    let mut input = Input::default();
+    let mut touch = |finger, is_down, ms: u64| {
+        let event = InputEvent::Touch { finger, is_down, place: DVec2::new(50.0, 40.0) };
+        input.on_event(event, SIZE, Duration::from_millis(ms))
+    };
+    assert_eq!(touch(7, true, 0), None);
+    assert_eq!(touch(7, false, 50), Some(Action::Click(DVec2::new(50.0, 40.0))));
+    for (finger, is_down, ms) in [(7, true, 2000), (3, true, 2010), (3, false, 2100), (7, false, 2110)] {
+        assert_eq!(touch(finger, is_down, ms), None, "finger {finger} at {ms}");
+    }
+    // Nor is it the first half of a double click.
+    assert_eq!(touch(7, true, 2200), None);
+}
+
+#[test]
 fn one_finger_drags_and_two_pinch() {
     let mut input = Input::default();
     let touch =

@@ -20,6 +20,8 @@ const METRES: [(&str, f64); 15] = [
     ("in", 0.0254),
     ("ft", 0.3048),
 ];
+/// Characters that the name of a unit has at most.
+const MOST_OF_UNIT: usize = 16;
 /// Units that lengths are told in, the longest first.
 const TOLD: [(&str, f64); 5] = [("km", 1e3), ("m", 1.0), ("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)];
 
@@ -36,10 +38,10 @@ pub struct TexelSize {
 
 impl TexelSize {
     /// Of a size in a unit as files name it: one of length (`µm`, `metre`, ...), `degree`, or any other that has a name. Nothing where the
-    /// size is not positive.
+    /// size is not positive, or the name longer than names of units are.
     pub fn new(size: [f64; 2], unit: &str) -> Option<TexelSize> {
         let is_size = |side: f64| side.is_finite() && side > 0.0;
-        if !size.into_iter().all(is_size) {
+        if !size.into_iter().all(is_size) || unit.chars().nth(MOST_OF_UNIT).is_some() {
             return None;
         }
         let metres = METRES.iter().find(|(name, _)| *name == unit).map(|(_, metres)| *metres);
@@ -118,6 +120,10 @@ fn fitting(amount: f64, power: i32) -> (&'static str, f64) {
 
 /// A number in four digits, without zeros at its end.
 fn four_digits(number: f64) -> String {
+    // What is longer than it can be read is told by its power of ten.
+    if number.abs() >= 1e15 {
+        return format!("{number:.3e}");
+    }
     let before_point = number.abs().max(1e-300).log10().floor() as i32 + 1;
     let text = format!("{number:.*}", (4 - before_point).clamp(0, 12) as usize);
     match text.contains('.') {
@@ -163,7 +169,10 @@ mod tests {
         assert_eq!(told(&globe, 160.0).1, "5°");
         assert_eq!(told(&globe, 2.0).1, "0.05°");
         assert_eq!(told(&TexelSize::new([2.0; 2], "furlong").unwrap(), 100.0).1, "200 furlong");
-        for (size, unit) in [([0.0, 1.0], "µm"), ([1.0, f64::NAN], "metre"), ([-1.0; 2], "degree")] {
+        let long = "µ".repeat(17);
+        for (size, unit) in
+            [([0.0, 1.0], "µm"), ([1.0, f64::NAN], "metre"), ([-1.0; 2], "degree"), ([1.0; 2], &*long)]
+        {
             assert_eq!(TexelSize::new(size, unit), None);
         }
     }
@@ -185,6 +194,15 @@ mod tests {
         for most in [f64::INFINITY, f64::NAN, 0.0, -1.0] {
             assert_eq!(round_length(most), None);
         }
+    }
+
+    #[test]
+    fn lengths_beyond_all_measure_are_told_shortly() {
+        let huge = TexelSize::new([1e308, 1.0], "metre").unwrap();
+        assert_eq!(huge.told(1e308), "1.000e305 km");
+        assert_eq!(huge.told(f64::INFINITY), "inf km");
+        assert_eq!(four_digits(123_456.0), "123456");
+        assert_eq!(huge.told_area(1e300).unwrap(), "1.000e294 km²");
     }
 
     #[test]

@@ -1,10 +1,11 @@
 //! Lengths and areas in an image, along a line of points that a person sets.
 
-use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, Vec2, pos2};
+use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Vec2};
 use glam::DVec2;
 
 use super::ImageView;
 use super::lengths::TexelSize;
+use super::runs::{Runs, point};
 
 /// What was measured is in this colour, on a dark rim.
 const COLOR: Color32 = Color32::from_rgb(255, 210, 60);
@@ -86,20 +87,22 @@ impl Measure {
         let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
         let painter = painter.with_clip_rect(free);
         let pixels_per_point = f64::from(painter.pixels_per_point());
-        // What lies far beside the view is painted no farther away than numbers of the painter reach.
-        let point = |texel: &DVec2| {
-            let DVec2 { x, y } =
-                (placed.pixel(*texel) / pixels_per_point).clamp(DVec2::splat(-1e6), DVec2::splat(1e6));
-            pos2(x as f32, y as f32)
-        };
-        let points: Vec<Pos2> = self.points.iter().map(point).collect();
+        let place = |texel: &DVec2| placed.pixel(*texel) / pixels_per_point;
+        let mut line = Runs::new(free, usize::MAX);
+        self.points.iter().for_each(|texel| line.line_to(place(texel)));
+        if self.is_closed {
+            line.close();
+        }
+        line.paint(&painter, Color32::from_black_alpha(160), COLOR);
+        // Of points far beside the view nothing is seen, and numbers of the painter do not reach there.
+        let points: Vec<Pos2> = self
+            .points
+            .iter()
+            .map(|texel| point(place(texel).clamp(DVec2::splat(-1e6), DVec2::splat(1e6))))
+            .collect();
+        let seen = free.expand(2.0 * POINT);
         for (width, color) in [(4.0, Color32::from_black_alpha(160)), (2.0, COLOR)] {
-            let stroke = Stroke::new(width, color);
-            painter.add(match self.is_closed {
-                true => Shape::closed_line(points.clone(), stroke),
-                false => Shape::line(points.clone(), stroke),
-            });
-            for point in &points {
+            for point in points.iter().filter(|point| seen.contains(**point)) {
                 painter.circle_filled(*point, POINT + width / 2.0 - 1.0, color);
             }
         }

@@ -52,7 +52,7 @@ impl Minimap {
         is_settled: bool,
         take: impl FnOnce([usize; 2]) -> Option<Thumbnail>,
     ) -> Option<Pose> {
-        let Pose::Image { zoom, orientation, .. } = view.pose else { return None };
+        let Pose::Image { centre: centre_before, zoom, orientation } = view.pose else { return None };
         let seen = seen_part(view)?;
         let size = map_size(view.image);
         if free.width() < 3.0 * size.x || free.height() < 3.0 * size.y {
@@ -92,7 +92,8 @@ impl Minimap {
                 response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged())?;
             let share = (pointer - rect.min) / rect.size();
             let centre = DVec2::new(share.x.into(), share.y.into()).clamp(DVec2::ZERO, DVec2::ONE);
-            Some(Pose::Image { centre, zoom, orientation })
+            // A pointer that is held changes nothing: the view settles below it.
+            (centre != centre_before).then_some(Pose::Image { centre, zoom, orientation })
         });
         shown.inner
     }
@@ -182,6 +183,35 @@ mod tests {
         assert_eq!(seen_part(&ImageView { pose: Pose::first(Scene::Globe), ..view([0.5, 0.5], 1.0) }), None);
         assert_eq!(map_size([4000, 2000]), vec2(160.0, 80.0));
         assert_eq!(map_size([1, 1 << 31]), vec2(10.0, 160.0));
+    }
+
+    #[test]
+    fn a_pointer_that_is_held_on_the_map_asks_once() {
+        let state = (Minimap::default(), view([0.1, 0.1], 8.0), 0);
+        let mut harness = Harness::builder().with_size([800.0, 400.0]).build_ui_state(
+            |ui, (map, view, asked): &mut (Minimap, ImageView, u32)| {
+                let free = ui.available_rect_before_wrap();
+                let take = |size: [usize; 2]| {
+                    let pixels = vec![[9, 9, 9, 255]; size[0] * size[1]];
+                    Some(Thumbnail { size, pixels, cells: [1, 1], levels: vec![0] })
+                };
+                if let Some(pose) = map.show(ui.ctx(), free, view, true, take) {
+                    view.pose = pose;
+                    *asked += 1;
+                }
+            },
+            state,
+        );
+        harness.run();
+        let middle = harness.get_by_label("Map of the image").rect().center();
+        harness.drag_at(middle);
+        harness.run();
+        harness.hover_at(middle + vec2(20.0, 10.0));
+        (0..20).for_each(|_| harness.step());
+        assert_eq!(harness.state().2, 1);
+        harness.hover_at(middle + vec2(21.0, 10.0));
+        (0..20).for_each(|_| harness.step());
+        assert_eq!(harness.state().2, 2);
     }
 
     #[test]

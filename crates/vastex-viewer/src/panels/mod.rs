@@ -13,6 +13,7 @@ mod measure;
 mod minimap;
 mod panes;
 mod position;
+mod runs;
 mod shades;
 mod shapes;
 
@@ -25,7 +26,7 @@ pub use measure::{Measure, Measured};
 pub use minimap::Minimap;
 pub use panes::Panes;
 pub use position::{PositionChange, PositionPanel};
-pub use shapes::{Shapes, ShapesError};
+pub use shapes::{GeoJson, Shapes, ShapesError};
 
 /// The controls below a node that have no name, for tests: what a person can use and a screen reader could not tell.
 #[cfg(test)]

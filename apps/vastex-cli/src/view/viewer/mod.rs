@@ -442,7 +442,8 @@ impl Viewer {
             (Some(due), Wake::OnEvent) => Wake::After(due),
             (None, wake) => wake,
         };
-        let wake = match (wake, self.flickers_in()) {
+        let flickers_in = self.flickers_in().filter(|_| !self.is_hidden);
+        let wake = match (wake, flickers_in) {
             (Wake::OnEvent, Some(pause)) => Wake::After(pause),
             (Wake::After(before), Some(pause)) => Wake::After(before.min(pause)),
             (wake, _) => wake,

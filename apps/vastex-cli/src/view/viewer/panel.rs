@@ -110,7 +110,7 @@ impl Viewer {
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
-        let minimap = &mut self.minimap;
+        let (minimap, is_hidden) = (&mut self.minimap, self.is_hidden);
         let (hud, mut hud_changes) = (&mut self.hud.panel, Vec::new());
         self.shell.run(|ui| {
             if let Some(data) = &hud_data {
@@ -152,7 +152,9 @@ impl Viewer {
                 let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
                 paint_guides(ui.painter(), free, &view, texel_size, value);
                 shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, &view));
-                let take = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
+                // Of a window that nobody sees there is no map.
+                let of_layers = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
+                let take = |size| if is_hidden { None } else { of_layers(size) };
                 asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
             }
             asked.extend(asks);
