@@ -14,7 +14,7 @@ use vastex_viewer::layers::CompareMode;
 pub(crate) use build::{BuildArgs, Compress};
 pub(crate) use cache::CacheArgs;
 #[cfg(feature = "build")]
-pub(crate) use crop::CropArgs;
+pub(crate) use crop::{CropArgs, Numbers};
 pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
@@ -104,7 +104,7 @@ pub(crate) enum Command {
     /// Make a container of an image (JPEG, PNG or TIFF) or of a tile directory
     #[cfg(feature = "build")]
     Build(BuildArgs),
-    /// Write a region of a level as it is stored, to a NumPy array, PNG or TIFF
+    /// Write a region of a level of an image or a volume as it is stored, to a NumPy array, PNG or TIFF
     #[cfg(feature = "build")]
     Crop(CropArgs),
     /// Make a tile directory for another program
@@ -116,7 +116,7 @@ pub(crate) enum Command {
     /// Put an image into a region of a container, on all levels
     #[cfg(feature = "build")]
     Replace(ReplaceArgs),
-    /// Say what is in a container, a TIFF pyramid or an image
+    /// Say what is in a container, a TIFF pyramid, an image or a volume
     Info(InfoArgs),
     /// Read and check every byte of a container
     Verify(VerifyArgs),
@@ -141,6 +141,8 @@ impl Args {
         match &self.command {
             #[cfg(feature = "build")]
             Command::Build(args) => args.check(),
+            #[cfg(feature = "build")]
+            Command::Crop(args) => args.check(),
             #[cfg(feature = "build")]
             Command::Export(args) => args.check(),
             Command::Render(args) => args.check(),

@@ -10,7 +10,8 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vastex-core", &[]),
     ("vastex-tiles", &["vastex-core"]),
     ("vastex-build", &["vastex-core", "vastex-tiles"]),
-    ("vastex-fuzz", &["vastex-core", "vastex-tiles", "vastex-build"]),
+    ("vastex-volume", &["vastex-core", "vastex-tiles"]),
+    ("vastex-fuzz", &["vastex-core", "vastex-tiles", "vastex-build", "vastex-volume"]),
     ("vastex-wgpu", &["vastex-core"]),
     ("vastex", &["vastex-core", "vastex-tiles", "vastex-wgpu"]),
     ("vastex-viewer", &["vastex"]),
@@ -25,6 +26,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "vastex",
             "vastex-viewer",
             "vastex-scenes",
+            "vastex-volume",
         ],
     ),
     ("xtask", &[]),
@@ -73,8 +75,8 @@ fn core_uses_next_to_nothing() -> Result<()> {
 }
 
 #[test]
-fn core_tiles_and_build_never_see_a_gpu() -> Result<()> {
-    for package in ["vastex-core", "vastex-tiles", "vastex-build"] {
+fn core_tiles_build_and_volume_never_see_a_gpu() -> Result<()> {
+    for package in ["vastex-core", "vastex-tiles", "vastex-build", "vastex-volume"] {
         refuse(&["-p", package, "--all-features"], is_gpu)?;
     }
     Ok(())

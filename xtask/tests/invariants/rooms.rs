@@ -9,6 +9,7 @@ mod imports;
 mod tiles;
 mod vastex;
 mod viewer;
+mod volume;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -26,6 +27,7 @@ const CRATES: &[(&str, &[Room])] = &[
     ("crates/vastex-build", build::ROOMS),
     ("crates/vastex", vastex::ROOMS),
     ("crates/vastex-viewer", viewer::ROOMS),
+    ("crates/vastex-volume", volume::ROOMS),
 ];
 
 #[test]

@@ -2,11 +2,10 @@
 
 use std::path::PathBuf;
 
-use vastex_build::{CropFormat, CropRegion};
+use vastex_build::CropFormat;
 
 use super::common::PrintArgs;
-use super::replace::parse_at;
-use super::{CacheArgs, ClapArgs};
+use super::{CacheArgs, ClapArgs, CommandFactory};
 
 /// What `vastex crop` is told.
 #[derive(Debug, ClapArgs)]
@@ -15,30 +14,40 @@ Examples:
   vastex crop earth.vastex --at 8192,4096 --size 1024x512 -o alps.png
   vastex crop slide.svs --at 1000,2000 --size 4096x4096 --level 2 -o tissue.npy
   vastex crop ground.vastex --layer height --at 0,0 --size 512x512 -o height.tif
+  vastex crop cells.zarr --at 100,200,10 --size 64x64x32 --channel 1 --time 5 -o box.npy
 
 Values are those that are stored, exactly: nothing is filtered, converted or interpolated; JPEG is decoded as by libjpeg-turbo,
 layers compressed in blocks as GPUs do. Of a TIFF pyramid, level L is the image whose sides are those of level 0 halved L times;
 one that the file does not store is refused. Images that are no pyramids have level 0 only, and JPEG and PNG are decoded from the
 top down to the region.
 
+Of a volume (docs/volumes.md), --at and --size have three numbers, the output is .npy with an array of shape (z, y, x), and level L
+is the L-th that is stored.
+
 OUT.npy is an array of shape (y, x) or (y, x, channel), little-endian. PNG holds 1 to 4 channels of 8 or 16 bits without a
 sign, .npy and .tif every kind. The output appears when it is whole. Nothing is built for it, but for the image that a planet names,
 which --cache keeps.")]
 pub(crate) struct CropArgs {
-    /// The container, tile directory or image, or planet:BITS[:IMAGE]
+    /// The container, tile directory or image, planet:BITS[:IMAGE], or a volume
     pub(crate) source: PathBuf,
-    /// Column and row of the region's upper left texel, in texels of the level
-    #[arg(long, value_name = "X,Y", value_parser = parse_at)]
-    pub(crate) at: [u32; 2],
-    /// Columns and rows of the region, in texels of the level
-    #[arg(long, value_name = "WxH", value_parser = parse_texels)]
-    pub(crate) size: [u32; 2],
+    /// Column and row of the region's upper left texel, in texels of the level; of a volume, x, y and z of its first voxel
+    #[arg(long, value_name = "X,Y[,Z]", value_parser = parse_at)]
+    pub(crate) at: Numbers,
+    /// Columns and rows of the region, in texels of the level; of a volume, voxels along x, y and z
+    #[arg(long, value_name = "WxH[xD]", value_parser = parse_size)]
+    pub(crate) size: Numbers,
     /// The level; 0 is the finest
     #[arg(long, default_value_t = 0, value_name = "L")]
     pub(crate) level: u32,
     /// Name of the layer, of a container [default: the first]
     #[arg(long, value_name = "NAME")]
     pub(crate) layer: Option<String>,
+    /// The channel of a volume
+    #[arg(long, default_value_t = 0, value_name = "C")]
+    pub(crate) channel: u64,
+    /// The time of a volume
+    #[arg(long, default_value_t = 0, value_name = "T")]
+    pub(crate) time: u64,
     /// The file to write: .npy, .png, .tif or .tiff
     #[arg(short, long, value_name = "OUT", value_parser = parse_output)]
     pub(crate) output: Output,
@@ -55,16 +64,57 @@ pub(crate) struct Output {
     pub(crate) format: CropFormat,
 }
 
+/// Numbers along the axes of an image, or of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Numbers {
+    Image([u32; 2]),
+    Volume([u64; 3]),
+}
+
 impl CropArgs {
-    pub(crate) fn region(&self) -> CropRegion {
-        CropRegion { at: self.at, size: self.size }
+    /// That place and size are of one kind, and the output fits it.
+    pub(super) fn check(&self) -> Result<(), clap::Error> {
+        let says = match (self.at, self.size) {
+            (Numbers::Image(_), Numbers::Image(_)) if self.channel > 0 || self.time > 0 => {
+                "--channel and --time are of volumes, whose --at and --size have three numbers"
+            }
+            (Numbers::Volume(_), Numbers::Volume(_)) if self.output.format != CropFormat::Npy => {
+                "a region of a volume is written as an array of NumPy; give the output the ending .npy"
+            }
+            (Numbers::Volume(_), Numbers::Volume(_)) if self.layer.is_some() => {
+                "a volume has channels and no layers; use --channel"
+            }
+            (Numbers::Image(_), Numbers::Image(_)) | (Numbers::Volume(_), Numbers::Volume(_)) => {
+                return Ok(());
+            }
+            _ => "give --at and --size two numbers each, of an image, or three, of a volume",
+        };
+        Err(super::Args::command().error(clap::error::ErrorKind::ArgumentConflict, says))
     }
 }
 
-fn parse_texels(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    let sides = sides.filter(|sides: &[u32; 2]| sides.iter().all(|side| *side > 0));
-    sides.ok_or_else(|| "write columns and rows in texels, at least one each, as in 512x256".into())
+fn parse_at(text: &str) -> Result<Numbers, String> {
+    parse(text, &[','])
+        .ok_or_else(|| "write column and row, as in 512,256, or x, y and z, as in 10,20,30".into())
+}
+
+fn parse_size(text: &str) -> Result<Numbers, String> {
+    let numbers = parse(text, &['x', 'X']).filter(|numbers| match numbers {
+        Numbers::Image(sides) => !sides.contains(&0),
+        Numbers::Volume(sides) => !sides.contains(&0),
+    });
+    let says = "write columns and rows in texels, at least one each, as in 512x256, or voxels along x, y and z, as in 64x64x32";
+    numbers.ok_or_else(|| says.into())
+}
+
+fn parse(text: &str, between: &[char]) -> Option<Numbers> {
+    match text.split(between).collect::<Vec<_>>()[..] {
+        [x, y] => Some(Numbers::Image([x.trim().parse().ok()?, y.trim().parse().ok()?])),
+        [x, y, z] => {
+            Some(Numbers::Volume([x.trim().parse().ok()?, y.trim().parse().ok()?, z.trim().parse().ok()?]))
+        }
+        _ => None,
+    }
 }
 
 fn parse_output(text: &str) -> Result<Output, String> {
@@ -85,9 +135,15 @@ mod tests {
 
     #[test]
     fn sizes_and_outputs_are_what_they_say() {
-        assert_eq!(parse_texels("12x7"), Ok([12, 7]));
-        for bad in ["", "12", "0x4", "4x0", "-1x2", "1x2x3", "4294967296x1"] {
-            assert!(parse_texels(bad).is_err(), "{bad}");
+        assert_eq!(parse_size("12x7"), Ok(Numbers::Image([12, 7])));
+        assert_eq!(parse_size("12x7x3"), Ok(Numbers::Volume([12, 7, 3])));
+        assert_eq!(parse_at("0,7"), Ok(Numbers::Image([0, 7])));
+        assert_eq!(parse_at("0, 7, 9"), Ok(Numbers::Volume([0, 7, 9])));
+        for bad in ["", "12", "0x4", "4x0", "-1x2", "1x2x0", "1x2x3x4", "4294967296x1"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+        for bad in ["", "1", "1,-2", "1,2,3,4", "1x2"] {
+            assert!(parse_at(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_output("a/b.TIF").unwrap().format, CropFormat::Tiff);
         for bad in ["a", "a.jpg", ".npy", "a.npy/b"] {

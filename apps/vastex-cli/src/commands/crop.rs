@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex_build::{CropError, CropSource, crop};
+use vastex_build::{CropError, CropRegion, CropSource, crop};
 
 use super::build::{Bar, INTERRUPTED, handle_interrupts};
-use crate::args::CropArgs;
+use crate::args::{CropArgs, Numbers};
 use crate::open::{self, Lies, OpenImage};
 use crate::output::Output;
 use crate::report;
@@ -16,6 +16,13 @@ use crate::report;
 pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let (source, target) = (&args.source, &args.output);
+    let (at, size) = match (args.at, args.size) {
+        (Numbers::Image(at), Numbers::Image(size)) => (at, size),
+        (Numbers::Volume(at), Numbers::Volume(size)) => return of_volume(args, at, size),
+        _ => bail!("give --at and --size two numbers each, of an image, or three, of a volume"),
+    };
+    refuse_volume(source)?;
+    let region = CropRegion { at, size };
     let mut cropped = match open::what_lies_at(source)? {
         Lies::Generated | Lies::Container => {
             // Only of a planet anything is built: the image of its continents.
@@ -29,7 +36,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         }
         Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
     };
-    cropped.check(args.region(), target.format).with_context(|| source.display().to_string())?;
+    cropped.check(region, target.format).with_context(|| source.display().to_string())?;
     if is_within(source, &target.path) {
         bail!("{}: is among the files of the source; choose another place", target.path.display());
     }
@@ -41,7 +48,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     let output = Output::at(&target.path)?;
     let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
-    let done = output.write_by(|file| crop(&mut cropped, args.region(), target.format, file, &bar));
+    let done = output.write_by(|file| crop(&mut cropped, region, target.format, file, &bar));
     bar.0.finish_and_clear();
     let bytes = match done? {
         Err(CropError::Cancelled) => {
@@ -56,8 +63,8 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         source: source.display().to_string(),
         output: target.path.display().to_string(),
         level: args.level,
-        at: args.at,
-        size: args.size,
+        at,
+        size,
         channels: cropped.channels(),
         dtype: cropped.number().name(),
         bytes,
@@ -65,6 +72,41 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     };
     args.print.summary(&summary, Summary::text)?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// A region of a volume.
+#[cfg(feature = "volumes")]
+fn of_volume(args: &CropArgs, at: [u64; 3], size: [u64; 3]) -> Result<ExitCode> {
+    let (source, target) = (&args.source, &args.output.path);
+    if is_within(source, target) || open::is_file_of(source, target) {
+        bail!("{}: is the source itself, or lies in it; choose another place", target.display());
+    }
+    super::volume::crop(args, at, size)
+}
+
+/// Without their reader there are no volumes.
+#[cfg(not(feature = "volumes"))]
+fn of_volume(args: &CropArgs, _: [u64; 3], _: [u64; 3]) -> Result<ExitCode> {
+    bail!(
+        "{}: this program was built without volumes; give --at and --size two numbers each",
+        args.source.display()
+    )
+}
+
+/// Says what to write where two numbers were given of a volume that is no image, too.
+#[cfg(feature = "volumes")]
+fn refuse_volume(source: &std::path::Path) -> Result<()> {
+    let is_image = source.is_file() && vastex_build::open(source).is_ok();
+    if !is_image && vastex_volume::is_volume(source) {
+        bail!("{}: is a volume; give --at X,Y,Z and --size WxHxD", source.display());
+    }
+    Ok(())
+}
+
+/// Without their reader there are no volumes.
+#[cfg(not(feature = "volumes"))]
+fn refuse_volume(_: &std::path::Path) -> Result<()> {
+    Ok(())
 }
 
 /// Whether `output` is, or would be, a file of a tile directory, or one beside the text that describes such, in a directory.

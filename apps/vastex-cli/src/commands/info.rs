@@ -1,5 +1,5 @@
 //! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`] knows, and of an image
-//! [`super::image_info`].
+//! [`super::image_info`], of a volume `super::volume`.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -15,6 +15,10 @@ use crate::args::InfoArgs;
 use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
+    #[cfg(feature = "volumes")]
+    if super::volume::is_shown(&args.file) {
+        return super::volume::info(args);
+    }
     if let Some((source, summary)) = super::source_info::of(&args.file, &args.cache)? {
         let said = format!("{}\n{}", args.file.display(), summary.text());
         return say(args, source.description(), &summary, said);

@@ -23,3 +23,5 @@ mod source_info;
 #[cfg(feature = "build")]
 mod tiff_info;
 pub(crate) mod verify;
+#[cfg(feature = "volumes")]
+mod volume;

@@ -27,4 +27,6 @@ mod round_trip;
 mod settings;
 mod telemetry;
 mod tool;
+#[cfg(feature = "volumes")]
+mod volumes;
 mod words;

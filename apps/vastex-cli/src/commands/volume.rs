@@ -1,0 +1,339 @@
+//! `vastex info` and `vastex crop` of volumes.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use serde::Serialize;
+use vastex_volume::{BRICK, BrickCount, ImageList, Opened, VolumeAbout, is_volume, open};
+
+use crate::args::InfoArgs;
+use crate::report;
+
+/// Images of a list that are named to people.
+const MOST_NAMED: usize = 20;
+
+/// Whether a path is told of as a volume. A TIFF pyramid is none, whatever else lies in it.
+pub(super) fn is_shown(path: &Path) -> bool {
+    is_volume(path) && !is_pyramid(path)
+}
+
+#[cfg(feature = "build")]
+fn is_pyramid(path: &Path) -> bool {
+    path.is_file() && vastex_build::TiffSource::open(path).is_ok_and(|source| source.levels().len() > 1)
+}
+
+/// Without the readers of `vastex build` no pyramid is known.
+#[cfg(not(feature = "build"))]
+fn is_pyramid(_: &Path) -> bool {
+    false
+}
+
+/// Says what is in a volume, or which volumes something lists.
+pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
+    if args.estimate.is_some() {
+        bail!("{}: pools of volumes are not estimated; leave out --estimate", args.file.display());
+    }
+    match open(&args.file)? {
+        Opened::Images(list) => match args.json {
+            true => report::print_json(&ListSummary::new(&list))?,
+            false => report::print(&list_text(&list))?,
+        },
+        Opened::Volume(volume) => {
+            let count = pollster::block_on(volume.count_bricks(args.count))?;
+            let summary = Summary::new(volume.about(), count);
+            match args.json {
+                true => report::print_json(&summary)?,
+                false => report::print(&format!("{}\n{}", volume.about().path, summary.text()))?,
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What `--json` prints of something that lists volumes.
+#[derive(Serialize)]
+struct ListSummary<'a> {
+    /// Always `images`.
+    kind: &'static str,
+    /// What lists them.
+    what: &'static str,
+    /// Their paths below this one.
+    images: &'a [String],
+    oddities: &'a [String],
+}
+
+impl ListSummary<'_> {
+    fn new(list: &ImageList) -> ListSummary<'_> {
+        ListSummary { kind: "images", what: list.what, images: &list.images, oddities: &list.oddities }
+    }
+}
+
+fn list_text(list: &ImageList) -> String {
+    let mut lines = vec![format!(
+        "{}\n  {} with {} images; open one by its path:",
+        list.path,
+        list.what,
+        list.images.len()
+    )];
+    lines.extend(list.images.iter().take(MOST_NAMED).map(|image| format!("  {}/{image}", list.path)));
+    if let Some(more) = list.images.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        lines.push(format!("  and {more} more (--json has all)"));
+    }
+    lines.extend(list.oddities.iter().map(|oddity| format!("  odd: {oddity}")));
+    lines.join("\n")
+}
+
+/// What `--json` prints of a volume.
+#[derive(Serialize)]
+struct Summary {
+    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack` or `raw`.
+    kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    version: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    name: Option<String>,
+    /// Voxels along x, y and z.
+    size: [u64; 3],
+    /// Those that are stored, the finest first.
+    levels: Vec<LevelSummary>,
+    channels: u64,
+    channel_info: Vec<ChannelSummary>,
+    times: u64,
+    /// As NumPy names it.
+    dtype: &'static str,
+    /// Of scales and origins.
+    unit: Option<String>,
+    /// What the file's translations are of.
+    convention: &'static str,
+    /// Images of labels beside it; each is opened at `labels/NAME` below its path.
+    labels: Vec<String>,
+    is_label: bool,
+    /// Slope and intercept of stored values, which are not applied.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    value_scale: Option<[f64; 2]>,
+    /// Voxels along each side of a brick.
+    brick: u64,
+    /// Of all stored levels, channels and times.
+    bricks: u64,
+    /// Those without a stored chunk; null where counting needs more than listings and indices at hand.
+    absent_bricks: Option<u64>,
+    oddities: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct LevelSummary {
+    path: String,
+    size: [u64; 3],
+    /// Sides of a voxel along x, y and z.
+    scale: [f64; 3],
+    /// The corner of its first voxel.
+    origin: [f64; 3],
+    /// Voxels of what is decoded at once.
+    chunk: [u64; 3],
+}
+
+#[derive(Serialize)]
+struct ChannelSummary {
+    name: Option<String>,
+    /// Six hexadecimal digits.
+    color: Option<String>,
+    window: Option<[f64; 2]>,
+    active: Option<bool>,
+    inverted: bool,
+}
+
+impl Summary {
+    fn new(about: &VolumeAbout, count: BrickCount) -> Summary {
+        let levels = about.levels.iter().map(|level| LevelSummary {
+            path: level.path.clone(),
+            size: level.size,
+            scale: level.scale,
+            origin: level.origin,
+            chunk: level.chunk,
+        });
+        let channels = about.channel_info.iter().map(|channel| ChannelSummary {
+            name: channel.name.clone(),
+            color: channel.color.map(|[r, g, b]| format!("{r:02x}{g:02x}{b:02x}")),
+            window: channel.window,
+            active: channel.is_active,
+            inverted: channel.is_inverted,
+        });
+        Summary {
+            kind: about.kind,
+            version: about.version.clone(),
+            name: about.name.clone(),
+            size: about.size(),
+            levels: levels.collect(),
+            channels: about.channels,
+            channel_info: channels.collect(),
+            times: about.times,
+            dtype: about.dtype.name(),
+            unit: about.unit.clone(),
+            convention: about.convention.name(),
+            labels: about.labels.clone(),
+            is_label: about.is_label,
+            value_scale: about.value_scale,
+            brick: BRICK,
+            bricks: count.bricks,
+            absent_bricks: count.absent,
+            oddities: about.oddities.clone(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let by = |sides: &[u64; 3]| sides.map(|side| side.to_string()).join(" x ");
+        let version = self.version.as_ref().map(|version| format!(" {version}")).unwrap_or_default();
+        let mut rows = vec![("format", format!("{}{version}", self.kind))];
+        rows.extend(self.name.iter().map(|name| ("name", name.clone())));
+        rows.push(("size", format!("{} voxels of {}", by(&self.size), self.dtype)));
+        rows.push(("channels", self.channels.to_string()));
+        rows.extend(
+            self.channel_info.iter().take(MOST_NAMED).enumerate().map(|(n, channel)| ("", channel.text(n))),
+        );
+        rows.push(("times", self.times.to_string()));
+        rows.push(("levels", format!("{} stored; origins by {}", self.levels.len(), self.convention)));
+        let unit = self.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+        rows.extend(self.levels.iter().enumerate().map(|(n, level)| {
+            let LevelSummary { path, size, scale, chunk, .. } = level;
+            let scale = scale.map(|side| side.to_string()).join(" x ");
+            let path = if path.is_empty() { String::new() } else { format!(" ({path})") };
+            ("", format!("level {n}{path}: {} voxels of {scale}{unit}, chunks of {}", by(size), by(chunk)))
+        }));
+        if !self.labels.is_empty() {
+            rows.push((
+                "labels",
+                format!("{}; open one at labels/NAME below this path", self.labels.join(", ")),
+            ));
+        }
+        if let Some([slope, intercept]) = self.value_scale {
+            rows.push(("values", format!("mean {slope} * stored + {intercept}; stored ones are read")));
+        }
+        let absent = match self.absent_bricks {
+            Some(absent) => format!("{absent} absent"),
+            None => "--count counts those that are absent".into(),
+        };
+        rows.push(("bricks", format!("{} of {} voxels a side; {absent}", self.bricks, self.brick)));
+        rows.extend(self.oddities.iter().map(|oddity| ("odd", oddity.clone())));
+        rows.into_iter().map(|(name, value)| format!("  {name:<10}{value}")).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl ChannelSummary {
+    fn text(&self, n: usize) -> String {
+        let mut text = format!("channel {n}");
+        self.name.iter().for_each(|name| text.push_str(&format!(": {name}")));
+        self.color.iter().for_each(|color| text.push_str(&format!(", colour {color}")));
+        self.window.iter().for_each(|[low, high]| text.push_str(&format!(", shown from {low} to {high}")));
+        if self.active == Some(false) {
+            text.push_str(", hidden");
+        }
+        text
+    }
+}
+
+#[cfg(feature = "build")]
+pub(super) use crop::run as crop;
+
+/// `vastex crop`.
+#[cfg(feature = "build")]
+mod crop {
+    use std::ops::ControlFlow;
+    use std::process::ExitCode;
+    use std::time::Instant;
+
+    use anyhow::{Result, bail};
+    use serde::Serialize;
+    use vastex_build::Progress;
+    use vastex_volume::{Opened, VolumeCropError, VolumeRegion, open};
+
+    use super::MOST_NAMED;
+    use crate::args::CropArgs;
+    use crate::commands::build::{Bar, INTERRUPTED};
+    use crate::output::Output;
+    use crate::report;
+
+    /// Writes a region.
+    pub(in crate::commands) fn run(args: &CropArgs, at: [u64; 3], size: [u64; 3]) -> Result<ExitCode> {
+        let volume = match open(&args.source)? {
+            Opened::Volume(volume) => volume,
+            Opened::Images(list) => {
+                let named: Vec<&str> = list.images.iter().take(MOST_NAMED).map(String::as_str).collect();
+                bail!(
+                    "{}: is {}; name one of its images below this path: {}",
+                    list.path,
+                    list.what,
+                    named.join(", ")
+                );
+            }
+        };
+        let about = volume.about();
+        if !args.print.quiet {
+            about.oddities.iter().for_each(|odd| report::say(&format!("note: {}: {odd}", about.path)));
+        }
+        let region =
+            VolumeRegion { level: args.level as usize, channel: args.channel, time: args.time, at, size };
+        volume.check(&region)?;
+        let output = Output::at(&args.output.path)?;
+        let bar = Bar::new(args.print.quiet);
+        let begin = Instant::now();
+        let mut progress = |done: u64, total: u64| -> ControlFlow<()> { bar.advance(done, total, 0) };
+        let done = output.write_by(|file| vastex_volume::crop(&volume, &region, file, &mut progress));
+        bar.0.finish_and_clear();
+        let bytes = match done? {
+            Err(VolumeCropError::Cancelled) => {
+                report::say("interrupted; nothing was left behind");
+                return Ok(ExitCode::from(INTERRUPTED));
+            }
+            Err(VolumeCropError::Output(error)) => return Err(output.refusal(&error)),
+            Err(error) => return Err(error.into()),
+            Ok(bytes) => bytes,
+        };
+        let summary = Summary {
+            source: args.source.display().to_string(),
+            output: args.output.path.display().to_string(),
+            level: args.level,
+            channel: args.channel,
+            time: args.time,
+            at,
+            size,
+            dtype: about.dtype.name(),
+            bytes,
+            seconds: begin.elapsed().as_secs_f64(),
+        };
+        args.print.summary(&summary, Summary::text)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// What `--json` prints.
+    #[derive(Serialize)]
+    struct Summary {
+        source: String,
+        output: String,
+        level: u32,
+        channel: u64,
+        time: u64,
+        /// The first voxel: x, y and z.
+        at: [u64; 3],
+        /// Voxels along x, y and z.
+        size: [u64; 3],
+        /// As NumPy names it.
+        dtype: &'static str,
+        /// Of the output.
+        bytes: u64,
+        seconds: f64,
+    }
+
+    impl Summary {
+        fn text(&self) -> String {
+            let Summary {
+                output, level, channel, time, size: [width, height, depth], dtype, seconds, ..
+            } = self;
+            let bytes = report::bytes(self.bytes);
+            format!(
+                "{output}: {width}x{height}x{depth} voxels of level {level}, channel {channel}, time {time}, of {dtype}; {bytes} in \
+                 {seconds:.1} s"
+            )
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What every kind of volume is read by: boxes of values, each decoded as a whole, in a regular grid.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::Arc;
+
+use bytes::Bytes;
+
+use crate::fault::VolumeError;
+
+/// Which axes of an array mean what.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct AxisMap {
+    pub(crate) x: usize,
+    pub(crate) y: usize,
+    pub(crate) z: Option<usize>,
+    pub(crate) channel: Option<usize>,
+    pub(crate) time: Option<usize>,
+}
+
+/// A regular grid of chunks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Grid {
+    /// Values along each axis of the array.
+    pub(crate) shape: Vec<u64>,
+    /// Values of a chunk along each axis, at least 1.
+    pub(crate) chunk: Vec<u64>,
+    pub(crate) axes: AxisMap,
+}
+
+impl Grid {
+    /// The array's axes of x, y and z.
+    pub(crate) fn space(&self) -> [Option<usize>; 3] {
+        [Some(self.axes.x), Some(self.axes.y), self.axes.z]
+    }
+
+    /// Values along x, y and z.
+    pub(crate) fn size(&self) -> [u64; 3] {
+        self.space().map(|axis| axis.map_or(1, |axis| self.shape[axis]))
+    }
+
+    /// Values of a chunk along x, y and z.
+    pub(crate) fn chunk_size(&self) -> [u64; 3] {
+        self.space().map(|axis| axis.map_or(1, |axis| self.chunk[axis]))
+    }
+
+    /// Values along the axis of channels, 1 where there is none.
+    pub(crate) fn channels(&self) -> u64 {
+        self.axes.channel.map_or(1, |axis| self.shape[axis])
+    }
+
+    /// Values along the axis of time, 1 where there is none.
+    pub(crate) fn times(&self) -> u64 {
+        self.axes.time.map_or(1, |axis| self.shape[axis])
+    }
+
+    /// The coordinates of the chunk at a place among the chunks of a channel and a time. Axes without a meaning are at 0.
+    pub(crate) fn coords(&self, at: [u64; 3], channel: u64, time: u64) -> Vec<u64> {
+        let mut coords = vec![0; self.shape.len()];
+        for (axis, at) in self.space().into_iter().zip(at) {
+            if let Some(axis) = axis {
+                coords[axis] = at;
+            }
+        }
+        for (axis, at) in [(self.axes.channel, channel), (self.axes.time, time)] {
+            if let Some(axis) = axis {
+                coords[axis] = at / self.chunk[axis];
+            }
+        }
+        coords
+    }
+
+    /// Bytes from the first value of a chunk to that of a channel and a time in it.
+    pub(crate) fn offset(&self, strides: &[usize], channel: u64, time: u64) -> usize {
+        let part = |axis: Option<usize>, at: u64| {
+            axis.map_or(0, |axis| (at % self.chunk[axis]) as usize * strides[axis])
+        };
+        part(self.axes.channel, channel) + part(self.axes.time, time)
+    }
+}
+
+/// A decoded chunk, shared by whoever wants a part of it.
+#[derive(Clone, Debug)]
+pub(crate) struct Chunk {
+    /// Its values, little-endian.
+    pub(crate) bytes: Bytes,
+    /// Bytes from a value to the next one along each axis of the array.
+    pub(crate) strides: Arc<[usize]>,
+}
+
+/// Which chunks of an array are stored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Presence {
+    /// All of them.
+    All,
+    /// These, by their coordinates.
+    These(Vec<Vec<u64>>),
+    /// Finding out takes more than was allowed.
+    Unknown,
+}
+
+/// A chunk on its way; nothing where it is absent.
+pub(crate) type ChunkFuture<'a> =
+    Pin<Box<dyn Future<Output = Result<Option<Chunk>, VolumeError>> + Send + 'a>>;
+/// A count on its way.
+pub(crate) type PresenceFuture<'a> = Pin<Box<dyn Future<Output = Result<Presence, VolumeError>> + Send + 'a>>;
+
+/// The chunks of an array. Shared by threads.
+pub(crate) trait ChunkSource: Send + Sync {
+    /// Reads and decodes the chunk at coordinates within the grid.
+    fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a>;
+
+    /// The value of absent chunks, little-endian, in as many bytes as a value has.
+    fn fill(&self) -> [u8; 8];
+
+    /// Which chunks are stored, with at most `most` keys listed and as many indices of shards read.
+    fn presence(&self, most: usize) -> PresenceFuture<'_>;
+}

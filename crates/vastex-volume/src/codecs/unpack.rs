@@ -1,0 +1,182 @@
+//! General compressors and checksums, each into a bounded number of bytes.
+
+use std::io::Read;
+
+/// Decodes Zstandard, frame after frame.
+#[cfg(feature = "zstd")]
+pub(super) fn zstd(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    let mut output = Vec::new();
+    output.try_reserve_exact(most).map_err(|error| error.to_string())?;
+    let mut decoder = zstd::bulk::Decompressor::new().map_err(|error| error.to_string())?;
+    decoder.decompress_to_buffer(input, &mut output).map_err(|error| error.to_string())?;
+    Ok(output)
+}
+
+/// Decodes Zstandard, frame after frame.
+#[cfg(not(feature = "zstd"))]
+pub(super) fn zstd(mut input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    let mut output = Vec::new();
+    while !input.is_empty() {
+        let decoder =
+            ruzstd::decoding::StreamingDecoder::new(&mut input).map_err(|error| error.to_string())?;
+        take(decoder, &mut output, most)?;
+    }
+    Ok(output)
+}
+
+/// Decodes Zstandard into exactly the bytes of a buffer.
+#[cfg(feature = "zstd")]
+pub(super) fn zstd_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
+    let mut decoder = zstd::bulk::Decompressor::new().map_err(|error| error.to_string())?;
+    let bytes = decoder.decompress_to_buffer(input, output).map_err(|error| error.to_string())?;
+    whole(bytes, output.len())
+}
+
+/// Decodes Zstandard into exactly the bytes of a buffer.
+#[cfg(not(feature = "zstd"))]
+pub(super) fn zstd_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
+    let decoded = zstd(input, output.len())?;
+    whole(decoded.len(), output.len())?;
+    output.copy_from_slice(&decoded);
+    Ok(())
+}
+
+/// Decodes gzip, member after member.
+pub(super) fn gzip(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    let mut output = Vec::new();
+    take(flate2::read::MultiGzDecoder::new(input), &mut output, most)?;
+    Ok(output)
+}
+
+/// Decodes zlib.
+pub(super) fn zlib(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    let mut output = Vec::new();
+    take(flate2::read::ZlibDecoder::new(input), &mut output, most)?;
+    Ok(output)
+}
+
+/// Decodes zlib into exactly the bytes of a buffer.
+pub(super) fn zlib_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
+    flate2::read::ZlibDecoder::new(input).read_exact(output).map_err(|error| error.to_string())
+}
+
+/// Decodes a block of LZ4 into exactly the bytes of a buffer.
+pub(super) fn lz4_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
+    let bytes = lz4_flex::block::decompress_into(input, output).map_err(|error| error.to_string())?;
+    whole(bytes, output.len())
+}
+
+/// Decodes a block of LZ4 that follows its size.
+pub(super) fn sized_lz4(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+    let (size, block) = input.split_first_chunk().ok_or("ends within its size")?;
+    let size = u32::from_le_bytes(*size) as usize;
+    if size > most {
+        return Err(format!("claims {size} bytes, where at most {most} are expected"));
+    }
+    let mut output = vec![0; size];
+    lz4_into(block, &mut output)?;
+    Ok(output)
+}
+
+/// The bytes before a CRC-32C, which must be right.
+pub(super) fn crc32c(input: &[u8]) -> Result<&[u8], String> {
+    let (bytes, sum) = input.split_last_chunk().ok_or("ends within its checksum")?;
+    match checksum(bytes) == u32::from_le_bytes(*sum) {
+        true => Ok(bytes),
+        false => Err("the checksum differs".into()),
+    }
+}
+
+/// Castagnoli's polynomial, its bits turned round.
+const POLYNOMIAL: u32 = 0x82f6_3b78;
+
+/// For each byte, and for each of 8 places from the end of a word, what it makes of the remainder.
+static TABLES: [[u32; 256]; 8] = tables();
+
+const fn tables() -> [[u32; 256]; 8] {
+    let mut tables = [[0; 256]; 8];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut rest = byte as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            rest = if rest & 1 == 1 { (rest >> 1) ^ POLYNOMIAL } else { rest >> 1 };
+            bit += 1;
+        }
+        tables[0][byte] = rest;
+        byte += 1;
+    }
+    let mut place = 1;
+    while place < 8 {
+        let mut byte = 0;
+        while byte < 256 {
+            let before = tables[place - 1][byte];
+            tables[place][byte] = (before >> 8) ^ tables[0][(before & 0xff) as usize];
+            byte += 1;
+        }
+        place += 1;
+    }
+    tables
+}
+
+fn checksum(bytes: &[u8]) -> u32 {
+    let mut rest = u32::MAX;
+    let (words, tail) = bytes.as_chunks::<8>();
+    for word in words {
+        let mixed = u64::from_le_bytes(*word) ^ u64::from(rest);
+        rest = (0..8).fold(0, |sum, n| sum ^ TABLES[7 - n][(mixed >> (8 * n)) as usize & 0xff]);
+    }
+    for byte in tail {
+        rest = (rest >> 8) ^ TABLES[0][((rest ^ u32::from(*byte)) & 0xff) as usize];
+    }
+    !rest
+}
+
+/// Reads to the end, and refuses more than `most` bytes in all.
+fn take(decoder: impl Read, output: &mut Vec<u8>, most: usize) -> Result<(), String> {
+    let left = (most - output.len()) as u64;
+    decoder.take(left + 1).read_to_end(output).map_err(|error| error.to_string())?;
+    match output.len() > most {
+        true => Err(format!("has more than the {most} bytes that are expected")),
+        false => Ok(()),
+    }
+}
+
+/// Refuses less than all.
+fn whole(bytes: usize, expected: usize) -> Result<(), String> {
+    match bytes == expected {
+        true => Ok(()),
+        false => Err(format!("has {bytes} bytes, where {expected} are expected")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn checksums_are_castagnolis() {
+        assert_eq!(checksum(b"123456789"), 0xe306_9283);
+        assert_eq!(checksum(&[0; 32]), 0x8a91_36aa);
+        let sealed = [&b"123456789"[..], &0xe306_9283_u32.to_le_bytes()].concat();
+        assert_eq!(crc32c(&sealed), Ok(&b"123456789"[..]));
+        assert!(crc32c(&sealed[1..]).is_err() && crc32c(&[1, 2]).is_err());
+    }
+
+    #[test]
+    fn nothing_grows_beyond_its_bound() {
+        use std::io::Write;
+        let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        encoder.write_all(&vec![0; 1 << 20]).unwrap();
+        let bomb = encoder.finish().unwrap();
+        assert_eq!(gzip(&bomb, 1 << 20).unwrap().len(), 1 << 20);
+        assert!(gzip(&bomb, (1 << 20) - 1).unwrap_err().contains("more than"));
+        let frame =
+            ruzstd::encoding::compress_to_vec(&[9; 5000][..], ruzstd::encoding::CompressionLevel::Fastest);
+        assert_eq!(zstd(&frame, 5000), Ok(vec![9; 5000]));
+        assert!(zstd(&frame, 4999).is_err() && zstd(&frame[..frame.len() - 3], 5000).is_err());
+        let twice = [&frame[..], &frame].concat();
+        assert_eq!(zstd(&twice, 10_000), Ok(vec![9; 10_000]));
+        assert!(sized_lz4(&[0xff; 12], 100).unwrap_err().contains("claims"));
+    }
+}

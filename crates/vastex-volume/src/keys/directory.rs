@@ -1,0 +1,142 @@
+//! A directory on a disk: a key is a path below it.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use bytes::Bytes;
+
+use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts};
+use crate::fault::{VolumeError, VolumeFault, damaged};
+
+/// Directories within directories that a listing goes down: chunks of arrays lie at most a dozen deep.
+const MOST_DEEP: usize = 32;
+
+/// Directories that a listing looks into beside those that hold a file each.
+const MOST_EMPTY: usize = 1 << 16;
+
+/// Files below a directory.
+pub(crate) struct Directory {
+    root: PathBuf,
+    name: String,
+}
+
+impl Directory {
+    pub(crate) fn new(root: &Path) -> Directory {
+        Directory { root: root.into(), name: root.display().to_string() }
+    }
+
+    fn path(&self, key: &str) -> Result<PathBuf, VolumeError> {
+        let parts = parts(key).ok_or_else(|| {
+            damaged(format!("'{key}' leads out of the directory, and is not followed")).at(&self.name)
+        })?;
+        Ok(parts.iter().fold(self.root.clone(), |path, part| path.join(part)))
+    }
+
+    fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
+        let path = self.path(key)?;
+        let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(path.display().to_string());
+        let mut file = match File::open(&path) {
+            Ok(file) => file,
+            Err(error) if is_absent(&error) => return Ok(None),
+            Err(error) => return Err(refused(error)),
+        };
+        let found = file.metadata().map_err(refused)?;
+        if !found.is_file() {
+            return Ok(None);
+        }
+        let (offset, len) =
+            bounds(span, found.len()).map_err(|fault| fault.at(path.display().to_string()))?;
+        let mut bytes = Vec::new();
+        bytes.try_reserve_exact(len).map_err(|_| {
+            VolumeFault::TooLarge(format!("{len} bytes do not fit into memory"))
+                .at(path.display().to_string())
+        })?;
+        file.seek(SeekFrom::Start(offset)).map_err(refused)?;
+        file.take(len as u64).read_to_end(&mut bytes).map_err(refused)?;
+        match bytes.len() == len {
+            true => Ok(Some(bytes.into())),
+            false => Err(damaged("became shorter while it was read").at(path.display().to_string())),
+        }
+    }
+
+    fn list_now(&self, prefix: &str, most: usize) -> Result<Listing, VolumeError> {
+        let mut listing = Listing::default();
+        let root = self.path(prefix)?;
+        let mut open = vec![(root, String::new(), 0)];
+        let mut opened = 0;
+        while let Some((directory, before, depth)) = open.pop() {
+            opened += 1;
+            // Links can lead round in circles.
+            if opened > most.saturating_add(MOST_EMPTY) {
+                listing.is_cut = true;
+                return Ok(listing);
+            }
+            for (name, is_directory) in entries(&directory)? {
+                let key = format!("{before}{name}");
+                if is_directory && depth < MOST_DEEP {
+                    open.push((directory.join(&name), format!("{key}/"), depth + 1));
+                } else if !is_directory && listing.keys.len() == most {
+                    listing.is_cut = true;
+                    return Ok(listing);
+                } else if !is_directory {
+                    listing.keys.push(key);
+                }
+            }
+        }
+        Ok(listing)
+    }
+}
+
+/// Whether there is no file of that name.
+fn is_absent(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        io::ErrorKind::NotFound
+            | io::ErrorKind::NotADirectory
+            | io::ErrorKind::IsADirectory
+            | io::ErrorKind::InvalidFilename
+    )
+}
+
+/// The names in a directory, and which of them are directories; none where there is no such directory.
+fn entries(directory: &Path) -> Result<Vec<(String, bool)>, VolumeError> {
+    let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(directory.display().to_string());
+    let found = match fs::read_dir(directory) {
+        Ok(found) => found,
+        Err(error) if is_absent(&error) => return Ok(Vec::new()),
+        Err(error) => return Err(refused(error)),
+    };
+    let mut entries = Vec::new();
+    for entry in found {
+        let entry = entry.map_err(refused)?;
+        // A name that is no text is no key.
+        let Ok(name) = entry.file_name().into_string() else { continue };
+        let kind = entry.file_type().map_err(refused)?;
+        let is_directory = kind.is_dir() || (kind.is_symlink() && entry.path().is_dir());
+        entries.push((name, is_directory));
+    }
+    entries.sort_unstable();
+    Ok(entries)
+}
+
+impl KeyStore for Directory {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>> {
+        Box::pin(async move { self.read_now(key, span) })
+    }
+
+    fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing> {
+        Box::pin(async move { self.list_now(prefix, most) })
+    }
+
+    fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>> {
+        Box::pin(async move {
+            let found = entries(&self.path(prefix)?)?.into_iter();
+            Ok(found.filter(|(_, is_directory)| *is_directory).map(|(name, _)| name).take(most).collect())
+        })
+    }
+}

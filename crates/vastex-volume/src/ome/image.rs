@@ -1,0 +1,311 @@
+//! From an image's metadata and arrays to a volume.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use super::axes::{self, Axis, assign, fitting, metres};
+use super::levels::{Stored, check_cover, convention, origins, scales, sorted};
+use super::omero;
+use super::root::ImageRoot;
+use super::transforms::Diagonal;
+use crate::chunks::{AxisMap, Grid};
+use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::json::{list, text};
+use crate::keys::{KeyStore, join, shown};
+use crate::volume::{LevelArray, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
+use crate::zarr::{ZarrArray, open_array, shortened};
+
+/// Levels that are read: as many as halve the longest side of a texture, and some.
+const MOST_LEVELS: usize = 64;
+/// Things that are told of one volume.
+const MOST_ODDITIES: usize = 200;
+/// Images of labels that are listed beside an image.
+const MOST_LABELS: usize = 1000;
+
+/// A dataset whose array is there.
+struct Found {
+    array: ZarrArray,
+    stored: Stored,
+    map: AxisMap,
+}
+
+/// Opens the image whose metadata were found under a key.
+pub(crate) async fn open_image(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    root: ImageRoot,
+) -> Result<Volume, VolumeError> {
+    let ImageRoot { attributes, version, mut oddities } = root;
+    let path = shown(&**keys, prefix);
+    let multiscales = list(&attributes, "multiscales");
+    let multiscale = multiscales.first().unwrap_or(&Value::Null);
+    if multiscales.len() > 1 {
+        oddities.push(format!("{} pyramids are listed for one image; the first is taken", multiscales.len()));
+    }
+    let (mut found, axes) = open_datasets(keys, prefix, &path, multiscale, &mut oddities).await?;
+    let order = sorted(&found.iter().map(|found| found.stored.clone()).collect::<Vec<_>>(), &mut oddities);
+    let mut by_place: Vec<Option<Found>> = found.drain(..).map(Some).collect();
+    let found: Vec<Found> = order.into_iter().filter_map(|place| by_place[place].take()).collect();
+    let found = alike(found, &mut oddities);
+    let stored: Vec<Stored> = found.iter().map(|found| found.stored.clone()).collect();
+    let mut scales = scales(&stored, &mut oddities);
+    let mut translations: Vec<[f64; 3]> = stored.iter().map(|level| level.translation).collect();
+    let map = found[0].map;
+    let unit = one_unit(&axes, map, &mut scales, &mut translations, &mut oddities);
+    let states_middles = version.as_deref().is_some_and(|version| version.starts_with("0.6"));
+    let convention = convention(&scales, &translations, states_middles);
+    let origins = origins(&scales, &translations, convention);
+    check_cover(&stored, &scales, &origins, &mut oddities);
+    let arrays: Vec<LevelArray> = found.into_iter().map(|found| level_of(found.array, found.map)).collect();
+    let levels = stored.iter().zip(&arrays).enumerate().map(|(n, (stored, array))| VolumeLevel {
+        path: stored.path.clone(),
+        size: stored.size,
+        scale: scales[n],
+        origin: origins[n],
+        chunk: array.grid.chunk_size(),
+    });
+    let levels = levels.collect();
+    let channels = arrays[0].grid.channels();
+    let channel_info = channel_info(&attributes, channels, &mut oddities);
+    let labels = labels_beside(keys, prefix, &mut oddities).await?;
+    let about = VolumeAbout {
+        kind: "ome-zarr",
+        version,
+        name: text(multiscale, "name").filter(|name| !name.is_empty()).map(str::to_owned),
+        dtype: arrays[0].dtype,
+        levels,
+        channels,
+        channel_info,
+        times: arrays[0].grid.times(),
+        unit,
+        convention,
+        labels,
+        is_label: attributes.get("image-label").is_some(),
+        value_scale: None,
+        oddities: shortened_list(oddities),
+        path,
+    };
+    Ok(Volume::new(about, arrays))
+}
+
+fn level_of(array: ZarrArray, axes: AxisMap) -> LevelArray {
+    let meta = array.meta();
+    let grid = Grid { shape: meta.shape.clone(), chunk: meta.chunk.clone(), axes };
+    LevelArray { dtype: meta.dtype, grid, source: Arc::new(array) }
+}
+
+/// Opens the arrays of all datasets. Those that are not there, or cannot be read, are left out while any is left.
+async fn open_datasets(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    path: &str,
+    multiscale: &Value,
+    oddities: &mut Vec<String>,
+) -> Result<(Vec<Found>, Vec<Axis>), VolumeError> {
+    let datasets = list(multiscale, "datasets");
+    let mut named = axes::read(list(multiscale, "axes"));
+    let mut found: Vec<Found> = Vec::new();
+    let mut first_error = None;
+    let mut axes: Option<Vec<Axis>> = None;
+    for dataset in datasets.iter().take(MOST_LEVELS) {
+        let Some(name) = text(dataset, "path") else {
+            oddities.push("a level is listed without a path, and is left out".into());
+            continue;
+        };
+        let of = shortened(name);
+        let array = match open_array(keys, &join(prefix, name)).await {
+            Ok(Some(array)) => array,
+            Ok(None) => {
+                oddities.push(format!("the level '{of}' is listed and is not there; it is left out"));
+                continue;
+            }
+            Err(error) => {
+                oddities.push(format!("the level '{of}' is left out: {}", error.fault));
+                first_error.get_or_insert(error);
+                continue;
+            }
+        };
+        let meta = array.meta();
+        oddities.extend(meta.oddities.iter().map(|odd| format!("{of}: {odd}")));
+        let count = meta.shape.len();
+        let transformations = list(dataset, "coordinateTransformations");
+        if named.is_empty() {
+            let output = transformations.first().and_then(|first| first.get("output")).and_then(output_name);
+            named = axes::of_system(multiscale, output);
+        }
+        let own = match &axes {
+            Some(axes) if axes.len() == count => axes.clone(),
+            Some(axes) => {
+                oddities.push(format!(
+                    "the level '{of}' has {count} axes where another has {}; it is left out",
+                    axes.len()
+                ));
+                continue;
+            }
+            None => fitting(named.clone(), count, oddities),
+        };
+        let mut said = Vec::new();
+        let map = assign(&own, &meta.shape, &mut said).map_err(|fault| fault.at(path))?;
+        if axes.is_none() {
+            oddities.extend(said);
+            check_names(&own, &meta.names, oddities);
+        }
+        axes = Some(own);
+        let mut diagonal = Diagonal::identity(count);
+        diagonal.apply(transformations, &of, oddities);
+        // Version 0.6 has transformations between systems there, which none of the levels' own is.
+        if list(multiscale, "coordinateSystems").is_empty() {
+            diagonal.apply(list(multiscale, "coordinateTransformations"), "all levels", oddities);
+        }
+        let grid = Grid { shape: meta.shape.clone(), chunk: meta.chunk.clone(), axes: map };
+        let along =
+            |values: &[f64], none: f64| grid.space().map(|axis| axis.map_or(none, |axis| values[axis]));
+        let stored = Stored {
+            path: name.into(),
+            size: grid.size(),
+            scale: diagonal.is_given.then(|| along(&diagonal.scale, 1.0)),
+            translation: along(&diagonal.translation, 0.0),
+        };
+        found.push(Found { array, stored, map });
+    }
+    match (found.is_empty(), first_error) {
+        (true, Some(error)) => Err(error),
+        (true, None) => Err(damaged(format!(
+            "none of the {} levels that its metadata list is there; copy them, too",
+            datasets.len()
+        ))
+        .at(path)),
+        (false, _) => Ok((found, axes.unwrap_or_default())),
+    }
+}
+
+/// Version 0.6 names a system of coordinates by its name, or by an object that has it.
+fn output_name(output: &Value) -> Option<&str> {
+    output.as_str().or_else(|| text(output, "name"))
+}
+
+/// Says where an array names its axes otherwise than the image does.
+fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Vec<String>) {
+    let differs = |(axis, name): (&Axis, &Option<String>)| {
+        name.as_ref().is_some_and(|name| !axis.name.is_empty() && name.to_lowercase() != axis.name)
+    };
+    if axes.iter().zip(names).any(differs) {
+        let names: Vec<&str> = names.iter().map(|name| name.as_deref().unwrap_or("?")).collect();
+        oddities.push(format!(
+            "the array calls its axes {}, and the image otherwise; the image's names are taken",
+            shortened(&names.join(", "))
+        ));
+    }
+}
+
+/// The levels that have the values, channels and times of the finest one.
+fn alike(found: Vec<Found>, oddities: &mut Vec<String>) -> Vec<Found> {
+    let key = |found: &Found| {
+        let meta = found.array.meta();
+        let along = |axis: Option<usize>| axis.map_or(1, |axis| meta.shape[axis]);
+        (meta.dtype, along(found.map.channel), along(found.map.time))
+    };
+    let first = key(&found[0]);
+    let is_like = |found: &Found| {
+        let is_like = key(found) == first;
+        if !is_like {
+            oddities.push(format!(
+                "the level '{}' has other values, channels or times than '{}'; it is left out",
+                found.stored.path, "the finest one"
+            ));
+        }
+        is_like
+    };
+    found.into_iter().filter(is_like).collect()
+}
+
+/// The unit of x, in which lengths along other axes are put, too, where both units are known.
+fn one_unit(
+    axes: &[Axis],
+    map: AxisMap,
+    scales: &mut [[f64; 3]],
+    translations: &mut [[f64; 3]],
+    oddities: &mut Vec<String>,
+) -> Option<String> {
+    let unit = |axis: Option<usize>| axes.get(axis?)?.unit.clone();
+    let units = [unit(Some(map.x)), unit(Some(map.y)), unit(map.z)];
+    let first = units.iter().flatten().next()?.clone();
+    for (axis, own) in units.iter().enumerate() {
+        let Some(own) = own.as_ref().filter(|own| **own != first) else { continue };
+        match metres(own).zip(metres(&first)) {
+            Some((own, first)) if own == first => {}
+            Some((own_metres, first_metres)) => {
+                oddities.push(format!("axes of space are in {own} and in {first}; all are put in {first}"));
+                for value in scales.iter_mut().chain(translations.iter_mut()) {
+                    value[axis] *= own_metres / first_metres;
+                }
+            }
+            None => oddities.push(format!(
+                "axes of space are in '{}' and in '{}', which cannot be compared",
+                shortened(own),
+                shortened(&first)
+            )),
+        }
+    }
+    Some(first)
+}
+
+fn channel_info(attributes: &Value, channels: u64, oddities: &mut Vec<String>) -> Vec<VolumeChannel> {
+    let mut said = omero::read(attributes, oddities);
+    if !said.is_empty() && said.len() as u64 != channels {
+        oddities.push(format!("omero describes {} channels, and there are {channels}", said.len()));
+        said.truncate(usize::try_from(channels).unwrap_or(usize::MAX));
+    }
+    let info = |omero: omero::Omero| VolumeChannel {
+        name: omero.label,
+        color: omero.color,
+        window: omero.window,
+        is_active: omero.is_active,
+        is_inverted: omero.is_inverted,
+    };
+    said.into_iter().map(info).collect()
+}
+
+/// The names of the images of labels that lie beside an image.
+async fn labels_beside(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    oddities: &mut Vec<String>,
+) -> Result<Vec<String>, VolumeError> {
+    let group = join(prefix, "labels");
+    let listed = match super::root::open_root(keys, &group).await {
+        Ok(super::root::Root::Images { paths, .. }) => paths,
+        Ok(super::root::Root::Group) => {
+            let names = keys.groups(&group, MOST_LABELS).await?;
+            if !names.is_empty() {
+                oddities.push("labels/ lists no labels; the groups in it are taken".into());
+            }
+            names
+        }
+        Ok(_) => Vec::new(),
+        Err(error) => {
+            oddities.push(format!("labels are left out: {error}"));
+            Vec::new()
+        }
+    };
+    Ok(listed.into_iter().take(MOST_LABELS).collect())
+}
+
+fn shortened_list(mut oddities: Vec<String>) -> Vec<String> {
+    if oddities.len() > MOST_ODDITIES {
+        let left = oddities.len() - MOST_ODDITIES;
+        oddities.truncate(MOST_ODDITIES);
+        oddities.push(format!("and {left} more"));
+    }
+    oddities
+}
+
+/// An error for a group that is no image.
+pub(crate) fn no_image(path: &str) -> VolumeError {
+    VolumeFault::NoVolume(
+        "is a group of Zarr without metadata of an image (multiscales); name an image or an array below it"
+            .into(),
+    )
+    .at(path)
+}

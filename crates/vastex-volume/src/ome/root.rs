@@ -1,0 +1,172 @@
+//! What lies under a key: an image, an array, or something that lists images.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+
+use crate::fault::VolumeError;
+use crate::json::{list, read_json, text};
+use crate::keys::{KeyStore, join};
+use crate::zarr::shortened;
+
+/// Images of a plate, or of a file with several, that are listed at most.
+const MOST_IMAGES: usize = 100_000;
+
+/// What lies under a key.
+pub(crate) enum Root {
+    /// An image: the metadata that have `multiscales`.
+    Image(ImageRoot),
+    /// An array without metadata of an image.
+    Array,
+    /// Images below the key.
+    Images {
+        /// What lists them.
+        what: &'static str,
+        /// Their paths below the key.
+        paths: Vec<String>,
+        oddities: Vec<String>,
+    },
+    /// A group of Zarr in which nothing is known.
+    Group,
+    /// No Zarr at all.
+    Nothing,
+}
+
+/// The metadata of an image.
+pub(crate) struct ImageRoot {
+    pub(super) attributes: Value,
+    pub(super) version: Option<String>,
+    pub(super) oddities: Vec<String>,
+}
+
+/// Finds out what lies under a key.
+pub(crate) async fn open_root(keys: &Arc<dyn KeyStore>, prefix: &str) -> Result<Root, VolumeError> {
+    let mut oddities = Vec::new();
+    let node = read_json(&**keys, &join(prefix, "zarr.json"), &mut oddities).await?;
+    let old = read_json(&**keys, &join(prefix, ".zattrs"), &mut oddities).await?;
+    let is_array = match &node {
+        Some(node) => text(node, "node_type") == Some("array"),
+        None => has(keys, &join(prefix, ".zarray")).await?,
+    };
+    let new = node.as_ref().and_then(|node| node.get("attributes")).cloned();
+    // Version 0.5 has all of it below `ome`; drafts of it, and 0.4, have it at the top.
+    let candidates = [new.as_ref().and_then(|new| new.get("ome")).cloned(), new, old];
+    let mut candidates: Vec<Value> = candidates.into_iter().flatten().collect();
+    let known = ["multiscales", "plate", "well", "bioformats2raw.layout", "labels", "series"];
+    let place = candidates.iter().position(|found| known.iter().any(|key| found.get(key).is_some()));
+    let Some(place) = place else {
+        if is_array {
+            return Ok(Root::Array);
+        }
+        let is_group = node.is_some() || has(keys, &join(prefix, ".zgroup")).await? || !candidates.is_empty();
+        return Ok(if is_group { Root::Group } else { Root::Nothing });
+    };
+    if place == 1 && node.is_some() && candidates.len() > 1 && candidates[0].get("version").is_some() {
+        oddities.push(
+            "the metadata stand beside 'ome', where version 0.5 has them within; they are taken".into(),
+        );
+    }
+    let found = candidates.swap_remove(place);
+    if !list(&found, "multiscales").is_empty() {
+        let version = version_of(&found);
+        return Ok(Root::Image(ImageRoot { attributes: found, version, oddities }));
+    }
+    list_images(keys, prefix, &found, oddities).await
+}
+
+async fn has(keys: &Arc<dyn KeyStore>, key: &str) -> Result<bool, VolumeError> {
+    Ok(keys.read(key, crate::keys::Span::Whole { most: u64::MAX >> 24 }).await?.is_some())
+}
+
+fn version_of(found: &Value) -> Option<String> {
+    let own = list(found, "multiscales").first().and_then(|first| first.get("version"));
+    let version = found.get("version").or(own)?;
+    Some(version.as_str().map_or_else(|| version.to_string(), str::to_owned))
+}
+
+async fn list_images(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    found: &Value,
+    mut oddities: Vec<String>,
+) -> Result<Root, VolumeError> {
+    let (what, paths) = if let Some(plate) = found.get("plate") {
+        let wells = list(plate, "wells").iter().filter_map(|well| text(well, "path"));
+        let mut paths = Vec::new();
+        for well in wells.take(MOST_IMAGES) {
+            paths.extend(images_of_well(keys, prefix, well, &mut oddities).await?);
+        }
+        ("a plate", paths)
+    } else if let Some(well) = found.get("well") {
+        ("a well", paths_in(well, ""))
+    } else if found.get("labels").is_some() {
+        let names = list(found, "labels").iter().filter_map(Value::as_str).map(str::to_owned);
+        ("a group of labels", names.collect())
+    } else {
+        ("a file of several images", series(keys, prefix, found, &mut oddities).await?)
+    };
+    let mut paths = paths;
+    if paths.len() > MOST_IMAGES {
+        oddities.push(format!("{} images are listed; the first {MOST_IMAGES} are taken", paths.len()));
+        paths.truncate(MOST_IMAGES);
+    }
+    Ok(Root::Images { what, paths, oddities })
+}
+
+/// The images of a well, by its own metadata; where it has none, its first field is named.
+async fn images_of_well(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    well: &str,
+    oddities: &mut Vec<String>,
+) -> Result<Vec<String>, VolumeError> {
+    let key = join(prefix, well);
+    let node = read_json(&**keys, &join(&key, "zarr.json"), oddities).await?;
+    let old = read_json(&**keys, &join(&key, ".zattrs"), oddities).await?;
+    let new = node.as_ref().and_then(|node| node.get("attributes"));
+    let found = [new.and_then(|new| new.get("ome")), new, old.as_ref()];
+    let found = found.into_iter().flatten().find_map(|found| found.get("well"));
+    match found {
+        Some(found) => Ok(paths_in(found, well)),
+        None => {
+            oddities.push(format!(
+                "the well '{}' is listed and is not there, or says nothing; it is left out",
+                shortened(well)
+            ));
+            Ok(Vec::new())
+        }
+    }
+}
+
+fn paths_in(well: &Value, below: &str) -> Vec<String> {
+    let images = list(well, "images").iter().filter_map(|image| text(image, "path"));
+    images.map(|image| join(below, image)).collect()
+}
+
+/// The images of a file that bioformats2raw made: those that the group `OME` names, else 0, 1, 2 and so on.
+async fn series(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+    found: &Value,
+    oddities: &mut Vec<String>,
+) -> Result<Vec<String>, VolumeError> {
+    let own = list(found, "series");
+    let named = |list: &[Value]| -> Vec<String> {
+        list.iter().filter_map(Value::as_str).map(str::to_owned).collect()
+    };
+    if !own.is_empty() {
+        return Ok(named(own));
+    }
+    let node = read_json(&**keys, &join(prefix, "OME/zarr.json"), oddities).await?;
+    let old = read_json(&**keys, &join(prefix, "OME/.zattrs"), oddities).await?;
+    let new = node.as_ref().and_then(|node| node.get("attributes"));
+    let of_group = [new.and_then(|new| new.get("ome")), new, old.as_ref()];
+    let listed = of_group.into_iter().flatten().find(|found| !list(found, "series").is_empty());
+    if let Some(listed) = listed {
+        return Ok(named(list(listed, "series")));
+    }
+    let mut numbers: Vec<u64> =
+        keys.groups(prefix, MOST_IMAGES).await?.iter().filter_map(|name| name.parse().ok()).collect();
+    numbers.sort_unstable();
+    Ok(numbers.iter().map(u64::to_string).collect())
+}

@@ -1,0 +1,166 @@
+//! From a path to what lies there: the one door to volumes of every kind.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pollster::block_on;
+
+use crate::chunks::Grid;
+use crate::fault::{VolumeError, VolumeFault};
+use crate::flat::{is_nifti, is_raw_volume, open_nifti, open_raw};
+use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
+use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
+use crate::stack::{is_stack, open_stack};
+use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeLevel};
+use crate::zarr::open_array;
+
+/// What lies at a path.
+#[derive(Debug)]
+pub enum Opened {
+    /// A volume.
+    Volume(Box<Volume>),
+    /// Something that lists volumes below it: a plate, a well, a file of several images, a group of labels.
+    Images(ImageList),
+}
+
+/// Volumes below a path.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ImageList {
+    /// The path that was opened.
+    pub path: String,
+    /// What lists them: `a plate`, for one.
+    pub what: &'static str,
+    /// Where each lies below the path.
+    pub images: Vec<String>,
+    /// What was wrong, and what was made of it.
+    pub oddities: Vec<String>,
+}
+
+/// Whether a path looks like a volume: by the names in a directory, or by the first bytes of a file. Of a TIFF file, all of its
+/// directories are looked at.
+pub fn is_volume(path: &Path) -> bool {
+    const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
+    if path.is_dir() {
+        return NAMES.iter().any(|name| path.join(name).is_file());
+    }
+    match path.is_file() {
+        true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path),
+        false => in_archive(path).is_some(),
+    }
+}
+
+/// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI, a raw file with its
+/// description, a TIFF stack. Reads metadata alone. The error says what is wrong, where, and what to do.
+pub fn open(path: &Path) -> Result<Opened, VolumeError> {
+    let volume = |volume: Volume| Opened::Volume(Box::new(volume));
+    if path.is_dir() {
+        return open_zarr(&(Arc::new(Directory::new(path)) as Arc<dyn KeyStore>), "");
+    }
+    if let Some((archive, below)) = in_archive(path) {
+        return open_zarr(&(Arc::new(Zip::open(&archive)?) as Arc<dyn KeyStore>), &below);
+    }
+    if is_raw_volume(path) {
+        return open_raw(path).map(volume);
+    }
+    if is_nifti(path) {
+        return open_nifti(path).map(volume);
+    }
+    if is_stack(path) {
+        return open_stack(path).map(volume);
+    }
+    let found = std::fs::metadata(path);
+    Err(match found {
+        Err(error) => VolumeFault::Read(error.to_string()),
+        Ok(_) => VolumeFault::NoVolume(
+            "is no volume: no Zarr, no NIfTI, no raw file with a depth, no TIFF stack".into(),
+        ),
+    }
+    .at(path.display().to_string()))
+}
+
+/// The archive that a path lies in, and where in it.
+fn in_archive(path: &Path) -> Option<(PathBuf, String)> {
+    let archive = path.ancestors().find(|path| path.is_file())?;
+    if !is_zip(archive) {
+        return None;
+    }
+    let below = path.strip_prefix(archive).ok()?.to_str()?.replace(std::path::MAIN_SEPARATOR, "/");
+    Some((archive.to_owned(), below))
+}
+
+fn open_zarr(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Opened, VolumeError> {
+    block_on(async {
+        let mut below = below.to_owned();
+        let mut root = open_root(keys, &below).await?;
+        // Archives are often of the directory rather than of what is in it.
+        if below.is_empty() && matches!(root, Root::Nothing) {
+            let groups = keys.groups("", 2).await?;
+            if let [only] = &groups[..] {
+                below.clone_from(only);
+                root = open_root(keys, &below).await?;
+            }
+        }
+        if let Root::Images { what: "a file of several images", paths, .. } = &root
+            && let [only] = &paths[..]
+        {
+            below = crate::keys::join(&below, only);
+            root = open_root(keys, &below).await?;
+        }
+        let path = shown(&**keys, &below);
+        match root {
+            Root::Image(image) => Ok(Opened::Volume(Box::new(open_image(keys, &below, image).await?))),
+            Root::Array => Ok(Opened::Volume(Box::new(open_plain(keys, &below).await?))),
+            Root::Images { what, paths, oddities } => {
+                Ok(Opened::Images(ImageList { path, what, images: paths, oddities }))
+            }
+            Root::Group => Err(no_image(&path)),
+            Root::Nothing => {
+                Err(VolumeFault::NoVolume("is no volume: no metadata of Zarr lie there".into()).at(path))
+            }
+        }
+    })
+}
+
+/// An array without metadata of an image: its axes by their names, else the last of t, c, z, y and x.
+async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, VolumeError> {
+    let path = shown(&**keys, below);
+    let missing = || VolumeFault::NoVolume("is no array of Zarr".into()).at(&path);
+    let array = open_array(keys, below).await?.ok_or_else(missing)?;
+    let meta = array.meta().clone();
+    let mut oddities = meta.oddities.clone();
+    oddities.push("is an array without metadata of an image; scales are taken to be 1".into());
+    let mut names = meta.names.clone();
+    if names.iter().all(Option::is_none) {
+        let old = ["t", "c", "z", "y", "x"];
+        names =
+            old.iter().skip(old.len().saturating_sub(names.len())).map(|name| Some((*name).into())).collect();
+        names.splice(0..0, std::iter::repeat_n(None, meta.shape.len() - names.len()));
+    }
+    let axes = assign(&axes_of_names(&names), &meta.shape, &mut oddities).map_err(|fault| fault.at(&path))?;
+    let grid = Grid { shape: meta.shape.clone(), chunk: meta.chunk.clone(), axes };
+    let level = VolumeLevel {
+        path: String::new(),
+        size: grid.size(),
+        scale: [1.0; 3],
+        origin: [0.0; 3],
+        chunk: grid.chunk_size(),
+    };
+    let about = VolumeAbout {
+        kind: "zarr",
+        version: None,
+        name: None,
+        dtype: meta.dtype,
+        levels: vec![level],
+        channels: grid.channels(),
+        channel_info: Vec::new(),
+        times: grid.times(),
+        unit: None,
+        convention: Convention::Corner,
+        labels: Vec::new(),
+        is_label: false,
+        value_scale: None,
+        oddities,
+        path,
+    };
+    Ok(Volume::new(about, vec![LevelArray { dtype: meta.dtype, grid, source: Arc::new(array) }]))
+}

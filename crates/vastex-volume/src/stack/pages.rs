@@ -1,0 +1,268 @@
+//! The pages of a TIFF file, and their strips or tiles as chunks.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use tiff::decoder::{Decoder, DecodingSampleType, Limits};
+use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
+use tiff::{ColorType, TiffResult};
+
+use super::about::PageOrder;
+use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
+use crate::fault::{VolumeError, VolumeFault, damaged, unsupported};
+use crate::flat::Layout;
+use crate::values::{DType, swap_bytes};
+
+/// Pages that are looked at.
+const MOST_PAGES: u64 = 1 << 20;
+/// Bytes of a strip or a tile, decoded.
+const MOST_CHUNK: usize = 1 << 30;
+/// Decoders that are kept, so that threads do not wait for each other.
+const MOST_DECODERS: usize = 16;
+
+type FileDecoder = Decoder<BufReader<File>>;
+
+/// What all pages of a stack have in common.
+#[derive(Clone, Debug, PartialEq)]
+struct Page {
+    size: (u32, u32),
+    chunk: (u32, u32),
+    color: ColorType,
+    dtype: DType,
+    samples: u16,
+}
+
+/// The pages of a stack.
+pub(super) struct Pages {
+    path: PathBuf,
+    page: Page,
+    /// Their places among the file's directories.
+    places: Vec<usize>,
+    description: String,
+    /// Where the values begin if the file has one directory for many pages, as ImageJ writes large stacks.
+    run: Option<(u64, u64)>,
+    is_big_endian: bool,
+}
+
+/// Whether a file is TIFF with several pages of one size, or with one that stands for many.
+pub(crate) fn is_stack(path: &Path) -> bool {
+    let mut start = [0; 4];
+    let is_tiff = File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok()
+        && [&b"II\x2a\0"[..], b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].contains(&&start[..]);
+    is_tiff && Pages::open(path, &mut Vec::new()).is_ok_and(|pages| pages.count() > 1)
+}
+
+fn decoder(path: &Path) -> TiffResult<FileDecoder> {
+    let mut limits = Limits::default();
+    limits.decoding_buffer_size = MOST_CHUNK;
+    limits.intermediate_buffer_size = MOST_CHUNK;
+    limits.ifd_value_size = 64 << 20;
+    Ok(Decoder::new(BufReader::new(File::open(path)?))?.with_limits(limits))
+}
+
+fn page_of(decoder: &mut FileDecoder) -> TiffResult<Result<Page, String>> {
+    let size = decoder.dimensions()?;
+    let color = decoder.colortype()?;
+    let is_planar = decoder
+        .find_tag_unsigned::<u16>(Tag::PlanarConfiguration)?
+        .is_some_and(|planar| planar == PlanarConfiguration::Planar.to_u16());
+    let samples = color.num_samples();
+    if samples > 1 && is_planar {
+        return Ok(Err(
+            "has a plane for each of its colours, which is not read; write them side by side".into()
+        ));
+    }
+    let photometric = decoder.find_tag_unsigned::<u16>(Tag::PhotometricInterpretation)?;
+    // The decoder turns white-is-zero round, which is not what is stored.
+    if photometric == Some(PhotometricInterpretation::WhiteIsZero.to_u16()) {
+        return Ok(Err(
+            "is stored with white as 0, which is not read exactly; write it with black as 0".into()
+        ));
+    }
+    let sample = decoder.image_chunk_buffer_layout(0)?.sample_type;
+    let dtype = match sample {
+        Some(DecodingSampleType::U8) => DType::U8,
+        Some(DecodingSampleType::U16) => DType::U16,
+        Some(DecodingSampleType::U32) => DType::U32,
+        Some(DecodingSampleType::U64) => DType::U64,
+        Some(DecodingSampleType::I8) => DType::I8,
+        Some(DecodingSampleType::I16) => DType::I16,
+        Some(DecodingSampleType::I32) => DType::I32,
+        Some(DecodingSampleType::I64) => DType::I64,
+        Some(DecodingSampleType::F16) => DType::F16,
+        Some(DecodingSampleType::F32) => DType::F32,
+        Some(DecodingSampleType::F64) => DType::F64,
+        _ => return Ok(Err(format!("has values of {color:?}, which are not read"))),
+    };
+    if usize::from(color.bit_depth()) != 8 * dtype.bytes() {
+        return Ok(Err(format!(
+            "has values of {} bits, of which 8, 16, 32 and 64 are read",
+            color.bit_depth()
+        )));
+    }
+    let chunk = decoder.chunk_dimensions();
+    Ok(Ok(Page { size, chunk, color, dtype, samples }))
+}
+
+impl Pages {
+    pub(super) fn open(path: &Path, oddities: &mut Vec<String>) -> Result<Pages, VolumeError> {
+        let at = |fault: VolumeFault| fault.at(path.display().to_string());
+        let wrong = |error: tiff::TiffError| at(damaged(format!("is no sound TIFF: {error}; copy it anew")));
+        let mut decoder = decoder(path).map_err(wrong)?;
+        let page = page_of(&mut decoder).map_err(wrong)?.map_err(|why| at(unsupported(why)))?;
+        let description = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();
+        let is_big_endian = decoder.byte_order() == tiff::tags::ByteOrder::BigEndian;
+        let run = run_of(&mut decoder, &description, &page);
+        let mut places = vec![0];
+        let (mut place, mut left_out) = (0, 0);
+        while decoder.more_images() {
+            place += 1;
+            if place as u64 == MOST_PAGES {
+                oddities.push(format!("has more than {MOST_PAGES} pages; the others are left out"));
+                break;
+            }
+            match decoder.next_image().and_then(|()| page_of(&mut decoder)) {
+                Ok(Ok(other)) if other == page => places.push(place),
+                Ok(_) => left_out += 1,
+                Err(error) => {
+                    oddities.push(format!("the pages from {place} on cannot be read: {error}"));
+                    break;
+                }
+            }
+        }
+        if left_out > 0 {
+            oddities.push(format!(
+                "{left_out} pages have another size or other values than the first one, and are left out"
+            ));
+        }
+        let run = run.filter(|_| places.len() == 1);
+        Ok(Pages { path: path.into(), page, places, description, run, is_big_endian })
+    }
+
+    pub(super) fn count(&self) -> u64 {
+        self.run.map_or(self.places.len() as u64, |(_, count)| count)
+    }
+
+    pub(super) fn description(&self) -> &str {
+        &self.description
+    }
+
+    pub(super) fn dtype(&self) -> DType {
+        self.page.dtype
+    }
+
+    /// The chunks of a stack whose pages have such axes, the slowest first.
+    pub(super) fn grid(&self, pages: [u64; 3], order: PageOrder) -> Grid {
+        let Page { size, chunk, samples, .. } = &self.page;
+        // Colours within a page are channels where its pages are none.
+        let is_colored = *samples > 1;
+        let axes = AxisMap {
+            x: 4,
+            y: 3,
+            z: Some(order.place('Z')),
+            channel: Some(if is_colored { 5 } else { order.place('C') }),
+            time: Some(order.place('T')),
+        };
+        let [a, b, c] = pages;
+        Grid {
+            shape: vec![a, b, c, size.1.into(), size.0.into(), (*samples).into()],
+            chunk: vec![1, 1, 1, u64::from(chunk.1).max(1), u64::from(chunk.0).max(1), (*samples).into()],
+            axes,
+        }
+    }
+
+    /// Where all values lie in one run, if they do.
+    pub(super) fn one_run(&self, grid: &Grid) -> Option<Layout> {
+        let (offset, _) = self.run?;
+        let layout = Layout {
+            offset,
+            dtype: self.page.dtype,
+            is_big_endian: self.is_big_endian,
+            shape: grid.shape.clone(),
+        };
+        let len = std::fs::metadata(&self.path).ok()?.len();
+        layout.bytes().filter(|bytes| offset.saturating_add(*bytes) <= len).map(|_| layout)
+    }
+
+    pub(super) fn source(self, grid: &Grid) -> PageChunks {
+        PageChunks { grid: grid.clone(), pages: self, decoders: Mutex::new(Vec::new()) }
+    }
+}
+
+/// Where the values of many pages begin that have one directory, and how many pages they are.
+fn run_of(decoder: &mut FileDecoder, description: &str, page: &Page) -> Option<(u64, u64)> {
+    if !description.starts_with("ImageJ=") {
+        return None;
+    }
+    let count =
+        description.lines().find_map(|line| line.strip_prefix("images="))?.trim().parse::<u64>().ok()?;
+    let compression = decoder.find_tag_unsigned::<u16>(Tag::Compression).ok()?.unwrap_or(1);
+    let offsets = decoder.get_tag_u64_vec(Tag::StripOffsets).ok()?;
+    let is_plain = compression == CompressionMethod::None.to_u16() && offsets.len() == 1 && page.samples == 1;
+    (is_plain && count > 1).then(|| (offsets[0], count))
+}
+
+/// Strips or tiles of pages.
+pub(super) struct PageChunks {
+    grid: Grid,
+    pages: Pages,
+    decoders: Mutex<Vec<FileDecoder>>,
+}
+
+impl PageChunks {
+    fn read_now(&self, coords: &[u64]) -> Result<Chunk, VolumeError> {
+        let shape = &self.grid.shape;
+        let page = ((coords[0] * shape[1] + coords[1]) * shape[2] + coords[2]) as usize;
+        let at = |fault: VolumeFault| fault.at(format!("{}, page {page}", self.pages.path.display()));
+        let wrong =
+            |error: tiff::TiffError| at(damaged(format!("cannot be decoded: {error}; copy the file anew")));
+        let kept = self.decoders.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let mut decoder = match kept {
+            Some(decoder) => decoder,
+            None => decoder(&self.pages.path).map_err(wrong)?,
+        };
+        let place = self.pages.places.get(page).copied().unwrap_or(usize::MAX);
+        decoder.seek_to_image(place).map_err(wrong)?;
+        let across = shape[4].div_ceil(self.grid.chunk[4]);
+        let index = u32::try_from(coords[3] * across + coords[4]).unwrap_or(u32::MAX);
+        let len = decoder.image_chunk_buffer_layout(index).map_err(wrong)?.len;
+        let sides = [3, 4].map(|axis| {
+            self.grid.chunk[axis].min(shape[axis] - coords[axis] * self.grid.chunk[axis]) as usize
+        });
+        let samples = usize::from(self.pages.page.samples);
+        let width = self.pages.page.dtype.bytes();
+        let expected = sides[0] * sides[1] * samples * width;
+        if len != expected || len > MOST_CHUNK {
+            return Err(at(damaged(format!(
+                "has a strip or tile of {len} bytes where {expected} are right; copy the file anew"
+            ))));
+        }
+        let mut bytes = vec![0; len];
+        decoder.read_chunk_bytes(index, &mut bytes).map_err(wrong)?;
+        let mut decoders = self.decoders.lock().unwrap_or_else(PoisonError::into_inner);
+        if decoders.len() < MOST_DECODERS {
+            decoders.push(decoder);
+        }
+        if cfg!(target_endian = "big") {
+            swap_bytes(&mut bytes, width);
+        }
+        let strides = [0, 0, 0, sides[1] * samples * width, samples * width, width];
+        Ok(Chunk { bytes: bytes.into(), strides: strides.into() })
+    }
+}
+
+impl ChunkSource for PageChunks {
+    fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a> {
+        Box::pin(async move { self.read_now(coords).map(Some) })
+    }
+
+    fn fill(&self) -> [u8; 8] {
+        [0; 8]
+    }
+
+    fn presence(&self, _: usize) -> PresenceFuture<'_> {
+        Box::pin(async { Ok(Presence::All) })
+    }
+}

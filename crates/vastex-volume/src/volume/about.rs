@@ -1,0 +1,94 @@
+//! What is known of a volume without reading its values.
+
+use crate::values::DType;
+
+/// What a volume says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeAbout {
+    /// The path that was opened.
+    pub path: String,
+    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack` or `raw`.
+    pub kind: &'static str,
+    /// The version of its format, where it names one.
+    pub version: Option<String>,
+    /// What it calls itself.
+    pub name: Option<String>,
+    /// What its values are.
+    pub dtype: DType,
+    /// Its stored levels, the finest first, at least one.
+    pub levels: Vec<VolumeLevel>,
+    /// How many channels there are, at least 1.
+    pub channels: u64,
+    /// What is said of channels, for as many of the first ones as something is said of.
+    pub channel_info: Vec<VolumeChannel>,
+    /// How many times there are, at least 1.
+    pub times: u64,
+    /// The unit of scales and origins.
+    pub unit: Option<String>,
+    /// How the file places its levels beside each other.
+    pub convention: Convention,
+    /// Images of labels that lie beside it; each is opened at `labels/NAME` below its path.
+    pub labels: Vec<String>,
+    /// Whether its values are labels: numbers of things, which are never mixed.
+    pub is_label: bool,
+    /// What makes meant values of stored ones: `slope * value + intercept`. Nothing here applies it.
+    pub value_scale: Option<[f64; 2]>,
+    /// What was wrong, and what was made of it; one sentence each.
+    pub oddities: Vec<String>,
+}
+
+impl VolumeAbout {
+    /// Voxels along x, y and z of the finest level.
+    pub fn size(&self) -> [u64; 3] {
+        self.levels[0].size
+    }
+}
+
+/// A stored level. Voxel `i` of it fills `origin + i * scale` to `origin + (i + 1) * scale` of the world, along each axis.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeLevel {
+    /// Where it lies below the volume's path; empty where it is the volume's only array.
+    pub path: String,
+    /// Voxels along x, y and z, at least 1 each.
+    pub size: [u64; 3],
+    /// Sides of a voxel along x, y and z, above 0 and finite.
+    pub scale: [f64; 3],
+    /// The corner of its first voxel.
+    pub origin: [f64; 3],
+    /// Voxels of what is decoded at once, along x, y and z.
+    pub chunk: [u64; 3],
+}
+
+/// What is said of a channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct VolumeChannel {
+    /// Its name.
+    pub name: Option<String>,
+    /// Red, green and blue.
+    pub color: Option<[u8; 3]>,
+    /// The stored values that are shown as dark and as bright; the first is below the second.
+    pub window: Option<[f64; 2]>,
+    /// Whether it is shown at first.
+    pub is_active: Option<bool>,
+    /// Whether dark and bright are exchanged.
+    pub is_inverted: bool,
+}
+
+/// What translations of levels are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Convention {
+    /// Of the corner of the first voxel, as files have them that name none.
+    Corner,
+    /// Of its middle.
+    Center,
+}
+
+impl Convention {
+    /// What it is called.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Convention::Corner => "corner",
+            Convention::Center => "center",
+        }
+    }
+}

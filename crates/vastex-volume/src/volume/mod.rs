@@ -1,0 +1,50 @@
+//! A volume: what it says of itself, and its levels, channels and times as arrays of chunks.
+
+mod about;
+mod bricks;
+mod cache;
+mod crop;
+mod region;
+
+use std::sync::Arc;
+
+use crate::chunks::{ChunkSource, Grid};
+use crate::values::DType;
+pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
+pub use bricks::{BRICK, BrickCount};
+use cache::ChunkCache;
+pub use crop::{VolumeCropError, crop};
+pub use region::VolumeRegion;
+
+/// One level as it is stored.
+pub(crate) struct LevelArray {
+    pub(crate) dtype: DType,
+    pub(crate) grid: Grid,
+    pub(crate) source: Arc<dyn ChunkSource>,
+}
+
+/// A volume, opened. Its levels are read where they lie; shared by threads.
+pub struct Volume {
+    about: VolumeAbout,
+    arrays: Vec<LevelArray>,
+    cache: ChunkCache,
+}
+
+impl std::fmt::Debug for Volume {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Volume").field("about", &self.about).finish_non_exhaustive()
+    }
+}
+
+impl Volume {
+    /// Of levels, the finest first, as many as `about` has, at least one.
+    pub(crate) fn new(about: VolumeAbout, arrays: Vec<LevelArray>) -> Volume {
+        debug_assert_eq!(about.levels.len(), arrays.len());
+        Volume { about, arrays, cache: ChunkCache::default() }
+    }
+
+    /// What is known of it without reading its values.
+    pub fn about(&self) -> &VolumeAbout {
+        &self.about
+    }
+}

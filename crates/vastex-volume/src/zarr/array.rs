@@ -1,0 +1,180 @@
+//! An array where it lies: opened by its metadata, read chunk by chunk.
+
+use std::sync::Arc;
+
+use super::metadata::{ArrayMeta, ShardMeta};
+use super::shards::{ShardIndices, checked};
+use super::{v2, v3};
+use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
+use crate::fault::VolumeError;
+use crate::json::{read_json, text};
+use crate::keys::{KeyStore, Span, join, shown};
+use crate::values::swap_bytes;
+
+/// An array.
+pub(crate) struct ZarrArray {
+    keys: Arc<dyn KeyStore>,
+    prefix: String,
+    meta: ArrayMeta,
+    strides: Arc<[usize]>,
+    shards: ShardIndices,
+}
+
+/// Opens the array under a key; nothing where there is none.
+pub(crate) async fn open_array(
+    keys: &Arc<dyn KeyStore>,
+    prefix: &str,
+) -> Result<Option<ZarrArray>, VolumeError> {
+    let mut oddities = Vec::new();
+    let v3_key = join(prefix, "zarr.json");
+    let found = read_json(&**keys, &v3_key, &mut oddities).await?;
+    let meta = match found.filter(|value| text(value, "node_type") == Some("array")) {
+        Some(value) => v3::read(&value).map_err(|fault| fault.at(shown(&**keys, &v3_key)))?,
+        None => {
+            let v2_key = join(prefix, ".zarray");
+            let Some(value) = read_json(&**keys, &v2_key, &mut oddities).await? else { return Ok(None) };
+            let probed = match value.get("dimension_separator") {
+                None => probed_separator(&**keys, prefix).await?,
+                Some(_) => None,
+            };
+            v2::read(&value, probed).map_err(|fault| fault.at(shown(&**keys, &v2_key)))?
+        }
+    };
+    let mut meta = meta;
+    meta.oddities.extend(oddities);
+    let strides = meta.strides().into();
+    Ok(Some(ZarrArray {
+        keys: keys.clone(),
+        prefix: prefix.into(),
+        meta,
+        strides,
+        shards: ShardIndices::default(),
+    }))
+}
+
+/// The separator that an array's keys are seen to have: directories with numbers for names are of `/`.
+async fn probed_separator(keys: &dyn KeyStore, prefix: &str) -> Result<Option<char>, VolumeError> {
+    let groups = keys.groups(prefix, 16).await?;
+    let is_number = |name: &String| !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_digit());
+    Ok(groups.iter().any(is_number).then_some('/'))
+}
+
+impl ZarrArray {
+    pub(crate) fn meta(&self) -> &ArrayMeta {
+        &self.meta
+    }
+
+    async fn read_chunk(&self, coords: &[u64]) -> Result<Option<Chunk>, VolumeError> {
+        let bytes = self.meta.chunk_bytes();
+        let most = self.meta.chain.most_stored(bytes);
+        let (key, stored) = match &self.meta.shard {
+            None => {
+                let key = join(&self.prefix, &self.meta.keys.key(coords));
+                let stored = self.keys.read(&key, Span::Whole { most }).await?;
+                (key, stored)
+            }
+            Some(shard) => {
+                let (of, within) = split(coords, shard);
+                let key = join(&self.prefix, &self.meta.keys.key(&of));
+                let index = self.shards.get(&*self.keys, &key, shard).await?;
+                let entry = index.and_then(|index| index.entry(shard.entry(&within)));
+                let Some(entry) = entry else { return Ok(None) };
+                let (offset, len) =
+                    checked(entry, most).map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
+                let stored = self.keys.read(&key, Span::Range { offset, len }).await?;
+                (key, stored)
+            }
+        };
+        let Some(stored) = stored else { return Ok(None) };
+        let decoded = self.meta.chain.decode(&stored, bytes);
+        let mut values = decoded.map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
+        if self.meta.is_big_endian {
+            swap_bytes(&mut values, self.meta.dtype.bytes());
+        }
+        Ok(Some(Chunk { bytes: values.into(), strides: self.strides.clone() }))
+    }
+
+    async fn find_present(&self, most: usize) -> Result<Presence, VolumeError> {
+        let listing = self.keys.list(&self.prefix, most).await?;
+        if listing.is_cut {
+            return Ok(Presence::Unknown);
+        }
+        let counts = self.counts();
+        let is_within = |coords: &Vec<u64>| coords.iter().zip(&counts).all(|(at, count)| at < count);
+        let stored = listing.keys.iter().filter_map(|key| self.meta.keys.coords(key, self.meta.shape.len()));
+        let stored: Vec<Vec<u64>> = stored.filter(is_within).collect();
+        let Some(shard) = &self.meta.shard else { return Ok(Presence::These(stored)) };
+        let mut present = Vec::new();
+        for of in stored {
+            let key = join(&self.prefix, &self.meta.keys.key(&of));
+            let Some(index) = self.shards.get(&*self.keys, &key, shard).await? else { continue };
+            if present.len().saturating_add(index.stored().count()) > most {
+                return Ok(Presence::Unknown);
+            }
+            present.extend(index.stored().map(|place| joined(&of, place, shard)));
+        }
+        // Chunks of a shard may lie beyond the array's edge.
+        let sides = self.meta.shape.iter().zip(&self.meta.chunk);
+        let chunks: Vec<u64> = sides.map(|(side, chunk)| side.div_ceil(*chunk)).collect();
+        present.retain(|coords| coords.iter().zip(&chunks).all(|(at, count)| at < count));
+        Ok(Presence::These(present))
+    }
+
+    /// Chunks, or shards, along each axis.
+    fn counts(&self) -> Vec<u64> {
+        let sides = self.meta.shape.iter().zip(&self.meta.chunk).enumerate();
+        let per_key = |axis: usize| self.meta.shard.as_ref().map_or(1, |shard| shard.counts[axis]);
+        sides.map(|(axis, (side, chunk))| side.div_ceil(chunk * per_key(axis))).collect()
+    }
+}
+
+/// The shard that a chunk lies in, and its place there.
+fn split(coords: &[u64], shard: &ShardMeta) -> (Vec<u64>, Vec<u64>) {
+    let pairs = coords.iter().zip(&shard.counts);
+    (pairs.clone().map(|(at, count)| at / count).collect(), pairs.map(|(at, count)| at % count).collect())
+}
+
+/// The chunk at a place in the index of a shard.
+fn joined(of: &[u64], place: usize, shard: &ShardMeta) -> Vec<u64> {
+    let mut coords: Vec<u64> = of.iter().zip(&shard.counts).map(|(of, count)| of * count).collect();
+    let mut rest = place as u64;
+    for axis in shard.order.iter().rev() {
+        coords[*axis] += rest % shard.counts[*axis];
+        rest /= shard.counts[*axis];
+    }
+    coords
+}
+
+impl ChunkSource for ZarrArray {
+    fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a> {
+        Box::pin(self.read_chunk(coords))
+    }
+
+    fn fill(&self) -> [u8; 8] {
+        self.meta.fill
+    }
+
+    fn presence(&self, most: usize) -> PresenceFuture<'_> {
+        Box::pin(self.find_present(most))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_in_a_shard_leads_back() {
+        let shard = ShardMeta {
+            counts: vec![2, 3, 4],
+            order: vec![2, 0, 1],
+            is_big_endian: false,
+            has_checksum: true,
+            is_index_first: true,
+        };
+        for coords in [[0, 0, 0], [5, 7, 9], [3, 2, 11]] {
+            let (of, within) = split(&coords, &shard);
+            assert_eq!(joined(&of, shard.entry(&within), &shard), coords);
+        }
+    }
+}

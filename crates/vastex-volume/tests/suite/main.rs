@@ -1,0 +1,7 @@
+//! Volumes that other programs wrote, read whole and in parts, and what damage does to them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
+
+mod about;
+mod fixtures;
+mod hostile;
+mod values;

@@ -1,0 +1,19 @@
+//! The rooms of vastex-volume, in the order in which data flows; each with those that it imports from.
+
+use super::Room;
+
+pub(super) const ROOMS: &[Room] = &[
+    ("fault", &[]),
+    ("values", &[]),
+    ("keys", &["fault"]),
+    ("json", &["fault", "keys"]),
+    ("codecs", &["fault"]),
+    ("chunks", &["fault"]),
+    ("volume", &["chunks", "fault", "values"]),
+    ("zarr", &["chunks", "codecs", "fault", "json", "keys", "values"]),
+    ("ome", &["chunks", "fault", "json", "keys", "volume", "zarr"]),
+    ("flat", &["chunks", "fault", "values", "volume"]),
+    ("stack", &["chunks", "fault", "flat", "values", "volume"]),
+    ("open", &["chunks", "fault", "flat", "keys", "ome", "stack", "volume", "zarr"]),
+    ("lib", &["fault", "open", "values", "volume"]),
+];
