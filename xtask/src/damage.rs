@@ -26,6 +26,7 @@ const TARGETS: &[&str] = &[
     "celestia",
     "prototype",
     "export",
+    "volume",
 ];
 
 pub(crate) fn flips(options: &[&str]) -> Result<()> {

@@ -73,7 +73,7 @@ Commands:
   campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
       --minutes M            for each target [default: 30]
       --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
-                             celestia, prototype, export
+                             celestia, prototype, export, volume
   help                     this text
 
 Examples:

@@ -2,6 +2,8 @@
 //!
 //! A reader may refuse bytes, with a message; it may not panic, nor take for sound what it cannot read.
 
+mod volume;
+
 use std::fs;
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -57,6 +59,7 @@ pub const TARGETS: &[Target] = &[
     Target { name: "celestia", form: Form::Tree, check: directory, seeds: seeds::celestia },
     Target { name: "prototype", form: Form::Tree, check: directory, seeds: seeds::prototype },
     Target { name: "export", form: Form::File, check: exported, seeds: seeds::exports },
+    Target { name: "volume", form: Form::Tree, check: volume::check, seeds: seeds::volumes },
 ];
 
 impl Target {
@@ -344,6 +347,14 @@ mod tests {
                 let store = Arc::new(MemoryStore::new("seed", tree.files[0].1.clone()));
                 assert!(is_sound(&store));
                 block_on(Container::open(store))?;
+            }
+            "volume" => {
+                let file =
+                    names.iter().find(|name| [".zip", ".nii", ".raw"].iter().any(|end| name.ends_with(end)));
+                match vastex_volume::open(&file.map_or(root.to_owned(), |name| root.join(name)))? {
+                    vastex_volume::Opened::Volume(found) => volume::read(&found)?,
+                    vastex_volume::Opened::Images(list) => assert_eq!(list.images, ["A/1/0"]),
+                }
             }
             "part" => {
                 let paths: Vec<_> = names.iter().map(|name| root.join(name)).collect();

@@ -110,3 +110,8 @@ fn no_target_is_left_out() {
         );
     }
 }
+
+#[test]
+fn volume() {
+    sample("volume", 3_000);
+}

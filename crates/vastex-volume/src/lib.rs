@@ -23,6 +23,6 @@ pub use fault::{VolumeError, VolumeFault};
 pub use open::{ImageList, Opened, is_volume, open};
 pub use values::{DType, npy_header};
 pub use volume::{
-    BRICK, BrickCount, Convention, Volume, VolumeAbout, VolumeChannel, VolumeCropError, VolumeLevel,
-    VolumeRegion, crop,
+    BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, Convention, Volume, VolumeAbout,
+    VolumeChannel, VolumeCropError, VolumeLevel, VolumeRegion, crop,
 };

@@ -7,10 +7,12 @@ mod images;
 mod jpeg;
 mod tiffs;
 mod trees;
+mod volumes;
 
 pub(crate) use containers::{containers, exports, parts};
 pub(crate) use images::{images, profiles};
 pub(crate) use trees::{celestia, deep_zoom, gaia_sky, mosaics, prototype, raws};
+pub(crate) use volumes::volumes;
 
 use vastex_build::BuildOptions;
 

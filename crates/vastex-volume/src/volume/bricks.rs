@@ -9,12 +9,21 @@ use crate::fault::VolumeError;
 /// Voxels along each side of a brick.
 pub const BRICK: u64 = 64;
 
-/// Keys that are listed, or chunks in indices of shards, where a count is not asked for in earnest.
-const AT_HAND: usize = 1 << 16;
-/// The same where it is.
-const MOST_COUNTED: usize = 1 << 26;
-/// Bricks that are told apart at most.
-const MOST_BRICKS: usize = 1 << 25;
+/// What may be looked at for one level.
+#[derive(Clone, Copy)]
+struct Effort {
+    /// Keys that are listed, or chunks in indices of shards.
+    keys: usize,
+    /// Bricks that are marked, those included that were marked before.
+    marks: u64,
+    /// Bricks of a level up to which each has a bit; beyond that, those that are marked are kept by their numbers.
+    bits: u64,
+}
+
+const AT_HAND: Effort = Effort { keys: 1 << 16, marks: 1 << 22, bits: 1 << 26 };
+const THOROUGH: Effort = Effort { keys: 1 << 26, marks: 1 << 34, bits: 1 << 31 };
+/// Numbers of bricks that are kept at most.
+const MOST_NUMBERS: usize = 1 << 24;
 
 /// Bricks of all stored levels, channels and times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,38 +38,76 @@ impl Volume {
     /// Counts bricks of 64x64x64 voxels. Listings and indices of shards are read up to some ten thousand chunks a level; `thorough`
     /// reads them whatever their number, up to some ten millions.
     pub async fn count_bricks(&self, thorough: bool) -> Result<BrickCount, VolumeError> {
-        let most = if thorough { MOST_COUNTED } else { AT_HAND };
+        let effort = if thorough { THOROUGH } else { AT_HAND };
         let mut count = BrickCount { bricks: 0, absent: Some(0) };
         for array in &self.arrays {
             let all = bricks_of(array);
             count.bricks = count.bricks.saturating_add(all);
-            let absent = match count.absent {
+            count.absent = match count.absent {
                 None => None,
-                Some(before) => match array.source.presence(most).await? {
+                Some(before) => match array.source.presence(effort.keys).await? {
                     Presence::All => Some(before),
                     Presence::Unknown => None,
-                    Presence::These(chunks) => present(array, &chunks)
+                    Presence::These(chunks) => present(array, &chunks, effort)
                         .map(|present| before.saturating_add(all.saturating_sub(present))),
                 },
             };
-            count.absent = absent;
         }
         Ok(count)
     }
 }
 
-/// Bricks of a level, with all of its channels and times.
-fn bricks_of(array: &LevelArray) -> u64 {
-    let space = array.grid.size().map(|side| side.div_ceil(BRICK));
-    let counts = [space[0], space[1], space[2], array.grid.channels(), array.grid.times()];
-    counts.iter().fold(1, |product: u64, count| product.saturating_mul(*count))
+/// Bricks of a level along x, y, z, channels and times.
+fn counts(array: &LevelArray) -> [u64; 5] {
+    let [x, y, z] = array.grid.size().map(|side| side.div_ceil(BRICK));
+    [x, y, z, array.grid.channels(), array.grid.times()]
 }
 
-/// Bricks that overlap one of these chunks; nothing where they are too many to be told apart.
-fn present(array: &LevelArray, chunks: &[Vec<u64>]) -> Option<u64> {
+/// Bricks of a level, with all of its channels and times.
+fn bricks_of(array: &LevelArray) -> u64 {
+    counts(array).iter().fold(1, |product: u64, count| product.saturating_mul(*count))
+}
+
+/// Which bricks are marked, by their numbers.
+enum Marks {
+    Bits(Vec<u64>),
+    Numbers(FxHashSet<u64>),
+}
+
+impl Marks {
+    fn mark(&mut self, brick: u64) {
+        match self {
+            Marks::Bits(words) => words[(brick / 64) as usize] |= 1 << (brick % 64),
+            Marks::Numbers(numbers) => drop(numbers.insert(brick)),
+        }
+    }
+
+    fn count(&self) -> u64 {
+        match self {
+            Marks::Bits(words) => words.iter().map(|word| u64::from(word.count_ones())).sum(),
+            Marks::Numbers(numbers) => numbers.len() as u64,
+        }
+    }
+
+    fn is_full(&self) -> bool {
+        matches!(self, Marks::Numbers(numbers) if numbers.len() > MOST_NUMBERS)
+    }
+}
+
+/// Bricks that overlap one of these chunks; nothing where that takes more than was allowed.
+fn present(array: &LevelArray, chunks: &[Vec<u64>], effort: Effort) -> Option<u64> {
     let grid = &array.grid;
     let axes = [Some(grid.axes.x), Some(grid.axes.y), grid.axes.z, grid.axes.channel, grid.axes.time];
-    let mut bricks: FxHashSet<[u64; 5]> = FxHashSet::default();
+    let all = bricks_of(array);
+    if all == u64::MAX {
+        return None;
+    }
+    let mut marks = match all <= effort.bits {
+        true => Marks::Bits(vec![0; all.div_ceil(64) as usize]),
+        false => Marks::Numbers(FxHashSet::default()),
+    };
+    let counts = counts(array);
+    let mut marked: u64 = 0;
     // Axes without a meaning are read at 0.
     let is_read =
         |coords: &&Vec<u64>| (0..coords.len()).all(|axis| axes.contains(&Some(axis)) || coords[axis] == 0);
@@ -74,24 +121,21 @@ fn present(array: &LevelArray, chunks: &[Vec<u64>]) -> Option<u64> {
                 begin / side..end.div_ceil(side)
             }
         };
-        let more = (0..5).try_fold(1_usize, |product, n| {
-            product.checked_mul(usize::try_from(range(n).end - range(n).start).ok()?)
-        });
-        if more.is_none_or(|more| more > MOST_BRICKS) {
+        let more = (0..5).fold(1_u64, |product, n| product.saturating_mul(range(n).end - range(n).start));
+        marked = marked.saturating_add(more);
+        if marked > effort.marks || marks.is_full() {
             return None;
         }
         for time in range(4) {
             for channel in range(3) {
                 for z in range(2) {
                     for y in range(1) {
-                        bricks.extend(range(0).map(|x| [x, y, z, channel, time]));
+                        let row = ((time * counts[3] + channel) * counts[2] + z) * counts[1] + y;
+                        range(0).for_each(|x| marks.mark(row * counts[0] + x));
                     }
                 }
             }
         }
-        if bricks.len() > MOST_BRICKS {
-            return None;
-        }
     }
-    Some(bricks.len() as u64)
+    Some(marks.count())
 }

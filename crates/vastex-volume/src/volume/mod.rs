@@ -1,6 +1,7 @@
 //! A volume: what it says of itself, and its levels, channels and times as arrays of chunks.
 
 mod about;
+mod assembly;
 mod bricks;
 mod cache;
 mod crop;
@@ -11,6 +12,7 @@ use std::sync::Arc;
 use crate::chunks::{ChunkSource, Grid};
 use crate::values::DType;
 pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
+pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
 pub use bricks::{BRICK, BrickCount};
 use cache::ChunkCache;
 pub use crop::{VolumeCropError, crop};

@@ -1,0 +1,137 @@
+//! Small volumes: Zarr of both versions, with chunks of Blosc and in shards, a plate, an archive, NIfTI, raw.
+
+use anyhow::Result;
+
+use super::grainy;
+use crate::tree::Tree;
+
+/// Voxels along z, y and x of the images here.
+const SHAPE: [usize; 3] = [3, 4, 6];
+/// Of a chunk.
+const CHUNK: [usize; 3] = [2, 4, 3];
+
+fn chunk_values() -> Vec<u8> {
+    let bytes = 2 * CHUNK.iter().product::<usize>();
+    grainy(12, bytes)
+}
+
+/// A chunk of Blosc whose streams are stored as they are, but for one of LZ4 that is all literals.
+fn blosc(values: &[u8], flags: u8) -> Vec<u8> {
+    let [lz4, literals] = [1_u8 << 5, values.len() as u8];
+    let mut packed = vec![0xf0, literals - 15];
+    packed.extend(values);
+    let is_packed = flags & 1 == 0;
+    let stream = if is_packed { &packed[..] } else { values };
+    let mut chunk = vec![2, 1, lz4 | 0x10 | flags, 2];
+    for number in [values.len(), values.len(), 16 + 4 + 4 + stream.len(), 20, stream.len()] {
+        chunk.extend((number as u32).to_le_bytes());
+    }
+    chunk.extend(stream);
+    chunk
+}
+
+fn image(path: &str) -> String {
+    format!(
+        r#"{{"multiscales":[{{"version":"0.4","axes":[{{"name":"z","type":"space"}},{{"name":"y","type":"space","unit":"nm"}},{{"name":"x","type":"space","unit":"um"}}],
+"datasets":[{{"path":"{path}","coordinateTransformations":[{{"type":"scale","scale":[2,1,1]}},{{"type":"translation","translation":[0,0.5,0.5]}}]}}]}}],
+"omero":{{"channels":[{{"label":"a","color":"FF0000","window":{{"min":0,"max":9,"start":1,"end":5}}}}]}}}}"#
+    )
+}
+
+fn v2_array(compressor: &str, separator: char) -> String {
+    format!(
+        r#"{{"zarr_format":2,"shape":{SHAPE:?},"chunks":{CHUNK:?},"dtype":"<u2","compressor":{compressor},"fill_value":7,"order":"C","filters":null,"dimension_separator":"{separator}"}}"#
+    )
+}
+
+fn text(name: &str, text: &str) -> (String, Vec<u8>) {
+    (name.to_owned(), text.as_bytes().to_vec())
+}
+
+fn v2() -> Tree {
+    let mut files = vec![text(".zgroup", r#"{"zarr_format":2}"#), text(".zattrs", &image("0"))];
+    files.push(text("0/.zarray", &v2_array(r#"{"id":"blosc","cname":"lz4","clevel":5,"shuffle":1}"#, '.')));
+    files.push(("0/0.0.0".into(), blosc(&chunk_values(), 0)));
+    files.push(("0/1.0.1".into(), blosc(&chunk_values(), 1)));
+    files.push(("0/0.0.1".into(), blosc(&chunk_values(), 4)));
+    Tree { files }
+}
+
+fn v3_shards() -> Tree {
+    let array = r#"{"zarr_format":3,"node_type":"array","shape":[3,4,6],"data_type":"uint16","chunk_grid":{"name":"regular","configuration":{"chunk_shape":[4,4,6]}},
+"chunk_key_encoding":{"name":"default","configuration":{"separator":"/"}},"fill_value":0,"codecs":[{"name":"sharding_indexed","configuration":{"chunk_shape":[2,4,3],
+"codecs":[{"name":"transpose","configuration":{"order":[2,1,0]}},{"name":"bytes","configuration":{"endian":"big"}}],"index_codecs":[{"name":"bytes","configuration":{"endian":"little"}}],
+"index_location":"end"}}],"dimension_names":["z","y","x"]}"#;
+    let values = chunk_values();
+    let mut shard = [values.clone(), values.clone()].concat();
+    let len = values.len() as u64;
+    for number in [0, len, u64::MAX, u64::MAX, len, len, u64::MAX, u64::MAX] {
+        shard.extend(number.to_le_bytes());
+    }
+    let group = format!(r#"{{"zarr_format":3,"node_type":"group","attributes":{{"ome":{}}}}}"#, image("s0"));
+    Tree { files: vec![text("zarr.json", &group), text("s0/zarr.json", array), ("s0/c/0/0/0".into(), shard)] }
+}
+
+fn plate() -> Tree {
+    let plate = r#"{"plate":{"version":"0.4","wells":[{"path":"A/1"},{"path":"A/2"}]}}"#;
+    let files = vec![
+        text(".zattrs", plate),
+        text("A/1/.zattrs", r#"{"well":{"images":[{"path":"0"}]}}"#),
+        text("A/1/0/.zattrs", &image("0")),
+        text("A/1/0/0/.zarray", &v2_array("null", '/')),
+        ("A/1/0/0/0/0/0".into(), chunk_values()),
+    ];
+    Tree { files }
+}
+
+/// The files of a tree as an archive of stored entries.
+fn archive(tree: &Tree) -> Vec<u8> {
+    let (mut bytes, mut directory) = (Vec::new(), Vec::new());
+    for (name, content) in &tree.files {
+        let header = bytes.len() as u32;
+        let len = (content.len() as u32).to_le_bytes();
+        let middle = [
+            &[20, 0, 0, 0, 0, 0, 0, 0, 0, 0][..],
+            &[0; 4],
+            &len,
+            &len,
+            &(name.len() as u16).to_le_bytes(),
+            &[0; 2],
+        ];
+        let middle = middle.concat();
+        bytes.extend([b"PK\x03\x04", &middle[..], name.as_bytes(), content].concat());
+        directory.extend(
+            [b"PK\x01\x02\x14\0", &middle[..], &[0; 10], &header.to_le_bytes(), name.as_bytes()].concat(),
+        );
+    }
+    let count = (tree.files.len() as u16).to_le_bytes();
+    let place = (bytes.len() as u32).to_le_bytes();
+    let len = (directory.len() as u32).to_le_bytes();
+    [&bytes[..], &directory, b"PK\x05\x06\0\0\0\0", &count, &count, &len, &place, &[0; 2]].concat()
+}
+
+fn nifti() -> Vec<u8> {
+    let mut header = vec![0; 352];
+    header[..4].copy_from_slice(&348_i32.to_le_bytes());
+    for (n, side) in [4_i16, 6, 4, 3, 2].into_iter().enumerate() {
+        header[40 + 2 * n..][..2].copy_from_slice(&side.to_le_bytes());
+        header[76 + 4 * n..][..4].copy_from_slice(&1.5_f32.to_le_bytes());
+    }
+    header[70..72].copy_from_slice(&512_i16.to_le_bytes());
+    header[108..112].copy_from_slice(&352_f32.to_le_bytes());
+    header[344..348].copy_from_slice(b"n+1\0");
+    header.extend(grainy(12, 2 * 6 * 4 * 3 * 2));
+    header
+}
+
+fn raw() -> Tree {
+    let described = "width = 6\nheight = 4\ndepth = 3\nchannels = 2\nsample = \"u16\"\nendian = \"big\"\noffset = 2\norder = \"planar\"\n";
+    Tree { files: vec![text("a.raw.toml", described), ("a.raw".into(), grainy(12, 2 + 2 * 6 * 4 * 3 * 2))] }
+}
+
+/// A volume each.
+pub(crate) fn volumes() -> Result<Vec<Vec<u8>>> {
+    let file = |name: &str, content: Vec<u8>| Tree { files: vec![(name.to_owned(), content)] };
+    let trees = [v2(), v3_shards(), plate(), file("a.zip", archive(&v2())), file("a.nii", nifti()), raw()];
+    Ok(trees.iter().map(Tree::encode).collect())
+}

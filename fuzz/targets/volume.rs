@@ -1,0 +1,3 @@
+#![no_main]
+
+vastex_fuzz_targets::fuzz!("volume");
