@@ -4,6 +4,7 @@
 //! by the same code. A key that is not there is an answer, not an error: an absent chunk has the fill value.
 
 mod directory;
+mod positioned;
 mod zip;
 mod zip_directory;
 

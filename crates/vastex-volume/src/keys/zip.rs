@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom};
+use std::io::{self, Read};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
 
 use bytes::Bytes;
 
+use super::positioned::read_exact_at;
 use super::zip_directory::{
     END_BYTES, Entry, LARGE_END_BYTES, LOCAL_BYTES, LOCATOR_BYTES, MOST_COMMENT, Method, Place, begins,
     check, data_offset, find_end, read_end, read_entries, read_large_end, read_locator,
@@ -23,8 +23,7 @@ const MOST_DIRECTORY: u64 = 1 << 30;
 /// Entries of an archive.
 pub(crate) struct Zip {
     name: String,
-    /// One handle for all: a read moves it.
-    file: Mutex<File>,
+    file: Bytewise,
     entries: BTreeMap<String, Entry>,
 }
 
@@ -40,9 +39,10 @@ impl Zip {
         let name = path.display().to_string();
         let at = |fault: VolumeFault| fault.at(&name);
         let refused = |error: io::Error| at(VolumeFault::Read(error.to_string()));
-        let mut file = File::open(path).map_err(refused)?;
+        let file = File::open(path).map_err(refused)?;
         let len = file.metadata().map_err(refused)?.len();
-        let place = find_directory(&mut file, len).map_err(at)?;
+        let file = Bytewise { file, len };
+        let place = find_directory(&file).map_err(at)?;
         // An entry has 46 bytes at least.
         if place.bytes > MOST_DIRECTORY || place.entries > place.bytes / 46 {
             return Err(at(damaged(format!(
@@ -51,10 +51,9 @@ impl Zip {
             ))));
         }
         let span = Span::Range { offset: place.offset, len: place.bytes as usize };
-        let bytes =
-            bounds(span, len).and_then(|(offset, len)| read_at(&mut file, offset, len)).map_err(at)?;
+        let bytes = bounds(span, len).and_then(|(offset, len)| file.read(offset, len)).map_err(at)?;
         let entries = read_entries(&bytes, place.entries).map_err(at)?;
-        Ok(Zip { name, file: Mutex::new(file), entries })
+        Ok(Zip { name, file, entries })
     }
 
     fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
@@ -62,8 +61,7 @@ impl Zip {
         let at = |fault: VolumeFault| fault.at(shown(self, key));
         let method = check(entry, MOST_DEFLATED).map_err(at)?;
         let (offset, len) = bounds(span, entry.size).map_err(at)?;
-        let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
-        let local = read_at(&mut file, entry.header, LOCAL_BYTES).map_err(at)?;
+        let local = self.file.read(entry.header, LOCAL_BYTES).map_err(at)?;
         let begin = data_offset(entry.header, &local).ok_or_else(|| {
             at(damaged("has no header where the archive's directory says; copy the archive anew"))
         })?;
@@ -71,11 +69,11 @@ impl Zip {
             Method::Stored => {
                 let place =
                     begin.checked_add(offset).ok_or_else(|| at(damaged("lies beyond the archive")))?;
-                read_at(&mut file, place, len).map_err(at)?
+                self.file.read(place, len).map_err(at)?
             }
             Method::Deflated => {
-                let packed = (&mut *file).take(entry.packed);
-                let all = inflate(packed, begin, entry.size).map_err(at)?;
+                let packed = self.file.read(begin, entry.packed as usize).map_err(at)?;
+                let all = inflate(&packed, entry.size).map_err(at)?;
                 all[offset as usize..][..len].to_vec()
             }
         };
@@ -87,24 +85,29 @@ impl Zip {
     }
 }
 
-fn read_at(file: &mut File, offset: u64, len: usize) -> Result<Vec<u8>, VolumeFault> {
-    let refused = |error: io::Error| match error.kind() {
-        io::ErrorKind::UnexpectedEof => damaged("lies beyond the end of the archive; copy the archive anew"),
-        _ => VolumeFault::Read(error.to_string()),
-    };
-    let end = file.seek(SeekFrom::End(0)).map_err(refused)?;
-    if offset.checked_add(len as u64).is_none_or(|last| last > end) {
-        return Err(damaged("lies beyond the end of the archive; copy the archive anew"));
-    }
-    file.seek(SeekFrom::Start(offset)).map_err(refused)?;
-    let mut bytes = vec![0; len];
-    file.read_exact(&mut bytes).map_err(refused)?;
-    Ok(bytes)
+/// An archive as bytes.
+struct Bytewise {
+    file: File,
+    len: u64,
 }
 
-fn inflate(mut packed: io::Take<&mut File>, begin: u64, size: u64) -> Result<Vec<u8>, VolumeFault> {
+impl Bytewise {
+    fn read(&self, offset: u64, len: usize) -> Result<Vec<u8>, VolumeFault> {
+        let cut = || damaged("lies beyond the end of the archive; copy the archive anew");
+        if offset.checked_add(len as u64).is_none_or(|last| last > self.len) {
+            return Err(cut());
+        }
+        let mut bytes = vec![0; len];
+        match read_exact_at(&self.file, &mut bytes, offset) {
+            Ok(()) => Ok(bytes),
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(cut()),
+            Err(error) => Err(VolumeFault::Read(error.to_string())),
+        }
+    }
+}
+
+fn inflate(packed: &[u8], size: u64) -> Result<Vec<u8>, VolumeFault> {
     let refused = |error: io::Error| damaged(format!("cannot be inflated: {error}; copy the archive anew"));
-    packed.get_mut().seek(SeekFrom::Start(begin)).map_err(|error| VolumeFault::Read(error.to_string()))?;
     let mut bytes = Vec::new();
     flate2::read::DeflateDecoder::new(packed).take(size + 1).read_to_end(&mut bytes).map_err(refused)?;
     match bytes.len() as u64 == size {
@@ -113,17 +116,17 @@ fn inflate(mut packed: io::Take<&mut File>, begin: u64, size: u64) -> Result<Vec
     }
 }
 
-fn find_directory(file: &mut File, len: u64) -> Result<Place, VolumeFault> {
+fn find_directory(file: &Bytewise) -> Result<Place, VolumeFault> {
     let wrong = || damaged("the record at the end of a zip archive is missing: it is cut off; copy it anew");
-    let tail_bytes = len.min((END_BYTES + MOST_COMMENT + LOCATOR_BYTES) as u64);
-    let tail = read_at(file, len - tail_bytes, tail_bytes as usize)?;
+    let tail_bytes = file.len.min((END_BYTES + MOST_COMMENT + LOCATOR_BYTES) as u64);
+    let tail = file.read(file.len - tail_bytes, tail_bytes as usize)?;
     let end = find_end(&tail).ok_or_else(wrong)?;
     if let Some(place) = read_end(&tail[end..]) {
         return Ok(place);
     }
     let locator =
         end.checked_sub(LOCATOR_BYTES).and_then(|at| read_locator(&tail[at..])).ok_or_else(wrong)?;
-    read_large_end(&read_at(file, locator, LARGE_END_BYTES)?).ok_or_else(wrong)
+    read_large_end(&file.read(locator, LARGE_END_BYTES)?).ok_or_else(wrong)
 }
 
 impl KeyStore for Zip {
@@ -165,5 +168,96 @@ fn below(prefix: &str) -> String {
     match parts(prefix).unwrap_or_default().join("/") {
         prefix if prefix.is_empty() => prefix,
         prefix => prefix + "/",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use pollster::block_on;
+
+    use super::*;
+
+    /// An archive with one stored entry whose sizes and places stand in the fields of large archives.
+    fn large() -> Vec<u8> {
+        let (name, content) = (b"a/b", b"content");
+        let len = (content.len() as u32).to_le_bytes();
+        let mut bytes = [
+            b"PK\x03\x04\x2d\0\0\0\0\0\0\0\0\0\0\0\0\0",
+            &len[..],
+            &len,
+            b"\x03\0\x02\0",
+            name,
+            b"xx",
+            content,
+        ]
+        .concat();
+        let directory = bytes.len() as u64;
+        let unset = [0xff; 4];
+        let extra =
+            [&b"\x01\0\x18\0"[..], &7_u64.to_le_bytes(), &7_u64.to_le_bytes(), &0_u64.to_le_bytes()].concat();
+        let middle = [0; 12];
+        bytes.extend(
+            [b"PK\x01\x02\x2d\0\x2d\0\0\0\0\0\0\0\0\0\0\0\0\0", &unset[..], &unset, b"\x03\0\x1c\0"].concat(),
+        );
+        bytes.extend([&middle[..10], &unset, name, &extra].concat());
+        let directory_bytes = bytes.len() as u64 - directory;
+        let end = bytes.len() as u64;
+        bytes.extend([b"PK\x06\x06", &[0; 28][..]].concat());
+        for number in [1, directory_bytes, directory] {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes.extend([b"PK\x06\x07\0\0\0\0", &end.to_le_bytes()[..], &[1, 0, 0, 0]].concat());
+        bytes.extend([b"PK\x05\x06\0\0\0\0\xff\xff\xff\xff", &unset[..], &unset, b"\x02\0zz"].concat());
+        bytes
+    }
+
+    fn opened(bytes: &[u8]) -> Result<Zip, VolumeError> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        Zip::open(file.path())
+    }
+
+    #[test]
+    fn large_archives_are_read_by_ranges() {
+        let zip = opened(&large()).unwrap();
+        let read = |span| block_on(zip.read("a/b", span)).unwrap().unwrap();
+        assert_eq!(read(Span::Whole { most: 7 }), &b"content"[..]);
+        assert_eq!(read(Span::Range { offset: 3, len: 2 }), &b"te"[..]);
+        assert_eq!(read(Span::Last(3)), &b"ent"[..]);
+        assert!(block_on(zip.read("a/b", Span::Range { offset: 6, len: 2 })).is_err());
+        assert_eq!(block_on(zip.read("a", Span::Last(0))), Ok(None));
+        assert_eq!(block_on(zip.list("a", 9)).unwrap().keys, ["b"]);
+        assert_eq!(block_on(zip.groups("", 9)).unwrap(), ["a"]);
+    }
+
+    #[test]
+    fn no_byte_of_an_archive_makes_it_panic() {
+        let sound = large();
+        for at in 0..sound.len() {
+            for bit in 0..8 {
+                let mut bytes = sound.clone();
+                bytes[at] ^= 1 << bit;
+                if let Ok(zip) = opened(&bytes) {
+                    if let Ok(Some(found)) = block_on(zip.read("a/b", Span::Whole { most: 1 << 20 })) {
+                        assert_eq!(found.len(), 7);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn entries_that_cannot_be_read_alone_are_refused() {
+        let entry =
+            Entry { method: Ok(Method::Deflated), is_encrypted: false, packed: 9, size: 1 << 40, header: 0 };
+        for (entry, says) in [
+            (entry, "zip -0"),
+            (Entry { is_encrypted: true, ..entry }, "encrypted"),
+            (Entry { method: Err(93), ..entry }, "method 93"),
+            (Entry { method: Ok(Method::Stored), ..entry }, "two sizes"),
+        ] {
+            let error = check(&entry, MOST_DEFLATED).unwrap_err().to_string();
+            assert!(error.contains(says), "{error}");
+        }
     }
 }

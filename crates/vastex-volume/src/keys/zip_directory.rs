@@ -180,6 +180,9 @@ pub(super) fn check(entry: &Entry, most_deflated: u64) -> Result<Method, VolumeF
              read so. Unpack the archive, or write it without compression (`zip -0`)",
             entry.size
         ))),
+        Ok(Method::Deflated) if entry.packed > 2 * most_deflated => {
+            Err(damaged("takes more bytes in the archive than deflating makes of it; copy the archive anew"))
+        }
         Ok(method) => Ok(method),
         Err(method) => Err(unsupported(format!(
             "is compressed in the archive by method {method}; write the archive without compression (`zip -0`)"

@@ -32,6 +32,7 @@ fn levels_lie_where_their_convention_says() {
     assert_eq!(draft.about().convention, Convention::Center);
     // z is in nanometres there, x in micrometres.
     assert_eq!(scales(&draft)[0].map(|side| (side * 1e6).round() / 1e6), [1.0, 1.0, 2.0]);
+    assert_eq!(scales(&volume(&path("v05-axis-order.zip"))), [[0.5, 0.25, 2.0]]);
     let old = volume(&path("v01-dots.zip"));
     assert_eq!(scales(&old), [[1.0; 3], [2.0, 2.0, 1.0]]);
 }

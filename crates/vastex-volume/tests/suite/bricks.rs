@@ -67,6 +67,7 @@ fn bricks_of_any_size_equal_the_oracle() {
         "v3-shards-transposed",
         "v2-fortran",
         "v05-flat",
+        "v05-axis-order",
         "v05-corner",
         "ome-zarr-py-05",
     ] {

@@ -21,6 +21,7 @@ const ZARR: &[&str] = &[
     "blosc-zstd-1-bool",
     "blosc-zstd-2-float32",
     "v05-corner",
+    "v05-axis-order",
     "v05-shards",
     "v05-flat",
     "v3-transposed",
