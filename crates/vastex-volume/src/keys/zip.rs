@@ -237,10 +237,10 @@ mod tests {
             for change in [1 << (at % 8), 0xff] {
                 let mut bytes = sound.clone();
                 bytes[at] ^= change;
-                if let Ok(zip) = opened(&bytes) {
-                    if let Ok(Some(found)) = block_on(zip.read("a/b", Span::Whole { most: 1 << 20 })) {
-                        assert_eq!(found.len(), 7);
-                    }
+                if let Ok(zip) = opened(&bytes)
+                    && let Ok(Some(found)) = block_on(zip.read("a/b", Span::Whole { most: 1 << 20 }))
+                {
+                    assert_eq!(found.len(), 7);
                 }
             }
         }
