@@ -48,6 +48,7 @@ pub struct ColorMap {
     /// The channels that are red, green and blue; of a single one, that one.
     bands: [u8; 3],
     nodata: Nodata,
+    scale: StoredScale,
     is_srgb: bool,
     tone: Tone,
     palette: Palette,
@@ -75,10 +76,15 @@ pub(crate) struct LayerUniform {
 pub(crate) const NO_END: f32 = 1e6;
 
 /// What is added to what channels mean where values are display values.
-const DISPLAY: u32 = 1024;
+const DISPLAY: u32 = 4096;
+/// What is added where the value is one of each scale of stored values, times the number of the scale.
+const NODATA_SCALE: u32 = 1024;
 /// What is added where what is no finite number stands for no data, and where a value does, too.
 const NODATA: u32 = 256;
 const NODATA_VALUE: u32 = 512;
+
+/// The fourth channel.
+const ALPHA: u8 = 3;
 
 impl ColorMap {
     /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the layer that an image
@@ -97,7 +103,8 @@ impl ColorMap {
             Channels::Colour => [0, 1, 2],
         };
         let (is_srgb, palette, nodata) = (layer.format.is_srgb(), Palette::Grey, Nodata::None);
-        ColorMap { channels, bands, nodata, is_srgb, tone, palette }
+        let scale = StoredScale::new(layer.format);
+        ColorMap { channels, bands, nodata, scale, is_srgb, tone, palette }
     }
 
     /// With other channels. Those that the layer does not have are 0.
@@ -119,7 +126,16 @@ impl ColorMap {
     /// The values that are shown of what is sampled, those of one channel three times; nothing where there is no data.
     pub fn values_of(&self, sampled: [f32; 4]) -> Option<[f32; 3]> {
         let values = self.bands.map(|band| sampled[usize::from(band)]);
-        (!values.iter().all(|value| self.nodata.is(*value))).then_some(values)
+        let within = self.scale().within(self.nodata());
+        (!values.iter().all(|value| self.nodata.is(*value, within))).then_some(values)
+    }
+
+    /// How the values that are shown are stored: alpha where that is all that is.
+    fn scale(&self) -> StoredScale {
+        match self.bands {
+            [ALPHA, ALPHA, ALPHA] => self.scale.of_alpha(),
+            _ => self.scale,
+        }
     }
 
     /// What channels mean, which they are, and whether a value stands for none; see surface.wgsl.
@@ -128,7 +144,7 @@ impl ColorMap {
         let nodata = match self.nodata {
             Nodata::OfLayer | Nodata::None => 0,
             Nodata::NotANumber => NODATA,
-            Nodata::Value(_) => NODATA | NODATA_VALUE,
+            Nodata::Value(_) => NODATA | NODATA_VALUE | (NODATA_SCALE * self.scale().kind()),
         };
         self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata
     }
@@ -187,7 +203,8 @@ impl ColorMap {
             .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))
             .concat()
             + &format!(
-                "const SCENE_NODATA: u32 = {NODATA}u;\nconst SCENE_NODATA_VALUE: u32 = {NODATA_VALUE}u;\n"
+                "const SCENE_NODATA: u32 = {NODATA}u;\nconst SCENE_NODATA_VALUE: u32 = {NODATA_VALUE}u;\n\
+                 const SCENE_NODATA_SCALE: u32 = {NODATA_SCALE}u;\n"
             )
             + &Palette::wgsl()
     }
@@ -311,6 +328,33 @@ mod tests {
         let expected = super::background(false);
         let expected = [0, 1, 2].map(|channel: usize| (expected[channel] * 255.0).round() as u8);
         assert_eq!(background[..3], expected);
+    }
+
+    /// Each number of a format stands for none by itself, however a device rounds what it decodes.
+    #[test]
+    fn no_data_is_one_stored_value_and_no_other() {
+        use LayerFormat::{R8, R16, R32Float, Rgba8, Rgba8Srgb};
+        let is = |format, bands: Bands, nodata: f32, value: f32| {
+            let map = ColorMap::new(&Layer::new("a", format), None).with_bands(bands);
+            map.with_nodata(Nodata::Value(nodata.into())).values_of([value; 4]).is_none()
+        };
+        for (format, band) in [(R8, 0), (Rgba8, 1), (Rgba8Srgb, 0), (Rgba8Srgb, 3), (R16, 0)] {
+            let scale = StoredScale::new(format);
+            let scale = if band == 3 { scale.of_alpha() } else { scale };
+            for stored in (0..256).map(f64::from) {
+                let is =
+                    |value: f64| is(format, Bands::One(band), scale.sampled(stored), scale.sampled(value));
+                assert!(
+                    is(stored) && is(stored + 0.3) && (stored == 0.0 || is(stored - 0.3)),
+                    "{format:?} {stored}"
+                );
+                assert!(!is(stored + 1.0) && !is(stored - 1.0), "{format:?} {stored}");
+            }
+        }
+        let floats = |nodata: f32, value: f32| is(R32Float, Bands::AsStored, nodata, value);
+        assert!(floats(0.0, -0.0) && !floats(0.0, 1e-7) && !floats(0.0, -1e-30), "small values are data");
+        assert!(floats(1e-8, 1e-8) && !floats(1e-8, 1.1e-8) && !floats(1e-8, 0.0));
+        assert!(floats(-9999.0, -9999.0) && !floats(-9999.0, -9998.9));
     }
 
     #[test]

@@ -39,8 +39,40 @@ impl StoredScale {
 
     /// The stored value of a sampled alpha.
     pub fn stored_alpha(&self, sampled: f32) -> f64 {
-        StoredScale { is_srgb: false, ..*self }.stored(sampled)
+        self.of_alpha().stored(sampled)
     }
+
+    /// That of alpha in the same format.
+    #[must_use]
+    pub fn of_alpha(self) -> StoredScale {
+        StoredScale { is_srgb: false, ..self }
+    }
+
+    /// How near to the sampled value of a stored one others count as the same: a millionth of it for floats, and half a step of whole numbers,
+    /// so that it does not matter how exactly a device decodes them. Twin of `scene_nodata_within` in surface.wgsl.
+    pub(super) fn within(&self, sampled: f32) -> f32 {
+        match self.kind() {
+            Self::BYTES => 0.5 / 255.0,
+            Self::WORDS => 0.5 / 65535.0,
+            // A little less, since a step of light is shorter towards what is dark.
+            Self::LIGHT => 0.4 / 255.0 * (2.274_88 * sampled.max(0.0).powf(0.583_333)).max(1.0 / 12.92),
+            _ => sampled.abs() * 1e-6,
+        }
+    }
+
+    /// Which scale it is, for shaders.
+    pub(super) fn kind(&self) -> u32 {
+        match self.most {
+            None => 0,
+            Some(_) if self.is_srgb => Self::LIGHT,
+            Some(most) if most > 255.0 => Self::WORDS,
+            Some(_) => Self::BYTES,
+        }
+    }
+
+    const BYTES: u32 = 1;
+    const WORDS: u32 = 2;
+    const LIGHT: u32 = 3;
 
     /// The sampled value of a stored one that is none of alpha.
     pub fn sampled(&self, stored: f64) -> f32 {
@@ -65,6 +97,8 @@ mod tests {
             }
         }
         assert_eq!(StoredScale::new(LayerFormat::R32Float).stored(-0.5), -0.5);
+        let floats = StoredScale::new(LayerFormat::R32Float);
+        assert_eq!([0.0, 1e-9, -2.0].map(|value| floats.within(value)), [0.0, 1e-9 * 1e-6, 2.0 * 1e-6]);
         assert_eq!(StoredScale::new(LayerFormat::Rgba8Srgb).stored_alpha(0.5), 128.0);
     }
 }

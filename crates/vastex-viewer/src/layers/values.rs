@@ -67,8 +67,8 @@ impl FromStr for Bands {
 
 /// The value that stands for "nothing is known here", where a layer has one. What has it is not drawn, and counts in no histogram.
 ///
-/// A texel is without data where all channels that are shown have the value, within a millionth of it (or of 1, if it is smaller), or
-/// are no numbers or infinite.
+/// A texel is without data where all channels that are shown have the value (of floats within a millionth of it, of whole numbers within half
+/// a step), or are no numbers or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Nodata {
     /// That of the layer ([`Layer::nodata`]), as files say it.
@@ -105,14 +105,12 @@ impl Nodata {
         }
     }
 
-    /// Whether a value stands for none. Twin of `scene_is_nodata` in surface.wgsl.
-    pub fn is(self, value: f32) -> bool {
+    /// Whether a value stands for none, or one that is so near to it. Twin of `scene_is_nodata` in surface.wgsl.
+    pub(super) fn is(self, value: f32, within: f32) -> bool {
         match self {
             Nodata::OfLayer | Nodata::None => false,
             Nodata::NotANumber => !value.is_finite(),
-            Nodata::Value(_) => {
-                !value.is_finite() || (value - self.number()).abs() <= self.number().abs().max(1.0) * 1e-6
-            }
+            Nodata::Value(_) => !value.is_finite() || (value - self.number()).abs() <= within,
         }
     }
 
@@ -171,14 +169,12 @@ mod tests {
         assert_eq!("nan".parse(), Ok(Nodata::NotANumber));
         assert_eq!("off".parse(), Ok(Nodata::None));
         let least = "-3.4028234663852886e38".parse::<Nodata>().unwrap();
-        assert!(least.is(f32::MIN) && least.is(f32::NAN) && !least.is(0.0));
+        let is = |value| least.is(value, 1e32);
+        assert!(is(f32::MIN) && is(f32::NAN) && !is(0.0));
         for bad in ["", "inf", "1e40", "none"] {
             assert_eq!(bad.parse::<Nodata>(), Err(ParseNodataError), "{bad}");
         }
-        let of_bits = Nodata::Value(32768.0).map(|stored| stored / 65535.0);
-        let is = [32767.0, 32768.0, 32769.0].map(|stored: f32| of_bits.is(stored / 65535.0));
-        assert_eq!(is, [false, true, false]);
-        assert!(!Nodata::None.is(f32::NAN) && Nodata::NotANumber.is(f32::NEG_INFINITY));
+        assert!(!Nodata::None.is(f32::NAN, 1.0) && Nodata::NotANumber.is(f32::NEG_INFINITY, 0.0));
     }
 
     #[test]

@@ -64,6 +64,8 @@ impl LayerOptions {
         let scale = StoredScale::new(layer.format);
         let color_map = ColorMap::new(layer, self.range);
         let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
+        // Alpha is stored as it is sampled, whatever colours are.
+        let scale = if self.bands == Bands::One(3) { scale.of_alpha() } else { scale };
         let nodata = self.nodata.of(layer).map(|stored| scale.sampled(stored).into());
         color_map.with_tone(tone).with_palette(self.palette).with_bands(self.bands).with_nodata(nodata)
     }

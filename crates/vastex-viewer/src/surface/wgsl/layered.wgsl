@@ -3,7 +3,7 @@
 struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
-    look: u32,        // as SCENE_LOOK; 1,024 more where the values are display values
+    look: u32,        // as SCENE_LOOK; 4,096 more where the values are display values
     map: u32,         // see palette_color
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
@@ -17,9 +17,9 @@ struct Layered {
 // The light after one more layer, on ground that is so light.
 fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
     let layer = layered[n];
-    let colour = scene_value_color(value, layer.look & 1023u, layer.nodata, layer.tone, layer.map);
+    let colour = scene_value_color(value, layer.look & 4095u, layer.nodata, layer.tone, layer.map);
     let lit = colour.rgb * light;
-    var shown = select(lit, light_from_display(lit), layer.look >= 1024u);
+    var shown = select(lit, light_from_display(lit), layer.look >= 4096u);
     if layer.difference > 0.0 {
         let apart = abs(display_from_light(shown) - display_from_light(below));
         shown = light_from_display(min(apart * layer.difference, vec3<f32>(1.0)));

@@ -128,6 +128,24 @@ fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
     return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
 }
 
+// How near to the value that stands for no data others count as the same, by the scale of stored values: see layers/stored.rs.
+fn scene_nodata_within(look: u32, nodata: f32) -> f32 {
+    switch (look / SCENE_NODATA_SCALE) & 3u {
+        case 1u: {
+            return 0.5 / 255.0;
+        }
+        case 2u: {
+            return 0.5 / 65535.0;
+        }
+        case 3u: {
+            return (0.4 / 255.0) * max(2.27488 * pow(max(nodata, 0.0), 0.583333), 1.0 / 12.92);
+        }
+        default: {
+            return abs(nodata) * 1e-6;
+        }
+    }
+}
+
 // Whether all values stand for no data: whether each is that value, where there is one, or is no number or infinite by its bits, since shaders may
 // compute as if all were numbers.
 fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
@@ -136,7 +154,7 @@ fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
     if (look & SCENE_NODATA_VALUE) == 0u {
         return !any(is_number);
     }
-    let is_other = abs(values - nodata) > vec3<f32>(max(abs(nodata), 1.0) * 1e-6);
+    let is_other = abs(values - nodata) > vec3<f32>(scene_nodata_within(look, nodata));
     return !any(is_number & is_other);
 }
 
