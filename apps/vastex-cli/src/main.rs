@@ -15,6 +15,8 @@ mod pictures;
 mod planet;
 mod progress;
 mod report;
+#[cfg(feature = "view")]
+mod screenshot;
 mod shortage;
 mod telemetry;
 #[cfg(feature = "view")]

@@ -183,8 +183,9 @@ mod tests {
                     altitude: chance.part() + 0.1,
                 },
             };
-            let compare_mode = match chance.below(4) {
+            let compare_mode = match chance.below(5) {
                 0 => CompareMode::Off,
+                4 => CompareMode::Beside,
                 1 => CompareMode::Swipe(chance.part() as f32),
                 2 => CompareMode::Flicker(0.05 + 50.0 * chance.part() as f32),
                 _ => CompareMode::Difference(0.01 + 900.0 * chance.part() as f32),

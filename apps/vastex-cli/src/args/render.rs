@@ -79,7 +79,7 @@ pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// How the camera moves: still, fly, spin, zoom or teleport, which last 300 frames (still: 1) and hold their last pose; or a file in
-    /// which places of the camera are written down (docs/camera-paths.md)
+    /// which places of the camera are written down, as the window records it (docs/camera-paths.md)
     #[arg(
         long,
         default_value = "still",

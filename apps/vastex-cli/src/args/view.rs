@@ -20,7 +20,10 @@ Examples:
   vastex view before.tif after.tif --side-by-side
   vastex view landsat.tif --layer :bands=5,4,3
   vastex view slide.svs --shapes annotations.geojson
-  vastex view scan.jpg slides/*.svs";
+  vastex view scan.jpg slides/*.svs
+  vastex view --screenshot scan.png --size 3840x2160 scan.jpg
+  vastex view earth.vastex --camera-path flight.path";
+
 impl ViewArgs {
     /// Files that are to be side by side lie over the first one, and are compared so.
     pub(crate) fn put_beside(&mut self) {
@@ -72,6 +75,16 @@ pub(crate) struct ViewArgs {
     /// them over one another
     #[arg(long, requires = "files", conflicts_with = "compare_mode")]
     pub(crate) side_by_side: bool,
+    /// Open no window: write what it would show first, once everything in view is loaded, as PNG, and end. Needs no display. Of an image it
+    /// may be larger than any texture: it is drawn in parts
+    #[arg(long, value_name = "OUT.png", conflicts_with_all = ["times", "exit_after_frames", "camera_path"])]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// With --screenshot, show what the machine does beside the picture, as U does in the window
+    #[arg(long, requires = "screenshot")]
+    pub(crate) hud: bool,
+    /// Play a camera path over the first image (docs/camera-paths.md), again with F9
+    #[arg(long, value_name = "FILE")]
+    pub(crate) camera_path: Option<PathBuf>,
     /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in degrees or the coordinate
     /// system that the file names where the image is a GeoTIFF of the same
     #[arg(long, value_name = "FILE")]

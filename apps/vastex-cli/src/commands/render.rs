@@ -311,7 +311,7 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
 
 /// What keeps the picture from being as sharp as it should be.
 #[derive(Default)]
-struct Troubles {
+pub(crate) struct Troubles {
     /// The pages that failed and have not recovered, and why.
     failed: BTreeMap<PageId, String>,
     /// The newest of each pool that is too small.
@@ -319,7 +319,7 @@ struct Troubles {
 }
 
 impl Troubles {
-    fn note(&mut self, events: Vec<Event>) {
+    pub(crate) fn note(&mut self, events: Vec<Event>) {
         for event in events {
             match event {
                 Event::Failed { page, why, .. } => drop(self.failed.insert(page, why)),
@@ -333,7 +333,7 @@ impl Troubles {
     }
 
     /// What there is to say of them at the end, a sentence each.
-    fn texts(&self, source: &str, textures: &Textures) -> Vec<String> {
+    pub(crate) fn texts(&self, source: &str, textures: &Textures) -> Vec<String> {
         let failed = self.failed.iter().map(|(page, why)| {
             let (pos, file) = (page.pos(Dims::D2), report::file_of(textures, *page).unwrap_or(source));
             format!("{file}: {pos} failed, a coarser one is shown instead: {why}")

@@ -14,6 +14,7 @@ use vastex_viewer::layers::CompareMode;
 use super::opening::{Growth, PreparedSource};
 use super::surface::{Surface, SurfaceFormat};
 use crate::open::FileAbout;
+use crate::screenshot::CRISP;
 
 /// What all sources are shown with.
 #[derive(Clone, Debug)]
@@ -25,9 +26,8 @@ pub(super) struct DisplaySettings {
     pub(super) may_be_crisp: bool,
 }
 
-/// Pixels a texel from which an image's texels are shown as they are, and below which they are blended again: between the two nothing
-/// changes, so that nothing flickers.
-const CRISP: f64 = 4.0;
+/// Pixels a texel below which texels that are shown as they are are blended again: between this and [`CRISP`] nothing changes, so that nothing
+/// flickers.
 const BLENDED: f64 = 3.5;
 
 /// A source that is displayed, or will be.

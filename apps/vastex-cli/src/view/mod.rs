@@ -4,17 +4,20 @@
 //! on a thread, `showing` displays it or refuses it, `over` lays others over it; `displayed` is a source in the window, `display` says which
 //! source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests`
 //! does what is asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views
-//! of them, both by `state`. `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times`
+//! of them, both by `state`. What goes out of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`). `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times`
 //! what is measured of it.
 
 mod bookmarks;
+mod clipboard;
 mod device;
 mod dialog;
 mod display;
 mod displayed;
 mod events;
 mod files;
+mod flight;
 mod opening;
+mod outgoing;
 mod over;
 mod panel;
 mod recent;
@@ -27,7 +30,7 @@ mod times;
 mod title;
 mod viewer;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -46,10 +49,12 @@ use winit::window::{Fullscreen, Window, WindowId};
 
 use crate::args::ViewArgs;
 use crate::open::{self, Lies};
-use crate::report;
+use crate::{report, screenshot};
 use dialog::Chosen;
 use files::Files;
+use flight::Flight;
 use opening::{Openings, Report};
+use outgoing::Shots;
 use over::Over;
 use times::Times;
 use viewer::{Viewer, Wake};
@@ -67,6 +72,9 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     }
     if let Some(shapes) = &args.shapes {
         open::check_shapes(shapes).with_context(|| shapes.display().to_string())?;
+    }
+    if let Some(output) = &args.screenshot {
+        return screenshot::run(&args, output);
     }
     let events = EventLoop::with_user_event().build().map_err(|error| {
         anyhow!(
@@ -89,6 +97,9 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         over: Over::new(&args.scene.layers.over),
         camera_of: 0,
         keeps_camera: false,
+        flight: Flight::default(),
+        shots: Shots::default(),
+        to_play: args.camera_path.clone(),
         lost_devices: 0,
         outcome: Ok(ExitCode::SUCCESS),
         args: Arc::new(args),
@@ -108,6 +119,8 @@ enum Message {
     Opening(Report),
     /// What became of the dialog for files.
     Chosen(Chosen),
+    /// A picture of the window lies in a file, or none does.
+    Shot(Result<PathBuf>),
 }
 
 /// The program between its events.
@@ -133,6 +146,10 @@ struct App {
     camera_of: u64,
     /// Whether they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
+    flight: Flight,
+    shots: Shots,
+    /// A camera path that is to be played once there is something to see.
+    to_play: Option<PathBuf>,
     lost_devices: u32,
     outcome: Result<ExitCode>,
 }
@@ -173,6 +190,9 @@ impl App {
 
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        if let Some(file) = self.to_play.take_if(|_| self.camera_of > 0) {
+            self.play_file(events, &file)?;
+        }
         let camera = &mut self.cameras[self.scene as usize];
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
         let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());
@@ -180,6 +200,12 @@ impl App {
             camera.apply(moved, aspects);
             viewer.wake();
         }
+        let now = self.begun.elapsed();
+        if let Some(pose) = self.flight.pose(now).filter(|pose| pose.scene(self.scene) == self.scene) {
+            *camera = Controller::new(pose);
+            viewer.wake();
+        }
+        self.flight.note(now, camera.pose());
         let drawn = viewer.draw(camera.pose());
         match drawn {
             Err(error) if is_device_lost(&error) && self.lost_devices < MAX_LOST_DEVICES => {
@@ -223,7 +249,9 @@ impl App {
             WindowEvent::CloseRequested => window_events.exit(),
             WindowEvent::RedrawRequested => self.draw(window_events)?,
             WindowEvent::DroppedFile(path) => {
-                if self.files.drop_in(path, self.begun.elapsed()) {
+                if path.extension().is_some_and(|ending| ending == "path") {
+                    self.play_file(window_events, path)?;
+                } else if self.files.drop_in(path, self.begun.elapsed()) {
                     self.open_another()?;
                 }
             }
@@ -257,6 +285,9 @@ impl App {
     fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
         if let Action::File(step) = action {
             return if self.files.step(step) { self.open_another() } else { Ok(()) };
+        }
+        if matches!(action, Action::Move(_) | Action::Magnify(..) | Action::Reset | Action::Scene(_)) {
+            self.flight.stop();
         }
         let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
         let scene_index = self.scene as usize;
@@ -327,6 +358,10 @@ impl App {
                 let filled = window.fullscreen().is_some();
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
             }
+            Action::Screenshot(times) => self.shoot(times),
+            Action::Record => self.record_or_end(),
+            Action::Play => self.play(events)?,
+            Action::CopyView => self.copy_view(),
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
             Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
@@ -361,6 +396,10 @@ impl ApplicationHandler<Message> for App {
         let heard = match message {
             Message::Opening(report) => self.on_report(report),
             Message::Chosen(chosen) => self.on_chosen(chosen),
+            Message::Shot(shot) => {
+                self.on_shot(shot);
+                Ok(())
+            }
         };
         self.note(events, heard);
     }
@@ -384,7 +423,8 @@ impl ApplicationHandler<Message> for App {
             self.note(events, printed);
             return events.exit();
         }
-        let awake = self.input.is_moving() || self.args.exit_after_frames.is_some();
+        let awake =
+            self.input.is_moving() || self.flight.is_playing() || self.args.exit_after_frames.is_some();
         events.set_control_flow(match open.viewer.next_frame(awake) {
             Wake::Now => {
                 open.window.request_redraw();
@@ -402,6 +442,8 @@ impl ApplicationHandler<Message> for App {
         self.open = None;
         // What is being opened is broken off, and what is built of it written down.
         self.openings = Openings::default();
+        // A picture that was asked for is written.
+        self.shots = Shots::default();
     }
 }
 

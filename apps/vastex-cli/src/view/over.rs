@@ -34,6 +34,11 @@ impl Over {
         self.opening == Some(opening)
     }
 
+    /// Those that lie there, the lowest first.
+    pub(super) fn laid(&self) -> &[PathBuf] {
+        &self.laid
+    }
+
     /// Nothing is being opened any more. What was begun is opened again from its start.
     pub(super) fn begin_again(&mut self) {
         self.opening = None;

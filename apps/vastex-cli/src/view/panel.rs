@@ -9,6 +9,7 @@ use egui::{
     Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
 };
 use vastex_scenes::{Pose, Scene};
+use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
     DisplayPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
@@ -36,6 +37,10 @@ pub(super) enum Asked {
     Fit,
     /// The camera there, in the scene of the pose.
     Go(Pose),
+    /// The camera there, and what is shown as it says.
+    Show(ViewText),
+    /// What is shown, as a text, into the clipboard.
+    CopyView,
     Move(Move),
 }
 
@@ -159,6 +164,8 @@ impl Panel {
         let (pose, size) = &told.position;
         match self.position.show(ui, pose, *size, self.bookmarks.views()) {
             Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
+            Some(PositionChange::Show(view)) => asked.push(Asked::Show(view)),
+            Some(PositionChange::Copy) => asked.push(Asked::CopyView),
             Some(PositionChange::Move(moved)) => asked.push(Asked::Move(moved)),
             Some(PositionChange::Keep(view)) => self.bookmarks.keep(&view),
             Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Result;
-use vastex_scenes::Pose;
+use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
@@ -89,6 +89,15 @@ impl App {
             Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
             Asked::Fit => self.perform(events, Action::Reset),
             Asked::Go(pose) => self.go(events, pose),
+            Asked::Show(view) => {
+                if view.is_terrain {
+                    self.perform(events, Action::Scene(Some(Scene::Terrain)))?;
+                }
+                self.go(events, view.pose)?;
+                self.open.iter_mut().for_each(|open| open.viewer.show_view(&view));
+                Ok(())
+            }
+            Asked::CopyView => self.perform(events, Action::CopyView),
             Asked::Move(moved) => self.perform(events, Action::Move(moved)),
         }
     }

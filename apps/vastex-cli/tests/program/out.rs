@@ -154,3 +154,66 @@ fn whatever_is_shown_is_told_drawn_and_cut_without_a_build() {
     }
     assert!(!sandbox.path("x.npy").exists());
 }
+
+#[cfg(feature = "view")]
+#[test]
+fn a_picture_of_the_window_needs_no_display() {
+    let sandbox = Sandbox::with_container();
+    let shoot = |words: &str| {
+        let words: Vec<&str> = words.split_whitespace().collect();
+        let mut command = sandbox.command(&words);
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        Ended::of(&command.output().unwrap())
+    };
+    let differing = |a: &[[u8; 3]], b: &[[u8; 3]]| {
+        assert_eq!(a.len(), b.len());
+        a.iter().zip(b).filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 2)).count()
+    };
+    shoot("view --screenshot shot.png --size 300x200 image.vastex").expect_code(0);
+    run(&sandbox, "render image.vastex --size 300x200 -o plain.png").expect_code(0);
+    let (shot, plain) = (sandbox.read_rgb("shot.png"), sandbox.read_rgb("plain.png"));
+    let others = differing(&shot, &plain);
+    assert!(
+        others > 100 && others < 6000,
+        "a scale lies over the picture, and nothing else: {others} pixels"
+    );
+    // A view of large texels: they are shown as they are, with their values in them.
+    let view = "--view image:x=150,y=100,zoom=40";
+    shoot(&format!("view --screenshot large.png {view} --size 300x200 image.vastex")).expect_code(0);
+    run(&sandbox, &format!("render image.vastex {view} --filter nearest --size 300x200 -o large-plain.png"))
+        .expect_code(0);
+    let others = differing(&sandbox.read_rgb("large.png"), &sandbox.read_rgb("large-plain.png"));
+    assert!(others > 500 && others < 40_000, "{others}");
+    // What the machine does is beside it.
+    shoot("view --screenshot hud.png --hud --size 600x400 image.vastex").expect_code(0);
+    shoot("view --screenshot none.png --size 600x400 image.vastex").expect_code(0);
+    let (hud, none) = (sandbox.read_rgb("hud.png"), sandbox.read_rgb("none.png"));
+    let half = |pixels: &[[u8; 3]], from: usize| -> Vec<[u8; 3]> {
+        pixels.chunks(600).flat_map(|row| row[from..from + 150].to_vec()).collect()
+    };
+    assert!(differing(&half(&hud, 0), &half(&none, 0)) > 20_000);
+    // In parts it is the picture that it is in one.
+    shoot("view --screenshot parts.png --size 5000x64 image.vastex").expect_code(0);
+    run(&sandbox, "render image.vastex --size 5000x64 -o whole.png").expect_code(0);
+    let others = differing(&sandbox.read_rgb("parts.png"), &sandbox.read_rgb("whole.png"));
+    assert!(others < 20_000, "{others} of 320000");
+    shoot("view --screenshot globe.png --on globe --size 100x80 image.vastex").expect_code(0);
+    run(&sandbox, "render image.vastex --on globe --size 100x80 -o globe-plain.png").expect_code(0);
+    assert_eq!(differing(&sandbox.read_rgb("globe.png"), &sandbox.read_rgb("globe-plain.png")), 0);
+    for (words, code, said) in [
+        ("view --screenshot image.vastex image.vastex", 1, "is the source as well as the output"),
+        ("view --screenshot a.png image.vastex image.png", 1, "shows one file"),
+        ("view --screenshot nowhere/a.png image.vastex", 1, "its directory does not exist"),
+        ("view --screenshot a.png nothing.png", 1, "nothing.png"),
+        (
+            "view --screenshot a.png --on globe --size 60000x20 image.vastex",
+            1,
+            "only an image is drawn in parts",
+        ),
+        ("view --screenshot a.png --size 60000x60000 image.vastex", 1, "2^30"),
+        ("view --hud image.vastex", 2, "--screenshot"),
+    ] {
+        let ended = shoot(words).expect_code(code);
+        assert!(ended.stderr.contains(said), "{words}: {ended}");
+    }
+}

@@ -50,6 +50,12 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "L",
                 "next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again",
             ),
+            (
+                "F5, F6, F7",
+                "a picture of the window into a file, once everything is there: as large, or two or four times as large",
+            ),
+            ("F8, F9", "record where the camera goes into a file, and end that; play it"),
+            ("Ctrl + C", "copy what is shown as a text, which --view takes"),
             ("right click", "why a pixel shows what it shows: in the window, and in full on stdout"),
             ("F, F11", "full screen"),
             ("?, H", "keys and gestures"),

@@ -159,6 +159,14 @@ pub enum Action {
     Guides,
     /// The list of keys and gestures, or the picture alone.
     Keys,
+    /// The picture, so many times as large as the view, into a file.
+    Screenshot(u32),
+    /// Where the camera goes from here on into a file, or the end of that.
+    Record,
+    /// The camera as it went when that was recorded last, or as a file says.
+    Play,
+    /// What is shown, as a text, into the clipboard.
+    CopyView,
     /// The picture again: it may be stale.
     Redraw,
     /// The end.
@@ -376,6 +384,9 @@ impl Input {
         let is_motion = !self.has_control || !is_pressed;
         let Some(motion) = motion_of(key).filter(|_| is_motion) else {
             let action = || {
+                if self.has_control && matches!(key, Key::Char('c' | 'C')) {
+                    return Some(Action::CopyView);
+                }
                 self.magnification_of(key)
                     .map_or_else(|| action_of(key), |scale| Some(Action::Magnify(scale, point)))
             };
@@ -460,6 +471,11 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Char('y' | 'Y') => Action::Move(Move::Flip { is_vertical: true }),
         Key::Char('m' | 'M') => Action::Panel,
         Key::Char('?' | 'h' | 'H') => Action::Keys,
+        Key::F(5) => Action::Screenshot(1),
+        Key::F(6) => Action::Screenshot(2),
+        Key::F(7) => Action::Screenshot(4),
+        Key::F(8) => Action::Record,
+        Key::F(9) => Action::Play,
         Key::F(1) => Action::Scene(Some(Scene::Image)),
         Key::F(2) => Action::Scene(Some(Scene::Plane)),
         Key::F(3) => Action::Scene(Some(Scene::Globe)),

@@ -4,6 +4,7 @@ use egui::{Button, CollapsingHeader, DragValue, RichText, TextEdit, Ui};
 use glam::DVec2;
 
 use crate::camera::{Move, Pose};
+use crate::view_text::ViewText;
 
 /// What a person wants of a position; the host does it.
 #[derive(Clone, Debug, PartialEq)]
@@ -12,6 +13,10 @@ pub enum PositionChange {
     Go(Pose),
     /// The camera is moved.
     Move(Move),
+    /// The camera goes there, and what is shown becomes what the text says.
+    Show(ViewText),
+    /// What is shown is copied as a text.
+    Copy,
     /// Where the camera is becomes a bookmark: the text of its pose.
     Keep(String),
     /// The bookmark of this index goes.
@@ -57,10 +62,14 @@ impl PositionPanel {
             let go = ui.add_enabled(self.text.is_some(), Button::new("Go"));
             let is_wanted = self.text.is_some() && (is_entered || go.clicked());
             if is_wanted {
-                match pose_of(&text, pose, size) {
-                    Ok(pose) => {
+                let wanted = match text.contains(';') {
+                    true => ViewText::from_text(&text, size).map(PositionChange::Show).map_err(|error| error.to_string()),
+                    false => pose_of(&text, pose, size).map(PositionChange::Go),
+                };
+                match wanted {
+                    Ok(wanted) => {
                         (self.text, self.error) = (None, None);
-                        change = Some(PositionChange::Go(pose));
+                        change = Some(wanted);
                     }
                     Err(error) => self.error = Some(error),
                 }
@@ -78,6 +87,15 @@ impl PositionPanel {
         ui.horizontal(|ui| {
             if ui.button("Keep view").on_hover_text("as a bookmark of this file").clicked() {
                 change = Some(PositionChange::Keep(at));
+            }
+            let copy = ui.button("Copy view");
+            if copy
+                .on_hover_text(
+                    "as a text, with layers and their colours, for this field and for --view: Ctrl + C",
+                )
+                .clicked()
+            {
+                change = Some(PositionChange::Copy);
             }
         });
         if !bookmarks.is_empty() {

@@ -13,9 +13,9 @@ pub(super) const ROOMS: &[Room] = &[
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage"]),
-    ("panels", &["camera", "input", "inspect", "layers", "surface"]),
-    ("hud", &["overlay", "stage"]),
     ("view_text", &["camera", "layers", "scene", "surface"]),
+    ("panels", &["camera", "input", "inspect", "layers", "surface", "view_text"]),
+    ("hud", &["overlay", "stage"]),
     ("widget", &["camera", "gpu", "input", "inspect", "layers", "scene", "stage", "surface"]),
     ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface", "view_text"]),
 ];

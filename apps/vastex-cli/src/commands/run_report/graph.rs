@@ -167,7 +167,9 @@ pub(super) fn number(unit: Unit, value: f64) -> String {
             format!("{} {name}", trimmed(scaled))
         }
         Unit::Share => format!("{} %", trimmed(100.0 * value)),
-        Unit::Count | Unit::Levels => match value {
+        // Eighths.
+        Unit::Levels => with_digits(value, 3),
+        Unit::Count => match value {
             value if value >= 1e6 => format!("{}M", trimmed(value / 1e6)),
             value if value >= 1e4 => format!("{}k", trimmed(value / 1e3)),
             value => trimmed(value),
@@ -176,7 +178,10 @@ pub(super) fn number(unit: Unit, value: f64) -> String {
 }
 
 fn trimmed(value: f64) -> String {
-    let digits = if value >= 100.0 { 0 } else { 2 };
+    with_digits(value, if value >= 100.0 { 0 } else { 2 })
+}
+
+fn with_digits(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
@@ -201,7 +206,7 @@ mod tests {
         let numbers =
             [(Unit::Bytes, 1536.0), (Unit::Share, 0.875), (Unit::Count, 12_500.0), (Unit::Levels, 1.125)];
         let said = numbers.map(|(unit, value)| number(unit, value));
-        assert_eq!(said, ["1.5 KiB", "87.5 %", "12.5k", "1.13"]);
+        assert_eq!(said, ["1.5 KiB", "87.5 %", "12.5k", "1.125"]);
     }
 
     #[test]

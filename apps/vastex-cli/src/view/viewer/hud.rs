@@ -54,6 +54,10 @@ pub(super) struct Again {
 }
 
 impl WindowHud {
+    pub(super) fn is_shown(&self) -> bool {
+        self.is_shown
+    }
+
     /// What measures a frame while the panel is shown.
     pub(super) fn timer(&mut self, gpu: &Gpu) -> Option<&mut GpuTimer> {
         self.is_shown.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(gpu)))

@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use vastex_scenes::LayerOptions;
+use vastex_viewer::ViewText;
 use vastex_viewer::layers::CompareMode;
 use vastex_viewer::panels::PanelTexture;
 
@@ -35,6 +36,15 @@ impl Viewer {
             Err(error) => self.notify(&error.to_string()),
         }
         self.wake();
+    }
+
+    /// Displays the layers of a view as it says, if it says anything of them.
+    pub(in super::super) fn show_view(&mut self, view: &ViewText) {
+        if !view.layers.is_empty() {
+            self.show_layers(view.layers.clone());
+            self.settings.options.compare_mode = view.compare_mode;
+            self.wake();
+        }
     }
 
     /// Lays another source over what is displayed: the layers of it that the command line names, else its first one, over all others.

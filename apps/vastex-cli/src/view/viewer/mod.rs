@@ -5,6 +5,7 @@ mod hud;
 mod layers;
 mod measuring;
 mod notices;
+mod outgoing;
 mod panel;
 mod panes;
 

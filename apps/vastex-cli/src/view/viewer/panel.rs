@@ -2,16 +2,16 @@
 
 use std::time::{Duration, Instant};
 
-use glam::DVec2;
 use vastex_scenes::{LayerOptions, Pose};
-use vastex_viewer::inspect::{self, Histogram, Thumbnail};
+use vastex_viewer::inspect::Histogram;
 use vastex_viewer::layers::StoredScale;
-use vastex_viewer::panels::{ImageView, ShownTextures, paint_guides, swipe_line};
+use vastex_viewer::panels::{ImageView, ShownTextures, swipe_line};
 use winit::event::WindowEvent;
 
 use super::super::panel::{Asked, Told};
 use super::super::shell::Heard;
 use super::Viewer;
+use crate::screenshot::Guided;
 
 /// Between two looks at the values of a view that changes.
 const EVERY: Duration = Duration::from_millis(300);
@@ -146,16 +146,11 @@ impl Viewer {
                 swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);
             }
             if let Some(renderer) = guided.filter(|_| panel.guides_are_shown()) {
-                let sizes = (view.picture, view.image);
-                let layer =
-                    |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
-                let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &pose, sizes, pixel);
-                paint_guides(ui.painter(), free, &view, texel_size, value);
-                shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, &view));
-                // Of a window that nobody sees there is no map.
-                let of_layers = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
-                let take = |size| if is_hidden { None } else { of_layers(size) };
-                asked.extend(minimap.show(ui.ctx(), free, &view, is_settled, take).map(Asked::Go));
+                let shapes = shapes.map(|shapes| &**shapes);
+                let is_seen = !is_hidden;
+                let guided =
+                    Guided { textures, renderer, view: &view, texel_size, shapes, is_settled, is_seen };
+                asked.extend(guided.show(ui, free, minimap).map(Asked::Go));
             }
             asked.extend(asks);
             is_changed |= changes;

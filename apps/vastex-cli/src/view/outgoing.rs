@@ -1,0 +1,150 @@
+//! What goes out of the window: pictures of it, where its camera went, and what it shows as a text.
+
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result};
+use vastex_viewer::camera::Controller;
+use vastex_viewer::input::Action;
+use winit::event_loop::ActiveEventLoop;
+
+use super::clipboard::Copied;
+use super::flight::free_name;
+use super::{App, Message, Open};
+use crate::output::Output;
+use crate::report;
+
+/// How long the end of a program waits for pictures that were asked for.
+const LONGEST_END: Duration = Duration::from_secs(20);
+
+/// Pictures that are being drawn, each on a thread and a device of its own; and what was copied.
+#[derive(Default)]
+pub(super) struct Shots {
+    threads: Vec<JoinHandle<()>>,
+    copied: Copied,
+}
+
+impl Drop for Shots {
+    /// Waits a little for them.
+    fn drop(&mut self) {
+        let begun = Instant::now();
+        while self.threads.iter().any(|thread| !thread.is_finished()) && begun.elapsed() < LONGEST_END {
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+}
+
+impl App {
+    fn notice(&mut self, notice: &str) {
+        if let Some(Open { window, viewer }) = &mut self.open {
+            viewer.notify_in_title(notice);
+            window.request_redraw();
+        }
+    }
+
+    /// Begins to draw a picture of what the window shows, so many times as large.
+    pub(super) fn shoot(&mut self, times: u32) {
+        let Some(open) = &self.open else { return };
+        let (source, pose) = (self.files.current().to_owned(), self.cameras[self.scene as usize].pose());
+        let Some(shot) = open.viewer.shot((&source, self.over.laid()), pose, times) else {
+            return self.notice("there is nothing to be seen in a picture yet");
+        };
+        let [width, height] = shot.size;
+        let (args, proxy) = (self.args.clone(), self.proxy.clone());
+        let draw = move || {
+            let taken = || -> Result<PathBuf> {
+                let (picture, _) = shot.take(&args)?;
+                let file = free_name(Path::new(""), &source, "png");
+                Output::at(&file)?.write_picture(&picture)?;
+                Ok(file)
+            };
+            // Nobody listens where the window is closed.
+            drop(proxy.send_event(Message::Shot(taken().context("no picture was written"))));
+        };
+        self.shots.threads.retain(|thread| !thread.is_finished());
+        match thread::Builder::new().name("vastex-shot".into()).spawn(draw) {
+            Ok(thread) => {
+                self.shots.threads.push(thread);
+                self.notice(&format!("a picture of {width}x{height} pixels is being drawn"));
+            }
+            Err(error) => self.notice(&format!("no picture can be drawn: {error}")),
+        }
+    }
+
+    /// A picture is there, or why there is none.
+    pub(super) fn on_shot(&mut self, shot: Result<PathBuf>) {
+        let said = match shot {
+            Ok(file) => format!("the picture is {}", file.display()),
+            Err(error) => report::message(&error),
+        };
+        report::say(&said);
+        self.notice(&said);
+    }
+
+    /// Notes where the camera goes from here on, or ends that and writes it down.
+    pub(super) fn record_or_end(&mut self) {
+        let (now, pose) = (self.begun.elapsed(), self.cameras[self.scene as usize].pose());
+        let Some(open) = &self.open else { return };
+        if !self.flight.is_recording() {
+            self.flight.begin_recording(now, pose);
+            return self.notice("the camera is recorded; F8 ends that and writes the path");
+        }
+        let image = open.viewer.image_size();
+        let place = (Path::new(""), self.files.current());
+        let said = match self.flight.end_recording((now, pose), place, image) {
+            Ok(Some(file)) => format!("the camera path is {}; F9 plays it", file.display()),
+            Ok(None) => "nothing was recorded".to_owned(),
+            Err(error) => report::message(&error),
+        };
+        report::say(&said);
+        self.notice(&said);
+    }
+
+    /// Plays the path that was recorded or read last.
+    pub(super) fn play(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        match self.flight.play(self.begun.elapsed()) {
+            Some(pose) => {
+                let scene = pose.scene(self.scene);
+                if scene != self.scene {
+                    self.perform(events, Action::Scene(Some(scene)))?;
+                    self.flight.play(self.begun.elapsed());
+                }
+                self.cameras[self.scene as usize] = Controller::new(pose);
+                self.open.iter_mut().for_each(|open| open.viewer.jumped());
+            }
+            None => self.notice(
+                "there is no camera path to play; F8 records one, and files of them can be dropped here",
+            ),
+        }
+        Ok(())
+    }
+
+    /// Plays the path of a file.
+    pub(super) fn play_file(&mut self, events: &ActiveEventLoop, file: &Path) -> Result<()> {
+        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+        match self.flight.read(file, image) {
+            Ok(()) => self.play(events),
+            Err(error) => {
+                let said = report::message(&error);
+                report::say(&format!("error: {said}"));
+                self.notice(&said);
+                Ok(())
+            }
+        }
+    }
+
+    /// Copies what is shown as a text, which the window and `render` read.
+    pub(super) fn copy_view(&mut self) {
+        let pose = self.cameras[self.scene as usize].pose();
+        let Some(text) = self.open.as_ref().and_then(|open| open.viewer.view_text(pose)) else { return };
+        let said = match self.shots.copied.copy(&text) {
+            Ok(()) => format!("copied: {text}"),
+            Err(why) => {
+                report::say(&format!("the view is {text}"));
+                format!("the clipboard cannot be reached ({why}); the view stands on stderr")
+            }
+        };
+        self.notice(&said);
+    }
+}
