@@ -48,6 +48,20 @@ pub(super) fn of(path: &Path) -> Result<Option<ImageSummary>> {
 }
 
 impl ImageSummary {
+    /// What there is to say, by names.
+    #[cfg(feature = "view")]
+    pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
+        let ImageSummary { size: [width, height], texels, is_linear, memory, notices, .. } = self;
+        let linear = if *is_linear { ", linear" } else { "" };
+        let mut rows = vec![
+            ("size", format!("{width} x {height} texels")),
+            ("texels", format!("{texels}{linear}")),
+            ("reading", format!("takes {} of memory", report::bytes(*memory))),
+        ];
+        rows.extend(notices.iter().map(|notice| ("note", notice.clone())));
+        rows
+    }
+
     pub(super) fn text(&self) -> String {
         let ImageSummary { size: [width, height], texels, is_linear, memory, notices, .. } = self;
         let linear = if *is_linear { ", linear" } else { "" };

@@ -11,6 +11,8 @@ use vastex::{AddressMode, Description, TileSource as _};
 use vastex_core::{Level, TexelPositions};
 use vastex_tiles::{Container, ContainerError, Info, Saved};
 
+#[cfg(feature = "view")]
+use crate::args::CacheArgs;
 use crate::args::InfoArgs;
 use crate::{open, report};
 
@@ -47,6 +49,30 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
         report::print(&text)?;
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is said of a file, by names, for the window; a row without a name goes on with the one before it. Fails where nothing can be said.
+#[cfg(feature = "view")]
+pub(crate) fn rows_of(file: &Path) -> Result<Vec<(String, String)>> {
+    let named = |rows: Vec<(&'static str, String)>| {
+        rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
+    };
+    if open::is_directory_of_tiles(file) {
+        let cache = CacheArgs { cache: None, cache_gib: 20 };
+        let tiles = super::source_info::of(file, &cache)?;
+        return Ok(named(tiles.map_or_else(Vec::new, |(_, summary)| summary.rows().into())));
+    }
+    #[cfg(feature = "build")]
+    if open::what_lies_at(file)? == open::Lies::Other {
+        if let Some((_, summary)) = super::tiff_info::of(file)? {
+            return Ok(named(summary.rows()));
+        }
+        if let Some(summary) = super::image_info::of(file)? {
+            return Ok(named(summary.rows()));
+        }
+    }
+    let container = Container::open_file(file)?;
+    Ok(named(Summary::new(&container.info(), container.filters()).rows()))
 }
 
 /// The same of what lies there ready to be shown, though it is no container.
@@ -295,6 +321,12 @@ impl Summary {
     }
 
     fn text(&self) -> String {
+        let rows = self.rows().into_iter();
+        rows.map(|(name, value)| format!("  {name:<12}{value}")).collect::<Vec<_>>().join("\n")
+    }
+
+    /// What there is to say, by names.
+    fn rows(&self) -> Vec<(&'static str, String)> {
         let [width, height] = self.size;
         let color = self.border_color.as_ref().map(|color| format!(" ({color})")).unwrap_or_default();
         let layers: Vec<_> = self.layers.iter().map(LayerSummary::text).collect();
@@ -332,7 +364,7 @@ impl Summary {
             "  absent" => [vec![row], self.sparse_levels()].concat(),
             _ => vec![row],
         });
-        rows.map(|(name, value)| format!("  {name:<12}{value}")).collect::<Vec<_>>().join("\n")
+        rows.collect()
     }
 
     /// A row for each level of which pages have no tile.

@@ -60,6 +60,11 @@ pub(super) fn of(source: &Path, cache: &CacheArgs) -> Result<Option<(Arc<dyn Til
 
 impl SourceSummary {
     pub(super) fn text(&self) -> String {
+        self.rows().map(|(name, value)| format!("  {name:<12}{value}")).join("\n")
+    }
+
+    /// What there is to say, by names.
+    pub(super) fn rows(&self) -> [(&'static str, String); 5] {
         let SourceSummary { kind, size: [width, height], levels, page, border, pages, .. } = self;
         let layers: Vec<String> =
             self.layers.iter().map(|LayerSummary { name, format }| format!("{name} ({format})")).collect();
@@ -74,7 +79,5 @@ impl SourceSummary {
             ("page", format!("{page} texels, border {border}; {pages} pages")),
             ("source", made.to_owned()),
         ]
-        .map(|(name, value)| format!("  {name:<12}{value}"))
-        .join("\n")
     }
 }

@@ -128,6 +128,12 @@ impl TiffSummary {
     }
 
     pub(super) fn text(&self) -> String {
+        let rows = self.rows().into_iter();
+        rows.map(|(name, value)| format!("  {name:<14}{value}")).collect::<Vec<_>>().join("\n")
+    }
+
+    /// What there is to say, by names; one without a name goes on with the one before it.
+    pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
         let [width, height] = self.size;
         let (levels, format, page) = (self.levels, self.format, self.page);
         let mut rows = vec![
@@ -178,6 +184,6 @@ impl TiffSummary {
             rows.push(("place", format!("from {east}, {north} to {}, {}", far[0], far[1])));
         }
         rows.extend(self.notices.iter().map(|notice| ("note", notice.clone())));
-        rows.into_iter().map(|(name, value)| format!("  {name:<14}{value}")).collect::<Vec<_>>().join("\n")
+        rows
     }
 }

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vastex_viewer::panels::{Shapes, TexelSize};
+use vastex_viewer::panels::TexelSize;
+
+use crate::commands;
 
 /// The bands of a file that has more than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,8 +59,8 @@ pub(crate) struct FileAbout {
     pub(crate) images: Vec<(String, PathBuf)>,
     /// Its bands, if it has more than a picture.
     pub(crate) bands: Option<FileBands>,
-    /// Shapes of another file that lie over it.
-    pub(crate) shapes: Option<Arc<Shapes>>,
+    /// What `vastex info` says of it: a name and a value each.
+    pub(crate) rows: Arc<[(String, String)]>,
 }
 
 impl FileAbout {
@@ -77,14 +79,19 @@ impl FileAbout {
             path.push(&other.name);
             (other.name, PathBuf::from(path))
         }));
-        FileAbout { texel_size: texel_size(file), images, bands: FileBands::of(path), shapes: None }
+        FileAbout { texel_size: texel_size(file), images, bands: FileBands::of(path), rows: info_of(path) }
     }
 
-    /// Without the readers of `vastex build` nothing is known of it.
+    /// Without the readers of `vastex build` nothing is known of it but what a container says.
     #[cfg(not(feature = "build"))]
-    pub(crate) fn of(_: &Path) -> FileAbout {
-        FileAbout::default()
+    pub(crate) fn of(path: &Path) -> FileAbout {
+        FileAbout { rows: info_of(path), ..FileAbout::default() }
     }
+}
+
+/// What is said of a file in words; nothing where nothing is known.
+fn info_of(path: &Path) -> Arc<[(String, String)]> {
+    commands::info::rows_of(path).unwrap_or_default().into()
 }
 
 #[cfg(feature = "build")]

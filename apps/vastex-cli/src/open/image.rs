@@ -14,6 +14,7 @@ use vastex_build::{
 };
 
 use super::OpenImage;
+use super::mended::{Anew, Mended};
 use super::observer::OpenObserver;
 use super::preview::Preview;
 use crate::{progress, report};
@@ -44,7 +45,10 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
     let opened = cache.open(path, &build, &progress);
     progress.bar.finish_and_clear();
     match opened {
-        Ok(cached) => Ok(Some(Arc::new(cached.container))),
+        Ok(cached) => {
+            let anew = Anew { cache, image: path.to_owned(), options: build };
+            Ok(Some(Arc::new(Mended::new(cached.container, anew))))
+        }
         Err(CacheError::Build(BuildError::Input { fault, .. })) if is_no_image(&fault) => Ok(None),
         Err(CacheError::Unusable { directory, error }) => bail!(
             "{}: cannot hold built images: {error}; name another directory with --cache DIR",

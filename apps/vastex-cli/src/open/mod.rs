@@ -2,7 +2,8 @@
 //! planets, behind a disk cache if one is asked for.
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
-//! `observer`, what files say beside their texels in `about`, which of their bands are opened in `bands`, and what shapes lie over them in
+//! `observer`, what files say beside their texels in `about`, which of their bands are opened in `bands`, what becomes of a cached image that
+//! turns out to be damaged in `mended`, and what shapes lie over them in
 //! `shapes`.
 
 #[cfg(feature = "view")]
@@ -11,6 +12,8 @@ mod about;
 mod bands;
 #[cfg(feature = "build")]
 pub(crate) mod image;
+#[cfg(feature = "build")]
+mod mended;
 mod observer;
 #[cfg(feature = "build")]
 mod preview;

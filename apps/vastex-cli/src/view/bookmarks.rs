@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use vastex_viewer::panels::Bookmark;
 
 use super::state;
 use crate::report;
@@ -16,8 +17,31 @@ const MOST: usize = 50;
 #[derive(Clone, Debug, Deserialize, Serialize)]
 struct OfFile {
     file: PathBuf,
-    /// Texts of poses, the first one the oldest.
-    views: Vec<String>,
+    /// The first one the oldest.
+    views: Vec<Kept>,
+}
+
+/// A bookmark as it is written down: one without a name as the text of its view.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+#[serde(untagged)]
+enum Kept {
+    View(String),
+    Named { name: String, view: String },
+}
+
+impl From<Kept> for Bookmark {
+    fn from(kept: Kept) -> Bookmark {
+        match kept {
+            Kept::View(view) => Bookmark { name: String::new(), view },
+            Kept::Named { name, view } => Bookmark { name, view },
+        }
+    }
+}
+
+impl From<Bookmark> for Kept {
+    fn from(Bookmark { name, view }: Bookmark) -> Kept {
+        if name.is_empty() { Kept::View(view) } else { Kept::Named { name, view } }
+    }
 }
 
 /// The bookmarks of the file that is displayed, and where those of all files are written down.
@@ -25,7 +49,7 @@ struct OfFile {
 pub(super) struct Bookmarks {
     /// Nothing where no file is displayed that has a name of its own.
     file: Option<PathBuf>,
-    views: Vec<String>,
+    views: Vec<Bookmark>,
     /// Nothing where the system names no place for them.
     kept_in: Option<PathBuf>,
     /// Whether it was said that they cannot be read or written.
@@ -45,20 +69,20 @@ impl Bookmarks {
             self.say(&error);
             Vec::new()
         });
-        self.views = all.into_iter().find(|of| of.file == file).map(|of| of.views).unwrap_or_default();
+        self.views = all.into_iter().find(|of| of.file == file).map(views_of).unwrap_or_default();
         self.file = Some(file);
     }
 
-    /// Texts of poses, the first one the oldest.
-    pub(super) fn views(&self) -> &[String] {
+    /// The first one the oldest.
+    pub(super) fn views(&self) -> &[Bookmark] {
         &self.views
     }
 
-    /// Keeps a view; of too many the oldest goes.
-    pub(super) fn keep(&mut self, view: &str) {
+    /// Keeps a view, which one name is enough for; of too many the oldest goes.
+    pub(super) fn keep(&mut self, view: &Bookmark) {
         self.change(|views| {
-            views.retain(|other| other != view);
-            views.push(view.to_owned());
+            views.retain(|other| other.view != view.view);
+            views.push(view.clone());
             let surplus = views.len().saturating_sub(MOST);
             views.drain(..surplus);
         });
@@ -72,7 +96,7 @@ impl Bookmarks {
 
     /// Changes them as they are written down now: two programs may do so, and what the other one kept stays. Where that cannot be read or
     /// written, they are changed for this run alone.
-    fn change(&mut self, change: impl Fn(&mut Vec<String>)) {
+    fn change(&mut self, change: impl Fn(&mut Vec<Bookmark>)) {
         if let Err(error) = self.change_in_file(&change) {
             self.say(&error);
             change(&mut self.views);
@@ -80,7 +104,7 @@ impl Bookmarks {
     }
 
     /// Changes what is written down. Where that fails, all is as it was.
-    fn change_in_file(&mut self, change: &impl Fn(&mut Vec<String>)) -> io::Result<()> {
+    fn change_in_file(&mut self, change: &impl Fn(&mut Vec<Bookmark>)) -> io::Result<()> {
         let (Some(file), Some(place)) = (&self.file, &self.kept_in) else {
             change(&mut self.views);
             return Ok(());
@@ -88,14 +112,15 @@ impl Bookmarks {
         let _lock = state::lock(place)?;
         let mut all = self.all()?;
         let mut views = match all.iter().position(|of| of.file == *file) {
-            Some(at) => all.remove(at).views,
+            Some(at) => views_of(all.remove(at)),
             // Where nothing could be written before, what is known stays.
             None => self.views.clone(),
         };
         change(&mut views);
         if file.to_str().is_some() {
             if !views.is_empty() {
-                all.insert(0, OfFile { file: file.clone(), views: views.clone() });
+                let views = views.iter().cloned().map(Kept::from).collect();
+                all.insert(0, OfFile { file: file.clone(), views });
             }
             all.truncate(MOST_FILES);
             state::write(place, &all)?;
@@ -121,9 +146,41 @@ impl Bookmarks {
     }
 }
 
+fn views_of(of: OfFile) -> Vec<Bookmark> {
+    of.views.into_iter().map(Bookmark::from).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn view(text: &str) -> Bookmark {
+        Bookmark { name: String::new(), view: text.to_owned() }
+    }
+
+    fn texts(bookmarks: &Bookmarks) -> Vec<&str> {
+        bookmarks.views().iter().map(|bookmark| &*bookmark.view).collect()
+    }
+
+    #[test]
+    fn a_bookmark_has_a_name_or_none_and_those_of_before_are_read() {
+        let directory = tempfile::tempdir().unwrap();
+        let kept_in = directory.path().join("bookmarks.json");
+        let file = directory.path().join("moon.tif");
+        let before = serde_json::json!([{ "file": file, "views": ["a", "b"] }]);
+        std::fs::write(&kept_in, before.to_string()).unwrap();
+        let begin = || {
+            let mut bookmarks = Bookmarks { kept_in: Some(kept_in.clone()), ..Bookmarks::default() };
+            bookmarks.turn_to(&file);
+            bookmarks
+        };
+        let mut moon = begin();
+        assert_eq!(moon.views(), [view("a"), view("b")]);
+        let tycho = Bookmark { name: "Tycho".to_owned(), view: "a".to_owned() };
+        moon.keep(&tycho);
+        assert_eq!(begin().views(), [view("b"), tycho]);
+        assert!(std::fs::read_to_string(&kept_in).unwrap().contains("\"Tycho\""));
+    }
 
     #[test]
     fn a_file_has_its_own_bookmarks_in_every_run() {
@@ -135,17 +192,17 @@ mod tests {
             bookmarks
         };
         let (mut moon, mut other) = (begin("moon.tif"), begin("moon.tif"));
-        moon.keep("image:x=1,y=2,zoom=3");
-        other.keep("image:x=4,y=5,zoom=6");
-        begin("mars.tif").keep("image:x=7,y=8,zoom=9");
-        assert_eq!(begin("moon.tif").views(), ["image:x=1,y=2,zoom=3", "image:x=4,y=5,zoom=6"]);
-        assert_eq!(begin("mars.tif").views(), ["image:x=7,y=8,zoom=9"]);
+        moon.keep(&view("image:x=1,y=2,zoom=3"));
+        other.keep(&view("image:x=4,y=5,zoom=6"));
+        begin("mars.tif").keep(&view("image:x=7,y=8,zoom=9"));
+        assert_eq!(texts(&begin("moon.tif")), ["image:x=1,y=2,zoom=3", "image:x=4,y=5,zoom=6"]);
+        assert_eq!(texts(&begin("mars.tif")), ["image:x=7,y=8,zoom=9"]);
         assert!(begin("sun.tif").views().is_empty());
         other.forget(0);
         other.forget(9);
-        assert_eq!(begin("moon.tif").views(), ["image:x=4,y=5,zoom=6"]);
-        (0..MOST + 3).for_each(|n| moon.keep(&n.to_string()));
-        assert_eq!((moon.views().len(), &*moon.views()[0]), (MOST, "3"));
+        assert_eq!(texts(&begin("moon.tif")), ["image:x=4,y=5,zoom=6"]);
+        (0..MOST + 3).for_each(|n| moon.keep(&view(&n.to_string())));
+        assert_eq!((moon.views().len(), texts(&moon)[0]), (MOST, "3"));
     }
 
     #[test]
@@ -161,16 +218,16 @@ mod tests {
         for text in ["[{\"file\": \"mars.tif\", \"vie", "{\"version\": 2}"] {
             std::fs::write(&place, text).unwrap();
             let mut bookmarks = begin();
-            bookmarks.keep("a");
-            bookmarks.keep("b");
-            assert_eq!(bookmarks.views(), ["a", "b"]);
+            bookmarks.keep(&view("a"));
+            bookmarks.keep(&view("b"));
+            assert_eq!(texts(&bookmarks), ["a", "b"]);
             assert_eq!(std::fs::read_to_string(&place).unwrap(), text);
         }
         std::fs::remove_file(&place).unwrap();
         std::fs::create_dir(&place).unwrap();
         let mut bookmarks = begin();
-        bookmarks.keep("a");
-        assert!(bookmarks.views() == ["a"] && place.is_dir());
+        bookmarks.keep(&view("a"));
+        assert!(texts(&bookmarks) == ["a"] && place.is_dir());
     }
 
     #[test]
@@ -185,7 +242,9 @@ mod tests {
         let programs: Vec<_> = (0..4)
             .map(|program| {
                 let mut bookmarks = begin();
-                std::thread::spawn(move || (0..5).for_each(|n| bookmarks.keep(&format!("{program}.{n}"))))
+                std::thread::spawn(move || {
+                    (0..5).for_each(|n| bookmarks.keep(&view(&format!("{program}.{n}"))));
+                })
             })
             .collect();
         programs.into_iter().for_each(|program| program.join().unwrap());
@@ -193,7 +252,7 @@ mod tests {
         // One that holds them for good is not waited for.
         let lock = state::lock(&place).unwrap();
         let mut bookmarks = begin();
-        bookmarks.keep("late");
+        bookmarks.keep(&view("late"));
         assert_eq!((bookmarks.views().len(), begin().views().len()), (21, 20));
         drop(lock);
     }
@@ -202,15 +261,15 @@ mod tests {
     fn what_cannot_be_written_is_kept_for_this_run() {
         let mut bookmarks = Bookmarks::default();
         bookmarks.turn_to(Path::new("moon.tif"));
-        bookmarks.keep("a");
-        bookmarks.keep("b");
+        bookmarks.keep(&view("a"));
+        bookmarks.keep(&view("b"));
         bookmarks.forget(0);
-        assert_eq!(bookmarks.views(), ["b"]);
+        assert_eq!(texts(&bookmarks), ["b"]);
         // In the place of the directory lies a file.
         let directory = tempfile::tempdir().unwrap();
         std::fs::write(directory.path().join("vastex"), "").unwrap();
         bookmarks.kept_in = Some(directory.path().join("vastex/bookmarks.json"));
-        bookmarks.keep("c");
-        assert_eq!(bookmarks.views(), ["b", "c"]);
+        bookmarks.keep(&view("c"));
+        assert_eq!(texts(&bookmarks), ["b", "c"]);
     }
 }

@@ -17,9 +17,9 @@ pub(super) enum Chosen {
     NoDialog,
 }
 
-/// Asks for a file, beginning in the folder of `beside`; `send` is called on another thread with what became of it.
-pub(super) fn choose(beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
-    let mut dialog = rfd::AsyncFileDialog::new().set_title("Open");
+/// Asks for a file under a title, beginning in the folder of `beside`; `send` is called on another thread with what became of it.
+pub(super) fn choose(title: &str, beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
+    let mut dialog = rfd::AsyncFileDialog::new().set_title(title);
     let folder = std::path::absolute(beside).ok().and_then(|path| Some(path.parent()?.to_owned()));
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);

@@ -88,6 +88,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         files: Files::new(&args.scene.source, &args.files),
         files_before: None,
         is_choosing: false,
+        chooses_over: false,
         input: Input::default(),
         begun: Instant::now(),
         scene: args.scene.scene(),
@@ -133,6 +134,8 @@ struct App {
     files_before: Option<Files>,
     /// Whether the dialog for files is open.
     is_choosing: bool,
+    /// Whether what is chosen in it is to lie over what is displayed.
+    chooses_over: bool,
     input: Input,
     /// When the program began; times of input are told from then.
     begun: Instant,

@@ -22,7 +22,6 @@ use vastex_viewer::panels::Shapes;
 
 use crate::args::ViewArgs;
 use crate::open::{self, FileAbout, OpenObserver};
-use crate::report;
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -43,6 +42,8 @@ pub(super) enum OpeningEvent {
     Progress(f64),
     /// Something that a person should know.
     Note(String),
+    /// Shapes of another file that lie over it; they may come before the source, or after it.
+    Shapes(Result<Arc<Shapes>>),
     /// The source.
     Opened(PreparedSource),
     Failed(Error),
@@ -92,12 +93,19 @@ impl Openings {
         (path, has_previews, is_again): (&Path, bool, bool),
         args: Arc<ViewArgs>,
         preparer: Preparer,
-        send: impl Fn(Report) + Send + 'static,
+        send: impl Fn(Report) + Clone + Send + 'static,
     ) -> Result<u64> {
         let before = self.current.as_ref().map(|opening| opening.first).filter(|_| is_again);
         self.break_off();
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
+        if let Some(shapes) = args.shapes.clone().filter(|_| is_same(path, &args.scene.source)) {
+            let send = send.clone();
+            let is_broken_off = is_broken_off.clone();
+            let goes_on = move || !is_broken_off.load(Ordering::Relaxed);
+            let send = move |event| send(Report { opening: number, event });
+            read_shapes((path, shapes), goes_on, send)?;
+        }
         let mut reporter = Reporter {
             about: FileAbout::default(),
             send: Box::new(move |event| send(Report { opening: number, event })),
@@ -111,8 +119,6 @@ impl Openings {
         let open = move || {
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.about = FileAbout::of(&to_open);
-                let shapes = args.shapes.as_ref().filter(|_| is_same(&to_open, &args.scene.source));
-                reporter.about.shapes = shapes.and_then(|path| reporter.shapes(&to_open, path));
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {
@@ -184,6 +190,28 @@ fn is_same(path: &Path, other: &Path) -> bool {
     matches!((path, other), (Ok(path), Ok(other)) if path == other)
 }
 
+/// Reads the shapes that lie over a source on a thread of their own: no picture waits for them.
+fn read_shapes(
+    (source, path): (&Path, PathBuf),
+    goes_on: impl Fn() -> bool + Send + 'static,
+    send: impl Fn(OpeningEvent) + Send + 'static,
+) -> Result<()> {
+    let source = source.to_owned();
+    let read = move || {
+        let shapes = catch_unwind(AssertUnwindSafe(|| open::shapes_over(&source, &path, &goes_on)));
+        if !goes_on() {
+            return;
+        }
+        let shapes = shapes.unwrap_or_else(|panic| {
+            let (path, why) = (path.display(), text_of(&*panic));
+            Err(anyhow!("{path}: cannot be read, by a fault of this program: {why}"))
+        });
+        send(OpeningEvent::Shapes(shapes.map(Arc::new)));
+    };
+    let thread = thread::Builder::new().name("vastex-shapes".into()).spawn(read);
+    thread.map(drop).context("no thread can be started to read shapes")
+}
+
 /// What a panic was given to say.
 fn text_of(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
@@ -208,20 +236,6 @@ impl Reporter {
         let [width, height, _] = tiles.description().geometry.size();
         let size = self.size.get().unwrap_or([width, height]);
         self.prepare(tiles, size, Growth::Whole).with_context(|| path.display().to_string())
-    }
-
-    /// The shapes of a file over that of a source. Where they cannot be read, it is said, and there are none.
-    fn shapes(&self, source: &Path, path: &Path) -> Option<Arc<Shapes>> {
-        let goes_on = || !self.is_broken_off.load(Ordering::Relaxed);
-        let shapes = open::shapes_over(source, path, goes_on);
-        if !goes_on() {
-            return None;
-        }
-        let say = |error: &Error| {
-            report::say(&format!("{error:#}"));
-            (self.send)(OpeningEvent::Note(format!("{error:#}")));
-        };
-        shapes.inspect_err(say).ok().map(Arc::new)
     }
 
     fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {

@@ -102,6 +102,7 @@ impl App {
         let Some(open) = &mut self.open else { return Ok(()) };
         let (name, viewer) = (name_of(path), &mut open.viewer);
         let laid = match event {
+            OpeningEvent::Shapes(_) => return Ok(()),
             OpeningEvent::Progress(share) => return viewer.set_opening(&name, share),
             OpeningEvent::Note(note) => {
                 viewer.notify_in_title(&note);

@@ -12,7 +12,7 @@ use vastex_scenes::{Pose, Scene};
 use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
-    DisplayPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
+    DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
 };
 
 use super::bookmarks::Bookmarks;
@@ -30,6 +30,8 @@ pub(super) enum Asked {
     OpenAgain,
     /// By the system's dialog.
     Choose,
+    /// A file over what is displayed, by the system's dialog.
+    ChooseOver,
     /// The file so many after this one, or before it.
     File(i32),
     Scene(Scene),
@@ -61,6 +63,8 @@ pub(super) struct Told<'a> {
     pub(super) images: &'a [(String, PathBuf)],
     /// Its bands, if it has more than a picture.
     pub(super) bands: Option<&'a FileBands>,
+    /// What `vastex info` says of it.
+    pub(super) rows: &'a [(String, String)],
     /// What is displayed, if anything is.
     pub(super) texture: Option<ShownTextures<'a>>,
 }
@@ -73,6 +77,7 @@ pub(super) struct Panel {
     path: String,
     guides_are_shown: bool,
     position: PositionPanel,
+    info: InfoPanel,
     /// What is measured in the image, while that is done.
     pub(super) measure: Option<Measure>,
     pub(super) display: DisplayPanel,
@@ -88,6 +93,7 @@ impl Panel {
             path: String::new(),
             guides_are_shown: true,
             position: PositionPanel::default(),
+            info: InfoPanel::default(),
             measure: None,
             display: DisplayPanel::default(),
             recent,
@@ -135,6 +141,7 @@ impl Panel {
                     self.files(ui, told.texture.is_some(), &mut asked);
                     images_of_file(ui, told.images, &mut asked);
                     told.bands.iter().for_each(|bands| bands_of_file(ui, bands, &mut asked));
+                    self.info.show(ui, told.rows);
                     ui.separator();
                     places(ui, told.scene, &mut asked);
                     if told.texture.is_some() {
@@ -222,6 +229,12 @@ impl Panel {
             let over = ui.add_enabled(has_file && !path.is_empty(), Button::new("Lay over"));
             if over.on_hover_text("over what is shown, as a layer to compare with it").clicked() {
                 asked.push(Asked::LayOver(PathBuf::from(path)));
+            }
+        });
+        ui.horizontal_wrapped(|ui| {
+            let over = ui.add_enabled(has_file, Button::new("Lay over…"));
+            if over.on_hover_text("choose a file to lie over what is shown").clicked() {
+                asked.push(Asked::ChooseOver);
             }
         });
         if !self.recent.files().is_empty() {

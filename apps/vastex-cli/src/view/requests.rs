@@ -22,9 +22,11 @@ fn is_bands(path: &Path) -> bool {
 impl App {
     /// A person chose a file in the dialog, or none.
     pub(super) fn on_chosen(&mut self, chosen: Chosen) -> Result<()> {
+        let is_over = std::mem::take(&mut self.chooses_over);
         self.is_choosing = false;
         let Some(open) = &mut self.open else { return Ok(()) };
         match chosen {
+            Chosen::File(path) if is_over => self.lay_over(&path)?,
             Chosen::File(path) => self.open_chosen(&path)?,
             Chosen::NoDialog => {
                 open.viewer.notify(
@@ -77,12 +79,14 @@ impl App {
             Asked::Open(path) => self.open_chosen(&path),
             Asked::LayOver(path) => self.lay_over(&path),
             Asked::OpenAgain => self.open_again(),
-            Asked::Choose if self.is_choosing => Ok(()),
-            Asked::Choose => {
+            Asked::Choose | Asked::ChooseOver if self.is_choosing => Ok(()),
+            Asked::Choose | Asked::ChooseOver => {
                 self.is_choosing = true;
+                self.chooses_over = asked == Asked::ChooseOver;
+                let title = if self.chooses_over { "Lay over" } else { "Open" };
                 let proxy = self.proxy.clone();
                 let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
-                dialog::choose(self.files.current(), send);
+                dialog::choose(title, self.files.current(), send);
                 Ok(())
             }
             Asked::File(step) => self.perform(events, Action::File(step)),

@@ -49,6 +49,13 @@ impl App {
 
     /// Hears of the file that is being opened. Reports of other files are old.
     pub(super) fn on_report(&mut self, Report { opening: number, event }: Report) -> Result<()> {
+        if let OpeningEvent::Shapes(shapes) = event {
+            if let Some(open) = &mut self.open {
+                open.viewer.take_shapes(number, shapes);
+                open.window.request_redraw();
+            }
+            return Ok(());
+        }
         let is_measured = self.is_measured();
         let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
             return Ok(());
@@ -60,6 +67,7 @@ impl App {
         }
         let (name, path, first) = (name_of(&opening.path), opening.path.display().to_string(), opening.first);
         match event {
+            OpeningEvent::Shapes(_) => {}
             OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
             OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
             OpeningEvent::Preview(source) => {

@@ -52,6 +52,26 @@ fn an_image_is_shown_without_a_build_and_built_once() {
 }
 
 #[test]
+fn a_cached_image_that_is_damaged_is_built_anew_once() {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [900, 700]);
+    let render = |name: &str| run(&sandbox, &["render", "image.png", "--size", "900x700", "-o", name]);
+    render("whole.png").expect_code(0);
+    let [cached] = &kept(&sandbox)[..] else { panic!("one container is kept") };
+    let whole = std::fs::read(cached).unwrap();
+    // Between the description and the index lie the tiles.
+    let mut bytes = whole.clone();
+    let end = bytes.len() * 9 / 10;
+    (bytes.len() / 2..end).step_by(97).for_each(|at| bytes[at] ^= 0x55);
+    std::fs::write(cached, bytes).unwrap();
+    let mended = render("mended.png").expect_code(0);
+    assert_eq!(mended.stderr.matches("is damaged; it is built anew").count(), 1, "{mended}");
+    assert!(sandbox.read("mended.png") == sandbox.read("whole.png"));
+    assert!(std::fs::read(&kept(&sandbox)[0]).unwrap() == whole, "the same bytes");
+    assert!(!render("again.png").expect_code(0).stderr.contains("damaged"));
+}
+
+#[test]
 fn of_an_image_info_tells_what_its_header_says() {
     let sandbox = Sandbox::new();
     sandbox.write_png("image.png", [300, 200]);

@@ -138,6 +138,14 @@ impl BuildCache {
         Ok(CachedImage { container, built })
     }
 
+    /// Removes the container of an image, if it is there: one that turned out to be damaged. The next opening builds it anew. Fails where
+    /// the image cannot be opened.
+    pub fn forget(&self, image: &Path, options: &BuildOptions) -> Result<(), CacheError> {
+        let (name, _) = self.key(image, &built_with(options))?;
+        room::remove(&self.directory.join(name));
+        Ok(())
+    }
+
     /// The name of an image's container, and the image, opened.
     fn key(&self, image: &Path, options: &BuildOptions) -> Result<(String, Vec<OpenLayer>), CacheError> {
         let layers = build::open(vec![image.into()], &self.directory.join("image"), options)?;

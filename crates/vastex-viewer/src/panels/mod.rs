@@ -7,6 +7,7 @@
 mod compare;
 mod display;
 mod guides;
+mod info;
 mod keys;
 mod lengths;
 mod measure;
@@ -20,12 +21,13 @@ mod shapes;
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
 pub use guides::{ImageView, paint_guides};
+pub use info::InfoPanel;
 pub use keys::keys_window;
 pub use lengths::TexelSize;
 pub use measure::{Measure, Measured};
 pub use minimap::Minimap;
 pub use panes::Panes;
-pub use position::{PositionChange, PositionPanel};
+pub use position::{Bookmark, PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
 
 /// The controls below a node that have no name, for tests: what a person can use and a screen reader could not tell.

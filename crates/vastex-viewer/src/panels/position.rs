@@ -6,6 +6,22 @@ use glam::DVec2;
 use crate::camera::{Move, Pose};
 use crate::view_text::ViewText;
 
+/// A view that a person keeps.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Bookmark {
+    /// What the person calls it; it may be nothing.
+    pub name: String,
+    /// The text of its pose.
+    pub view: String,
+}
+
+impl Bookmark {
+    /// What it is known by: its name, or its view where it has none.
+    fn title(&self) -> String {
+        if self.name.is_empty() { readable(&self.view) } else { self.name.clone() }
+    }
+}
+
 /// What a person wants of a position; the host does it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum PositionChange {
@@ -17,8 +33,8 @@ pub enum PositionChange {
     Show(ViewText),
     /// What is shown is copied as a text.
     Copy,
-    /// Where the camera is becomes a bookmark: the text of its pose.
-    Keep(String),
+    /// Where the camera is becomes a bookmark.
+    Keep(Bookmark),
     /// The bookmark of this index goes.
     Forget(usize),
 }
@@ -30,17 +46,18 @@ pub struct PositionPanel {
     text: Option<String>,
     /// What was wrong with what was written last.
     error: Option<String>,
+    /// What the next bookmark is to be called.
+    name: String,
 }
 
 impl PositionPanel {
-    /// Shows where the camera is over an image of `size` texels, and the bookmarks, which are texts of poses. Gives back what a person
-    /// wants.
+    /// Shows where the camera is over an image of `size` texels, and the bookmarks. Gives back what a person wants.
     pub fn show(
         &mut self,
         ui: &mut Ui,
         pose: &Pose,
         size: [u32; 2],
-        bookmarks: &[String],
+        bookmarks: &[Bookmark],
     ) -> Option<PositionChange> {
         let mut change = None;
         let at = pose.to_text(size);
@@ -85,8 +102,14 @@ impl PositionPanel {
             change = turn_controls(ui, orientation.degrees()).map(PositionChange::Move).or(change);
         }
         ui.horizontal(|ui| {
-            if ui.button("Keep view").on_hover_text("as a bookmark of this file").clicked() {
-                change = Some(PositionChange::Keep(at));
+            let keep = ui.button("Keep view").on_hover_text("as a bookmark of this file");
+            let label = ui.label("named");
+            let field = TextEdit::singleline(&mut self.name).desired_width(ui.available_width() - 92.0);
+            let field = ui.add(field.hint_text("name")).labelled_by(label.id);
+            let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            if keep.clicked() || is_entered {
+                let name = std::mem::take(&mut self.name).trim().to_owned();
+                change = Some(PositionChange::Keep(Bookmark { name, view: at }));
             }
             let copy = ui.button("Copy view");
             if copy
@@ -102,12 +125,14 @@ impl PositionPanel {
             CollapsingHeader::new("Bookmarks").default_open(true).show(ui, |ui| {
                 for (index, bookmark) in bookmarks.iter().enumerate() {
                     ui.horizontal(|ui| {
-                        let forget = ui.button("×").on_hover_text(format!("forget {}", readable(bookmark)));
+                        let (title, view) = (bookmark.title(), &bookmark.view);
+                        let forget = ui.button("×").on_hover_text(format!("forget {title}"));
                         if forget.clicked() {
                             change = Some(PositionChange::Forget(index));
                         }
-                        let go = ui.add(Button::new(readable(bookmark)).frame(false).truncate());
-                        if let Some(pose) = Pose::from_text(bookmark, size).ok().filter(|_| go.clicked()) {
+                        let go =
+                            ui.add(Button::new(title).frame(false).truncate()).on_hover_text(readable(view));
+                        if let Some(pose) = Pose::from_text(view, size).ok().filter(|_| go.clicked()) {
                             change = Some(PositionChange::Go(pose));
                         }
                     });

@@ -45,6 +45,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             position: (Pose::first(Scene::Image), [1000, 500]),
             texel_size: None,
             bands: Some(&bands()),
+            rows: &[("size".to_owned(), "1000 x 500 texels".to_owned())],
             images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
             texture,
         };
@@ -77,6 +78,7 @@ fn a_file_is_asked_for_by_its_path() {
     harness.state_mut().asked.truncate(1);
     for (label, asked) in [
         ("Open…", Asked::Choose),
+        ("Lay over…", Asked::ChooseOver),
         ("label", Asked::Open("a.svs:label".into())),
         ("Next", Asked::File(1)),
         ("globe", Asked::Scene(Scene::Globe)),
@@ -85,6 +87,8 @@ fn a_file_is_asked_for_by_its_path() {
         click(&mut harness, label);
         assert_eq!(harness.state().asked.last(), Some(&asked));
     }
+    click(&mut harness, "About this file");
+    assert!(harness.query_by_label("1000 x 500 texels").is_some());
     click(&mut harness, "Hide");
     assert!(!harness.state().panel.is_open());
 }

@@ -19,7 +19,7 @@ use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
-use vastex_viewer::panels::{DisplayPanel, Measure, Minimap};
+use vastex_viewer::panels::{DisplayPanel, Measure, Minimap, Shapes};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -82,6 +82,8 @@ pub(super) struct Viewer {
     title: Title,
     shell: Shell,
     panel: Panel,
+    /// Shapes over the source of an opening, and its number.
+    shapes: Option<(u64, Arc<Shapes>)>,
     minimap: Minimap,
     hud: WindowHud,
     /// That textures were made again, since the last time that they were.
@@ -120,6 +122,7 @@ impl Viewer {
             gpu,
             shell: Shell::new(window.clone()),
             panel: Panel::new(Recent::load(), Bookmarks::load()),
+            shapes: None,
             minimap: Minimap::default(),
             hud: WindowHud::default(),
             again: None,

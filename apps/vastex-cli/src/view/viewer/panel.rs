@@ -102,10 +102,12 @@ impl Viewer {
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
         let texel_size = guided.and_then(|source| source.about.texel_size.as_ref());
-        let shapes = guided.and_then(|source| source.about.shapes.as_ref());
+        let shapes = self.shapes.as_ref().filter(|(opening, _)| *opening == self.layers_of);
+        let shapes = shapes.filter(|_| guided.is_some()).map(|(_, shapes)| shapes);
         let guided = guided.map(|source| &source.renderer);
         let images = self.display.displayed().map_or(&[][..], |source| &source.about.images);
         let bands = self.display.displayed().and_then(|source| source.about.bands.as_ref());
+        let rows = self.display.displayed().map_or(&[][..], |source| &source.about.rows);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
@@ -131,6 +133,7 @@ impl Viewer {
                 texel_size,
                 images,
                 bands,
+                rows,
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);

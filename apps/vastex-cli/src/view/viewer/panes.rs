@@ -1,11 +1,15 @@
-//! Layers side by side: how the picture is divided, which pane the pointer belongs to, and what stands over each pane.
+//! What lies over the picture: how it is divided where layers are side by side, which pane the pointer belongs to, what stands over each pane,
+//! and shapes of another file.
 
+use std::sync::Arc;
+
+use anyhow::Result;
 use glam::DVec2;
 use vastex_scenes::Pose;
 use vastex_viewer::input::InputEvent;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::Panes;
+use vastex_viewer::panels::{Panes, Shapes};
 
 use super::Viewer;
 
@@ -66,6 +70,18 @@ impl Viewer {
         self.settings.options.compare_mode = mode;
         self.notify_in_title(if is_beside { "over one another" } else { "side by side" });
         self.jumped();
+    }
+
+    /// Shapes have come that lie over the source of an opening, or why there are none.
+    pub(in super::super) fn take_shapes(&mut self, opening: u64, shapes: Result<Arc<Shapes>>) {
+        match shapes {
+            Ok(shapes) => self.shapes = Some((opening, shapes)),
+            Err(error) => {
+                crate::report::say(&format!("{error:#}"));
+                self.notify_in_title(&format!("{error:#}"));
+            }
+        }
+        self.wake();
     }
 
     /// What stands over each pane: the name of its layer, and its value below the pointer.

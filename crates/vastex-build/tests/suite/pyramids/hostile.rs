@@ -62,6 +62,29 @@ fn grey(compression: u32, offset: u32, len: u32) -> Vec<(u16, u16, u32, u32)> {
     ]
 }
 
+/// Thousands of directories, chained and listed below the first one, take as many reads as the first two thousand.
+#[test]
+fn thousands_of_directories_are_looked_at_as_far_as_is_reasonable() {
+    const MANY: u32 = 20_000;
+    let entries = grey(1, 0, 0);
+    let size = 2 + 12 * (entries.len() as u32 + 1) + 4;
+    let at = |n: u32| 8 + n * size;
+    let list = at(2 * MANY + 1);
+    let first = with(entries.clone(), (330, 4, MANY, list));
+    let plain = with(entries, (254, 4, 1, 0));
+    let mut directories: Vec<&[(u16, u16, u32, u32)]> = vec![&first];
+    directories.extend((0..2 * MANY).map(|_| &plain[..]));
+    // The first half is the chain, the second half lies below the first one.
+    let next: Vec<u32> = (0..=2 * MANY).map(|n| if n < MANY { at(n + 1) } else { 0 }).collect();
+    let below: Vec<u8> = (0..MANY).flat_map(|n| at(MANY + 1 + n).to_le_bytes()).collect();
+    let file = File::with(&handmade(&directories, &next, &below));
+    let source = TiffSource::open(file.path()).unwrap();
+    assert!((1000..=2100).contains(&source.others().len()), "{}", source.others().len());
+    let mut tiers = vastex_tiles::Tiers::default();
+    source.add_tiers(&mut tiers);
+    assert!(tiers.store.reads < 60_000, "{} reads", tiers.store.reads);
+}
+
 /// Where what follows one directory of so many entries lies.
 fn behind(entries: usize) -> u32 {
     (8 + 2 + 12 * entries + 4) as u32
