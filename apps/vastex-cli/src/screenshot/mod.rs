@@ -60,6 +60,8 @@ struct Sources {
     tiles: Arc<dyn TileSource>,
     over: Vec<Arc<dyn TileSource>>,
     about: FileAbout,
+    /// Shapes of another file that lie over it.
+    shapes: Option<vastex_viewer::panels::Shapes>,
     image: [u32; 2],
 }
 
@@ -115,12 +117,11 @@ impl Shot {
         let open = |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &())?.tiles);
         let tiles = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
-        let mut about = FileAbout::of(&self.source);
-        if let Some(shapes) = args.shapes.as_ref().filter(|_| self.source == args.scene.source) {
-            about.shapes = Some(Arc::new(open::shapes_over(&self.source, shapes, || true)?));
-        }
+        let about = FileAbout::of(&self.source);
+        let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
+        let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();
-        Ok(Sources { tiles, over, about, image: [width, height] })
+        Ok(Sources { tiles, over, about, shapes, image: [width, height] })
     }
 
     fn draw(&self, args: &ViewArgs, sources: &Sources) -> Result<(Picture, bool)> {
@@ -269,7 +270,7 @@ impl Shot {
                     renderer: drawn.renderer(),
                     view: &view,
                     texel_size: about.texel_size.as_ref(),
-                    shapes: about.shapes.as_deref(),
+                    shapes: sources.shapes.as_ref(),
                     is_settled: true,
                     is_seen: true,
                 };
