@@ -165,6 +165,34 @@ pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
 ///
 /// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
 fn open_path(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
+    open_drawn(path, direct, image).map_err(|error| if is_volume(path) { of_volume(path) } else { error })
+}
+
+/// What is said of a volume where an image is needed.
+fn of_volume(path: &Path) -> anyhow::Error {
+    anyhow::anyhow!(
+        "{}: is a volume, and volumes are not drawn yet; `vastex info` and `vastex crop` read it",
+        path.display()
+    )
+}
+
+/// Whether a path is a volume that cannot be taken for an image: pages of TIFF can.
+#[cfg(feature = "volumes")]
+fn is_volume(path: &Path) -> bool {
+    let is_tiff = path
+        .extension()
+        .is_some_and(|ending| ["tif", "tiff"].iter().any(|tiff| ending.eq_ignore_ascii_case(tiff)));
+    !is_tiff && vastex_volume::is_volume(path)
+}
+
+/// Without their reader there are no volumes.
+#[cfg(not(feature = "volumes"))]
+fn is_volume(_: &Path) -> bool {
+    false
+}
+
+/// The same of whatever is drawn.
+fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
         let refused = match in_place(path) {
             Ok(Some(tiles)) => return Ok(tiles),
