@@ -60,6 +60,11 @@ fn key(key: &WinitKey) -> Option<Key> {
         WinitKey::Named(NamedKey::F2) => Key::F(2),
         WinitKey::Named(NamedKey::F3) => Key::F(3),
         WinitKey::Named(NamedKey::F4) => Key::F(4),
+        WinitKey::Named(NamedKey::F5) => Key::F(5),
+        WinitKey::Named(NamedKey::F6) => Key::F(6),
+        WinitKey::Named(NamedKey::F7) => Key::F(7),
+        WinitKey::Named(NamedKey::F8) => Key::F(8),
+        WinitKey::Named(NamedKey::F9) => Key::F(9),
         WinitKey::Named(NamedKey::F11) => Key::F(11),
         WinitKey::Character(text) => {
             let mut characters = text.chars();
