@@ -195,9 +195,9 @@ pub(crate) struct SceneArgs {
     pub(crate) layers: shown::ShownArgs,
     #[command(flatten)]
     pub(crate) heights: heights::HeightArgs,
-    /// Size of the picture in pixels
-    #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
-    pub(crate) size: [u32; 2],
+    /// Size of the picture in pixels. By default 1280x720; a window has the size that it had when it was closed last
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<[u32; 2]>,
     /// GPU memory for tiles, in MiB, whatever the settings say; too little makes the picture coarser. By default as much as a
     /// picture of this size needs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
@@ -265,6 +265,11 @@ impl SceneArgs {
     /// What `--view` says over an image of so many texels, if it is there.
     pub(crate) fn view_text(&self, size: [u32; 2]) -> Option<ViewText> {
         self.view.as_deref().and_then(|text| ViewText::from_text(text, size).ok())
+    }
+
+    /// Width and height of the picture in pixels.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.size.unwrap_or([1280, 720])
     }
 
     /// Where the camera is at first over an image of so many texels, if that is said.

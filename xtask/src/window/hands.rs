@@ -34,7 +34,7 @@ pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<(
     let steps = place.join("steps");
     fs::create_dir_all(&steps)?;
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
-    let mut window = Window::open(&display, (place, program, image), &["--size", &size])?;
+    let mut window = Window::open(&display, (place, program, image), &["--size", &size, "--pool-mib", "2"])?;
     let used = window.walk_through();
     if used.is_err() {
         // What was seen when it went wrong.
@@ -98,7 +98,9 @@ impl<'a> Window<'a> {
         self.key("F1")?;
         self.until("the image again", |window| window.magnification().ok())?;
         self.look_at_machine()?;
-        ensure!(self.quit()?.success(), "it ended with an error");
+        // Of the file that could not be shown the exit code tells, too.
+        let ended = self.quit()?;
+        ensure!(ended.code() == Some(1), "it ended with {ended}");
         Ok(())
     }
 
@@ -192,8 +194,9 @@ impl<'a> Window<'a> {
         let broken = self.place.join("broken.png");
         fs::write(&broken, "no picture")?;
         self.click([SIZE[0] - 150, 62])?;
+        sleep(Duration::from_millis(500));
         self.key("ctrl+a")?;
-        self.xdotool(&["type", "--delay", "1", &broken.to_string_lossy()])?;
+        self.xdotool(&["type", "--delay", "8", &broken.to_string_lossy()])?;
         self.key("Return")?;
         let error = |window: &mut Self| window.display.find(0..SIZE[0] - 320, ERROR).ok().flatten();
         self.until("an error in the window", |window| error(window).filter(|found| found.count > 4000))?;

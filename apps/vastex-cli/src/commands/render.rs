@@ -87,7 +87,7 @@ fn offscreen_on(
     gpu: &Gpu,
     (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
 ) -> Result<Offscreen> {
-    let (shown, size) = (args.scene.shown(), args.scene.size);
+    let (shown, size) = (args.scene.shown(), args.scene.size());
     let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, size, settings)?;
     if let Some(pose) = args.scene.pose(offscreen.image_size()) {
         offscreen.stand_at(pose);
@@ -293,7 +293,7 @@ fn picture_of(args: &RenderArgs, offscreen: &Offscreen) -> Result<Picture> {
 /// What every scene is set up with, in a window or without.
 pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
     let mut settings = Settings {
-        picture: args.size,
+        picture: args.size(),
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
         filter: args.filter,
         feedback: args.feedback,

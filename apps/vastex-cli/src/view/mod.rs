@@ -5,7 +5,7 @@
 //! source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests`
 //! does what is asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views
 //! of them, both by `state`. What goes out of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`). `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times`
-//! what is measured of it.
+//! what is measured of it, `remembered` what it was like when it was closed last.
 
 mod bookmarks;
 mod clipboard;
@@ -21,6 +21,7 @@ mod outgoing;
 mod over;
 mod panel;
 mod recent;
+mod remembered;
 mod requests;
 mod shell;
 mod showing;
@@ -42,7 +43,7 @@ use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::{Action, Input};
 use winit::application::ApplicationHandler;
-use winit::dpi::PhysicalSize;
+use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Fullscreen, Window, WindowId};
@@ -56,6 +57,7 @@ use flight::Flight;
 use opening::{Openings, Report};
 use outgoing::Shots;
 use over::Over;
+use remembered::Remembered;
 use times::Times;
 use viewer::{Viewer, Wake};
 
@@ -163,20 +165,55 @@ struct Open {
     viewer: Viewer,
 }
 
+impl Open {
+    /// What the window is like now.
+    fn remembered(&self) -> Remembered {
+        let window = &self.window;
+        let is_plain = window.fullscreen().is_none() && !window.is_maximized();
+        let before = Remembered::load();
+        // One that fills the screen goes back to the size that it had.
+        let size = if is_plain { Some(self.viewer.size()) } else { before.size };
+        let position = window.outer_position().ok().map(|place| [place.x, place.y]);
+        let position = if is_plain { position } else { before.position };
+        self.viewer.remembered(Remembered { size, position, is_maximized: window.is_maximized(), ..before })
+    }
+}
+
+/// Whether a window there would be seen: screens come and go.
+fn is_on_a_screen(events: &ActiveEventLoop, [x, y]: [i32; 2]) -> bool {
+    let is_within = |at: i32, from: i32, length: u32| {
+        let at = i64::from(at) - i64::from(from);
+        // Enough of it to take hold of.
+        (-8..i64::from(length) - 64).contains(&at)
+    };
+    events.available_monitors().any(|screen| {
+        let (place, size) = (screen.position(), screen.size());
+        is_within(x, place.x, size.width) && is_within(y, place.y, size.height)
+    })
+}
+
 impl App {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
-        let [width, height] = self.args.scene.size;
-        let attributes = Window::default_attributes()
+        // A test is to see what it asks for.
+        let before = if self.is_measured() { Remembered::default() } else { Remembered::load() };
+        let asked = self.args.scene.size;
+        let [width, height] = asked.or(before.size).unwrap_or(self.args.scene.size());
+        let mut attributes = Window::default_attributes()
             .with_title("vastex")
             .with_inner_size(PhysicalSize::new(width, height))
-            .with_min_inner_size(PhysicalSize::new(64, 64));
+            .with_min_inner_size(PhysicalSize::new(64, 64))
+            .with_maximized(asked.is_none() && before.is_maximized);
+        if let Some([x, y]) = before.position.filter(|position| is_on_a_screen(events, *position)) {
+            attributes = attributes.with_position(PhysicalPosition::new(x, y));
+        }
         let window = events.create_window(attributes).map_err(|error| {
             let why = without_place(&error.to_string()).to_owned();
             anyhow!("no window can be opened; draw to a file with `vastex render`: {why}")
         })?;
         let window = Arc::new(window);
         let display = events.owned_display_handle();
-        let viewer = Viewer::new(&self.args, self.scene, window.clone(), display)?;
+        let mut viewer = Viewer::new(&self.args, self.scene, window.clone(), display)?;
+        viewer.show_as_before(&before);
         self.open = Some(Open { window, viewer });
         if self.args.times
             && let Some(open) = &mut self.open
@@ -215,7 +252,8 @@ impl App {
                 self.lost_devices += 1;
                 report::say("the graphics device was lost; going on with a new one");
                 let Some(open) = self.open.take() else { return Ok(()) };
-                let viewer = open.viewer.restored(events.owned_display_handle())?;
+                let mut viewer = open.viewer.restored(events.owned_display_handle())?;
+                viewer.tell("device", "The graphics device was lost. The window goes on with a new one.");
                 self.open = Some(Open { viewer, ..open });
                 // What it prepares is for the device that was lost.
                 match self.openings.number() {
@@ -441,6 +479,9 @@ impl ApplicationHandler<Message> for App {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
+        if let Some(open) = self.open.as_ref().filter(|_| !self.is_measured()) {
+            open.remembered().keep();
+        }
         // The surface must go before the connection to the window system does.
         self.open = None;
         // What is being opened is broken off, and what is built of it written down.

@@ -128,7 +128,7 @@ impl App {
             self.outcome = Ok(std::process::ExitCode::FAILURE);
             let message = report::message(&error);
             report::say(&format!("error: {message}"));
-            viewer.notify_in_title(&message);
+            viewer.tell("file over it", &message);
         }
         self.open_next_over()
     }

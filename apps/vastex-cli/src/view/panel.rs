@@ -6,7 +6,8 @@ mod bands;
 use std::path::PathBuf;
 
 use egui::{
-    Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit, Ui, Vec2,
+    Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
+    ThemePreference, Ui, Vec2,
 };
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::ViewText;
@@ -17,6 +18,7 @@ use vastex_viewer::panels::{
 
 use super::bookmarks::Bookmarks;
 use super::recent::Recent;
+use super::remembered::Remembered;
 use crate::open::FileBands;
 use bands::bands_of_file;
 
@@ -101,6 +103,11 @@ impl Panel {
         }
     }
 
+    /// Open and with guides as when the window was closed last.
+    pub(super) fn show_as_before(&mut self, before: &Remembered) {
+        (self.is_open, self.guides_are_shown) = (before.panel_is_open, !before.guides_are_hidden);
+    }
+
     pub(super) fn is_open(&self) -> bool {
         self.is_open
     }
@@ -151,6 +158,8 @@ impl Panel {
                     if let Some(texture) = &mut told.texture {
                         is_changed = self.display.show(ui, texture);
                     }
+                    ui.separator();
+                    theme(ui);
                 });
             });
         }
@@ -266,6 +275,24 @@ fn images_of_file(ui: &mut Ui, images: &[(String, PathBuf)], asked: &mut Vec<Ask
     });
 }
 
+/// Light, dark, or as the system is.
+fn theme(ui: &mut Ui) {
+    ui.horizontal(|ui| {
+        ui.label("Theme");
+        let shown = ui.ctx().options(|options| options.theme_preference);
+        let choices = [
+            (ThemePreference::System, "system"),
+            (ThemePreference::Dark, "dark"),
+            (ThemePreference::Light, "light"),
+        ];
+        for (theme, name) in choices {
+            if ui.selectable_label(theme == shown, name).clicked() {
+                ui.ctx().set_theme(theme);
+            }
+        }
+    });
+}
+
 /// What the texture lies on.
 fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
     ui.horizontal_wrapped(|ui| {
@@ -285,11 +312,13 @@ fn say(ui: &Ui, told: &Told<'_>) {
     if told.notice.is_none() && told.opening.is_none() {
         return;
     }
-    let foot =
-        Area::new(Id::unique("foot")).anchor(Align2::LEFT_BOTTOM, Vec2::new(8.0, -8.0)).interactable(false);
+    // At the foot of what no panel covers.
+    let free = ui.available_rect_before_wrap();
+    let foot = Area::new(Id::unique("foot")).pivot(Align2::LEFT_BOTTOM).interactable(false);
+    let foot = foot.fixed_pos(free.left_bottom() + Vec2::new(8.0, -8.0));
     foot.show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width(ui.ctx().content_rect().width().clamp(100.0, 700.0) - 40.0);
+            ui.set_max_width(free.width().clamp(100.0, 700.0) - 40.0);
             if let Some(notice) = told.notice {
                 ui.label(notice);
             }

@@ -15,6 +15,7 @@ use winit::dpi::PhysicalPosition;
 use winit::event::{TouchPhase, WindowEvent};
 use winit::window::Window;
 
+use super::remembered::Theme;
 use changes::TextureChanges;
 
 /// What egui makes of an event.
@@ -79,6 +80,15 @@ impl Shell {
             pressed: 0,
             is_held: false,
         }
+    }
+
+    /// Light, dark, or as the system is.
+    pub(super) fn set_theme(&mut self, theme: Theme) {
+        self.state.egui_ctx().set_theme(theme);
+    }
+
+    pub(super) fn theme(&self) -> Theme {
+        self.state.egui_ctx().options(|options| options.theme_preference).into()
     }
 
     /// The device is another from here on.

@@ -137,7 +137,7 @@ impl App {
             Some(open) if !is_measured && (has_others || open.viewer.has_displayed()) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
-                open.viewer.notify_in_title(&message);
+                open.viewer.tell("file", &message);
                 self.open_next_over()
             }
             _ => Err(error),

@@ -1,14 +1,16 @@
 //! The list of keys and gestures.
 
-use egui::{Context, Grid, RichText, ScrollArea, Window};
+use egui::{Align2, Context, Grid, RichText, ScrollArea, Window};
 
 use crate::input::CONTROLS;
 
 /// A window with every key and gesture and what it does, while `is_open`; it closes itself.
 pub fn keys_window(context: &Context, is_open: &mut bool) {
-    Window::new("Keys and gestures").open(is_open).collapsible(false).resizable(false).show(context, |ui| {
-        let height = (context.content_rect().height() - 80.0).max(100.0);
-        ScrollArea::vertical().max_height(height).show(ui, |ui| {
+    let content = context.content_rect();
+    let window = Window::new("Keys and gestures").open(is_open).collapsible(false).resizable(false);
+    window.pivot(Align2::CENTER_CENTER).default_pos(content.center()).show(context, |ui| {
+        let height = (content.height() - 80.0).max(100.0);
+        ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
             Grid::new("keys").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
                 for (part, controls) in CONTROLS {
                     ui.label(RichText::new(*part).strong());

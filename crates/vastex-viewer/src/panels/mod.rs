@@ -1,5 +1,5 @@
 //! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, what keys do, where the
-//! camera is, a map of the image, and guides and shapes over it.
+//! camera is, a map of the image, and guides and shapes over it, what went wrong.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
 //! knows a window or a device.
@@ -11,6 +11,7 @@ mod info;
 mod keys;
 mod lengths;
 mod measure;
+mod messages;
 mod minimap;
 mod panes;
 mod position;
@@ -25,6 +26,7 @@ pub use info::InfoPanel;
 pub use keys::keys_window;
 pub use lengths::TexelSize;
 pub use measure::{Measure, Measured};
+pub use messages::Messages;
 pub use minimap::Minimap;
 pub use panes::Panes;
 pub use position::{Bookmark, PositionChange, PositionPanel};

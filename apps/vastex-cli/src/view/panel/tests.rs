@@ -146,3 +146,54 @@ fn a_view_is_written_kept_and_gone_back_to() {
     click(&mut harness, "Guides");
     assert!(!harness.state().panel.guides_are_shown());
 }
+
+#[test]
+fn every_control_has_a_name_and_the_keyboard_reaches_them() {
+    let mut harness = window(None);
+    assert_eq!(unnamed(&harness.root()), Vec::<String>::new());
+    click(&mut harness, "Panel");
+    assert_eq!(unnamed(&harness.root()), Vec::<String>::new());
+    harness.key_press(egui::Key::Tab);
+    harness.run();
+    assert!(harness.get_by_label("Open…").is_focused());
+    harness.key_press(egui::Key::Tab);
+    harness.run();
+    assert!(harness.get_by_label("Previous").is_focused());
+    harness.key_press(egui::Key::Space);
+    harness.run();
+    assert_eq!(harness.state().asked, [Asked::File(-1)]);
+}
+
+#[test]
+fn the_theme_is_chosen_and_remembered() {
+    let mut harness = window(None);
+    let before = Remembered { panel_is_open: true, guides_are_hidden: true, ..Remembered::default() };
+    harness.state_mut().panel.show_as_before(&before);
+    harness.run();
+    assert!(harness.state().panel.is_open() && !harness.state().panel.guides_are_shown());
+    for (name, theme) in [("light", ThemePreference::Light), ("dark", ThemePreference::Dark)] {
+        click(&mut harness, name);
+        assert_eq!(harness.ctx.options(|options| options.theme_preference), theme);
+    }
+}
+
+/// The controls below a node that have no name: a screen reader could not tell them.
+fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
+    use egui::accesskit::{Action, Role};
+    use egui_kittest::kittest::NodeT;
+    let node = root.accesskit_node();
+    // Texts that can be selected, ways to scroll and the window itself are no controls.
+    let is_plain = matches!(
+        node.role(),
+        Role::Window | Role::Label | Role::ScrollView | Role::GenericContainer | Role::Unknown
+    );
+    let is_used =
+        [Action::Focus, Action::Click].into_iter().any(|action| node.data().supports_action(action));
+    let has_name = node.label().is_some_and(|label| !label.trim().is_empty());
+    let mut found = Vec::new();
+    if is_used && !is_plain && !has_name {
+        found.push(format!("{:?} {:?}", node.role(), node.value()));
+    }
+    found.extend(root.children().flat_map(|child| unnamed(&child)));
+    found
+}

@@ -15,6 +15,7 @@ use super::super::display::Display;
 use super::super::displayed::Displayed;
 use super::super::panel::Asked;
 use super::Viewer;
+use crate::report;
 
 /// The panel, and what it is told beside what the textures say.
 #[derive(Default)]
@@ -26,8 +27,11 @@ pub(super) struct WindowHud {
     timer: Option<GpuTimer>,
     small: Option<SmallOverlays>,
     explained: Option<ExplainedPixel>,
-    /// The pixel below the pointer, if it has yet to be asked about.
-    to_ask: Option<[u32; 2]>,
+    /// The pixel below the pointer, and whether it has yet to be asked about.
+    pixel: Option<[u32; 2]>,
+    is_to_ask: bool,
+    /// Whether the view had settled in the last frame.
+    had_settled: bool,
     /// Whether something has come that the panel does not show yet.
     is_stale: bool,
     /// Bytes of the pools whose sizes a person chose.
@@ -54,6 +58,7 @@ pub(super) struct Again {
 }
 
 impl WindowHud {
+    /// Whether it is shown.
     pub(super) fn is_shown(&self) -> bool {
         self.is_shown
     }
@@ -66,12 +71,13 @@ impl WindowHud {
     /// The pointer is over this pixel of the picture, or over none.
     pub(super) fn pointer_moved(&mut self, pixel: Option<DVec2>) {
         let pixel = pixel.filter(|pixel| self.is_shown && pixel.min_element() >= 0.0);
-        self.to_ask = pixel.map(|pixel| [pixel.x as u32, pixel.y as u32]);
+        self.pixel = pixel.map(|pixel| [pixel.x as u32, pixel.y as u32]);
+        self.is_to_ask = self.pixel.is_some();
     }
 
     /// Whether a frame is due for the panel alone.
     pub(super) fn is_due(&self) -> bool {
-        self.is_shown && (self.is_stale || self.to_ask.is_some())
+        self.is_shown && (self.is_stale || self.is_to_ask || !self.had_settled)
     }
 
     /// Why a pixel shows what it shows, for the frame that comes.
@@ -90,15 +96,20 @@ impl Viewer {
     /// Shows what the machine does, or hides it.
     pub(in super::super) fn show_or_hide_hud(&mut self) {
         self.hud.is_shown = !self.hud.is_shown;
-        (self.hud.small, self.hud.explained, self.hud.to_ask) = (None, None, None);
+        (self.hud.small, self.hud.explained, self.hud.pixel) = (None, None, None);
+        self.hud.is_to_ask = false;
     }
 
     /// Asks about the pixel below the pointer, while the panel is shown and no other question is open.
     pub(super) fn ask_below_pointer(&mut self, pose: Pose) -> anyhow::Result<()> {
-        if self.textures.pixels().asked() > 0 {
+        // What was said of a view that has settled since is said anew.
+        let has_settled = self.is_settled(&self.textures.stats());
+        let had_settled = std::mem::replace(&mut self.hud.had_settled, has_settled);
+        self.hud.is_to_ask |= has_settled && !had_settled && self.hud.is_shown;
+        if self.textures.pixels().asked() > 0 || !std::mem::take(&mut self.hud.is_to_ask) {
             return Ok(());
         }
-        let Some(pixel) = self.hud.to_ask.take() else { return Ok(()) };
+        let Some(pixel) = self.hud.pixel else { return Ok(()) };
         let size = self.surface.size();
         if let Some(Displayed { renderer, .. }) = self.display.displayed()
             && pixel[0] < size[0]
@@ -205,8 +216,12 @@ impl Viewer {
             }
             HudChange::Feedback(mode) => self.make_again(mode),
         };
-        if let Err(error) = changed {
-            self.notify(&error.to_string());
+        match changed {
+            Ok(()) => drop(self.messages.forget("change")),
+            Err(error) => {
+                report::say(&format!("{}: {error}", self.name()));
+                self.tell("change", &error.to_string());
+            }
         }
         self.is_shortage_reported = false;
         self.wake();

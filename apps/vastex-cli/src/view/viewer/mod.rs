@@ -19,7 +19,7 @@ use vastex::{Event, FeedbackMode, Filter, Preparer, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::camera::Aspects;
 use vastex_viewer::inspect;
-use vastex_viewer::panels::{DisplayPanel, Measure, Minimap, Shapes};
+use vastex_viewer::panels::{DisplayPanel, Measure, Messages, Minimap, Shapes};
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
@@ -30,6 +30,7 @@ use super::displayed::{DisplaySettings, Displayed};
 use super::opening::PreparedSource;
 use super::panel::{Asked, Panel};
 use super::recent::Recent;
+use super::remembered::Remembered;
 use super::shell::Shell;
 use super::surface::Surface;
 use super::times::Times;
@@ -85,6 +86,8 @@ pub(super) struct Viewer {
     /// Shapes over the source of an opening, and its number.
     shapes: Option<(u64, Arc<Shapes>)>,
     minimap: Minimap,
+    /// What went wrong, until it is read.
+    messages: Messages,
     hud: WindowHud,
     /// That textures were made again, since the last time that they were.
     again: Option<Again>,
@@ -124,6 +127,7 @@ impl Viewer {
             panel: Panel::new(Recent::load(), Bookmarks::load()),
             shapes: None,
             minimap: Minimap::default(),
+            messages: Messages::default(),
             hud: WindowHud::default(),
             again: None,
             first_layers: args.shown().layers,
@@ -383,6 +387,32 @@ impl Viewer {
     /// Says something in the title alone.
     pub(super) fn notify_in_title(&mut self, notice: &str) {
         self.title.notify(notice.to_owned(), Instant::now());
+    }
+
+    /// Says what went wrong, in the window until it is read; a second message of a topic takes the place of the first.
+    pub(super) fn tell(&mut self, topic: &str, message: &str) {
+        self.messages.add(topic, message);
+        self.window.request_redraw();
+    }
+
+    /// The window is as it was when it was closed last.
+    pub(super) fn show_as_before(&mut self, before: &Remembered) {
+        self.panel.show_as_before(before);
+        self.shell.set_theme(before.theme);
+        if before.hud_is_shown {
+            self.show_or_hide_hud();
+        }
+    }
+
+    /// The same with what is shown in the window now.
+    pub(super) fn remembered(&self, window: Remembered) -> Remembered {
+        Remembered {
+            panel_is_open: self.panel.is_open(),
+            guides_are_hidden: !self.panel.guides_are_shown(),
+            hud_is_shown: self.hud.is_shown(),
+            theme: self.shell.theme(),
+            ..window
+        }
     }
 
     /// Puts what is displayed on something else. It may not go there: a terrain needs heights.

@@ -24,7 +24,9 @@ impl Viewer {
                 Event::Failed { page, why, .. } => {
                     let name = report::file_of(&self.textures, *page).unwrap_or(self.name());
                     let pos = page.pos(Dims::D2);
-                    report::say(&format!("{name}: {pos} failed, a coarser one is shown instead: {why}"));
+                    let message = format!("{name}: {pos} failed, a coarser one is shown instead: {why}");
+                    report::say(&message);
+                    self.messages.add("tiles", message);
                 }
                 // A view that moves wants for a moment what it leaves as well as what it comes to.
                 Event::Oversubscribed { .. } => self.shortage = Some(event),
@@ -35,11 +37,19 @@ impl Viewer {
                 }
             }
         }
+        // They may come after all, when they are tried again.
+        if self.is_settled(stats) && stats.pager.failed == 0 {
+            self.messages.forget("tiles");
+        }
         if self.is_settled(stats) && !self.is_shortage_reported {
             let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
             if let Some(text) = event.and_then(|event| shortage::text(&event, &self.textures)) {
                 self.is_shortage_reported = true;
-                self.notify(&text);
+                // What the machine does says the same, with the remedy beside it.
+                match self.hud.is_shown() {
+                    true => report::say(&format!("{}: {text}", self.name())),
+                    false => self.notify(&text),
+                }
             }
         }
     }

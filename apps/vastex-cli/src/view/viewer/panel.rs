@@ -114,6 +114,7 @@ impl Viewer {
         self.shown_notice = notice.map(str::to_owned);
         let (minimap, is_hidden) = (&mut self.minimap, self.is_hidden);
         let (hud, mut hud_changes) = (&mut self.hud.panel, Vec::new());
+        let messages = &mut self.messages;
         self.shell.run(|ui| {
             if let Some(data) = &hud_data {
                 hud_changes = hud.show(ui, data);
@@ -155,6 +156,7 @@ impl Viewer {
                     Guided { textures, renderer, view: &view, texel_size, shapes, is_settled, is_seen };
                 asked.extend(guided.show(ui, free, minimap).map(Asked::Go));
             }
+            messages.show(ui.ctx(), free);
             asked.extend(asks);
             is_changed |= changes;
         });

@@ -1,0 +1,139 @@
+//! What went wrong, told over the picture until a person has read it.
+
+use egui::{
+    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Rect, RichText, Vec2,
+};
+
+/// Messages that are told at once; of more the newest.
+const MOST: usize = 4;
+/// What they are written on.
+const GROUND: Color32 = Color32::from_rgb(122, 30, 30);
+/// Points that a message is wide at most.
+const WIDTH: f32 = 560.0;
+
+/// What went wrong. A message stays until it is dismissed, or until its owner says that it is no longer so.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Messages {
+    /// The oldest first.
+    told: Vec<Message>,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Message {
+    /// What it is about: a second message of the same topic takes the place of the first.
+    topic: String,
+    text: String,
+    /// How often it happened.
+    times: u32,
+}
+
+impl Messages {
+    /// Something went wrong. What is said of its topic already is replaced, and counted.
+    pub fn add(&mut self, topic: &str, text: impl Into<String>) {
+        let before = self.told.iter().position(|message| message.topic == topic);
+        let times = before.map_or(0, |at| self.told.remove(at).times);
+        self.told.push(Message {
+            topic: topic.to_owned(),
+            text: text.into(),
+            times: times.saturating_add(1),
+        });
+        let surplus = self.told.len().saturating_sub(MOST);
+        self.told.drain(..surplus);
+    }
+
+    /// What is said of a topic is no longer so. Says whether anything was.
+    pub fn forget(&mut self, topic: &str) -> bool {
+        let count = self.told.len();
+        self.told.retain(|message| message.topic != topic);
+        self.told.len() < count
+    }
+
+    /// Whether there is nothing to say.
+    pub fn is_empty(&self) -> bool {
+        self.told.is_empty()
+    }
+
+    /// Shows them at the top of `free`, the part of the window that no panel covers, each with a button that dismisses it.
+    pub fn show(&mut self, context: &Context, free: Rect) {
+        if self.is_empty() {
+            return;
+        }
+        let width = (free.width() - 32.0).clamp(120.0, WIDTH);
+        let place = free.center_top() + Vec2::new(0.0, 12.0);
+        let area = Area::new(Id::unique("messages")).pivot(Align2::CENTER_TOP).fixed_pos(place);
+        area.show(context, |ui| {
+            let mut read = None;
+            for (n, message) in self.told.iter().enumerate() {
+                let frame = Frame::new()
+                    .fill(GROUND)
+                    .corner_radius(CornerRadius::same(4))
+                    .inner_margin(Margin::same(8));
+                frame.show(ui, |ui| {
+                    ui.set_width(width);
+                    ui.visuals_mut().override_text_color = Some(Color32::from_rgb(255, 236, 232));
+                    ui.add(Label::new(RichText::new(&message.text)).wrap());
+                    ui.horizontal(|ui| {
+                        let button = Button::new("Dismiss").fill(Color32::from_rgb(78, 16, 16));
+                        if ui.add(button).clicked() {
+                            read = Some(n);
+                        }
+                        if message.times > 1 {
+                            ui.label(RichText::new(format!("happened {} times", message.times)).small());
+                        }
+                    });
+                });
+                ui.add_space(4.0);
+            }
+            if let Some(read) = read {
+                self.told.remove(read);
+                // The next frame is without it.
+                ui.ctx().request_repaint();
+            }
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::{Ui, pos2};
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable;
+
+    use super::*;
+
+    fn shown(messages: Messages) -> Harness<'static, Messages> {
+        let show = |ui: &mut Ui, messages: &mut Messages| {
+            messages.show(ui.ctx(), Rect::from_min_max(pos2(0.0, 0.0), pos2(800.0, 600.0)));
+        };
+        Harness::builder().with_size([800.0, 600.0]).build_ui_state(show, messages)
+    }
+
+    #[test]
+    fn messages_stay_until_they_are_dismissed() {
+        let mut messages = Messages::default();
+        messages.add("a.tif", "a.tif: ends in the middle of a tile");
+        messages.add("tiles", "level 0 3,4 failed");
+        messages.add("tiles", "level 0 5,6 failed");
+        let mut harness = shown(messages);
+        harness.run();
+        assert!(harness.query_by_label("level 0 3,4 failed").is_none(), "the last one of a topic");
+        assert!(harness.query_by_label("happened 2 times").is_some());
+        harness.get_all_by_label("Dismiss").next().unwrap().click();
+        harness.run();
+        assert!(harness.query_by_label("a.tif: ends in the middle of a tile").is_none());
+        assert!(harness.query_by_label("level 0 5,6 failed").is_some());
+        assert!(super::super::unnamed(&harness.root()).is_empty());
+        assert!(harness.state_mut().forget("tiles") && harness.state().is_empty());
+        harness.run();
+        assert!(harness.query_by_label("Dismiss").is_none());
+    }
+
+    #[test]
+    fn there_are_no_more_than_can_be_read() {
+        let mut messages = Messages::default();
+        (0..9).for_each(|n| messages.add(&n.to_string(), format!("file {n}")));
+        assert_eq!(messages.told.len(), MOST);
+        assert_eq!(messages.told.last().map(|message| &*message.text), Some("file 8"));
+        assert!(!messages.forget("0"));
+    }
+}
