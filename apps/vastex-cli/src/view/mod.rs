@@ -175,7 +175,7 @@ impl Open {
         let size = if is_plain { Some(self.viewer.size()) } else { before.size };
         let position = window.outer_position().ok().map(|place| [place.x, place.y]);
         let position = if is_plain { position } else { before.position };
-        self.viewer.remembered(Remembered { size, position, is_maximized: window.is_maximized(), ..before })
+        self.viewer.remembered(&Remembered { size, position, is_maximized: window.is_maximized(), ..before })
     }
 }
 

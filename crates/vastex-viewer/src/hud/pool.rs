@@ -49,6 +49,7 @@ fn warning(ui: &mut Ui, pool: &HudPool, changes: &mut Vec<HudChange>) {
         ui.visuals_mut().override_text_color = Some(dark);
         let outcome = match bias_eighths {
             0 => "so parts of it are shown by what is coarser".to_owned(),
+            8 => "so it is drawn a level coarser".to_owned(),
             eighths => format!("so it is drawn {} levels coarser", f64::from(eighths) / 8.0),
         };
         let room = stats.room();

@@ -405,13 +405,13 @@ impl Viewer {
     }
 
     /// The same with what is shown in the window now.
-    pub(super) fn remembered(&self, window: Remembered) -> Remembered {
+    pub(super) fn remembered(&self, window: &Remembered) -> Remembered {
         Remembered {
             panel_is_open: self.panel.is_open(),
             guides_are_hidden: !self.panel.guides_are_shown(),
             hud_is_shown: self.hud.is_shown(),
             theme: self.shell.theme(),
-            ..window
+            ..window.clone()
         }
     }
 
