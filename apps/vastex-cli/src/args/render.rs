@@ -153,7 +153,7 @@ pub(crate) struct RenderArgs {
 impl RenderArgs {
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         self.scene.check()?;
-        let [width, height] = self.scene.size;
+        let [width, height] = self.scene.size();
         if let Some([x, y]) = self.explain.filter(|&[x, y]| x >= width || y >= height) {
             return Err(value_error(&format!(
                 "'{x},{y}' for '--explain <X,Y>': the picture has {width}x{height} pixels, counted from 0,0"

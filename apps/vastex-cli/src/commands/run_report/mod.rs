@@ -249,7 +249,7 @@ fn source_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, String)
 fn settings_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, String)> {
     let settings = offscreen.textures().inspect().settings();
     let scene = &args.scene;
-    let [width, height] = scene.size;
+    let [width, height] = scene.size();
     let camera = match &args.camera_path {
         CameraMotion::BuiltIn(path) => path.name().to_owned(),
         CameraMotion::File(file) => file.display().to_string(),
