@@ -41,7 +41,12 @@ pub(crate) fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
     // Ways to scroll and the window itself are no controls.
     let is_plain = matches!(
         node.role(),
-        Role::Window | Role::Label | Role::ScrollView | Role::GenericContainer | Role::Unknown
+        Role::Window
+            | Role::Label
+            | Role::ScrollBar
+            | Role::ScrollView
+            | Role::GenericContainer
+            | Role::Unknown
     );
     let is_used =
         [Action::Focus, Action::Click].into_iter().any(|action| node.data().supports_action(action));

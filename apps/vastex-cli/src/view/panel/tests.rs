@@ -51,7 +51,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
         };
         asked.extend(panel.show(ui, &mut told).0);
     };
-    Harness::builder().with_size([800.0, 600.0]).build_ui_state(show, window)
+    Harness::builder().with_size([800.0, 1000.0]).build_ui_state(show, window)
 }
 
 fn click(harness: &mut Harness<'_, Window>, label: &str) {
@@ -185,7 +185,12 @@ fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
     // Texts that can be selected, ways to scroll and the window itself are no controls.
     let is_plain = matches!(
         node.role(),
-        Role::Window | Role::Label | Role::ScrollView | Role::GenericContainer | Role::Unknown
+        Role::Window
+            | Role::Label
+            | Role::ScrollBar
+            | Role::ScrollView
+            | Role::GenericContainer
+            | Role::Unknown
     );
     let is_used =
         [Action::Focus, Action::Click].into_iter().any(|action| node.data().supports_action(action));
