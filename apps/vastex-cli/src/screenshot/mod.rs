@@ -87,7 +87,7 @@ pub(crate) fn run(args: &ViewArgs, output: &std::path::Path) -> Result<ExitCode>
         options: scene.shown(),
         overlay: scene.overlay,
         may_be_crisp: scene.filter == Filter::default(),
-        size: scene.size,
+        size: scene.size(),
         pixels_per_point: 1.0,
         has_guides: true,
         has_hud: args.hud,

@@ -168,28 +168,8 @@ struct Open {
 impl Open {
     /// What the window is like now.
     fn remembered(&self) -> Remembered {
-        let window = &self.window;
-        let is_plain = window.fullscreen().is_none() && !window.is_maximized();
-        let before = Remembered::load();
-        // One that fills the screen goes back to the size that it had.
-        let size = if is_plain { Some(self.viewer.size()) } else { before.size };
-        let position = window.outer_position().ok().map(|place| [place.x, place.y]);
-        let position = if is_plain { position } else { before.position };
-        self.viewer.remembered(&Remembered { size, position, is_maximized: window.is_maximized(), ..before })
+        self.viewer.remembered(&Remembered::of(&self.window, self.viewer.size()))
     }
-}
-
-/// Whether a window there would be seen: screens come and go.
-fn is_on_a_screen(events: &ActiveEventLoop, [x, y]: [i32; 2]) -> bool {
-    let is_within = |at: i32, from: i32, length: u32| {
-        let at = i64::from(at) - i64::from(from);
-        // Enough of it to take hold of.
-        (-8..i64::from(length) - 64).contains(&at)
-    };
-    events.available_monitors().any(|screen| {
-        let (place, size) = (screen.position(), screen.size());
-        is_within(x, place.x, size.width) && is_within(y, place.y, size.height)
-    })
 }
 
 impl App {
@@ -203,7 +183,7 @@ impl App {
             .with_inner_size(PhysicalSize::new(width, height))
             .with_min_inner_size(PhysicalSize::new(64, 64))
             .with_maximized(asked.is_none() && before.is_maximized);
-        if let Some([x, y]) = before.position.filter(|position| is_on_a_screen(events, *position)) {
+        if let Some([x, y]) = before.position_on_a_screen(events) {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }
         let window = events.create_window(attributes).map_err(|error| {

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use egui::ThemePreference;
 use serde::{Deserialize, Serialize};
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Window;
 
 use super::state;
 
@@ -61,6 +63,31 @@ impl Remembered {
     /// The window of the run before, or one that nobody has changed.
     pub(super) fn load() -> Remembered {
         place().map(|place| state::load::<Remembered>(&place)).unwrap_or_default().checked()
+    }
+
+    /// A window as it is, and of so many pixels. One that fills the screen goes back to the size that it had.
+    pub(super) fn of(window: &Window, size: [u32; 2]) -> Remembered {
+        let (before, is_maximized) = (Remembered::load(), window.is_maximized());
+        if window.fullscreen().is_some() || is_maximized {
+            return Remembered { is_maximized, ..before };
+        }
+        let position = window.outer_position().ok().map(|place| [place.x, place.y]);
+        Remembered { size: Some(size), position, is_maximized, ..before }
+    }
+
+    /// Where it was, if a window there would be seen: screens come and go.
+    pub(super) fn position_on_a_screen(&self, events: &ActiveEventLoop) -> Option<[i32; 2]> {
+        let [x, y] = self.position?;
+        let is_within = |at: i32, from: i32, length: u32| {
+            let at = i64::from(at) - i64::from(from);
+            // Enough of it to take hold of.
+            (-8..i64::from(length) - 64).contains(&at)
+        };
+        let is_seen = events.available_monitors().any(|screen| {
+            let (place, size) = (screen.position(), screen.size());
+            is_within(x, place.x, size.width) && is_within(y, place.y, size.height)
+        });
+        is_seen.then_some([x, y])
     }
 
     /// Writes it down. Where that cannot be, the next window is the one before it: no reason to trouble the person.
