@@ -1,5 +1,7 @@
-//! The part of this program that others call too: the record, a short form of which runs in the suite of the program `vastex`.
+//! The parts of this program that others call too: programs that are run within a limit, and the record, a short form of which runs in
+//! the suite of the program `vastex`.
 //!
 //! What a person types is `main`'s business.
 
+pub mod limited;
 pub mod record;

@@ -1,4 +1,4 @@
-//! Runs the test programs of the workspace, two at a time.
+//! Runs the test programs of the workspace, two at a time, each within a limit.
 //!
 //! Cargo runs one after the other, and each has tests at its end that leave all but one processor idle. On two processors, from an empty
 //! target directory, the step took 980 s so and 1,028 s in cargo's order. What a program prints comes in one piece when it has ended.
@@ -9,13 +9,18 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 use std::thread;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+
+use xtask::limited::within;
 
 use crate::shell;
 
 const AT_ONCE: usize = 2;
+/// What no test program takes on any machine; the longest takes a few minutes on two processors. One that hangs is killed then, and
+/// what it had printed is shown: the harness names each test that has ended, and those that run for more than a minute.
+const LIMIT: Duration = Duration::from_secs(30 * 60);
 
 /// A program that cargo has compiled.
 struct Program {
@@ -72,7 +77,7 @@ impl Program {
         let (begun, name) =
             (Instant::now(), format!("{} of {}", self.source, shown(&self.package).display()));
         println!("== {name} begins ==");
-        let ended = command.output().with_context(|| format!("cannot start {}", self.path.display()))?;
+        let ended = within(&mut command, LIMIT).with_context(|| name.clone())?;
         let all = [&ended.stdout[..], &ended.stderr].concat();
         // In one piece, whatever else is printed meanwhile.
         print!("\n== {name}, {:.0} s ==\n{}", begun.elapsed().as_secs_f64(), String::from_utf8_lossy(&all));

@@ -2,9 +2,12 @@
 //! failures at chosen steps.
 
 use std::cell::Cell;
+use std::time::Duration;
 
 /// Names the adapter that tests are to run on, or a part of its name; the variable that wgpu's own tools go by.
 const ADAPTER: &str = "WGPU_ADAPTER_NAME";
+/// Longer than what a test submits takes on any adapter.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 thread_local! {
     static COMPUTE_PIPELINES: Cell<u32> = const { Cell::new(0) };
@@ -55,6 +58,15 @@ pub fn check_adapter(info: &wgpu::AdapterInfo) {
 
 fn is_called(info: &wgpu::AdapterInfo, name: &str) -> bool {
     info.name.to_lowercase().contains(&name.to_lowercase())
+}
+
+/// Waits until the device has done all that was submitted and has answered whoever asked; panics where it does not within five minutes.
+#[expect(clippy::panic, reason = "a test whose device hangs must fail")]
+pub fn finish(device: &wgpu::Device) {
+    let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) };
+    if let Err(error) = device.poll(wait) {
+        panic!("the device has not done what was submitted within {PATIENCE:?}: {error}");
+    }
 }
 
 /// What a test needs of a GPU.

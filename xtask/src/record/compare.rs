@@ -10,8 +10,10 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use crate::limited::within;
+
 use super::diff::{Change, changes};
-use super::{Program, files_under};
+use super::{LIMIT, Program, files_under};
 
 /// Places of a file that are shown; of more, only how many there are.
 const SHOWN: usize = 12;
@@ -98,7 +100,7 @@ fn of_file(
     }
     if name.ends_with(".png") {
         let words = [OsStr::new("record"), OsStr::new("difference"), old.as_os_str(), new.as_os_str()];
-        let output = program.command(Path::new(".")).args(words).output().context("cannot start vastex")?;
+        let output = within(program.command(Path::new(".")).args(words), LIMIT)?;
         let status = output.status;
         let told = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).trim().to_owned();
         if told.is_empty() && !status.success() {
@@ -118,7 +120,7 @@ fn of_file(
 fn of_trace(program: &Program, old: &Path, name: &str) -> Result<Vec<String>> {
     let said = fs::read_to_string(old.with_extension("txt")).unwrap_or_default();
     let words = [OsStr::new("record"), OsStr::new("trace"), old.as_os_str()];
-    let output = program.command(Path::new(".")).args(words).output().context("cannot start vastex")?;
+    let output = within(program.command(Path::new(".")).args(words), LIMIT)?;
     if !output.status.success() {
         return Ok(vec![format!("{name}: cannot be read any more: {}", super::said(&output))]);
     }

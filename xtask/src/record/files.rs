@@ -9,8 +9,10 @@ use std::sync::Mutex;
 use anyhow::{Context, Result};
 use twox_hash::XxHash3_128;
 
+use crate::limited::within;
+
 use super::steps::{self, Step};
-use super::{Program, at_once, clean, files_under, inputs, make, said, write};
+use super::{LIMIT, Program, at_once, clean, files_under, inputs, make, said, write};
 
 /// Takes the steps, all or those named, and writes `files.txt` into `directory`. `desk` is where they work; `fuzzer` has the small
 /// sound files, `assets` the images of the real Earth; without them there are none of these.
@@ -63,7 +65,7 @@ fn take(program: &Program, work: &Path, step: &Step) -> Result<Vec<String>> {
             hash(&directory, &format!("{} {state}", step.name), &mut lines)?;
             continue;
         }
-        let output = of(program, command, &directory).output().context("cannot start vastex")?;
+        let output = within(&mut of(program, command, &directory), LIMIT)?;
         let code = output.status.code().map_or("a signal".to_owned(), |code| code.to_string());
         let says = match output.status.success() {
             true => notes(&output.stderr),

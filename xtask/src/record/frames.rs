@@ -4,8 +4,10 @@ use std::path::Path;
 
 use anyhow::Result;
 
+use crate::limited::within;
+
 use super::steps::FORMATS;
-use super::{Program, at_once, inputs, make, write};
+use super::{LIMIT, Program, at_once, inputs, make, write};
 
 /// A few scenes that show that all of it works.
 pub const FEW: [&str; 2] = ["plane-trilinear", "image-raw"];
@@ -61,7 +63,7 @@ pub fn record(program: &Program, desk: &Path, directory: &Path, only: &[&str]) -
         write(&desk.join(&list), lines)?;
         let mut command = program.command(&desk);
         command.args(["record", "frames"]).arg(&into).arg(&list);
-        let output = command.output()?;
+        let output = within(&mut command, LIMIT)?;
         anyhow::ensure!(output.status.success(), "scenes were not drawn: {}", super::said(&output));
         Ok(())
     })?;

@@ -5,9 +5,11 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, SystemTime};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use super::write;
+use crate::limited::within;
+
+use super::{LIMIT, write};
 
 /// Kinds of texels that raw files here have: their names in descriptions, channels.
 pub(super) const KINDS: [(&str, u32); 8] =
@@ -91,8 +93,7 @@ pub(super) fn seeds(fuzzer: &Path, directory: &Path) -> Result<Vec<String>> {
     let mut inputs = Vec::new();
     for (kind, ending) in SEEDS {
         let packed = super::make(&directory.join("packed"))?;
-        let done = Command::new(fuzzer).args([kind, "--seeds"]).arg(&packed).output();
-        let done = done.with_context(|| format!("cannot start {}", fuzzer.display()))?;
+        let done = within(Command::new(fuzzer).args([kind, "--seeds"]).arg(&packed), LIMIT)?;
         anyhow::ensure!(done.status.success(), "no sound inputs of {kind}: {}", super::said(&done));
         for number in 0.. {
             let Ok(bytes) = fs::read(packed.join(format!("seed-{number}"))) else { break };

@@ -27,13 +27,19 @@ pub mod test_list;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
+
+use crate::limited::within;
 
 pub use files::record as files;
 pub use frames::{FEW as FEW_FRAMES, record as frames};
 pub use json::{Leaf, leaves};
 pub use steps::FEW as FEW_STEPS;
+
+/// Longer than any program of a record takes on any machine; one that hangs is killed then.
+const LIMIT: Duration = Duration::from_secs(60 * 60);
 
 /// A built program, and where it may work.
 #[derive(Clone, Debug)]
@@ -53,7 +59,7 @@ impl Program {
 
     /// What it prints on its standard output; fails where it fails.
     pub fn output(&self, directory: &Path, words: &[&str]) -> Result<Vec<u8>> {
-        let output = self.command(directory).args(words).output().context("cannot start vastex")?;
+        let output = within(self.command(directory).args(words), LIMIT)?;
         if !output.status.success() {
             bail!("`vastex {}` failed: {}", words.join(" "), said(&output));
         }

@@ -3,10 +3,12 @@
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
+
+use crate::limited::within;
 
 use super::json::leaves;
-use super::write;
+use super::{LIMIT, write};
 
 /// Writes `tests.txt`. `built` is what `cargo test --no-run --message-format=json` prints.
 pub fn record(built: &str, directory: &Path) -> Result<()> {
@@ -20,9 +22,9 @@ pub fn record(built: &str, directory: &Path) -> Result<()> {
             continue;
         }
         let of_crate = Path::new(manifest).parent().unwrap_or(Path::new("."));
-        let listed =
-            Command::new(executable).args(["--list", "--format", "terse"]).current_dir(of_crate).output();
-        let listed = listed.with_context(|| format!("cannot start {executable}"))?;
+        let mut command = Command::new(executable);
+        command.args(["--list", "--format", "terse"]).current_dir(of_crate);
+        let listed = within(&mut command, LIMIT)?;
         ensure!(listed.status.success(), "{executable} lists no tests: {}", super::said(&listed));
         let (name, target) =
             (of_crate.file_name().unwrap_or_default().to_string_lossy(), value(".target.name"));

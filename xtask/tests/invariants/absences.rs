@@ -75,6 +75,38 @@ fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     Ok(())
 }
 
+/// A GPU, or a program, that hangs is to fail a test and say so, not to keep the suite.
+#[test]
+fn no_test_waits_without_limit() -> Result<()> {
+    let waits_for_programs =
+        |path: &str| path.starts_with("apps/vastex-cli/tests/") || path.starts_with("xtask/src/record/");
+    let (mut of_gpus, mut of_programs) = (0, 0);
+    for source in files(&["rs"])? {
+        // This file names what it forbids.
+        if source.path.contains("/tests/") && !source.path.starts_with("xtask/") {
+            let found = source.text.contains("wait_indefinitely");
+            ensure!(
+                !found,
+                "{} waits for a GPU without limit: use test_device::finish, or a time-out",
+                source.path
+            );
+            of_gpus += 1;
+        }
+        if waits_for_programs(&source.path) {
+            let found = [".output()", ".wait()", ".wait_with_output()"];
+            let found = found.iter().find(|call| source.text.contains(**call));
+            ensure!(
+                found.is_none(),
+                "{} waits for a program without limit ({found:?}): use xtask::limited",
+                source.path
+            );
+            of_programs += 1;
+        }
+    }
+    ensure!(of_gpus > 100 && of_programs > 20, "tests have moved: {of_gpus} and {of_programs} files");
+    Ok(())
+}
+
 /// Core's suite names, by their types, the steps of a frame that cannot fail. What a frame does stands in these files.
 #[test]
 fn all_that_a_frame_asks_of_the_pager_is_among_what_cannot_fail() -> Result<()> {

@@ -12,6 +12,7 @@ use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, Textu
 use vastex_viewer::{
     Bands, ColorMap, Curve, Layers, LayersError, Nodata, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
 };
+use vastex_wgpu::test_device::finish;
 
 use crate::common::{Image, gpu, settings};
 
@@ -65,7 +66,7 @@ fn draw_list(
     let mut encoder = device.create_command_encoder(&Default::default());
     draw_again(&mut encoder, textures, &renderer, renderer.camera(), &canvas.target());
     let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
-    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    finish(device);
     Picture { size: SIZE, rgba: read.take().unwrap().unwrap() }
 }
 

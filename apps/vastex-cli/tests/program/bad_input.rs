@@ -237,7 +237,7 @@ fn where_there_is_no_display_view_says_so() {
     let sandbox = Sandbox::with_container();
     let mut command = sandbox.command(&["view", "image.vastex"]);
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    let ended = crate::tool::Ended::of(&command.output().unwrap()).expect_code(1);
+    let ended = Ended::of(&mut command).expect_code(1);
     assert!(ended.stderr.contains("DISPLAY") && ended.stderr.contains("vastex render"), "{ended}");
 }
 
@@ -246,7 +246,7 @@ fn where_there_is_no_driver_render_says_so() {
     let sandbox = Sandbox::with_container();
     let mut command = sandbox.command(&["render", "image.vastex", "-o", "out.png"]);
     command.env("VK_DRIVER_FILES", "/nonexistent.json").env("WGPU_BACKEND", "vulkan");
-    let ended = crate::tool::Ended::of(&command.output().unwrap()).expect_code(1);
+    let ended = Ended::of(&mut command).expect_code(1);
     assert!(ended.stderr.contains("mesa-vulkan-drivers"), "{ended}");
     assert!(!sandbox.path("out.png").exists());
 }
@@ -258,7 +258,7 @@ fn a_reader_that_goes_away_is_no_error() {
     let mut child =
         sandbox.command(&["info", "image.vastex"]).stdout(std::process::Stdio::piped()).spawn().unwrap();
     drop(child.stdout.take());
-    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(crate::hostile::end_of(&mut child), Some(0));
 }
 
 #[cfg(unix)]
@@ -270,7 +270,7 @@ fn a_limit_for_files_is_an_error_and_leaves_nothing_behind() {
         // In blocks of 512 or 1024 bytes.
         let script = format!("ulimit -f 40; exec '{}' {args}", env!("CARGO_BIN_EXE_vastex"));
         let mut shell = std::process::Command::new("sh");
-        let ended = Ended::of(&shell.args(["-c", &script]).current_dir(sandbox.path(".")).output().unwrap());
+        let ended = Ended::of(shell.args(["-c", &script]).current_dir(sandbox.path(".")));
         assert_eq!(ended.code, Some(1), "{args}: {ended}");
         assert!(ended.stderr.contains("`ulimit -f`"), "{args}: {ended}");
         assert!((sandbox.names(), sandbox.read("image.vastex")) == before, "{args} changed something");

@@ -17,7 +17,7 @@ fn files(directory: &Path) -> Vec<PathBuf> {
 
 /// A run whose cache is in the sandbox.
 fn run(sandbox: &Sandbox, args: &[&str]) -> Ended {
-    Ended::of(&sandbox.command(args).env("XDG_CACHE_HOME", sandbox.path("caches")).output().unwrap())
+    Ended::of(sandbox.command(args).env("XDG_CACHE_HOME", sandbox.path("caches")))
 }
 
 /// What is kept there.
@@ -100,10 +100,9 @@ fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
     sandbox.write("file", b"");
     let unusable = render(&["--cache", "file/cache"]).expect_code(1);
     assert!(unusable.stderr.contains("file/cache: cannot hold built images"), "{unusable}");
-    let homeless = sandbox.command(&["render", "image.png", "-o", "out.png"]);
-    let homeless = { homeless }.env_remove("XDG_CACHE_HOME").env_remove("HOME").output().unwrap();
-    let said = String::from_utf8_lossy(&homeless.stderr).into_owned();
-    assert!(homeless.status.code() == Some(1) && said.contains("name one with --cache DIR"), "{said}");
+    let mut homeless = sandbox.command(&["render", "image.png", "-o", "out.png"]);
+    let homeless = Ended::of(homeless.env_remove("XDG_CACHE_HOME").env_remove("HOME")).expect_code(1);
+    assert!(homeless.stderr.contains("name one with --cache DIR"), "{homeless}");
     // What is damaged is said of the image, and leaves nothing.
     let whole = sandbox.read("image.png");
     sandbox.write("short.png", &whole[..whole.len() / 2]);

@@ -4,7 +4,7 @@ use std::fs::File;
 
 use serde_json::Value;
 
-use crate::tool::Sandbox;
+use crate::tool::{Ended, Sandbox};
 
 fn render(sandbox: &Sandbox, source: &str, more: &[&str]) -> (Value, String) {
     let args = ["render", source, "--size", "160x90", "-o", "out.png", "--json"];
@@ -92,11 +92,9 @@ fn where_nothing_can_be_written_the_picture_is_the_same_and_it_is_said_once() {
     let script = "ulimit -f 0; exec \"$0\" render image.vastex --size 160x90 --disk-cache cache --json";
     let mut command = std::process::Command::new("sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_vastex")]).current_dir(sandbox.path(""));
-    let output = command.env_remove("RUST_LOG").output().unwrap();
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert_eq!(output.status.code(), Some(0), "{said}");
-    assert_eq!(said.matches("the disk cache cannot keep tiles").count(), 1, "{said}");
-    let json: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let ended = Ended::of(command.env_remove("RUST_LOG")).expect_code(0);
+    assert_eq!(ended.stderr.matches("the disk cache cannot keep tiles").count(), 1, "{ended}");
+    let json = ended.json();
     assert_eq!((&json["disk_cache"]["bytes"], &json["pages_failed"]), (&0.into(), &0.into()));
     assert!(json["disk_cache"]["failures"].as_u64() > Some(0) && !picture.is_empty());
 }

@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
-use std::process::{Command, Stdio};
+use std::process::{Child, Command, Stdio};
 
-use crate::tool::{Ended, Sandbox};
+use crate::tool::{Ended, PATIENCE, Sandbox};
 
 #[test]
 fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
@@ -46,7 +46,7 @@ fn a_mosaic_of_more_columns_than_open_files_is_built_all_the_same() {
         let mut shell = Command::new("sh");
         shell.current_dir(sandbox.path("")).env_remove("RUST_LOG");
         shell.args(["-c", &format!("ulimit -n {files}; exec \"$@\""), "sh"]);
-        Ended::of(&shell.arg(env!("CARGO_BIN_EXE_vastex")).args(build).output().unwrap())
+        Ended::of(shell.arg(env!("CARGO_BIN_EXE_vastex")).args(build))
     };
     for files in [40, 128, 150] {
         limited(files).expect_code(0);
@@ -95,9 +95,20 @@ fn full_pipe() -> (UnixStream, Stdio) {
 fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     let begin = std::time::Instant::now();
     while !is_so() {
-        assert!(begin.elapsed() < std::time::Duration::from_secs(300), "no {what}");
+        assert!(begin.elapsed() < PATIENCE, "no {what} in {PATIENCE:?}");
         std::thread::sleep(std::time::Duration::from_millis(2));
     }
+}
+
+/// The exit code of a program whose output nobody gathers.
+#[track_caller]
+pub(crate) fn end_of(child: &mut Child) -> Option<i32> {
+    let mut status = None;
+    wait_for("end", || {
+        status = child.try_wait().unwrap();
+        status.is_some()
+    });
+    status.unwrap().code()
 }
 
 #[test]
@@ -119,12 +130,7 @@ fn a_second_signal_ends_a_program_that_cannot_heed_the_first() {
     }
     assert!(child.try_wait().unwrap().is_none(), "the first signal ended it");
     assert!(send("TERM").unwrap().success());
-    let mut code = None;
-    wait_for("end", || {
-        code = child.try_wait().unwrap();
-        code.is_some()
-    });
-    assert_eq!(code.unwrap().code(), Some(130));
+    assert_eq!(end_of(&mut child), Some(130));
 }
 
 /// The first example of docs/heights.md, with images of the same kinds and a tenth as large.

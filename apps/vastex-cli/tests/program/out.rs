@@ -1,6 +1,8 @@
 //! What comes out of the program beside one picture: every picture of a path, views as texts, and the page about a run.
 
-use crate::tool::{Ended, Sandbox};
+use xtask::limited::within;
+
+use crate::tool::{Ended, PATIENCE, Sandbox};
 
 fn run(sandbox: &Sandbox, command: &str) -> Ended {
     sandbox.run(&command.split_whitespace().collect::<Vec<_>>())
@@ -30,7 +32,8 @@ fn a_written_path_is_drawn_picture_by_picture() {
         .collect();
     assert!(bytes == pixels.as_flattened(), "{} bytes of {}", bytes.len(), pixels.len() * 4);
     let words = format!("{render} --camera-path flight.path --format raw --frames 2 -o -");
-    let piped = sandbox.command(&words.split(' ').collect::<Vec<_>>()).output().unwrap();
+    let mut command = sandbox.command(&words.split(' ').collect::<Vec<_>>());
+    let piped = within(&mut command, PATIENCE).unwrap();
     assert!(piped.status.success() && piped.stdout == bytes[..bytes.len() / 3 * 2]);
     assert!(String::from_utf8_lossy(&piped.stderr).contains("converged after"), "it is told elsewhere");
     // The last picture alone, as of any path.
@@ -163,7 +166,7 @@ fn a_picture_of_the_window_needs_no_display() {
         let words: Vec<&str> = words.split_whitespace().collect();
         let mut command = sandbox.command(&words);
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-        Ended::of(&command.output().unwrap())
+        Ended::of(&mut command)
     };
     let differing = |a: &[[u8; 3]], b: &[[u8; 3]]| {
         assert_eq!(a.len(), b.len());

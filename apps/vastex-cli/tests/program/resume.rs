@@ -5,10 +5,9 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::tool::{Ended, Sandbox};
+use xtask::limited::Limited;
 
-/// Longer than any build of a test on any machine; none waits longer.
-const PATIENCE: Duration = Duration::from_secs(300);
+use crate::tool::{Ended, PATIENCE, Sandbox};
 
 const PARTIAL: &str = ".out.vastex.partial";
 const JOURNAL: &str = ".out.vastex.journal";
@@ -39,22 +38,22 @@ pub(crate) fn signal_at(sandbox: &Sandbox, args: &[&str], signal: &str, bytes: u
     const ATTEMPTS: u64 = 30;
     for attempt in 0..ATTEMPTS {
         let bytes = bytes * (ATTEMPTS - attempt) / ATTEMPTS;
-        let mut command = sandbox.command(args);
-        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut running = Limited::start(&mut sandbox.command(args), PATIENCE).unwrap();
         let begin = Instant::now();
-        while child.try_wait().unwrap().is_none() && unfinished_bytes(sandbox) < bytes {
-            if begin.elapsed() > PATIENCE {
-                child.kill().unwrap();
-                panic!("{args:?} did neither end nor write {bytes} bytes in {PATIENCE:?}");
-            }
+        while !running.has_ended().unwrap() && unfinished_bytes(sandbox) < bytes {
+            assert!(
+                begin.elapsed() < PATIENCE,
+                "{args:?} did neither end nor write {bytes} bytes in {PATIENCE:?}; {running}"
+            );
             sleep(Duration::from_millis(1));
         }
-        if child.try_wait().unwrap().is_none() {
-            let number = child.id().to_string();
+        if !running.has_ended().unwrap() {
+            let number = running.id().to_string();
             // It may end at this very moment.
-            let _ = Command::new("kill").args(["-s", signal, &number]).output().unwrap();
+            let mut kill = Command::new("kill");
+            let _ = kill.args(["-s", signal, &number]).stderr(Stdio::null()).status().unwrap();
         }
-        let ended = Ended::of(&child.wait_with_output().unwrap());
+        let ended = Ended::of_running(running);
         if ended.code.is_none() || ended.code == Some(130) {
             return ended;
         }
@@ -114,7 +113,7 @@ fn run_short_of_room(sandbox: &Sandbox, blocks: u32, args: &[&str]) -> Ended {
     shell.current_dir(sandbox.path("")).env_remove("RUST_LOG");
     shell.args(["-c", &format!("trap '' XFSZ; ulimit -f {blocks}; exec \"$@\""), "sh"]);
     shell.arg(env!("CARGO_BIN_EXE_vastex")).args(args);
-    Ended::of(&shell.output().unwrap())
+    Ended::of(&mut shell)
 }
 
 #[test]

@@ -2,8 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::time::Duration;
 
 use tempfile::TempDir;
+use xtask::limited::{Limited, within};
+
+/// Longer than any run of a test on any machine; none waits longer.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(300);
 
 /// A directory with a small image and a container made of it.
 pub(crate) struct Sandbox {
@@ -98,13 +103,27 @@ impl Sandbox {
         command
     }
 
+    #[track_caller]
     pub(crate) fn run(&self, args: &[&str]) -> Ended {
-        Ended::of(&self.command(args).output().unwrap())
+        Ended::of(&mut self.command(args))
     }
 }
 
 impl Ended {
-    pub(crate) fn of(output: &Output) -> Ended {
+    /// Runs a command to its end; fails, and says what it printed, where that is not within [`PATIENCE`].
+    #[track_caller]
+    pub(crate) fn of(command: &mut Command) -> Ended {
+        Ended::with(&within(command, PATIENCE).unwrap_or_else(|error| panic!("{error:#}")))
+    }
+
+    /// The same of a program that was started before.
+    #[track_caller]
+    pub(crate) fn of_running(running: Limited) -> Ended {
+        Ended::with(&running.end().unwrap_or_else(|error| panic!("{error:#}")))
+    }
+
+    #[track_caller]
+    fn with(output: &Output) -> Ended {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
         let ended =
             Ended { code: output.status.code(), stdout: text(&output.stdout), stderr: text(&output.stderr) };

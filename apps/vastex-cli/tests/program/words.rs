@@ -1,6 +1,6 @@
 //! What the program says and does not say, and what all of its pictures have in common.
 
-use crate::tool::Sandbox;
+use crate::tool::{Ended, Sandbox};
 
 fn words(command: &str) -> Vec<&str> {
     command.split_whitespace().collect()
@@ -15,7 +15,7 @@ fn a_program_without_a_window_asks_for_no_window_system() {
         for variable in ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "NODEVICE_SELECT"] {
             command.env_remove(variable);
         }
-        let ended = crate::tool::Ended::of(&command.output().unwrap()).expect_code(0);
+        let ended = Ended::of(&mut command).expect_code(0);
         let is_error = |line: &str| line.to_lowercase().starts_with("error");
         assert!(!ended.stdout.lines().chain(ended.stderr.lines()).any(is_error), "{args}: {ended}");
     }
@@ -72,7 +72,7 @@ fn a_file_in_the_place_of_a_command_is_opened_in_the_window() {
     let run = |file: &str| {
         let mut command = sandbox.command(&[file]);
         command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        crate::tool::Ended::of(&command.output().unwrap())
+        Ended::of(&mut command)
     };
     if cfg!(target_os = "linux") {
         let opened = run("image.vastex").expect_code(1);

@@ -83,7 +83,8 @@ impl Program {
         painter.render(&mut pass.forget_lifetime(), &jobs, &screen);
         drop(painter);
         let read = TextureRead::submit(&self.gpu, encoder, canvas.picture(), 4);
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        let limit = Some(std::time::Duration::from_secs(300));
+        self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
         read.take().unwrap().unwrap().as_chunks::<4>().0.to_vec()
     }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Geometry, GeometrySpec, Layer, LayerFormat, PoolLayout, Slot};
-use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::test_device::{TestDevice, finish};
 use vastex_wgpu::{Belt, BeltCounts, BeltLayout, BeltTile, GpuError, Pool, limits, poll};
 
 fn pool(gpu: &TestDevice, format: LayerFormat) -> Pool {
@@ -27,7 +27,7 @@ fn upload(gpu: &TestDevice, pool: &Pool, tiles: &[BeltTile]) {
 
 /// Until the GPU has given everything back.
 fn settle(gpu: &TestDevice) {
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    finish(&gpu.device);
     poll(&gpu.device).unwrap();
 }
 

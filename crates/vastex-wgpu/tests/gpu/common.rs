@@ -7,7 +7,7 @@ use vastex_core::{
     ChangeRule, Description, Geometry, HashedTextureTable, Layer, LayerFormat, LevelRule, PageId,
     PageNumbering, PagePos, PageTable, PoolLayout, Slot, TableChange, TableEntry, TableImage, TextureNumber,
 };
-use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::test_device::{TestDevice, finish};
 use vastex_wgpu::{
     BindingPlace, Bound, FeedbackMode, Filter, Kind, Kinds, PageSides, ParamStore, Pool, PoolTableChanger,
     PoolTables, RECORD_WORDS, RecordOf, TableKind, Views, entries, layout_entries, limits, new_sampler,
@@ -371,7 +371,7 @@ pub(crate) fn read<T: bytemuck::Pod>(gpu: &TestDevice, buffer: &wgpu::Buffer) ->
     encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
     gpu.queue.submit([encoder.finish()]);
     copy.map_async(wgpu::MapMode::Read, .., |result| result.unwrap());
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    finish(&gpu.device);
     bytemuck::pod_collect_to_vec(&copy.get_mapped_range(..).unwrap())
 }
 

@@ -2,7 +2,7 @@
 
 use vastex_core::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_EMPTY, FEEDBACK_WANTED, JITTER_CYCLE};
 use vastex_core::{Dims, Feedback, FeedbackCompactor, Geometry, GeometrySpec, LayerFormat, PageId, PagePos};
-use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::test_device::{TestDevice, finish};
 use vastex_wgpu::{
     FEEDBACK_DEPTH_FORMAT, FEEDBACK_FORMAT, FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView,
     Filter, GpuError, RawFeedback, Readback, ReadbackPipelines, Views,
@@ -219,7 +219,7 @@ fn in_each_way(test: impl Fn(&mut Filled, &TestDevice)) {
 
 fn submit(gpu: &TestDevice, encoder: wgpu::CommandEncoder) {
     gpu.queue.submit([encoder.finish()]);
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    finish(&gpu.device);
 }
 
 /// The feedback that has come, once there is so much. Another test on the device may have polled what this one submitted, and be about to
@@ -316,7 +316,7 @@ fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
         behind.push_back(filled.recorded(gpu, frame, &pixels).expect("there is room").finish());
         if behind.len() > LATENCY {
             gpu.queue.submit(behind.pop_front());
-            gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+            finish(&gpu.device);
         }
         while let Some(feedback) = filled.readback.poll().unwrap() {
             came.push((feedback.frame, frame - feedback.frame, feedback.pages.len()));

@@ -10,7 +10,7 @@ use vastex::{
 };
 use vastex_core::Box3;
 use vastex_tiles::Codec;
-use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::test_device::{TestDevice, finish};
 
 const SIZE: [u32; 2] = [500, 333];
 const FORMATS: [LayerFormat; 4] =
@@ -156,7 +156,7 @@ impl World {
         encoder.copy_buffer_to_buffer(&points, 0, &read, 0, bytes.len() as u64);
         queue.submit([encoder.finish()]);
         read.map_async(wgpu::MapMode::Read, .., |_| {});
-        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        finish(device);
         let bytes = read.get_mapped_range(..).unwrap();
         bytemuck::pod_collect_to_vec(&bytes)
     }

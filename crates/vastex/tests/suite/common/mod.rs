@@ -15,7 +15,7 @@ use vastex::{
 };
 use vastex_core::{AddressMode, Geometry, GeometrySpec};
 use vastex_tiles::PropertySource;
-use vastex_wgpu::test_device::TestDevice;
+use vastex_wgpu::test_device::{TestDevice, finish};
 
 pub use texts::{PICTURE, SCREEN};
 
@@ -394,7 +394,7 @@ impl Screen {
     /// Such a picture, once its commands are submitted.
     pub fn read_copy(&self, buffer: &wgpu::Buffer) -> Vec<[u8; 4]> {
         buffer.map_async(wgpu::MapMode::Read, .., |_| {});
-        self.gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        finish(&self.gpu.device);
         let bytes = buffer.get_mapped_range(..).unwrap();
         let rows = bytes.chunks(ROW as usize).flat_map(|row| &row[..PICTURE[0] as usize * 4]);
         let bytes: Vec<u8> = rows.copied().collect();
