@@ -9,6 +9,7 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use vastex_core::{Description, LayerFormat, PagePos};
 
+use crate::container::format::layout::HEADER_BYTES;
 use crate::container::write::update::Medium;
 use crate::testing::textures::{any_description, container_bytes, image, memory, open, texels};
 use crate::*;
@@ -24,6 +25,17 @@ struct Recording {
     states: Vec<Vec<u8>>,
     /// Writes until the disk is full.
     writes_left: Option<usize>,
+    /// What was asked of the disk, in order.
+    steps: Vec<Step>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Step {
+    /// Bytes behind the header.
+    Append,
+    /// A header copy.
+    Header,
+    Sync,
 }
 
 impl Recorder {
@@ -38,7 +50,11 @@ impl Recorder {
     }
 
     fn update(&self) -> ContainerUpdate {
-        ContainerUpdate::new(Box::new(self.clone()), Arc::new(open(self.bytes())), false).unwrap()
+        self.durable_update(false)
+    }
+
+    fn durable_update(&self, durable: bool) -> ContainerUpdate {
+        ContainerUpdate::new(Box::new(self.clone()), Arc::new(open(self.bytes())), durable).unwrap()
     }
 }
 
@@ -57,6 +73,7 @@ impl Write for Recorder {
             *left = left.checked_sub(1).ok_or(io::ErrorKind::StorageFull)?;
         }
         let at = file.at;
+        file.steps.push(if (at as u64) < HEADER_BYTES { Step::Header } else { Step::Append });
         // Short enough to tear a header copy, of which a fifth says something.
         file.put(at, &bytes[..bytes.len() / 8]);
         file.put(at, bytes);
@@ -84,6 +101,7 @@ impl Medium for Recorder {
     }
 
     fn sync(&mut self) -> io::Result<()> {
+        self.0.lock().unwrap().steps.push(Step::Sync);
         Ok(())
     }
 }
@@ -99,7 +117,10 @@ fn seed_of(pos: PagePos, changes: &[(u32, u64)]) -> u64 {
 }
 
 fn change(recorder: &Recorder, changes: &[(u32, u64)]) -> Updated {
-    let mut update = recorder.update();
+    carry_out(recorder.update(), changes)
+}
+
+fn carry_out(mut update: ContainerUpdate, changes: &[(u32, u64)]) -> Updated {
     let description = Description::clone(update.container().description());
     let (last, seed) = changes[changes.len() - 1];
     for pos in description.geometry.pages().filter(|&pos| seed_of(pos, &[(last, 2)]) == 2) {
@@ -158,6 +179,30 @@ fn cut_off_at_any_write_a_change_leaves_the_version_before_it() {
         let cut_off = Recorder::of(&earlier[earlier.len() / 2]);
         change(&cut_off, &changes[..n]);
         assert!(cut_off.bytes() == *last);
+    }
+}
+
+/// A header that the disk has before what it names would cost the file with the next loss of power.
+#[test]
+fn the_disk_has_all_that_is_appended_before_the_header_that_names_it() {
+    let description = image(150, 90, 16, LayerFormat::Rgba8);
+    let recorder = Recorder::of(&container_bytes(&description, Compression::Lz4, 1));
+    type Begin = fn(&Recorder) -> ContainerUpdate;
+    let cases: [(Begin, &[Step], &[Step]); 3] = [
+        (|recorder| recorder.durable_update(false), &[Step::Sync], &[]),
+        (|recorder| recorder.durable_update(true), &[Step::Sync], &[Step::Sync]),
+        (|recorder| recorder.update().without_waiting(), &[], &[]),
+    ];
+    let mut changes = Vec::new();
+    for (seed, (begin, before_header, after_header)) in (7..).zip(cases) {
+        recorder.0.lock().unwrap().steps.clear();
+        changes.push((2, seed));
+        carry_out(begin(&recorder), &changes);
+        let steps = recorder.0.lock().unwrap().steps.clone();
+        let appended = steps.iter().rposition(|step| *step == Step::Append).unwrap();
+        assert!(appended > 10 && steps[..appended].iter().all(|step| *step == Step::Append), "{steps:?}");
+        assert_eq!(steps[appended + 1..], [before_header, &[Step::Header], after_header].concat());
+        check(&recorder.bytes(), &changes);
     }
 }
 
