@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use vastex::{FeedbackMode, PoolId, TableChoice, ViewId};
 
 use crate::common::{Mapping, PICTURE, Screen};
-use crate::moving::{Case, SIZES, beside, columns, flight, wrong_in_all, wrong_pixels};
+use crate::moving::{Case, SIZES, beside, check_counts, columns, flight, wrong_in_all, wrong_pixels};
 
 const POOL: PoolId = PoolId::new(0);
 /// Frames that are recorded before the first of them is submitted, at most.
@@ -119,6 +119,7 @@ fn recorded_ahead(case: Case) {
     };
     let picture = settled(&mut screen);
     assert_eq!(wrong_pixels(&picture, 0, &flight(FRAMES)), 0, "{case:?}");
+    check_counts(&screen, &case);
     // A screen takes longer to make than all of its frames.
     if case.mode == FeedbackMode::Separate {
         assert!(picture == settled(&mut case.screen(400)), "{case:?}");

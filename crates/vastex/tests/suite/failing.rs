@@ -6,7 +6,7 @@ use vastex_wgpu::GpuError;
 use vastex_wgpu::test_device::fail_after;
 
 use crate::common::{PICTURE, Screen};
-use crate::moving::{Case, beside, flight, wrong_pixels};
+use crate::moving::{Case, beside, check_counts, flight, wrong_pixels};
 
 const POOL: PoolId = PoolId::new(0);
 const FRAMES: u32 = 44;
@@ -93,29 +93,13 @@ fn fails_midway(case: Case) {
         screen.settle(|_| false, |_| {});
     };
     settle(&mut screen);
-    check_counts(&screen, case);
+    check_counts(&screen, &case);
     assert_eq!(wrong(&screen, FRAMES), [0, 0], "{case:?}");
     if case.mode == FeedbackMode::Separate {
         let mut control = case.screen(400);
         settle(&mut control);
         assert!(screen.picture() == control.picture(), "{case:?}");
     }
-}
-
-/// Telemetry has a record of each frame, and all of them together are what has happened.
-fn check_counts(screen: &Screen, case: Case) {
-    let textures = &screen.textures;
-    let stats = textures.stats();
-    assert_eq!(stats.pager.missing, 0, "{case:?}: {stats:?}");
-    let records: Vec<_> = textures.inspect().telemetry().iter().map(|record| record.pager).collect();
-    let frames: Vec<u64> = records.iter().map(|record| record.frame).collect();
-    assert!(frames.iter().copied().eq(0..stats.frame), "{case:?}: {frames:?}");
-    let sum = |of: fn(&vastex::diagnostics::Stats) -> u64| {
-        records.iter().map(|record| of(&record.stats)).sum::<u64>()
-    };
-    let counted = [sum(|s| s.loaded), sum(|s| s.evicted), sum(|s| s.uploaded_bytes), sum(|s| s.requests)];
-    let of = &stats.pager;
-    assert_eq!(counted, [of.loaded, of.evicted, of.uploaded_bytes, of.requests], "{case:?}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! What the tests of recording ahead and of failures share: two textures of one pool side by side, seen from a camera that moves
 //! so fast that page tables grow and pages leave, and what each pixel may show.
 
+use std::fmt::Debug;
 use std::ops::Range;
 
 use vastex::{
@@ -115,4 +116,22 @@ fn wrong_among(picture: &[[u8; 4]], nth: usize, mapping: &Mapping, columns: &Ran
     };
     let is_shown = |n: u32| columns.contains(&(n % PICTURE[0]));
     (0..).zip(picture).filter(|&(n, colour)| is_shown(n) && is_wrong((n, colour))).count()
+}
+
+/// Nothing is missing, telemetry has a record of each frame, and all of them together are what has happened. The settings keep
+/// that many records.
+#[track_caller]
+pub(crate) fn check_counts(screen: &Screen, what: &impl Debug) {
+    let textures = &screen.textures;
+    let stats = textures.stats();
+    assert_eq!(stats.pager.missing, 0, "{what:?}: {stats:?}");
+    let records: Vec<_> = textures.inspect().telemetry().iter().map(|record| record.pager).collect();
+    let frames: Vec<u64> = records.iter().map(|record| record.frame).collect();
+    assert!(frames.iter().copied().eq(0..stats.frame), "{what:?}: {frames:?}");
+    let sum = |of: fn(&vastex::diagnostics::Stats) -> u64| {
+        records.iter().map(|record| of(&record.stats)).sum::<u64>()
+    };
+    let counted = [sum(|s| s.loaded), sum(|s| s.evicted), sum(|s| s.uploaded_bytes), sum(|s| s.requests)];
+    let of = &stats.pager;
+    assert_eq!(counted, [of.loaded, of.evicted, of.uploaded_bytes, of.requests], "{what:?}");
 }
