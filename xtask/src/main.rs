@@ -59,7 +59,7 @@ Commands:
   bench textures [--write] what 200 textures cost the thread that draws; into docs/bench-textures.md
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
                            is asked of a GPU; into docs/bench-draw.md
-  bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, uploads
+  bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
   record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names
       --compare              make it anew and name each difference from what lies in DIR

@@ -101,7 +101,7 @@ pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Make a container of an image (JPEG, PNG or TIFF) or of a tile directory
+    /// Make a container of an image (JPEG, PNG, TIFF, OpenEXR, raw texels), a mosaic or a tile directory
     #[cfg(feature = "build")]
     Build(BuildArgs),
     /// Write a region of a level of an image or a volume as it is stored, to a NumPy array, PNG or TIFF

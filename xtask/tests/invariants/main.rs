@@ -7,6 +7,7 @@ mod absences;
 mod arrows;
 mod demo;
 mod fuzzing;
+mod help;
 mod rooms;
 mod sources;
 mod style;

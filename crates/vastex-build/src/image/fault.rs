@@ -54,7 +54,10 @@ pub enum InputFault {
     #[error("is a part of a Vastex container; join all parts with `vastex merge`")]
     Part,
     /// It begins like nothing that is known.
-    #[error("is of no known image format (it begins with {0}); convert it to JPEG, PNG or TIFF")]
+    #[error(
+        "is of no known image format (it begins with {0}); convert it to JPEG, PNG, TIFF or OpenEXR, or name it NAME.raw and describe \
+         its texels in NAME.raw.toml"
+    )]
     UnknownFormat(String),
     /// It ends too early.
     #[error("is truncated: it ends {place}; copy or download it again")]
