@@ -2,14 +2,12 @@
 // CPU twin: twins/sample.rs.
 
 fn vastexi_levels_KIND(texture: VastexiTexture, position: VastexiPosition, taps: VastexiTaps, level: f32) -> vec4<f32> {
-    let finer = floor(level);
-    let share = select(level - finer, 0.0, taps.is_unmixed);
-    // A loop, so that what is in it stands once in the program. With a share there is a coarser level.
-    let levels = select(2u, 1u, share == 0.0);
-    var sum = vec4<f32>(0.0);
-    for (var nth = 0u; nth < levels; nth++) {
-        let weight = select(1.0 - share, share, nth == 1u);
-        sum += weight * vastexi_shown_KIND(texture, position, taps, u32(finer) + nth);
+    let finer = u32(floor(level));
+    let sharp = vastexi_shown_KIND(texture, position, taps, finer);
+    let share = level - f32(finer);
+    if share == 0.0 || taps.is_unmixed {
+        return sharp;
     }
-    return sum;
+    // There is a coarser level, since the coarsest is a whole number.
+    return mix(sharp, vastexi_shown_KIND(texture, position, taps, finer + 1u), share);
 }
