@@ -10,13 +10,44 @@ use anyhow::{Context, Result};
 use crate::{demo_program, setup, shell};
 
 const PROGRAM: &str = "vastex-cli";
-const IMAGE: &str = "assets/earth-color-10800x5400.jpg";
-const CONTAINER: &str = "target/demo/earth.vastex";
+/// The images of the Earth, and the containers that are made of them: colours, heights, lights at night and clouds.
+const IMAGES: [(&str, &str); 4] = [
+    ("assets/earth-color-10800x5400.jpg", "target/demo/earth.vastex"),
+    ("assets/earth-land-4320x2160-u16.png", "target/demo/land.vastex"),
+    ("assets/earth-night-2048x1024.jpg", "target/demo/night.vastex"),
+    ("assets/earth-clouds-2048x1024.jpg", "target/demo/clouds.vastex"),
+];
+/// The Earth of these containers: values of its heights are metres, and a map has paler colours than a planet.
+const PLANET: &[&str] = &[
+    "target/demo/earth.vastex",
+    "--on",
+    "planet",
+    "--layer",
+    ":gamma=1.4",
+    "--height",
+    "target/demo/land.vastex",
+    "--height-scale",
+    "0.010286",
+    "--height-zero",
+    "0",
+    "--night",
+    "target/demo/night.vastex",
+    "--clouds",
+    "target/demo/clouds.vastex",
+];
 
 /// A picture for machines without a display: what it shows, its file, and what `vastex render` is told.
 const PICTURES: &[(&str, &str, &[&str])] = &[
-    ("the globe from space", "target/demo/globe.png", &[]),
-    ("a close-up", "target/demo/closeup.png", &["--camera-path", "zoom"]),
+    (
+        "the Earth from space",
+        "target/demo/planet.png",
+        &["--sun", "-52,14", "--view", "globe:lon=22,lat=27,alt=7500000m"],
+    ),
+    (
+        "the Alps",
+        "target/demo/alps.png",
+        &["--sun", "-30,35", "--exaggeration", "6", "--view", "globe:lon=9,lat=36,alt=1000000m,tilt=42"],
+    ),
 ];
 
 pub(crate) fn run() -> Result<()> {
@@ -29,12 +60,14 @@ pub(crate) fn run() -> Result<()> {
     println!("\n1. compiling the program, unless it is compiled already");
     let mut compile = shell::cargo("build");
     shell::run(compile.args(["-p", PROGRAM]).args(demo_program::features(has_display)))?;
-    println!("\n2. making the container");
-    // The Earth goes round, so its left and right edges are neighbours.
-    shell::run(vastex().args(["build", IMAGE, "-o", CONTAINER, "--address", "wrap,clamp"]))?;
+    println!("\n2. making the containers");
+    for (image, container) in IMAGES {
+        // The Earth goes round, so its left and right edges are neighbours.
+        shell::run(vastex().args(["build", image, "-o", container, "--address", "wrap,clamp"]))?;
+    }
     if has_display {
         println!("\n3. opening the window; close it to end");
-        match shell::run(vastex().args(["view", CONTAINER, "--on", "globe"])) {
+        match shell::run(vastex().arg("view").args(PLANET)) {
             Ok(()) => return Ok(()),
             Err(error) => println!("{error:#}\nno window could be opened, so pictures are drawn instead"),
         }
@@ -46,20 +79,23 @@ pub(crate) fn run() -> Result<()> {
 /// What will happen, and how long it takes.
 fn plan(has_display: bool) -> String {
     let shown = match has_display {
-        true => "3. opens a window with it on a globe: drag turns it, the wheel zooms",
+        true => {
+            "3. opens a window with it: drag turns it, the wheel zooms, Ctrl and drag tilts, ? lists the rest"
+        }
         false => "3. draws two pictures of it, since there is no display here: some seconds",
     };
+    let [(image, container), ..] = IMAGES;
     format!(
-        "This shows {IMAGE} as a virtual texture. It\n\
+        "This shows the Earth of {image} and three more images as virtual textures. It\n\
          1. compiles the program: about 5 minutes on two processor cores the first time, at once from then on\n\
-         2. makes the container {CONTAINER} of the image: some seconds\n{shown}\n"
+         2. makes {container} and the containers of the others: some seconds\n{shown}\n"
     )
 }
 
 fn render() -> Result<()> {
     for (_, file, options) in PICTURES {
         let mut command = vastex();
-        command.args(["render", CONTAINER, "--on", "globe", "--size", "1280x720", "--pool-mib", "64"]);
+        command.arg("render").args(PLANET).args(["--size", "1280x720", "--pool-mib", "64"]);
         shell::run(command.args(*options).args(["--until-converged", "-o", file]))?;
     }
     println!();

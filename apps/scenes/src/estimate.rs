@@ -126,6 +126,6 @@ fn surface(scene: Scene, image: f64) -> Box<dyn Surface> {
         Scene::Image | Scene::Plane | Scene::Terrain => {
             Box::new(FlatSurface::new([-1.0, 1.0 / image, 0.0], [[2.0, 0.0, 0.0], [0.0, -2.0 / image, 0.0]]))
         }
-        Scene::Globe => Box::new(GlobeSurface::sphere([0.0; 3], 1.0)),
+        Scene::Globe | Scene::Planet => Box::new(GlobeSurface::sphere([0.0; 3], 1.0)),
     }
 }

@@ -34,9 +34,9 @@ pub use planet_image::{PlanetImageError, planet_image};
 pub use reference::{Reference, ReferenceError, Taps};
 pub use traced::trace_of;
 pub use vastex_viewer::{
-    CameraBinding, ColorMap, DisplayOptions, GlobeGrid, GlobePose, Gpu, GpuSetupError, Heights, HeightsError,
-    LayerOptions, Layers, LayersError, Mesh, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene,
-    SceneDesc, ScenePipelines, SceneRenderer, ShownLayer, Target, Tiling, UnknownLayer, Vertex, Views,
-    depth_view, surface,
+    CameraBinding, ColorMap, DescribeError, DisplayOptions, GlobeGrid, GlobePose, Gpu, GpuSetupError,
+    Heights, HeightsError, LayerOptions, Layers, LayersError, Mesh, Overlay, OverlayRenderer, Path, Picture,
+    PlanetLight, PlanetOptions, Pose, Relief, Scene, SceneDesc, ScenePipelines, SceneRenderer, ShownLayer,
+    Target, Tiling, UnknownLayer, Vertex, Views, depth_view, surface,
 };
 pub use wait::headless_gpu;

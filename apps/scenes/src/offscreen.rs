@@ -20,8 +20,8 @@ use crate::wait::read_texture;
 use vastex_viewer::camera::Ahead;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
 use vastex_viewer::{
-    CameraBinding, DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Path, Picture, Pose, Relief, Scene,
-    SceneDesc, SceneRenderer, ShownLayer, Target, Views, side_by_side,
+    CameraBinding, DisplayOptions, Gpu, Overlay, OverlayRenderer, Path, Picture, PlanetLight, Pose, Scene,
+    SceneRenderer, ShownLayer, Target, Views, side_by_side,
 };
 
 mod costs;
@@ -136,13 +136,9 @@ impl Offscreen {
             added.push(textures.add_blocking(source.clone())?);
         }
         let layers = shown.layers_of(&textures, &added)?;
-        let relief = shown.relief_of(scene, &mut textures, layers[0].layer)?;
-        let mut layers = Layers::new(&mut textures, layers, relief.as_ref().map(Relief::layer))?;
-        layers.compare(shown.compare_mode);
-        let kind = shown.target.unwrap_or_else(|| SceneRenderer::target_kind(&gpu.adapter, &layers));
-        let picture = layers.picture_format();
-        let drawn =
-            SceneDesc { scene, layers, relief, tiling: shown.tiling, always_fixed: shown.always_fixed };
+        let drawn = shown.describe(scene, &mut textures, &added, layers, None)?;
+        let kind = shown.target.unwrap_or_else(|| SceneRenderer::target_kind(&gpu.adapter, &drawn.layers));
+        let picture = drawn.layers.picture_format();
         let renderer = SceneRenderer::new(gpu, &textures, drawn, kind.drawn_format(picture))?;
         Ok(Offscreen {
             pose: Pose::first(scene),
@@ -161,6 +157,11 @@ impl Offscreen {
             size,
             source,
         })
+    }
+
+    /// How a planet is lit from the next frame on.
+    pub fn light(&mut self, light: PlanetLight) {
+        self.renderer.set_light(light);
     }
 
     /// From the next frame on, estimates what the view wants, in place of the feedback pass or beside it.

@@ -44,7 +44,7 @@ fn uv_from_clip(scene: Scene, image: f32, world_from_clip: &Mat4, clip: Vec2) ->
     let far = world_from_clip.project_point3(clip.extend(1.0));
     match scene {
         Scene::Image | Scene::Plane | Scene::Terrain => uv_on_plane(near, far - near, image),
-        Scene::Globe => uv_on_globe(near, (far - near).normalize()),
+        Scene::Globe | Scene::Planet => uv_on_globe(near, (far - near).normalize()),
     }
 }
 
@@ -79,7 +79,7 @@ mod tests {
         for scene in Scene::ALL {
             let clip_from_world = Pose::first(scene).clip_from_world(1.6, 2.0);
             for uv in [Vec2::new(0.52, 0.3), Vec2::new(0.5, 0.4), Vec2::new(0.55, 0.45)] {
-                let world = if scene == Scene::Globe { on_globe(uv) } else { on_plane(uv) };
+                let world = if scene.is_round() { on_globe(uv) } else { on_plane(uv) };
                 let clip = clip_from_world.project_point3(world).truncate();
                 let found = uv_from_clip(scene, 2.0, &clip_from_world.inverse(), clip).map(Vec2::from);
                 assert!(found.is_some_and(|found| found.distance(uv) < 1e-3), "{scene:?} {uv}: {found:?}");

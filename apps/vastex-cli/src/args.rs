@@ -31,6 +31,8 @@ pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
 pub(crate) use view::ViewArgs;
 
+use pixels::{parse_pixel, parse_size};
+
 #[cfg(feature = "build")]
 mod build;
 mod cache;
@@ -51,6 +53,8 @@ mod layer;
 mod learn;
 #[cfg(feature = "build")]
 mod merge;
+mod pixels;
+mod planet;
 mod reading;
 #[cfg(feature = "record")]
 mod record;
@@ -187,7 +191,8 @@ pub(crate) struct SceneArgs {
     pub(crate) on: Scene,
     /// Where the camera is at first, as the panel of the window writes it. image:x=COLUMN,y=ROW,zoom=Z: Z is 1 where all of the image
     /// fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1. plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the
-    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground. The text decides the scene. After it may
+    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground; also heading=DEGREES, clockwise from
+    /// north, and tilt=DEGREES, from straight down. The text decides the scene. After it may
     /// follow, each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode, and on=terrain
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
@@ -195,6 +200,8 @@ pub(crate) struct SceneArgs {
     pub(crate) layers: shown::ShownArgs,
     #[command(flatten)]
     pub(crate) heights: heights::HeightArgs,
+    #[command(flatten)]
+    pub(crate) planet: planet::PlanetArgs,
     /// Size of the picture in pixels. By default 1280x720; a window has the size that it had when it was closed last
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
@@ -254,7 +261,11 @@ impl SceneArgs {
             ));
         }
         let fault = shown::fault(&self.shown_layers(), 1 + self.layers.over.len(), self.compare_mode());
-        fault.map_or(Ok(()), |fault| Err(value_error(&fault)))
+        if let Some(fault) = fault {
+            return Err(value_error(&fault));
+        }
+        let fault = self.planet.fault(self.shown_layers().len(), self.scene());
+        fault.map_or(Ok(()), |fault| Err(conflict(&fault)))
     }
 
     /// What the image is put on.
@@ -293,6 +304,12 @@ impl SceneArgs {
         matches!(&self.shown_layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
     }
 
+    /// The files that are opened beside the source, in the order in which they are counted after it: those of `--over`, then those of a
+    /// planet.
+    pub(crate) fn files_over(&self) -> impl Iterator<Item = &Path> {
+        self.layers.over.iter().map(PathBuf::as_path).chain(self.planet.files())
+    }
+
     /// Whether the source is a generated planet.
     fn is_planet(&self) -> bool {
         self.source.to_str().is_some_and(|source| source.starts_with(PLANET))
@@ -300,11 +317,13 @@ impl SceneArgs {
 
     /// What is shown of the texture.
     pub(crate) fn shown(&self) -> DisplayOptions {
-        let heights = self.heights.heights();
+        let mut heights = self.heights.heights();
+        let planet = self.planet.options(1 + self.layers.over.len(), &mut heights);
         DisplayOptions {
             layers: self.shown_layers(),
             compare_mode: self.compare_mode(),
             heights,
+            planet,
             always_fixed: self.is_planet(),
             ..DisplayOptions::default()
         }
@@ -325,28 +344,10 @@ where
     })
 }
 
-/// Width and height in pixels. The adapter may allow less than what is allowed here.
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    const MAX: u32 = 1 << 16;
-    let sides = text.split_once(['x', 'X']).and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
-    match sides {
-        Some(size) if size.iter().all(|side| (1..=MAX).contains(side)) => Ok(size),
-        Some(_) => Err(format!("each side must have 1 to {MAX} pixels")),
-        None => Err("write width and height in pixels, as in 1280x720".into()),
-    }
-}
-
 /// Where a camera is; an image's size does not decide whether it can be read.
 fn parse_view(text: &str) -> Result<String, String> {
     let read = ViewText::from_text(text, [1; 2]);
     read.map(|_| text.to_owned()).map_err(|error| error.to_string())
-}
-
-/// A place in a picture.
-fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
-    let place =
-        text.split_once(',').and_then(|(x, y)| Some([x.trim().parse().ok()?, y.trim().parse().ok()?]));
-    place.ok_or_else(|| "write column and row of a pixel, as in 640,360".into())
 }
 
 /// Two things that do not go together, exit code 2.
@@ -387,22 +388,5 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         Args::command().debug_assert();
-    }
-
-    #[test]
-    fn pixels_are_checked() {
-        assert_eq!(parse_pixel("640, 0"), Ok([640, 0]));
-        for bad in ["", "640", "-1,5", "1,2,3", "1x2", "99999999999,1"] {
-            assert!(parse_pixel(bad).is_err(), "{bad}");
-        }
-    }
-
-    #[test]
-    fn sizes_are_checked() {
-        assert_eq!(parse_size("640x480"), Ok([640, 480]));
-        for bad in ["", "640", "0x480", "640x", "x", "-1x5", "640x480x2", "99999999999x1", "70000x1", "a x b"]
-        {
-            assert!(parse_size(bad).is_err(), "{bad}");
-        }
     }
 }

@@ -24,7 +24,8 @@ pub mod widget;
 pub use camera::{CameraPath, CameraPathError, Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
 pub use layers::{
-    Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, ShownLayer, Tone, UnknownLayer,
+    Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, PlanetText, ShownLayer, Tone,
+    UnknownLayer,
 };
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, side_by_side};
@@ -32,7 +33,8 @@ pub use scene::{Scene, direction};
 pub use stage::{Target, depth_view};
 pub use surface::shaders;
 pub use surface::{
-    CameraBinding, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions,
-    LayerOptionsError, Mesh, Relief, SceneDesc, ScenePipelines, SceneRenderer, Tiling, Vertex, surface,
+    CameraBinding, DescribeError, DisplayOptions, GlobeGrid, GlobePose, Heights, HeightsError, LayerOptions,
+    LayerOptionsError, Mesh, PlanetLight, PlanetOptions, Relief, SceneDesc, ScenePipelines, SceneRenderer,
+    Tiling, Vertex, surface,
 };
 pub use view_text::{ViewText, ViewTextError};

@@ -13,12 +13,14 @@ pub enum Scene {
     Globe,
     /// The rectangle, displaced by heights of the texture.
     Terrain,
+    /// The sphere under a sun, displaced by heights if there are any, with air around it, and lights and clouds if there are any.
+    Planet,
 }
 
 impl Scene {
     /// Every scene.
-    pub const ALL: [Scene; 4] = [Scene::Image, Scene::Plane, Scene::Globe, Scene::Terrain];
-    /// Those that a texture without heights goes on.
+    pub const ALL: [Scene; 5] = [Scene::Image, Scene::Plane, Scene::Globe, Scene::Terrain, Scene::Planet];
+    /// Those that a texture without heights goes on and that show its colours as they are.
     pub const SMOOTH: [Scene; 3] = [Scene::Image, Scene::Plane, Scene::Globe];
 
     /// The name on the command line.
@@ -28,7 +30,13 @@ impl Scene {
             Scene::Plane => "plane",
             Scene::Globe => "globe",
             Scene::Terrain => "terrain",
+            Scene::Planet => "planet",
         }
+    }
+
+    /// Whether it is a sphere, so that the image's left and right edges are neighbours.
+    pub fn is_round(self) -> bool {
+        matches!(self, Scene::Globe | Scene::Planet)
     }
 }
 

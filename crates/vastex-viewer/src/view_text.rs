@@ -177,11 +177,7 @@ mod tests {
                     yaw: chance.part(),
                     pitch: chance.part(),
                 },
-                _ => Pose::Globe {
-                    longitude: chance.part(),
-                    latitude: chance.part(),
-                    altitude: chance.part() + 0.1,
-                },
+                _ => Pose::globe(chance.part(), chance.part(), chance.part() + 0.1),
             };
             let compare_mode = match chance.below(5) {
                 0 => CompareMode::Off,

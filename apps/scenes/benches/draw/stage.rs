@@ -45,6 +45,7 @@ impl<'a> Stage<'a> {
             relief: None,
             tiling: Default::default(),
             always_fixed: false,
+            light: Default::default(),
         };
         let renderer = SceneRenderer::new(&bench.gpu, &textures, drawn, format)?;
         let colour = device.create_texture(&wgpu::TextureDescriptor {

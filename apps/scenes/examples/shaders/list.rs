@@ -15,6 +15,8 @@ use vastex_wgpu::{
 
 #[path = "../../benches/draw/texts.rs"]
 mod bench;
+#[path = "lit_planets.rs"]
+mod lit_planets;
 #[path = "../../../../crates/vastex-wgpu/tests/gpu/table_texts.rs"]
 mod table_texts;
 #[allow(unreachable_pub, reason = "a module of a test program")]
@@ -164,6 +166,7 @@ fn whole(visit: &mut Visit<'_>) {
 fn scenes(visit: &mut Visit<'_>) {
     visit("encode", vastex_viewer::stage::encode_text());
     lists_of_layers(visit);
+    lit_planets::each(visit);
     alone(visit, "scene", &Options::of_viewer(), shaders::flat);
     // Colour and heights are layers of one texture, or one and the same.
     Options::of_viewer().each(|options| {
@@ -179,10 +182,12 @@ fn scenes(visit: &mut Visit<'_>) {
     });
 }
 
+/// What layers of a list are called.
+const NAMES: [&str; 3] = ["layer0", "layer1", "layer2"];
+
 /// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of several, by filters of their own;
 /// and two over heights, which are the second or none of them.
 fn lists_of_layers(visit: &mut Visit<'_>) {
-    const NAMES: [&str; 3] = ["layer0", "layer1", "layer2"];
     let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {
         let filters = |nth: usize, bits: usize| {

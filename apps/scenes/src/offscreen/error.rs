@@ -1,6 +1,6 @@
 //! Why a scene without a window has no picture.
 
-use vastex_viewer::{HeightsError, LayerOptionsError, LayersError};
+use vastex_viewer::{DescribeError, HeightsError, LayerOptionsError, LayersError};
 
 use crate::reference::ReferenceError;
 
@@ -50,4 +50,14 @@ pub enum OffscreenError {
     /// The picture from an ordinary texture could not be had.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+}
+
+impl From<DescribeError> for OffscreenError {
+    fn from(error: DescribeError) -> OffscreenError {
+        match error {
+            DescribeError::Options(error) => error.into(),
+            DescribeError::Layers(error) => error.into(),
+            DescribeError::Heights(error) => error.into(),
+        }
+    }
 }

@@ -89,7 +89,7 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
 /// beside it. No mode asks for a level there that is finer than any that a hundredth of the pixels want.
 #[test]
 fn silhouettes_and_slivers_never_ask_for_fine_levels() {
-    let globe = |altitude| Pose::Globe { longitude: 0.2, latitude: 0.1, altitude };
+    let globe = |altitude| Pose::globe(0.2, 0.1, altitude);
     let plane = |pitch| Pose::Plane { eye: glam::DVec3::new(0.0, -0.6, 0.02), yaw: 0.3, pitch };
     let poses = [
         (Scene::Globe, globe(0.8)),

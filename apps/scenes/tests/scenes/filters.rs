@@ -33,8 +33,8 @@ fn poses(scene: Scene) -> Vec<Pose> {
                 .to_vec()
         }
         // The date line, a pole, and the limb.
-        Scene::Globe => [(PI, 0.2, 0.4), (PI - 0.1, 1.54, 0.15), (-PI, -1.2, 0.05)]
-            .map(|(longitude, latitude, altitude)| Pose::Globe { longitude, latitude, altitude })
+        Scene::Globe | Scene::Planet => [(PI, 0.2, 0.4), (PI - 0.1, 1.54, 0.15), (-PI, -1.2, 0.05)]
+            .map(|(longitude, latitude, altitude)| Pose::globe(longitude, latitude, altitude))
             .to_vec(),
     }
 }

@@ -113,7 +113,7 @@ fn texels_of_an_image_stand_where_they_should_however_it_is_turned() {
 
 /// Where a place of the globe is in the picture, in pixels.
 fn on_screen(pose: &Pose, longitude: f64, latitude: f64) -> DVec2 {
-    let Pose::Globe { longitude: lon, latitude: lat, altitude } = *pose else { panic!("{pose:?}") };
+    let Pose::Globe { longitude: lon, latitude: lat, altitude, .. } = *pose else { panic!("{pose:?}") };
     // East, north and up from the ground below the camera, by half angles so that of small ones nothing is lost.
     let east = (longitude - lon + PI).rem_euclid(TAU) - PI;
     let versed = 2.0 * (east / 2.0).sin().powi(2);
@@ -161,7 +161,7 @@ fn texels_of_a_globe_stand_where_they_should() {
             for (longitude, latitude) in
                 [(0.3, 0.7), (PI - 1e-9, -0.2), (-PI, 1.2), (1.0, FRAC_PI_2 - 1e-9), (2.0, 1e-3 - FRAC_PI_2)]
             {
-                let pose = Pose::Globe { longitude, latitude, altitude };
+                let pose = Pose::globe(longitude, latitude, altitude);
                 let error = error_on_globe(&offscreen, &pose, texels);
                 assert!(error < 0.01, "2^{bits} at {magnification} pixels a texel, {pose:?}: {error}");
             }
@@ -188,7 +188,7 @@ fn ten_thousand_small_pans_end_where_their_sum_says() {
 
     let offscreen = scene(31, Scene::Globe, Filter::Nearest);
     let altitude = f64::from(SIZE[1]) / (2.0 * TANGENT * 64.0 * texels.x / TAU);
-    let mut pose = Pose::Globe { longitude: PI - 1e-8, latitude: 0.0, altitude };
+    let mut pose = Pose::globe(PI - 1e-8, 0.0, altitude);
     let mut camera = Controller::new(pose);
     (0..10_000).for_each(|_| camera.apply(Move::Drag(DVec2::new(-pan.x, 0.0)), [view, 2.0]));
     pose = camera.pose();
@@ -209,8 +209,8 @@ fn pictures_have_the_colours_of_their_places() {
     let (image, globe) = (Scene::Image, Scene::Globe);
     for (what, pose) in [
         (image, Pose::image(DVec2::new(0.123_456, 0.654_321), 20.0 / fit)),
-        (globe, Pose::Globe { longitude: 0.4, latitude: 0.3, altitude: altitude(16.0) }),
-        (globe, Pose::Globe { longitude: PI, latitude: -0.3, altitude: altitude(16.0) }),
+        (globe, Pose::globe(0.4, 0.3, altitude(16.0))),
+        (globe, Pose::globe(PI, -0.3, altitude(16.0))),
     ] {
         let mut offscreen = scene(31, what, Filter::Nearest);
         crate::common::settle(&mut offscreen, pose);

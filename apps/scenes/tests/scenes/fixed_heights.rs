@@ -117,7 +117,7 @@ fn on_screen(right: f64, up: f64, forward: f64) -> DVec2 {
 
 /// Where a place of the globe is in the picture, in pixels, and how steeply it is seen: 1 from straight above.
 fn of_globe(source: &Waves, pose: &Pose, scale: f64, place: DVec2) -> (DVec2, f64) {
-    let Pose::Globe { longitude: lon, latitude: lat, altitude } = *pose else { panic!("{pose:?}") };
+    let Pose::Globe { longitude: lon, latitude: lat, altitude, .. } = *pose else { panic!("{pose:?}") };
     let texels = source.texels;
     let (longitude, latitude) = ((place.x / texels.x - 0.5) * TAU, (0.5 - place.y / texels.y) * PI);
     // East, north and up from the ground below the camera, by half angles so that of small ones nothing is lost.
@@ -173,7 +173,7 @@ fn texels_of_a_globe_with_heights_stand_where_they_should() {
             for (longitude, latitude) in
                 [(0.3, 0.7), (PI - 1e-9, -0.2), (1.0, FRAC_PI_2 - 1e-9), (2.0, 1e-3 - FRAC_PI_2)]
             {
-                let pose = Pose::Globe { longitude, latitude, altitude };
+                let pose = Pose::globe(longitude, latitude, altitude);
                 let error = error_on_globe(&mut offscreen, &source, &pose, scale);
                 assert!(error < 0.1, "2^{bits} at {magnification} pixels a texel, {pose:?}: {error}");
             }
@@ -230,7 +230,7 @@ fn a_globe_with_heights_stands_still_after_many_pans() {
     let (texels, pan) = (2f64.powi(31), 0.013);
     let (source, altitude) = (Waves::new(31, 64.0, true), altitude(texels, 64.0));
     let scale = 0.05 * altitude;
-    let mut camera = Controller::new(Pose::Globe { longitude: PI - 1e-8, latitude: 0.1, altitude });
+    let mut camera = Controller::new(Pose::globe(PI - 1e-8, 0.1, altitude));
     let view = f64::from(SIZE[0]) / f64::from(SIZE[1]);
     (0..10_000).for_each(|_| camera.apply(Move::Drag(DVec2::new(-pan, 0.0)), [view, 2.0]));
     let pose = camera.pose();

@@ -3,12 +3,16 @@
 //! `VASTEX_ACCEPT=1 cargo test -p vastex-scenes golden` replaces them by what is drawn now.
 
 use std::path::{Path as FilePath, PathBuf};
+use std::sync::Arc;
 
-use vastex::Filter;
+use vastex::{AddressMode, Filter, TileSource};
 use vastex_build::BuildOptions;
-use vastex_scenes::{Comparison, DisplayOptions, LayerOptions, Offscreen, Path, Picture, Scene, Until};
+use vastex_scenes::{
+    Comparison, DisplayOptions, Heights, LayerOptions, Offscreen, Path, Picture, PlanetLight, PlanetOptions,
+    Pose, Scene, Until,
+};
 
-use crate::common::{converged, gpu, settings};
+use crate::common::{gpu, settings};
 
 const PICTURE: [u32; 2] = [640, 360];
 /// Bytes that the pictures may take together.
@@ -37,28 +41,72 @@ fn write_png(path: &FilePath, picture: &Picture) {
     encoder.write_header().unwrap().write_image_data(&picture.rgba).unwrap();
 }
 
+const WRAP: [AddressMode; 2] = [AddressMode::Wrap, AddressMode::Clamp];
+
 #[test]
 fn the_readme_shows_what_is_drawn() {
     let directory = tempfile::tempdir().unwrap();
-    let container = directory.path().join("earth.vastex");
-    let input = repository().join("assets/earth-color-10800x5400.jpg");
-    let address = [vastex::AddressMode::Wrap, vastex::AddressMode::Clamp];
-    vastex_build::build(&[input], &container, &BuildOptions { address, ..Default::default() }, &()).unwrap();
-    let globe = [("globe", Scene::Globe, Path::Still), ("close-up", Scene::Globe, Path::Zoom)];
-    let globe = globe.map(|(name, scene, path)| {
-        let source = vastex::open(&container).unwrap();
-        let drawn = converged(source, scene, PICTURE, path, settings(16, Filter::Trilinear)).picture();
-        check(name, drawn)
-    });
-    let bytes = globe.iter().sum::<u64>() + check("terrain", terrain(directory.path(), address));
+    let earth = EARTH.map(|image| built(directory.path(), image));
+    let bytes =
+        VIEWS.map(|(name, view, sun, exaggeration)| check(name, planet(&earth, view, sun, exaggeration)));
+    let bytes = bytes.iter().sum::<u64>() + check("terrain", terrain(directory.path()));
     assert!(bytes <= BYTE_BUDGET, "{bytes} bytes of pictures");
 }
 
+/// The Earth's colours, heights, lights and clouds.
+const EARTH: [&str; 4] = [
+    "earth-color-10800x5400.jpg",
+    "earth-land-4320x2160-u16.png",
+    "earth-night-2048x1024.jpg",
+    "earth-clouds-2048x1024.jpg",
+];
+/// The views of it, as `--view` has them, the places over which the sun stands, and how much higher its mountains are than they are.
+const VIEWS: [(&str, &str, [f64; 2], f32); 2] = [
+    ("planet", "globe:lon=22,lat=27,alt=7500000m", [-52.0, 14.0], 10.0),
+    ("alps", "globe:lon=9,lat=36,alt=1000000m,tilt=42", [-30.0, 35.0], 6.0),
+];
+
+fn built(directory: &FilePath, image: &str) -> Arc<dyn TileSource> {
+    let container = directory.join(image).with_extension("vastex");
+    let input = repository().join("assets").join(image);
+    let options = BuildOptions { address: WRAP, ..Default::default() };
+    vastex_build::build(&[input], &container, &options, &()).unwrap();
+    vastex::open(&container).unwrap()
+}
+
+/// The Earth as `vastex render --on planet` draws it.
+fn planet(earth: &[Arc<dyn TileSource>], view: &str, sun: [f64; 2], exaggeration: f32) -> Picture {
+    let of = |texture| Some(LayerOptions { texture, ..LayerOptions::default() });
+    let options = DisplayOptions {
+        layers: vec![LayerOptions { gamma: 1.4, ..LayerOptions::default() }],
+        // Values are metres.
+        heights: Heights {
+            texture: Some(1),
+            scale: Some(65_535.0 / 6_371_000.0),
+            zero: Some(0.0),
+            ..Heights::default()
+        },
+        planet: PlanetOptions {
+            night: of(2),
+            clouds: of(3),
+            light: PlanetLight { sun: Some(sun), exaggeration, ..PlanetLight::default() },
+        },
+        ..DisplayOptions::default()
+    };
+    let settings = settings(16, Filter::Trilinear);
+    let (source, over) = (earth[0].clone(), &earth[1..]);
+    let mut offscreen =
+        Offscreen::showing_together(&options, gpu(), source, over, Scene::Planet, PICTURE, settings).unwrap();
+    offscreen.stand_at(Pose::from_text(view, offscreen.image_size()).unwrap());
+    assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
+    offscreen.picture()
+}
+
 /// The Earth's relief, displaced by itself.
-fn terrain(directory: &FilePath, address: [vastex::AddressMode; 2]) -> Picture {
+fn terrain(directory: &FilePath) -> Picture {
     let container = directory.join("elevation.vastex");
     let input = repository().join("assets/earth-elevation-1080x540-u16.png");
-    let options = BuildOptions { address, page: 64, ..Default::default() };
+    let options = BuildOptions { address: WRAP, page: 64, ..Default::default() };
     vastex_build::build(&[input], &container, &options, &()).unwrap();
     let source = vastex::open(&container).unwrap();
     let layers = vec![LayerOptions { range: Some([0.08, 0.27]), ..LayerOptions::default() }];

@@ -202,7 +202,7 @@ fn a_displaced_globe_has_no_cracks_at_the_date_line_and_the_poles() {
         let source = Ground::new(address, LayerFormat::R32Float, rough);
         let mut offscreen = offscreen(Scene::Globe, source, 0.2);
         for (longitude, latitude, altitude) in ORBIT {
-            let pose = Pose::Globe { longitude, latitude, altitude };
+            let pose = Pose::globe(longitude, latitude, altitude);
             converge(&mut offscreen, pose);
             let picture = offscreen.picture();
             assert_eq!(holes_in_globe(&picture, altitude as f32), 0, "{pose:?}");
@@ -255,10 +255,9 @@ fn ground_fades_in_and_ends_where_it_is_without_fading() {
 #[test]
 fn colours_on_heights_are_those_of_an_ordinary_texture() {
     let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);
-    for (scene, pose) in [
-        (Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)),
-        (Scene::Globe, Pose::Globe { longitude: 3.1, latitude: 0.6, altitude: 0.5 }),
-    ] {
+    for (scene, pose) in
+        [(Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)), (Scene::Globe, Pose::globe(3.1, 0.6, 0.5))]
+    {
         let mut offscreen = offscreen(scene, source.clone(), 0.05);
         converge(&mut offscreen, pose);
         assert_alike(&offscreen.compare().unwrap().0, scene.name());
@@ -269,7 +268,7 @@ fn colours_on_heights_are_those_of_an_ordinary_texture() {
 #[test]
 fn overlays_go_with_heights() {
     let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);
-    let globe = Pose::Globe { longitude: 3.1, latitude: 0.6, altitude: 0.5 };
+    let globe = Pose::globe(3.1, 0.6, 0.5);
     for (scene, pose) in [(Scene::Terrain, over(0.03, -0.2, 0.05, 0.0, 0.4)), (Scene::Globe, globe)] {
         let mut offscreen = offscreen(scene, source.clone(), 0.05);
         converge(&mut offscreen, pose);

@@ -16,6 +16,7 @@ mod floor;
 mod golden;
 mod heights;
 mod layers;
+mod lit_planet;
 mod matrix;
 mod overlays;
 mod pictures;

@@ -66,11 +66,9 @@ fn pose(scene: Scene, random: &mut Random) -> Pose {
             yaw: between(-0.8, 0.8),
             pitch: between(0.05, 1.2),
         },
-        Scene::Globe => Pose::Globe {
-            longitude: between(-3.15, 3.15),
-            latitude: between(-1.55, 1.55),
-            altitude: between(-4.0, 1.0).exp2(),
-        },
+        Scene::Globe | Scene::Planet => {
+            Pose::globe(between(-3.15, 3.15), between(-1.55, 1.55), between(-4.0, 1.0).exp2())
+        }
     }
 }
 

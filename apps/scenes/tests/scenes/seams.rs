@@ -21,10 +21,10 @@ const PLANE: [Pose; 2] = [
 ];
 /// The date line, upright and seen along, and both poles.
 const GLOBE: [Pose; 4] = [
-    Pose::Globe { longitude: 0.0, latitude: 0.2, altitude: 0.4 },
-    Pose::Globe { longitude: 0.9, latitude: -0.3, altitude: 0.2 },
-    Pose::Globe { longitude: 0.3, latitude: FRAC_PI_2 - 0.03, altitude: 0.15 },
-    Pose::Globe { longitude: -0.2, latitude: 0.03 - FRAC_PI_2, altitude: 0.15 },
+    Pose::globe(0.0, 0.2, 0.4),
+    Pose::globe(0.9, -0.3, 0.2),
+    Pose::globe(0.3, FRAC_PI_2 - 0.03, 0.15),
+    Pose::globe(-0.2, 0.03 - FRAC_PI_2, 0.15),
 ];
 
 /// A scene with a texture laid on it, all of it resident.

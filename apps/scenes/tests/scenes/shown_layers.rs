@@ -49,7 +49,14 @@ fn draw_list(
     assert_eq!(kind == TargetKind::Linear, layers.count() > 1, "one layer is drawn straight");
     let format = kind.drawn_format(FORMAT);
     let (device, queue) = (&gpu.device, &gpu.queue);
-    let drawn = SceneDesc { scene, layers, relief: None, tiling: Default::default(), always_fixed };
+    let drawn = SceneDesc {
+        scene,
+        layers,
+        relief: None,
+        tiling: Default::default(),
+        always_fixed,
+        light: Default::default(),
+    };
     let renderer = SceneRenderer::new(gpu, textures, drawn, format).unwrap();
     let canvas = Canvas::new(gpu, SIZE, FORMAT, kind);
     for frame in 0.. {
@@ -264,7 +271,7 @@ fn a_list_is_the_same_in_fixed_point() {
     let (_one, colour) = Image::new(300, 200, 64).build();
     let grey = Image { channels: png::ColorType::Grayscale, ..Image::new(1100, 730, 64) };
     let (_other, grey) = grey.build();
-    let globe = Pose::Globe { longitude: 0.4, latitude: 0.3, altitude: 0.4 };
+    let globe = Pose::globe(0.4, 0.3, 0.4);
     for (scene, pose) in [(Scene::Image, POSE), (Scene::Globe, globe)] {
         let [mesh, fixed] = [false, true].map(|always_fixed| {
             let (mut textures, mut shown) = list(&[&colour, &grey]);

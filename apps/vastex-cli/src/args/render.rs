@@ -163,6 +163,11 @@ impl RenderArgs {
         if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.scene()) {
             return Err(conflict("--estimate knows surfaces without heights; leave it out, or the heights"));
         }
+        if self.compare && self.scene.scene() == vastex_scenes::Scene::Planet {
+            return Err(conflict(
+                "--compare compares colours with an ordinary texture's, and a planet's are lit; leave it out, or put the image --on globe",
+            ));
+        }
         if !self.scene.shows_one_layer() {
             if self.compare {
                 return Err(conflict(

@@ -117,7 +117,7 @@ fn check_places(args: &RenderArgs) -> Result<()> {
         .filter_map(|(what, place)| Some((what, place.as_deref().filter(|place| is_file(place))?)))
         .collect();
     for (nth, (what, place)) in places.iter().enumerate() {
-        for source in std::iter::once(&args.scene.source).chain(&args.scene.layers.over) {
+        for source in std::iter::once(&*args.scene.source).chain(args.scene.files_over()) {
             if open::is_file_of(source, place) {
                 let source = source.display();
                 bail!("{source}: is the source as well as the output; choose another name for the output");
@@ -187,7 +187,7 @@ fn draw(
     (disk, adapter): (Option<&DiskTier>, String),
 ) -> Result<Outcome> {
     let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
-    let files = std::iter::once(&args.scene.source).chain(&args.scene.layers.over);
+    let files = std::iter::once(&*args.scene.source).chain(args.scene.files_over());
     for (texture, file) in shown.into_iter().zip(files) {
         offscreen.textures_mut().texture_mut(texture)?.set_name(file.display().to_string());
     }

@@ -26,7 +26,6 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use vastex::TileSource;
-use vastex_scenes::Scene;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
 use crate::args::{CacheArgs, PLANET, SceneArgs};
@@ -82,12 +81,12 @@ pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
 
 /// Opens what lies over the source of a scene, the lowest first.
 pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
-    args.layers.over.iter().map(|file| Ok(open_another(file, args, &())?.tiles)).collect()
+    args.files_over().map(|file| Ok(open_another(file, args, &())?.tiles)).collect()
 }
 
 /// Opens another source as the arguments of a scene say, with an observer.
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
-    let image = OpenImage { cache: &args.cache, wraps: args.scene() == Scene::Globe, observer };
+    let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer };
     let tiles = open_tiles(source, args.direct, Some(image))?;
     Ok(disk_cache::before(tiles, source, &args.disk_cache))
 }

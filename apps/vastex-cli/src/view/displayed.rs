@@ -6,8 +6,7 @@ use anyhow::Result;
 use vastex::Region;
 use vastex::{Filter, TextureId, Textures};
 use vastex_scenes::{
-    DisplayOptions, Gpu, Layers, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
-    ShownLayer,
+    DisplayOptions, Gpu, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer, ShownLayer,
 };
 use vastex_viewer::layers::CompareMode;
 
@@ -144,6 +143,8 @@ impl Displayed {
         settings: &DisplaySettings,
     ) -> Result<()> {
         let asked = shown_layers(&settings.options, self.is_crisp, textures, &self.textures())?;
+        let parts = settings.options.planet_layers(self.renderer.scene(), textures, &self.textures())?;
+        let asked: Vec<ShownLayer> = asked.into_iter().chain(parts.night).chain(parts.clouds).collect();
         let mut layers = self.renderer.layers().clone();
         let is_single =
             |layers: &[ShownLayer]| matches!(layers, [layer] if layer.is_visible && layer.opacity >= 1.0);
@@ -183,7 +184,10 @@ impl Displayed {
         let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
         textures.texture_mut(texture)?.set_name(name);
         self.over.push(texture);
-        let shown = self.show_layers(gpu, textures, settings);
+        let shown = match settings.options.is_of_planet(self.over.len()) {
+            true => self.put_on(gpu, textures, settings),
+            false => self.show_layers(gpu, textures, settings),
+        };
         if shown.is_err() {
             self.over.pop();
             textures.remove(texture);
@@ -242,6 +246,7 @@ impl Displayed {
             relief: relief.clone().filter(|_| renderer.has_relief()),
             tiling: settings.options.tiling,
             always_fixed: settings.options.always_fixed,
+            light: settings.options.planet.light,
         };
         drop((renderer, overlay));
         let format = surface.format_for(&drawn.layers);
@@ -304,12 +309,17 @@ fn described(
     shown: &[TextureId],
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc> {
-    let scene = *scene;
     let layers = shown_layers(options, is_crisp, textures, shown)?;
-    if known.is_none() {
-        *known = options.relief_of(scene, textures, layers[0].layer)?;
+    // Those of a file of their own may have come since, and what is shown where there are none may be another layer.
+    let of_file = options.heights.texture.and_then(|texture| shown.get(texture));
+    let is_known = |relief: &Relief| match of_file {
+        Some(texture) => *texture == relief.layer().texture(),
+        None => !relief.is_level(),
+    };
+    let relief = known.clone().filter(is_known);
+    let described = options.describe(*scene, textures, shown, layers, relief)?;
+    if described.relief.is_some() {
+        known.clone_from(&described.relief);
     }
-    let relief = known.clone().filter(|_| options.displaces(scene));
-    let layers = Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?;
-    Ok(SceneDesc { scene, layers, relief, tiling: options.tiling, always_fixed: options.always_fixed })
+    Ok(described)
 }

@@ -65,6 +65,7 @@ fn key(key: &WinitKey) -> Option<Key> {
         WinitKey::Named(NamedKey::F7) => Key::F(7),
         WinitKey::Named(NamedKey::F8) => Key::F(8),
         WinitKey::Named(NamedKey::F9) => Key::F(9),
+        WinitKey::Named(NamedKey::F10) => Key::F(10),
         WinitKey::Named(NamedKey::F11) => Key::F(11),
         WinitKey::Character(text) => {
             let mut characters = text.chars();

@@ -97,7 +97,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
         openings: Openings::default(),
-        over: Over::new(&args.scene.layers.over),
+        over: Over::new(args.scene.files_over()),
         camera_of: 0,
         keeps_camera: false,
         flight: Flight::default(),

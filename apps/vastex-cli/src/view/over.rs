@@ -25,8 +25,8 @@ pub(super) struct Over {
 }
 
 impl Over {
-    pub(super) fn new(files: &[PathBuf]) -> Over {
-        Over { files: files.iter().cloned().collect(), ..Over::default() }
+    pub(super) fn new<'a>(files: impl Iterator<Item = &'a Path>) -> Over {
+        Over { files: files.map(Path::to_owned).collect(), ..Over::default() }
     }
 
     /// Whether this is the opening of one of them.
@@ -142,7 +142,7 @@ mod tests {
     fn what_is_to_lie_over_a_file_waits_until_another_one_is_there() {
         let names =
             |over: &Over| over.files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>();
-        let mut over = Over::new(&["a".into(), "b".into()]);
+        let mut over = Over::new(["a".into(), "b".into()].iter().map(PathBuf::as_path));
         (over.opening, over.laid) = (Some(3), vec!["z".into()]);
         over.set_aside();
         assert!(names(&over).is_empty() && !over.is_of(3));
@@ -153,7 +153,7 @@ mod tests {
         assert_eq!((names(&over), &*over.laid), (vec!["a".to_owned(), "b".to_owned()], &["z".into()][..]));
         over.take_back();
         assert!(names(&over).is_empty(), "the file that they are for cannot be shown itself");
-        let mut over = Over::new(&["a".into()]);
+        let mut over = Over::new(["a".into()].iter().map(PathBuf::as_path));
         over.set_aside();
         over.files.push_back("d".into());
         over.drop_aside();

@@ -9,11 +9,12 @@ use egui::{
     Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
     ThemePreference, Ui, Vec2,
 };
-use vastex_scenes::{Pose, Scene};
+use vastex_scenes::{PlanetOptions, Pose, Scene};
 use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
     DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
+    planet_controls,
 };
 
 use super::bookmarks::Bookmarks;
@@ -65,6 +66,8 @@ pub(super) struct Told<'a> {
     pub(super) images: &'a [(String, PathBuf)],
     /// Its bands, if it has more than a picture.
     pub(super) bands: Option<&'a FileBands>,
+    /// How the planet is lit, where the scene is one; changed in place.
+    pub(super) planet: Option<&'a mut PlanetOptions>,
     /// What `vastex info` says of it.
     pub(super) rows: &'a [(String, String)],
     /// What is displayed, if anything is.
@@ -155,6 +158,10 @@ impl Panel {
                         self.position(ui, told, &mut asked);
                     }
                     ui.separator();
+                    if let Some(planet) = &mut told.planet {
+                        planet_controls(ui, planet);
+                        ui.separator();
+                    }
                     if let Some(texture) = &mut told.texture {
                         is_changed = self.display.show(ui, texture);
                     }

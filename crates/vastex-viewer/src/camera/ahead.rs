@@ -46,8 +46,8 @@ impl Pose {
             (Pose::Plane { yaw, pitch, .. }, Pose::Plane { yaw: yaw_was, pitch: pitch_was, .. }) => {
                 Pose::Plane { eye: at, yaw: on(yaw, yaw_was), pitch: on(pitch, pitch_was) }
             }
-            (Pose::Globe { altitude, .. }, Pose::Globe { altitude: was, .. }) => {
-                Pose::Globe { longitude: at.x, latitude: at.y, altitude: scaled(altitude, was) }
+            (Pose::Globe { altitude, aim, .. }, Pose::Globe { altitude: was, .. }) => {
+                Pose::globe(at.x, at.y, scaled(altitude, was)).with_aim(aim)
             }
             // Another scene is no motion.
             _ => self,

@@ -18,6 +18,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use super::aim::Aim;
 use super::orientation::Orientation;
 use super::pose::Pose;
 
@@ -255,7 +256,9 @@ fn channels_of(pose: &Pose) -> Channels {
             [centre.x, centre.y, zoom.ln(), orientation.degrees().to_radians(), 0.0]
         }
         Pose::Plane { eye, yaw, pitch } => [eye.x, eye.y, eye.z, yaw, pitch],
-        Pose::Globe { longitude, latitude, altitude } => [longitude, latitude, altitude.ln(), 0.0, 0.0],
+        Pose::Globe { longitude, latitude, altitude, aim } => {
+            [longitude, latitude, altitude.ln(), aim.heading(), aim.tilt()]
+        }
     }
 }
 
@@ -271,16 +274,16 @@ fn pose_of(from: &Pose, channels: Channels) -> Pose {
         Pose::Globe { .. } => {
             // From the middle of the image, as every longitude is.
             let longitude = (a + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-            Pose::Globe { longitude, latitude: b, altitude: c.exp() }
+            Pose::globe(longitude, b, c.exp()).with_aim(Aim::new(d, e))
         }
     }
 }
 
-/// Which channel is an angle that goes round.
-fn angle_of(pose: &Pose) -> usize {
+/// Which channels are angles that go round.
+fn angles_of(pose: &Pose) -> &'static [usize] {
     match pose {
-        Pose::Globe { .. } => 0,
-        Pose::Image { .. } | Pose::Plane { .. } => 3,
+        Pose::Globe { .. } => &[0, 3],
+        Pose::Image { .. } | Pose::Plane { .. } => &[3],
     }
 }
 
@@ -289,9 +292,10 @@ fn continuous(keys: &[(f64, Pose)]) -> Vec<Channels> {
     let mut all: Vec<Channels> = Vec::with_capacity(keys.len());
     for (_, pose) in keys {
         let mut channels = channels_of(pose);
-        let angle = angle_of(pose);
         if let Some(before) = all.last() {
-            channels[angle] -= ((channels[angle] - before[angle]) / TAU).round() * TAU;
+            for &angle in angles_of(pose) {
+                channels[angle] -= ((channels[angle] - before[angle]) / TAU).round() * TAU;
+            }
         }
         all.push(channels);
     }
@@ -310,10 +314,10 @@ fn distance(pose: &Pose, a: &Channels, b: &Channels) -> f64 {
         Pose::Plane { .. } => [view, view, view, 1.0, 1.0],
         Pose::Globe { .. } => [view, view, 1.0, 1.0, 1.0],
     };
-    let angle = angle_of(pose);
+    let angles = angles_of(pose);
     let apart = |n: usize| {
         let apart = a[n] - b[n];
-        if n == angle { apart - (apart / TAU).round() * TAU } else { apart }
+        if angles.contains(&n) { apart - (apart / TAU).round() * TAU } else { apart }
     };
     (0..a.len()).map(|n| (apart(n) / scales[n]).abs()).fold(0.0, f64::max)
 }

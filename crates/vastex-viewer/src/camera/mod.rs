@@ -1,7 +1,9 @@
 //! Where a camera is, what moves it, and what it is expected to do.
 
 mod ahead;
+mod aim;
 mod controller;
+mod ground;
 mod keyframes;
 mod orientation;
 mod path;
@@ -11,6 +13,7 @@ mod text;
 mod views;
 
 pub use ahead::Ahead;
+pub use aim::Aim;
 pub use controller::{Aspects, Controller, Move};
 pub use keyframes::{CameraPath, CameraPathError};
 pub use orientation::Orientation;

@@ -91,7 +91,7 @@ fn low_over(scene: Scene, image: f32, uv: Vec2) -> Pose {
             let ground = Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0);
             standing(ground + Vec3::new(0.0, -0.12, 0.05), 0.3)
         }
-        Scene::Globe => over(uv, 0.25),
+        Scene::Globe | Scene::Planet => over(uv, 0.25),
     }
 }
 
@@ -108,13 +108,13 @@ fn zoom(scene: Scene, image: f32, t: f32) -> Pose {
             let ground = Vec3::new(2.0 * place.x - 1.0, (1.0 - 2.0 * place.y) / image, 0.0);
             standing(ground + Vec3::new(0.0, -height, height), std::f32::consts::FRAC_PI_4)
         }
-        Scene::Globe => over(place, 3.0 * 0.05f32.powf(t)),
+        Scene::Globe | Scene::Planet => over(place, 3.0 * 0.05f32.powf(t)),
     }
 }
 
 fn over(uv: Vec2, altitude: f32) -> Pose {
     let (longitude, latitude) = ((uv.x - 0.5) * TAU, (0.5 - uv.y) * TAU / 2.0);
-    Pose::Globe { longitude: longitude.into(), latitude: latitude.into(), altitude: altitude.into() }
+    Pose::globe(longitude.into(), latitude.into(), altitude.into())
 }
 
 fn standing(eye: Vec3, pitch: f32) -> Pose {

@@ -5,6 +5,7 @@
 use glam::camera::rh::{proj::directx as projection, view::look_at_mat4};
 use glam::{DMat2, DVec2, DVec3, Mat4, Vec2, Vec3};
 
+use super::aim::{Aim, world_from_local};
 use super::orientation::Orientation;
 use crate::scene::{Scene, direction, direction_f64};
 
@@ -29,7 +30,7 @@ pub enum Pose {
         /// Turn downwards from the horizon, in radians.
         pitch: f64,
     },
-    /// Over the unit sphere, looking at its centre, north up.
+    /// Over the unit sphere.
     Globe {
         /// Longitude below the camera, in radians; 0 is in the middle of the image.
         longitude: f64,
@@ -37,6 +38,8 @@ pub enum Pose {
         latitude: f64,
         /// Height above the ground, in radii.
         altitude: f64,
+        /// Where the camera looks.
+        aim: Aim,
     },
 }
 
@@ -45,7 +48,7 @@ pub(crate) const FIELD_OF_VIEW: f64 = std::f64::consts::FRAC_PI_3;
 /// Pixels of 2^31 texels at 1000 pixels a texel, in a picture of 1000.
 const MOST_ZOOM: f64 = 4e9;
 /// A thousandth of a texel of 2^31 round the globe, about.
-const LEAST_ALTITUDE: f64 = 1e-10;
+pub(super) const LEAST_ALTITUDE: f64 = 1e-10;
 /// Radii of the Earth in a metre.
 pub(crate) const METRE: f64 = 1.0 / 6_371_000.0;
 /// How close a latitude may come to a pole, so that north stays up.
@@ -57,10 +60,28 @@ impl Pose {
         Pose::Image { centre, zoom, orientation: Orientation::UPRIGHT }
     }
 
-    /// The scene that it is a pose of. Those of plane and terrain are alike: it is that of the two which is displayed, else the plane.
+    /// Over the unit sphere, looking at its centre, north up: longitude and latitude in radians, altitude in radii.
+    pub const fn globe(longitude: f64, latitude: f64, altitude: f64) -> Pose {
+        Pose::Globe { longitude, latitude, altitude, aim: Aim::DOWN }
+    }
+
+    /// The same camera, looking elsewhere; only one over a globe can.
+    #[must_use]
+    pub fn with_aim(self, aim: Aim) -> Pose {
+        match self {
+            Pose::Globe { longitude, latitude, altitude, .. } => {
+                Pose::Globe { longitude, latitude, altitude, aim }
+            }
+            other => other,
+        }
+    }
+
+    /// The scene that it is a pose of. Those of plane and terrain are alike, and those of globe and planet: it is that of the two which is
+    /// displayed, else the first.
     pub fn scene(&self, displayed: Scene) -> Scene {
         match self {
             Pose::Image { .. } => Scene::Image,
+            Pose::Globe { .. } if displayed == Scene::Planet => Scene::Planet,
             Pose::Globe { .. } => Scene::Globe,
             Pose::Plane { .. } if displayed == Scene::Terrain => Scene::Terrain,
             Pose::Plane { .. } => Scene::Plane,
@@ -77,7 +98,7 @@ impl Pose {
                 pitch: std::f64::consts::FRAC_PI_4,
             },
             Scene::Terrain => Pose::Plane { eye: DVec3::new(0.0, -0.6, 0.16), yaw: 0.0, pitch: 0.3 },
-            Scene::Globe => Pose::Globe { longitude: 0.2, latitude: 0.5, altitude: 1.3 },
+            Scene::Globe | Scene::Planet => Pose::globe(0.2, 0.5, 1.3),
         }
     }
 
@@ -125,11 +146,17 @@ impl Pose {
                 let (near, eye) = (0.01 * eye.z.abs().max(0.01), eye + ground * Vec3::Z);
                 perspective(view, eye, eye + forward, near, 20.0)
             }
-            Pose::Globe { longitude, latitude, altitude } => {
+            Pose::Globe { longitude, latitude, altitude, aim } => {
                 let down = direction(longitude as f32, latitude as f32);
                 let altitude = altitude as f32;
                 let eye = down * (1.0 + ground + altitude);
-                perspective(view, eye, Vec3::ZERO, 0.1 * altitude, eye.length() + 1.0)
+                let (near, far) = (0.1 * altitude, eye.length() + 1.0);
+                if aim == Aim::DOWN {
+                    return perspective(view, eye, Vec3::ZERO, near, far);
+                }
+                let [_, up, ahead] = self.axes().map(|axis| axis.as_vec3());
+                projection::perspective(FIELD_OF_VIEW as f32, view, near, far)
+                    * look_at_mat4(eye, eye + ahead, up)
             }
         }
     }
@@ -177,10 +204,20 @@ impl Pose {
         match *self {
             Pose::Image { centre, zoom, .. } => (2.0 * centre - 1.0).extend(1.0 / zoom),
             Pose::Plane { eye, .. } => eye,
-            Pose::Globe { longitude, latitude, altitude } => {
+            Pose::Globe { longitude, latitude, altitude, .. } => {
                 direction_f64(longitude, latitude) * (1.0 + altitude)
             }
         }
+    }
+
+    /// Directions of a camera over a globe, in the world: to the right, upwards in the picture and ahead. Of other cameras those of one that
+    /// looks down.
+    pub(crate) fn axes(&self) -> [DVec3; 3] {
+        let Pose::Globe { longitude, latitude, aim, .. } = *self else {
+            return [DVec3::X, DVec3::Y, -DVec3::Z];
+        };
+        let axes = world_from_local(longitude, latitude) * aim.local_from_view();
+        [axes.x_axis, axes.y_axis, axes.z_axis]
     }
 
     /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near, in levels.
@@ -188,7 +225,7 @@ impl Pose {
         let place = match *self {
             Pose::Image { centre, zoom, .. } => [centre.x, centre.y, zoom.log2()],
             Pose::Plane { eye, .. } => [eye.x, eye.y, eye.z.abs().max(f64::MIN_POSITIVE).log2()],
-            Pose::Globe { longitude, latitude, altitude } => [longitude, latitude, altitude.log2()],
+            Pose::Globe { longitude, latitude, altitude, .. } => [longitude, latitude, altitude.log2()],
         };
         place.map(|number| number as f32)
     }
@@ -211,10 +248,12 @@ impl Pose {
                 let height = self.view_height(view, image);
                 -(orientation.image_from_seen() * delta) * DVec2::new(height, height * image)
             }
-            Pose::Globe { latitude, altitude, .. } => {
+            Pose::Globe { latitude, altitude, aim, .. } => {
                 // What lies under the pointer stays there, near the middle of the view.
                 let angle = delta * altitude * 2.0 * (FIELD_OF_VIEW / 2.0).tan();
-                DVec2::new(-angle.x / latitude.cos().max(0.1), angle.y)
+                let (sine, cosine) = aim.heading().sin_cos();
+                let east = angle.y * sine - angle.x * cosine;
+                DVec2::new(east / latitude.cos().max(0.1), angle.y * cosine + angle.x * sine)
             }
             Pose::Plane { .. } => DVec2::ZERO,
         }
@@ -236,9 +275,9 @@ impl Pose {
                 Pose::Image { centre: over.clamp(DVec2::ZERO, DVec2::ONE), zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye: over.extend(eye.z), yaw, pitch },
-            Pose::Globe { altitude, .. } => {
+            Pose::Globe { altitude, aim, .. } => {
                 let latitude = over.y.clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT);
-                Pose::Globe { longitude: over.x, latitude, altitude }
+                Pose::Globe { longitude: over.x, latitude, altitude, aim }
             }
         }
     }
@@ -254,8 +293,9 @@ impl Pose {
             Pose::Plane { eye, yaw, pitch } => {
                 Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(0.0005, 10.0)), yaw, pitch }
             }
-            Pose::Globe { longitude, latitude, altitude } => {
-                Pose::Globe { longitude, latitude, altitude: (altitude / factor).clamp(LEAST_ALTITUDE, 20.0) }
+            Pose::Globe { longitude, latitude, altitude, aim } => {
+                let altitude = (altitude / factor).clamp(LEAST_ALTITUDE, 20.0);
+                Pose::Globe { longitude, latitude, altitude, aim }
             }
         }
     }
@@ -267,8 +307,9 @@ impl Pose {
                 Pose::Image { centre: DVec2::ONE - centre, zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => Pose::Plane { eye, yaw: yaw + std::f64::consts::PI, pitch },
-            Pose::Globe { longitude, latitude, altitude } => {
-                Pose::Globe { longitude: longitude + std::f64::consts::PI, latitude: -latitude, altitude }
+            Pose::Globe { longitude, latitude, altitude, aim } => {
+                let longitude = longitude + std::f64::consts::PI;
+                Pose::Globe { longitude, latitude: -latitude, altitude, aim }
             }
         }
     }
@@ -289,11 +330,13 @@ impl Pose {
                 let along = DVec3::new(step.x * cos - step.y * sin, step.x * sin + step.y * cos, 0.0);
                 Pose::Plane { eye: eye + along * 2.0 * eye.z.abs().max(0.001), yaw, pitch }
             }
-            Pose::Globe { longitude, latitude, altitude } => Pose::Globe {
-                longitude: longitude + step.x * altitude / latitude.cos().max(0.1),
-                latitude: (latitude + step.y * altitude).clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT),
-                altitude,
-            },
+            Pose::Globe { longitude, latitude, altitude, aim } => {
+                let (sine, cosine) = aim.heading().sin_cos();
+                let (east, north) = (step.x * cosine + step.y * sine, step.y * cosine - step.x * sine);
+                let longitude = longitude + east * altitude / latitude.cos().max(0.1);
+                let latitude = (latitude + north * altitude).clamp(-LATITUDE_LIMIT, LATITUDE_LIMIT);
+                Pose::Globe { longitude, latitude, altitude, aim }
+            }
         }
     }
 }

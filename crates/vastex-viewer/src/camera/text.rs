@@ -6,6 +6,7 @@
 
 use glam::{DVec2, DVec3};
 
+use super::aim::Aim;
 use super::orientation::Orientation;
 use super::pose::{METRE, Pose};
 
@@ -39,12 +40,20 @@ impl Pose {
             Pose::Plane { eye: DVec3 { x, y, z }, yaw, pitch } => {
                 format!("plane:x={x},y={y},z={z},yaw={},pitch={}", yaw.to_degrees(), pitch.to_degrees())
             }
-            Pose::Globe { longitude, latitude, altitude } => format!(
-                "globe:lon={},lat={},alt={}m",
-                longitude.to_degrees(),
-                latitude.to_degrees(),
-                altitude / METRE
-            ),
+            Pose::Globe { longitude, latitude, altitude, aim } => {
+                let degrees = |name: &str, angle: f64| match angle {
+                    0.0 => String::new(),
+                    angle => format!(",{name}={}", angle.to_degrees()),
+                };
+                format!(
+                    "globe:lon={},lat={},alt={}m{}{}",
+                    longitude.to_degrees(),
+                    latitude.to_degrees(),
+                    altitude / METRE,
+                    degrees("heading", aim.heading()),
+                    degrees("tilt", aim.tilt())
+                )
+            }
         }
     }
 
@@ -56,7 +65,7 @@ impl Pose {
         let names: &[&str] = match kind {
             "image" => &["x", "y", "zoom", "turn", "mirror"],
             "plane" => &["x", "y", "z", "yaw", "pitch"],
-            "globe" => &["lon", "lat", "alt"],
+            "globe" => &["lon", "lat", "alt", "heading", "tilt"],
             _ => return Err(error(Some(kind))),
         };
         let mut numbers: Vec<Option<f64>> = vec![None; names.len()];
@@ -74,7 +83,7 @@ impl Pose {
         // What nothing is said of is as it is stored.
         for (name, number) in names.iter().zip(&mut numbers) {
             match name {
-                &"turn" | &"mirror" => *number = number.or(Some(0.0)),
+                &"turn" | &"mirror" | &"heading" | &"tilt" => *number = number.or(Some(0.0)),
                 name if number.is_none() => return Err(error(Some(name))),
                 _ => {}
             }
@@ -94,8 +103,9 @@ impl Pose {
                 let (yaw, pitch) = (yaw.to_radians(), pitch.to_radians());
                 Pose::Plane { eye: DVec3::new(x, y, z), yaw, pitch }
             }
-            ("globe", &[lon, lat, alt]) if alt > 0.0 => {
-                Pose::Globe { longitude: lon.to_radians(), latitude: lat.to_radians(), altitude: alt * METRE }
+            ("globe", &[lon, lat, alt, heading, tilt]) if alt > 0.0 => {
+                let aim = Aim::new(heading.to_radians(), tilt.to_radians());
+                Pose::globe(lon.to_radians(), lat.to_radians(), alt * METRE).with_aim(aim)
             }
             _ => return Err(error(Some(if kind == "globe" { "alt" } else { "zoom" }))),
         };
@@ -120,7 +130,8 @@ mod tests {
                 orientation: Orientation::new(22.5, true),
             },
             Pose::Plane { eye: DVec3::new(0.1, -0.45, 0.29), yaw: 0.3, pitch: 0.785 },
-            Pose::Globe { longitude: -3.1, latitude: 0.81, altitude: 3e-7 },
+            Pose::globe(-3.1, 0.81, 3e-7),
+            Pose::globe(1.0, -0.4, 0.1).with_aim(Aim::new(5.0, 1.2)),
         ] {
             let text = pose.to_text(SIZE);
             let again = Pose::from_text(&text, SIZE).unwrap();

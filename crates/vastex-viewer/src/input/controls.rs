@@ -7,10 +7,15 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
         &[
             (
                 "drag, a finger",
-                "move the image, turn the globe, look about on plane and terrain; let go in motion, it goes on",
+                "move what is below the pointer, which stays there; let go in motion, it goes on",
             ),
-            ("wheel", "zoom to the pointer"),
-            ("two fingers", "move and zoom"),
+            (
+                "Ctrl + drag, Ctrl + arrows",
+                "turn and tilt the camera round the middle of the view; an image is moved by dragging, and not tilted",
+            ),
+            ("Z", "look straight down on a globe, north upwards; look north on plane and terrain"),
+            ("wheel", "zoom to what is below the pointer, which stays there"),
+            ("two fingers", "move and zoom, by what is below them"),
             ("W A S D, arrows", "walk"),
             ("+ and -, I and O", "zoom in, zoom out"),
             ("1 to 9", "each texel of an image as wide as 1 to 9 pixels"),
@@ -31,7 +36,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
     (
         "Show",
         &[
-            ("F1 to F4, E", "image, plane, globe, terrain; the next of them"),
+            ("F1 to F4, F10, E", "image, plane, globe, terrain, planet; the next of them"),
             ("M", "panel: files, where the camera is, bookmarks, measuring, layers and their colours"),
             ("Tab", "into the panel, and on to its next control; Escape leaves it"),
             ("U", "what the machine does: pools, loads, frames, and what can be changed of them"),

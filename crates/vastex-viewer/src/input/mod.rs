@@ -4,6 +4,7 @@
 //! out. Times are told as how long ago the host began.
 
 mod controls;
+mod held;
 
 use std::time::Duration;
 
@@ -13,15 +14,14 @@ pub use controls::CONTROLS;
 
 use crate::camera::Move;
 use crate::scene::Scene;
+use held::{Motion, held_move, motion_of, orbit_of};
 
 /// Two clicks within this time, and so many pixels, are a double click.
 const DOUBLE_CLICK: (Duration, f64) = (Duration::from_millis(400), 6.0);
+/// Radians that a drag over the height of the view turns and tilts.
+const ORBIT_PER_HEIGHT: f64 = 2.0;
 /// Factor of a notch of the wheel.
 const WHEEL_FACTOR: f64 = 1.25;
-/// Steps per second of a key that is held; see [`crate::Pose::walked`].
-const WALK_PER_SECOND: f64 = 0.8;
-/// Factor per second of a zoom key that is held.
-const ZOOM_PER_SECOND: f64 = 3.0;
 /// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer is let go, no faster than
 /// the second speed, and ends below the third. By friction the speed falls by so much of itself in a second.
 const FASTEST_STILL: f64 = 0.15;
@@ -173,17 +173,6 @@ pub enum Action {
     Quit,
 }
 
-/// A motion that goes on while its key is held.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Motion {
-    Left,
-    Right,
-    Forward,
-    Back,
-    In,
-    Out,
-}
-
 /// Keys and pointer as they are now.
 #[derive(Debug, Default)]
 pub struct Input {
@@ -194,6 +183,8 @@ pub struct Input {
     /// Whether the pointer is over the view.
     has_pointer: bool,
     is_dragging: bool,
+    /// Whether that turns and tilts the camera, rather than to move it.
+    is_orbiting: bool,
     /// When and where the pointer was lately, while it drags.
     trail: Vec<(Duration, DVec2)>,
     /// How fast the view goes on after a drag, in view heights a second.
@@ -218,7 +209,7 @@ impl Input {
             }
             InputEvent::PointerMoved(pointer) => {
                 self.has_pointer = true;
-                self.on_pointer(pointer, height, now)
+                self.on_pointer(pointer, [width, height], now)
             }
             InputEvent::PointerLeft => {
                 self.has_pointer = false;
@@ -244,6 +235,7 @@ impl Input {
                 self.held.clear();
                 self.fingers.clear();
                 (self.is_dragging, self.has_control, self.glide) = (false, false, DVec2::ZERO);
+                self.is_orbiting = false;
                 None
             }
             InputEvent::Shown => Some(Action::Redraw),
@@ -268,7 +260,7 @@ impl Input {
         let since = self.moved_at.replace(now).unwrap_or(now);
         let time = now.saturating_sub(since).min(LONGEST_FRAME);
         if !self.held.is_empty() {
-            return Some(walk(&self.held, time));
+            return Some(held_move(&self.held, time));
         }
         // The speed falls by friction; what it comes to meanwhile is its integral.
         let left = (-FRICTION * time.as_secs_f64()).exp();
@@ -280,14 +272,18 @@ impl Input {
         Some(Move::Drag(delta))
     }
 
-    fn on_pointer(&mut self, pointer: DVec2, height: f64, now: Duration) -> Option<Action> {
-        let delta = pointer - std::mem::replace(&mut self.pointer, pointer);
+    fn on_pointer(&mut self, pointer: DVec2, size: [f64; 2], now: Duration) -> Option<Action> {
+        let before = std::mem::replace(&mut self.pointer, pointer);
         if !self.is_dragging {
             return None;
         }
+        if self.is_orbiting {
+            let delta = (pointer - before) / size[1] * ORBIT_PER_HEIGHT;
+            return Some(Action::Move(Move::Orbit(DVec2::new(delta.x, -delta.y))));
+        }
         self.trail.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
         self.trail.push((now, pointer));
-        Some(Action::Move(Move::Drag(delta / height)))
+        Some(Action::Move(Move::Grab(from_middle(before, size), from_middle(pointer, size))))
     }
 
     /// One finger drags as the pointer does, two zoom as well.
@@ -310,7 +306,7 @@ impl Input {
                 self.pointer = *place;
                 self.on_click(true, height, now)
             }
-            ([(a, _)], [(b, place)]) if a == b => self.on_pointer(*place, height, now),
+            ([(a, _)], [(b, place)]) if a == b => self.on_pointer(*place, [width, height], now),
             ([_], []) => self.on_click(false, height, now),
             ([(a, first), (b, second)], [(c, third), (d, fourth)]) if [a, b] == [c, d] => {
                 let middle = (third + fourth) / 2.0;
@@ -336,8 +332,9 @@ impl Input {
     fn on_click(&mut self, is_pressed: bool, height: f64, now: Duration) -> Option<Action> {
         let was_dragging = std::mem::replace(&mut self.is_dragging, is_pressed);
         self.glide = DVec2::ZERO;
+        let was_orbiting = std::mem::replace(&mut self.is_orbiting, is_pressed && self.has_control);
         if !is_pressed {
-            let speed = if was_dragging { self.speed(now) / height } else { DVec2::ZERO };
+            let speed = if was_dragging && !was_orbiting { self.speed(now) / height } else { DVec2::ZERO };
             if speed.length() >= FASTEST_STILL {
                 self.glide = speed.clamp_length_max(FASTEST_GLIDE);
             }
@@ -381,8 +378,16 @@ impl Input {
         if is_pressed {
             self.glide = DVec2::ZERO;
         }
-        let is_motion = !self.has_control || !is_pressed;
-        let Some(motion) = motion_of(key).filter(|_| is_motion) else {
+        let motion = match is_pressed {
+            true if self.has_control => orbit_of(key),
+            true => motion_of(key),
+            // Control may have been let go, or pressed, meanwhile.
+            false => [motion_of(key), orbit_of(key)]
+                .into_iter()
+                .flatten()
+                .find(|motion| self.held.contains(motion)),
+        };
+        let Some(motion) = motion else {
             let action = || {
                 if self.has_control && matches!(key, Key::Char('c' | 'C')) {
                     return Some(Action::CopyView);
@@ -399,7 +404,7 @@ impl Input {
                 self.moved_at = Some(now);
             }
             self.held.push(motion);
-            return Some(Action::Move(walk(&[motion], SHORT_PRESS)));
+            return Some(Action::Move(held_move(&[motion], SHORT_PRESS)));
         }
         None
     }
@@ -417,35 +422,6 @@ impl Input {
 /// A place of a view in pixels, in view heights from the middle.
 fn from_middle(place: DVec2, [width, height]: [f64; 2]) -> DVec2 {
     (place - DVec2::new(width, height) / 2.0) / height
-}
-
-fn walk(motions: &[Motion], time: Duration) -> Move {
-    let (mut step, mut zoom) = (DVec2::ZERO, 0.0);
-    for motion in motions {
-        match motion {
-            Motion::Left => step.x -= 1.0,
-            Motion::Right => step.x += 1.0,
-            Motion::Forward => step.y += 1.0,
-            Motion::Back => step.y -= 1.0,
-            Motion::In => zoom += 1.0,
-            Motion::Out => zoom -= 1.0,
-        }
-    }
-    let seconds = time.as_secs_f64();
-    Move::Walk(step * WALK_PER_SECOND * seconds, ZOOM_PER_SECOND.powf(zoom * seconds))
-}
-
-fn motion_of(key: Key) -> Option<Motion> {
-    Some(match key {
-        Key::Left | Key::Char('a' | 'A') => Motion::Left,
-        Key::Right | Key::Char('d' | 'D') => Motion::Right,
-        Key::Up | Key::Char('w' | 'W') => Motion::Forward,
-        Key::Down | Key::Char('s' | 'S') => Motion::Back,
-        // The same key, with Shift let go before it.
-        Key::Char('+' | '=' | 'i' | 'I') => Motion::In,
-        Key::Char('-' | '_' | 'o' | 'O') => Motion::Out,
-        _ => return None,
-    })
 }
 
 fn action_of(key: Key) -> Option<Action> {
@@ -469,6 +445,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::Char('T') => Action::Move(Move::Turn(-90.0)),
         Key::Char('x' | 'X') => Action::Move(Move::Flip { is_vertical: false }),
         Key::Char('y' | 'Y') => Action::Move(Move::Flip { is_vertical: true }),
+        Key::Char('z' | 'Z') => Action::Move(Move::Upright),
         Key::Char('m' | 'M') => Action::Panel,
         Key::Char('?' | 'h' | 'H') => Action::Keys,
         Key::F(5) => Action::Screenshot(1),
@@ -480,6 +457,7 @@ fn action_of(key: Key) -> Option<Action> {
         Key::F(2) => Action::Scene(Some(Scene::Plane)),
         Key::F(3) => Action::Scene(Some(Scene::Globe)),
         Key::F(4) => Action::Scene(Some(Scene::Terrain)),
+        Key::F(10) => Action::Scene(Some(Scene::Planet)),
         _ => return None,
     })
 }

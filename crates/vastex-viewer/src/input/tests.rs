@@ -1,5 +1,6 @@
 //! What keys, the pointer and fingers come to.
 
+use super::held::{WALK_PER_SECOND, ZOOM_PER_SECOND, walk};
 use super::*;
 
 const SIZE: [u32; 2] = [200, 100];
@@ -61,7 +62,7 @@ fn keys_act_once_and_the_pointer_drags_while_it_is_down() {
     let moved = |x| InputEvent::PointerMoved(DVec2::new(x, 50.0));
     assert_eq!(input.on_event(moved(10.0), SIZE, now), None);
     click(&mut input, 0);
-    let drag = Action::Move(Move::Drag(DVec2::new(0.5, 0.0)));
+    let drag = Action::Move(Move::Grab(DVec2::new(-0.9, 0.0), DVec2::new(-0.4, 0.0)));
     assert_eq!(input.on_event(moved(60.0), SIZE, now), Some(drag));
     input.on_event(InputEvent::FocusLost, SIZE, now);
     assert_eq!(input.on_event(moved(70.0), SIZE, now), None);
@@ -171,14 +172,39 @@ fn one_finger_drags_and_two_pinch() {
     let touch =
         |finger, is_down, x: f64, y: f64| InputEvent::Touch { finger, is_down, place: DVec2::new(x, y) };
     assert_eq!(at(&mut input, touch(7, true, 100.0, 50.0), 0), None);
-    let drag = Action::Move(Move::Drag(DVec2::new(0.1, 0.0)));
+    let drag = Action::Move(Move::Grab(DVec2::ZERO, DVec2::new(0.1, 0.0)));
     assert_eq!(at(&mut input, touch(7, true, 110.0, 50.0), 10), Some(drag));
     assert_eq!(at(&mut input, touch(3, true, 90.0, 50.0), 20), None, "the second one changes nothing yet");
     let pinch = Action::Move(Move::Pinch(DVec2::new(0.1, 0.0), 2.0, DVec2::new(0.1, 0.0)));
     assert_eq!(at(&mut input, touch(7, true, 130.0, 50.0), 30), Some(pinch));
     assert_eq!(at(&mut input, touch(3, false, 90.0, 50.0), 40), None);
-    let drag = Action::Move(Move::Drag(DVec2::new(0.0, 0.1)));
+    let drag = Action::Move(Move::Grab(DVec2::new(0.3, 0.0), DVec2::new(0.3, 0.1)));
     assert_eq!(at(&mut input, touch(7, true, 130.0, 60.0), 50), Some(drag), "the one that is left drags");
     assert_eq!(at(&mut input, touch(7, false, 130.0, 60.0), 500), None);
     assert!(!input.is_moving());
+}
+
+#[test]
+fn control_turns_and_tilts_instead_of_moving() {
+    let mut input = Input::default();
+    let key = |key, is_pressed| InputEvent::Key { key, is_pressed, is_repeat: false };
+    let button = |is_pressed| InputEvent::Button { button: Button::Primary, is_pressed };
+    at(&mut input, InputEvent::PointerMoved(DVec2::new(50.0, 50.0)), 0);
+    at(&mut input, InputEvent::Control(true), 0);
+    at(&mut input, button(true), 0);
+    let turned = at(&mut input, InputEvent::PointerMoved(DVec2::new(60.0, 40.0)), 10);
+    let angles = DVec2::new(0.1, 0.1) * ORBIT_PER_HEIGHT;
+    assert_eq!(turned, Some(Action::Move(Move::Orbit(angles))), "upwards is towards the horizon");
+    at(&mut input, button(false), 11);
+    assert!(!input.is_moving(), "what is turned does not go on");
+    assert!(
+        matches!(at(&mut input, key(Key::Up, true), 20), Some(Action::Move(Move::Orbit(angles))) if angles.y > 0.0)
+    );
+    assert!(matches!(input.motion(Duration::from_millis(120)), Some(Move::Orbit(_))));
+    // The key is let go after control.
+    at(&mut input, InputEvent::Control(false), 130);
+    at(&mut input, key(Key::Up, false), 140);
+    assert!(!input.is_moving());
+    assert!(matches!(at(&mut input, key(Key::Up, true), 200), Some(Action::Move(Move::Walk(..)))));
+    assert_eq!(at(&mut input, key(Key::Char('z'), true), 210), Some(Action::Move(Move::Upright)));
 }

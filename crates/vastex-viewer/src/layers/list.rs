@@ -2,10 +2,9 @@
 
 use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Sampled, Textures};
 
+use super::text::{LayersText, MOST_LAYERS, PlanetText, member};
 use super::{ColorMap, CompareMode, LayerUniform};
 
-/// Layers that a list may have.
-pub const MOST_LAYERS: usize = 8;
 /// An id that names no texture, so that nothing is wanted by it.
 const NO_TEXTURE: u32 = u32::MAX;
 /// What the heights are called in a group.
@@ -49,6 +48,15 @@ impl ShownLayer {
     }
 }
 
+/// What a planet has beside its ground, each perhaps; drawn by their values, ranges and opacities.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlanetLayers {
+    /// What shines where it is night.
+    pub night: Option<ShownLayer>,
+    /// How much of the ground clouds hide: their lightness, and where they have one their alpha.
+    pub clouds: Option<ShownLayer>,
+}
+
 /// A list of layers cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum LayersError {
@@ -66,7 +74,10 @@ pub enum LayersError {
 /// too, so that showing and hiding makes no pipeline anew; what is asked for is what the visible ones need.
 #[derive(Clone, Debug)]
 pub struct Layers {
+    /// Those that lie over one another, then the parts of a planet.
     layers: Vec<ShownLayer>,
+    /// The parts that a planet has, if they are on one.
+    planet: Option<PlanetText>,
     heights: Option<LayerId>,
     is_single: bool,
     /// All layers, and the heights; nothing where there is one layer alone.
@@ -81,7 +92,8 @@ impl Layers {
     pub fn one(layer: ShownLayer) -> Layers {
         let layer = ShownLayer { opacity: 1.0, is_visible: true, ..layer };
         let (heights, group, seen) = (None, None, None);
-        Layers { layers: vec![layer], heights, is_single: true, group, seen, compare_mode: CompareMode::Off }
+        let (planet, compare_mode) = (None, CompareMode::Off);
+        Layers { layers: vec![layer], planet, heights, is_single: true, group, seen, compare_mode }
     }
 
     /// Layers on a surface that `heights` displace, if there are any.
@@ -93,10 +105,35 @@ impl Layers {
         layers: Vec<ShownLayer>,
         heights: Option<LayerId>,
     ) -> Result<Layers, LayersError> {
+        Layers::of(textures, layers, None, heights)
+    }
+
+    /// Layers of the ground of a planet, its lights and its clouds, if there are any, and what stands for its heights. Together there are at
+    /// most [`MOST_LAYERS`] of them; otherwise as [`Layers::new`].
+    pub fn on_planet(
+        textures: &mut Textures,
+        ground: Vec<ShownLayer>,
+        parts: PlanetLayers,
+        heights: LayerId,
+    ) -> Result<Layers, LayersError> {
+        if ground.is_empty() {
+            return Err(LayersError::Count(0));
+        }
+        let has = PlanetText { has_night: parts.night.is_some(), has_clouds: parts.clouds.is_some() };
+        let layers = ground.into_iter().chain(parts.night).chain(parts.clouds).collect();
+        Layers::of(textures, layers, Some(has), Some(heights))
+    }
+
+    fn of(
+        textures: &mut Textures,
+        layers: Vec<ShownLayer>,
+        planet: Option<PlanetText>,
+        heights: Option<LayerId>,
+    ) -> Result<Layers, LayersError> {
         if !(1..=MOST_LAYERS).contains(&layers.len()) {
             return Err(LayersError::Count(layers.len()));
         }
-        let is_single = is_single(&layers);
+        let is_single = planet.is_none() && is_single(&layers);
         let group = if is_single && heights.is_none() {
             None
         } else {
@@ -105,12 +142,12 @@ impl Layers {
             Some(textures.add_group(members.chain(heights))?)
         };
         let compare_mode = CompareMode::Off;
-        let mut made = Layers { layers, heights, is_single, group, seen: None, compare_mode };
+        let mut made = Layers { layers, planet, heights, is_single, group, seen: None, compare_mode };
         made.gather_seen(textures)?;
         Ok(made)
     }
 
-    /// The layers, the lowest first.
+    /// The layers, the lowest first; on a planet those of its ground, then its lights and its clouds.
     pub fn iter(&self) -> impl Iterator<Item = &ShownLayer> {
         self.layers.iter()
     }
@@ -132,7 +169,7 @@ impl Layers {
         if !is_changed {
             return Ok(false);
         }
-        let is_single = is_single(&self.layers);
+        let is_single = self.planet.is_none() && is_single(&self.layers);
         if is_single != self.is_single && self.heights.is_none() {
             let (layers, heights) = (self.layers.clone(), self.heights);
             let mut made = Layers::new(textures, layers, heights).inspect_err(|_| self.layers[n] = before)?;
@@ -164,7 +201,7 @@ impl Layers {
 
     /// Whether two layers or more are seen, so that the uppermost of them can be compared with those beneath it.
     pub fn can_compare(&self) -> bool {
-        self.layers.iter().filter(|shown| shown.is_seen()).count() > 1
+        self.over_one_another().iter().filter(|shown| shown.is_seen()).count() > 1
     }
 
     /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.
@@ -200,13 +237,20 @@ impl Layers {
     }
 
     fn inspected_number(&self) -> usize {
-        self.layers.iter().rposition(ShownLayer::is_seen).unwrap_or(0)
+        self.over_one_another().iter().rposition(ShownLayer::is_seen).unwrap_or(0)
+    }
+
+    /// Without the lights and the clouds of a planet.
+    fn over_one_another(&self) -> &[ShownLayer] {
+        let parts = self.planet.map_or(0, PlanetText::count);
+        &self.layers[..self.layers.len() - parts]
     }
 
     /// Panes of a picture: one, or of layers side by side as many as are seen.
     pub fn panes(&self) -> u32 {
         let is_beside = self.compare_mode == CompareMode::Beside && self.can_compare();
-        if is_beside { self.layers.iter().filter(|shown| shown.is_seen()).count() as u32 } else { 1 }
+        let seen = || self.over_one_another().iter().filter(|shown| shown.is_seen());
+        if is_beside { seen().count() as u32 } else { 1 }
     }
 
     /// Width and height of each pane of a picture, in pixels; what is left at its right edge shows the background.
@@ -221,7 +265,7 @@ impl Layers {
         let is_in_one = move |(n, shown): &(usize, &ShownLayer)| {
             if is_beside { shown.is_seen() } else { *n == inspected }
         };
-        self.layers.iter().enumerate().filter(is_in_one).map(|(_, shown)| shown)
+        self.over_one_another().iter().enumerate().filter(is_in_one).map(|(_, shown)| shown)
     }
 
     /// The layer that is asked about at a share of a pane's width, from the left edge of the picture: the uppermost that is seen there.
@@ -339,107 +383,11 @@ impl Layers {
 
     /// The part of shader texts by which layers are sampled.
     pub fn text_of(&self) -> LayersText {
-        LayersText { count: self.count(), is_single: self.is_single, is_grouped: self.group.is_some() }
+        let (is_single, is_grouped) = (self.is_single, self.group.is_some());
+        LayersText { count: self.count(), is_single, is_grouped, planet: self.planet }
     }
 }
 
 fn is_single(layers: &[ShownLayer]) -> bool {
     matches!(layers, [layer] if layer.hides_all())
-}
-
-/// The name of the `n`-th layer in the group.
-fn member(n: usize) -> String {
-    format!("layer{n}")
-}
-
-/// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one, and whether they are
-/// members of a group.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct LayersText {
-    /// Layers.
-    pub count: usize,
-    /// Whether it is one opaque layer.
-    pub is_single: bool,
-    /// Whether they are sampled as members of a group.
-    pub is_grouped: bool,
-}
-
-impl LayersText {
-    /// One opaque layer alone.
-    pub const ALONE: LayersText = LayersText { count: 1, is_single: true, is_grouped: false };
-    /// One opaque layer beside heights.
-    pub const BESIDE_HEIGHTS: LayersText = LayersText { count: 1, is_single: true, is_grouped: true };
-
-    /// A list of so many layers.
-    pub const fn list(count: usize) -> LayersText {
-        LayersText { count, is_single: false, is_grouped: true }
-    }
-
-    /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and `layer_look`.
-    pub fn wgsl(self) -> String {
-        let looks = match self.is_single {
-            true => "fn layer_look(look: Look, n: u32) -> Look {\n    return look;\n}\n".to_owned(),
-            false => format!("const LAYERED_MOST: u32 = {MOST_LAYERS}u;\n"),
-        };
-        let at = |n| {
-            let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
-            let function = |name: &str, value: &str| {
-                format!(
-                    "fn {name}_at{suffix}(id: u32, at: Look) -> {value} {{\n    \
-                     return vastex_{name}{suffix}_fixed_grad(id, at.anchor, at.offset, at.ddx, at.ddy);\n}}\n"
-                )
-            };
-            function("sample", "vec4<f32>") + &function("inspect", "VastexInspection")
-        };
-        let ats: String = (0..self.count).map(at).collect();
-        [looks, ats, self.of_way("mesh"), self.of_way("fixed")].concat()
-    }
-
-    fn of_way(self, way: &str) -> String {
-        let (shown, inspected) = if self.is_single { self.single(way) } else { self.several(way) };
-        format!(
-            "fn shown_{way}(look: Look, light: f32, column: f32) -> vec4<f32> {{\n{shown}}}\n\
-             fn inspected_{way}(look: Look) -> VastexInspection {{\n{inspected}}}\n"
-        )
-    }
-
-    /// The call of a function that samples or inspects a layer of an id.
-    fn call(self, function: &str, way: &str, n: usize, id: &str) -> String {
-        let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
-        match way {
-            "fixed" => {
-                let place = format!("fixed_place(layer_look(look, {n}u), {id})");
-                format!("{function}_at{suffix}({id}, {place})")
-            }
-            _ => format!("vastex_{function}{suffix}_grad({id}, look.offset, look.ddx, look.ddy)"),
-        }
-    }
-
-    fn single(self, way: &str) -> (String, String) {
-        let call = |function| self.call(function, way, 0, "scene.ids.color");
-        let shown = format!("    return scene_lit({}, light);\n", call("sample"));
-        (shown, format!("    return {};\n", call("inspect")))
-    }
-
-    fn several(self, way: &str) -> (String, String) {
-        let call = |function, n| self.call(function, way, n, &format!("layered[{n}].id"));
-        let where_seen = |n, condition: &str, then: String| {
-            format!("    if layered[{n}].opacity > 0.0{condition} {{\n        {then};\n    }}\n")
-        };
-        let over = |n| {
-            let then = format!("sum = layered_over(sum, {}, {n}u, light)", call("sample", n));
-            let begins = format!("column >= layered[{n}].begins * scene.picture.x");
-            let ends = format!("column < layered[{n}].ends * scene.picture.x");
-            where_seen(n, &format!(" && {begins} && {ends}"), then)
-        };
-        let overs: String = (0..self.count).map(over).collect();
-        let inspected = |n| where_seen(n, "", format!("return {}", call("inspect", n)));
-        let inspecteds: String = (1..self.count).rev().map(inspected).collect();
-        (
-            format!(
-                "    var sum = scene.background.rgb;\n{overs}    return scene_stored(vec4<f32>(sum, 1.0));\n"
-            ),
-            format!("{inspecteds}    return {};\n", call("inspect", 0)),
-        )
-    }
 }

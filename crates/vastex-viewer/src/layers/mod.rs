@@ -6,6 +6,7 @@ mod compare;
 mod list;
 mod palette;
 mod stored;
+mod text;
 mod tone;
 mod values;
 
@@ -13,9 +14,10 @@ use glam::Vec4;
 use vastex::Layer;
 
 pub use compare::{CompareMode, ParseCompareModeError};
-pub use list::{Layers, LayersError, LayersText, MOST_LAYERS, ShownLayer};
+pub use list::{Layers, LayersError, PlanetLayers, ShownLayer};
 pub use palette::Palette;
 pub use stored::StoredScale;
+pub use text::{LayersText, MOST_LAYERS, PlanetText};
 pub use tone::{Curve, Tone};
 pub use values::{Bands, Nodata, ParseBandsError, ParseNodataError};
 

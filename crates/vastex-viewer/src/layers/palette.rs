@@ -82,7 +82,7 @@ impl Palette {
             let number = palette as u32;
             let _ = write!(
                 text,
-                "    if map == {number}u {{\n        return clamp({sum}, vec3<f32>(0.0), vec3<f32>(1.0));\n    }}\n"
+                "    if (!(value < -1e30)) & (map == {number}u) {{\n        return clamp({sum}, vec3<f32>(0.0), vec3<f32>(1.0));\n    }}\n"
             );
         }
         text + "    return vec3<f32>(v);\n}\n"

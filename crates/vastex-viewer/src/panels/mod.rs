@@ -1,4 +1,4 @@
-//! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, what keys do, where the
+//! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, how a planet is lit, what keys do, where the
 //! camera is, a map of the image, and guides and shapes over it, what went wrong.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
@@ -14,6 +14,7 @@ mod measure;
 mod messages;
 mod minimap;
 mod panes;
+mod planet;
 mod position;
 mod runs;
 mod shades;
@@ -29,6 +30,7 @@ pub use measure::{Measure, Measured};
 pub use messages::Messages;
 pub use minimap::Minimap;
 pub use panes::Panes;
+pub use planet::planet_controls;
 pub use position::{Bookmark, PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
 

@@ -240,7 +240,7 @@ mod tests {
         }
         let error = pose_of("1001,5", &from, SIZE).unwrap_err();
         assert!(error.contains("1000×500"), "{error}");
-        let Ok(Pose::Globe { longitude, latitude, altitude }) =
+        let Ok(Pose::Globe { longitude, latitude, altitude, .. }) =
             pose_of("46.4, 11.5", &Pose::first(Scene::Globe), SIZE)
         else {
             panic!("it is a place")

@@ -10,6 +10,7 @@ use glam::{Mat4, Vec4};
 use super::fixed::{FixedUniform, LayerPlace};
 use super::fixed_relief::{FixedReliefView, GridUniform};
 use super::patches::{MOST_PATCHES, Patch};
+use super::planet::PlanetUniform;
 use super::relief::{ReliefUniform, ReliefView};
 use crate::layers::{ColorMap, MOST_LAYERS};
 use crate::stage::Uniform;
@@ -24,11 +25,13 @@ struct SceneUniform {
     picture: [f32; 2],
     map: u32,
     nodata: f32,
-    relief: ReliefUniform,
+    /// The first of each counts; see `scene_zero` in surface.wgsl.
+    relief: [ReliefUniform; 2],
     ids: [u32; 4],
-    fixed: FixedUniform,
-    grid: GridUniform,
+    fixed: [FixedUniform; 2],
+    grid: [GridUniform; 2],
     places: Places,
+    planet: PlanetUniform,
 }
 
 /// Of each layer of a list, of heights, and of what is wanted together.
@@ -85,12 +88,12 @@ impl CameraBinding {
         CameraBinding { view, ..self }
     }
 
-    /// How it sees the surface, and where in fixed point textures are that have sizes of their own; the ids of what is wanted
+    /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a planet is lit; the ids of what is wanted
     /// together, of the colours and of the heights; how values become colours; the size of a pane of the picture.
-    pub(crate) fn set(
+    pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
-        (placed, places): (&Placed, Places),
+        (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
         pane: [u32; 2],
@@ -103,18 +106,19 @@ impl CameraBinding {
             nodata: color_map.nodata(),
             ids: [all, color, height, self.view],
             places,
+            planet: planet.unwrap_or(Zeroable::zeroed()),
             ..Zeroable::zeroed()
         };
         match placed {
             Placed::Mesh(clip_from_world) => told.clip_from_world = *clip_from_world,
-            Placed::Fixed(fixed) => told.fixed = *fixed,
+            Placed::Fixed(fixed) => told.fixed[0] = *fixed,
             Placed::Relief(seen) => {
-                (told.clip_from_world, told.relief) = (seen.clip_from_world, seen.uniform);
+                (told.clip_from_world, told.relief[0]) = (seen.clip_from_world, seen.uniform);
                 self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
             }
             Placed::FixedRelief(seen) => {
-                (told.clip_from_world, told.relief) = (seen.clip_from_local, seen.uniform);
-                (told.fixed, told.grid) = (seen.fixed, seen.grid);
+                (told.clip_from_world, told.relief[0]) = (seen.clip_from_local, seen.uniform);
+                (told.fixed[0], told.grid[0]) = (seen.fixed, seen.grid);
                 self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
             }
         }

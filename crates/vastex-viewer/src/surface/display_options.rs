@@ -2,10 +2,13 @@
 
 use vastex::{Filter, Layer, LayerId, TextureId, Textures};
 
+use super::planet::PlanetLight;
 use super::relief::{Heights, HeightsError, Relief};
+use super::renderer::SceneDesc;
 use super::tiling::Tiling;
 use crate::layers::{
-    Bands, ColorMap, CompareMode, Curve, Nodata, Palette, ShownLayer, StoredScale, Tone, UnknownLayer,
+    Bands, ColorMap, CompareMode, Curve, Layers, LayersError, Nodata, Palette, PlanetLayers, ShownLayer,
+    StoredScale, Tone, UnknownLayer,
 };
 use crate::scene::Scene;
 use crate::stage::TargetKind;
@@ -130,6 +133,25 @@ pub enum LayerOptionsError {
     },
 }
 
+/// What a planet is made of beside its ground and its heights, and how it is lit.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PlanetOptions {
+    /// What shines on it where it is night, if anything does.
+    pub night: Option<LayerOptions>,
+    /// Its clouds, if it has any.
+    pub clouds: Option<LayerOptions>,
+    /// How it is lit.
+    pub light: PlanetLight,
+}
+
+impl PlanetOptions {
+    /// Whether a texture, counted from 0 among those that are shown together, is of a planet's lights or its clouds, and so of no other
+    /// scene.
+    pub fn is_of(&self, texture: usize) -> bool {
+        [&self.night, &self.clouds].into_iter().flatten().any(|layer| layer.texture == texture)
+    }
+}
+
 /// What is shown of a texture, or of several that lie over one another, each stretched over the same place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplayOptions {
@@ -137,8 +159,10 @@ pub struct DisplayOptions {
     pub layers: Vec<LayerOptions>,
     /// How the uppermost layer that is seen is compared with those beneath it.
     pub compare_mode: CompareMode,
-    /// How scenes with heights are displaced: the terrain always, the globe where anything is said of them.
+    /// How scenes with heights are displaced: the terrain always, the planet where there are any, the globe where anything is said of them.
     pub heights: Heights,
+    /// What the planet has beside that.
+    pub planet: PlanetOptions,
     /// How it lies on scenes without heights.
     pub tiling: Tiling,
     /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
@@ -147,23 +171,50 @@ pub struct DisplayOptions {
     pub target: Option<TargetKind>,
 }
 
+/// A scene cannot be made of what is asked to be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum DescribeError {
+    /// A layer cannot be shown so.
+    #[error(transparent)]
+    Options(#[from] LayerOptionsError),
+    /// The list of them cannot be drawn.
+    #[error(transparent)]
+    Layers(#[from] LayersError),
+    /// There are no heights for it.
+    #[error(transparent)]
+    Heights(#[from] HeightsError),
+}
+
 impl DisplayOptions {
     /// Whether heights displace a scene.
     pub fn displaces(&self, scene: Scene) -> bool {
-        scene == Scene::Terrain || scene == Scene::Globe && self.heights.are_wanted()
+        matches!(scene, Scene::Terrain | Scene::Planet) || scene == Scene::Globe && self.heights.are_wanted()
     }
 
-    /// The heights of a scene that has any, beside the layer that is shown.
+    /// The heights of a scene that has any, beside the layer that is shown of `open` textures that are shown together. A planet without
+    /// heights is level, and so is one whose heights are of a texture that is yet to come.
     pub fn relief_of(
         &self,
         scene: Scene,
         textures: &mut Textures,
-        layer: LayerId,
+        (open, shown): (&[TextureId], LayerId),
     ) -> Result<Option<Relief>, HeightsError> {
-        self.displaces(scene).then(|| Relief::new(textures, layer, &self.heights)).transpose()
+        if !self.displaces(scene) {
+            return Ok(None);
+        }
+        match Relief::new(textures, open, shown, &self.heights) {
+            Err(HeightsError::None(_)) if scene == Scene::Planet && !self.heights.are_wanted() => {
+                Relief::level(textures, shown).map(Some)
+            }
+            Err(HeightsError::UnknownTexture { .. }) if scene == Scene::Planet => {
+                Relief::level(textures, shown).map(Some)
+            }
+            found => found.map(Some),
+        }
     }
 
-    /// Finds the layers in the textures that are shown together, of which there is one at least; so there is a layer at least.
+    /// Finds the layers in the textures that are shown together, of which there is one at least; so there is a layer at least. Those of a
+    /// planet's lights, clouds and heights are not among them.
     pub fn layers_of(
         &self,
         textures: &Textures,
@@ -171,8 +222,56 @@ impl DisplayOptions {
     ) -> Result<Vec<ShownLayer>, LayerOptionsError> {
         if self.layers.is_empty() {
             let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
-            return (0..shown.len()).map(|n| first(n).shown_of(textures, shown)).collect();
+            let is_shown = |texture: &usize| !self.is_of_planet(*texture);
+            return (0..shown.len()).filter(is_shown).map(|n| first(n).shown_of(textures, shown)).collect();
         }
         self.layers.iter().map(|layer| layer.shown_of(textures, shown)).collect()
+    }
+
+    /// Whether a texture, counted from 0, is of a planet's lights, clouds or heights alone.
+    pub fn is_of_planet(&self, texture: usize) -> bool {
+        texture > 0 && (self.planet.is_of(texture) || self.heights.texture == Some(texture))
+    }
+
+    /// The lights and clouds of a scene that is a planet, of textures that are there already.
+    pub fn planet_layers(
+        &self,
+        scene: Scene,
+        textures: &Textures,
+        shown: &[TextureId],
+    ) -> Result<PlanetLayers, LayerOptionsError> {
+        let of = |options: &Option<LayerOptions>| {
+            let is_there = |options: &&LayerOptions| scene == Scene::Planet && options.texture < shown.len();
+            let there = options.as_ref().filter(is_there);
+            there.map(|options| options.shown_of(textures, shown)).transpose()
+        };
+        Ok(PlanetLayers { night: of(&self.planet.night)?, clouds: of(&self.planet.clouds)? })
+    }
+
+    /// A scene with what is asked to be shown of textures that are shown together. `layers` are those of [`DisplayOptions::layers_of`],
+    /// `known` heights that were found before, which are looked for once.
+    pub fn describe(
+        &self,
+        scene: Scene,
+        textures: &mut Textures,
+        shown: &[TextureId],
+        layers: Vec<ShownLayer>,
+        known: Option<Relief>,
+    ) -> Result<SceneDesc, DescribeError> {
+        let first = layers.first().ok_or(LayersError::Count(0))?.layer;
+        let relief = match known.filter(|_| self.displaces(scene)) {
+            Some(known) => Some(known),
+            None => self.relief_of(scene, textures, (shown, first))?,
+        };
+        let mut layers = match &relief {
+            Some(relief) if scene == Scene::Planet => {
+                let parts = self.planet_layers(scene, textures, shown)?;
+                Layers::on_planet(textures, layers, parts, relief.layer())?
+            }
+            relief => Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?,
+        };
+        layers.compare(self.compare_mode);
+        let (tiling, always_fixed, light) = (self.tiling, self.always_fixed, self.planet.light);
+        Ok(SceneDesc { scene, layers, relief, tiling, always_fixed, light })
     }
 }

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, Vec2};
 
-use crate::camera::{FIELD_OF_VIEW, Pose};
+use crate::camera::{Aim, FIELD_OF_VIEW, Pose};
 
 /// A texture that would be wider than so many pixels, seen whole as near as it is, is drawn in fixed point.
 const MOST_PIXELS: f64 = 65_536.0;
@@ -29,6 +29,8 @@ pub(crate) struct FixedUniform {
     pub(super) unused: f32,
     /// From steps to the right and upwards in the picture to those in the image, column by column.
     pub(super) turn: [[f32; 2]; 2],
+    /// Of a globe, where the camera looks: sine and cosine of its heading, then of its tilt.
+    pub(super) aim: [f32; 4],
 }
 
 impl FixedUniform {
@@ -96,6 +98,16 @@ fn turn(pose: &Pose) -> [[f32; 2]; 2] {
     (up * image_from_seen * up).to_cols_array_2d().map(|column| column.map(|number| number as f32))
 }
 
+/// Sine and cosine of the heading and of the tilt of a camera over a globe.
+pub(super) fn told_aim(pose: &Pose) -> [f32; 4] {
+    let aim = match *pose {
+        Pose::Globe { aim, .. } => aim,
+        _ => Aim::DOWN,
+    };
+    let ((sin_heading, cos_heading), (sin_tilt, cos_tilt)) = (aim.heading().sin_cos(), aim.tilt().sin_cos());
+    [sin_heading, cos_heading, sin_tilt, cos_tilt].map(|number| number as f32)
+}
+
 /// What is told of a camera over a texture of `size` texels, for pictures of so many pixels. For poses of the image and the globe.
 pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> Option<FixedUniform> {
     let texels = DVec2::from(size.map(f64::from));
@@ -125,5 +137,6 @@ pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) ->
         altitude: altitude as f32,
         unused: 0.0,
         turn: turn(pose),
+        aim: told_aim(pose),
     })
 }

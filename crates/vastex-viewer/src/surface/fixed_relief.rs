@@ -12,7 +12,7 @@ use vastex::{CpuSampler, Textures};
 use super::fixed::{FixedUniform, anchored};
 use super::patches::{Base, Cell, Frustum, PatchPlace, Patches, QUADS};
 use super::relief::{ReliefSurface, ReliefUniform};
-use crate::camera::{FIELD_OF_VIEW, Pose};
+use crate::camera::{Aim, FIELD_OF_VIEW, Pose};
 
 /// The binary logarithm of the steps that the high part of a number of them counts.
 const LOW_BITS: u32 = 16;
@@ -141,7 +141,7 @@ impl Camera {
     fn new(pose: &Pose, base: Base, texels: DVec2, view: f64) -> Option<Camera> {
         match *pose {
             Pose::Image { .. } => None,
-            Pose::Globe { longitude, latitude, altitude } => {
+            Pose::Globe { longitude, latitude, altitude, aim } => {
                 let uv = DVec2::new((longitude / TAU + 0.5).rem_euclid(1.0), 0.5 - latitude / PI);
                 let ((sin_lon, cos_lon), (sin_lat, cos_lat)) = (longitude.sin_cos(), latitude.sin_cos());
                 let world_from_local = DMat3::from_cols(
@@ -159,7 +159,7 @@ impl Camera {
                         view,
                         0.1 * altitude,
                         2.0 + altitude,
-                    ),
+                    ) * eye_from_local(aim),
                 })
             }
             Pose::Plane { eye, yaw, pitch } => {
@@ -178,6 +178,15 @@ impl Camera {
             }
         }
     }
+}
+
+/// To the axes of a camera that looks along its -z, from those to the east, to the north and upwards.
+fn eye_from_local(aim: Aim) -> DMat4 {
+    if aim == Aim::DOWN {
+        return DMat4::IDENTITY;
+    }
+    let DMat3 { x_axis, y_axis, z_axis } = aim.local_from_view();
+    DMat4::from_mat3(DMat3::from_cols(x_axis, y_axis, -z_axis).transpose())
 }
 
 impl ReliefSurface {
@@ -234,6 +243,7 @@ impl ReliefSurface {
             altitude: camera.altitude as f32,
             unused: 0.0,
             turn: [[1.0, 0.0], [0.0, 1.0]],
+            aim: [0.0, 1.0, 0.0, 1.0],
         }
     }
 

@@ -32,7 +32,7 @@ pub fn surface(scene: Scene, image: f32) -> Mesh {
         Scene::Image | Scene::Plane | Scene::Terrain => {
             grid([1, 1], |uv| Vec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0))
         }
-        Scene::Globe => grid(GLOBE_QUADS, |uv| {
+        Scene::Globe | Scene::Planet => grid(GLOBE_QUADS, |uv| {
             let (longitude, latitude) =
                 ((uv.x - 0.5) * std::f32::consts::TAU, (0.5 - uv.y) * std::f32::consts::PI);
             direction(longitude, latitude)

@@ -15,12 +15,15 @@ use crate::scene::Scene;
 /// What is said of heights; what is not said follows from the texture.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heights {
-    /// Name of the layer; else the one called `height`, else what is shown, if that is one channel.
+    /// Which of the textures that are shown together they are of, counted from 0; else the one that is shown.
+    pub texture: Option<usize>,
+    /// Name of the layer; else the one called `height`, else the only one of a texture that was named, else what is shown, if that is one
+    /// channel.
     pub layer: Option<String>,
     /// How high a value of 1 rises: in widths of the terrain, in radii of the globe. Else so that what the coarse levels say
     /// rises by a twentieth.
     pub scale: Option<f32>,
-    /// The value that is not displaced; else the lowest of the coarse levels.
+    /// The value that is not displaced; else the lowest of the coarse levels. On a planet it is that of the sea, which covers what is lower.
     pub zero: Option<f32>,
     /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two sizes meet: to see that tears
     /// would be seen.
@@ -46,6 +49,14 @@ pub enum HeightsError {
         .0.join(", ")
     )]
     None(Vec<String>),
+    /// The texture that they are of is not shown.
+    #[error("the heights are of file {number}; {count} are open")]
+    UnknownTexture {
+        /// Which one, counted from 1.
+        number: usize,
+        /// How many there are.
+        count: usize,
+    },
     /// The library said so.
     #[error(transparent)]
     Vastex(#[from] vastex::Error),
@@ -63,19 +74,33 @@ pub struct Relief {
     bounds: [f32; 2],
     texels: [u32; 2],
     is_torn: bool,
+    /// Whether somebody has said which value is not displaced.
+    has_zero: bool,
+    /// Whether there are none, and a layer stands for them that displaces nothing.
+    is_level: bool,
 }
 
 /// By how much heights rise that nobody has said a scale for: a twentieth of the globe's radius, of the terrain's width.
 const RISE: f32 = 0.05;
+/// And of a planet: as the Earth's, from the deepest sea to the highest mountain.
+const PLANET_RISE: f32 = 1.0 / 320.0;
+/// The share of that within which a coast becomes sea.
+const COAST: f32 = 0.002;
 /// In widths of the terrain, which is 2 wide.
 const WIDTH: f32 = 2.0;
 /// Points along each axis at which the coarse levels are asked for their span.
 const PROBES: u32 = 64;
 
 impl Relief {
-    /// Finds the heights beside `shown` and has them kept for the CPU; best before anything of the texture is loaded.
-    pub fn new(textures: &mut Textures, shown: LayerId, heights: &Heights) -> Result<Relief, HeightsError> {
-        let layer = layer_of(textures, shown, heights)?;
+    /// Finds the heights beside the layer that is shown, of `open` textures that are shown together, and has them kept for the CPU; best
+    /// before anything of the texture is loaded.
+    pub fn new(
+        textures: &mut Textures,
+        open: &[TextureId],
+        shown: LayerId,
+        heights: &Heights,
+    ) -> Result<Relief, HeightsError> {
+        let layer = layer_of(textures, (open, shown), heights)?;
         textures.texture_mut(layer.texture())?.keep_for_cpu(layer.index(), true);
         let description = textures.texture(layer.texture())?.description();
         let [width, height, _] = description.geometry.size();
@@ -93,7 +118,30 @@ impl Relief {
             bounds,
             texels: [width, height].map(|side| side.div_ceil(scale)),
             is_torn: heights.is_torn,
+            has_zero: heights.zero.is_some(),
+            is_level: false,
         })
+    }
+
+    /// No heights: a layer that is shown stands for them, where a scene must have some, and displaces nothing.
+    pub fn level(textures: &Textures, shown: LayerId) -> Result<Relief, HeightsError> {
+        let [width, height, _] = textures.texture(shown.texture())?.description().geometry.size();
+        Ok(Relief {
+            layer: shown,
+            scale: Some(0.0),
+            zero: 0.0,
+            span: [0.0; 2],
+            bounds: [0.0; 2],
+            texels: [width, height],
+            is_torn: false,
+            has_zero: false,
+            is_level: true,
+        })
+    }
+
+    /// Whether there are none, and a layer stands for them that displaces nothing.
+    pub fn is_level(&self) -> bool {
+        self.is_level
     }
 
     /// Which layer they are.
@@ -104,12 +152,14 @@ impl Relief {
     /// The surface of a scene with these heights, for an image of `image` (width over height).
     pub(crate) fn surface(&self, scene: Scene, image: f32) -> ReliefSurface {
         let (base, unit) = match scene {
-            Scene::Globe => (Base::Globe, 1.0),
+            Scene::Globe | Scene::Planet => (Base::Globe, 1.0),
             Scene::Image | Scene::Plane | Scene::Terrain => (Base::Flat { image }, WIDTH),
         };
-        let said = || RISE / (self.span[1] - self.span[0]).max(1e-3);
+        let rise = if scene == Scene::Planet { PLANET_RISE } else { RISE };
+        let said = || rise / (self.span[1] - self.span[0]).max(1e-3);
         let scale = unit * self.scale.unwrap_or_else(said);
-        ReliefSurface { base, scale, relief: self.clone() }
+        let has_sea = scene == Scene::Planet && self.has_zero;
+        ReliefSurface { base, scale, said: scale, has_sea, relief: self.clone() }
     }
 }
 
@@ -118,16 +168,26 @@ fn is_float(format: LayerFormat) -> bool {
     matches!(format, R16Float | Rgba16Float | R32Float | Bc6h)
 }
 
-fn layer_of(textures: &Textures, shown: LayerId, heights: &Heights) -> Result<LayerId, HeightsError> {
-    let texture: TextureId = shown.texture();
+/// The layer of heights beside one that is shown, of `open` textures that are shown together.
+fn layer_of(
+    textures: &Textures,
+    (open, shown): (&[TextureId], LayerId),
+    heights: &Heights,
+) -> Result<LayerId, HeightsError> {
+    let unknown = |number| HeightsError::UnknownTexture { number: number + 1, count: open.len() };
+    let named = heights.texture.map(|number| open.get(number).copied().ok_or_else(|| unknown(number)));
+    let named = named.transpose()?;
+    let texture: TextureId = named.unwrap_or(shown.texture());
     let layers = &textures.texture(texture)?.description().layers;
     let names = || layers.iter().map(|layer| layer.name.clone()).collect();
     if let Some(name) = &heights.layer {
         let unknown = || UnknownLayer { name: name.clone(), layers: names() };
         return Ok(textures.texture(texture)?.layer(name).ok_or_else(unknown)?);
     }
-    let is_grey = layers[shown.index()].format.channels() == 1;
-    let found = textures.texture(texture)?.layer("height").or(is_grey.then_some(shown));
+    let only = if named.is_some() { LayerId::from(texture) } else { shown };
+    let is_only = named.is_some() && layers.len() == 1;
+    let is_grey = layers[only.index()].format.channels() == 1;
+    let found = textures.texture(texture)?.layer("height").or((is_only || is_grey).then_some(only));
     found.ok_or_else(|| HeightsError::None(names()))
 }
 
@@ -151,6 +211,10 @@ pub(crate) struct ReliefSurface {
     pub(super) base: Base,
     /// How high a value of 1 rises, in the world.
     pub(super) scale: f32,
+    /// The same before it was exaggerated.
+    said: f32,
+    /// Whether what is lower than what is not displaced is covered by a sea.
+    has_sea: bool,
     relief: Relief,
 }
 
@@ -176,13 +240,15 @@ pub(crate) struct ReliefView {
 
 impl ReliefSurface {
     /// What pipelines with relief.wgsl are made with.
-    pub(crate) fn constants(&self) -> [(&'static str, f64); 3] {
+    pub(crate) fn constants(&self) -> [(&'static str, f64); 5] {
         // Nothing is drawn at a thousand times its range.
         let [begin, end] = if self.relief.is_torn { MORPH.map(|share| 1000.0 + share) } else { MORPH };
         [
             ("RELIEF_MORPH_BEGIN", begin.into()),
             ("RELIEF_MORPH_END", end.into()),
             ("RELIEF_GLOBE", f64::from(u8::from(self.base == Base::Globe))),
+            ("RELIEF_SEA", f64::from(u8::from(self.has_sea))),
+            ("RELIEF_LEVEL", f64::from(u8::from(self.relief.is_level))),
         ]
     }
 
@@ -225,7 +291,19 @@ impl ReliefSurface {
 
     /// How high a value lies, in the world.
     pub(super) fn height(&self, value: f32) -> f32 {
-        (value - self.relief.zero) * self.scale
+        let above = value - self.relief.zero;
+        (if self.has_sea { above.max(0.0) } else { above }) * self.scale
+    }
+
+    /// Makes heights so many times as high as is said of them.
+    pub(super) fn exaggerate(&mut self, times: f32) {
+        self.scale = self.said * times;
+    }
+
+    /// 1 over the value above the sea's at which nothing is sea; 0 where there is no sea.
+    pub(super) fn sea(&self) -> f32 {
+        let coast = COAST * (self.relief.span[1] - self.relief.zero).max(1e-6);
+        if self.has_sea { 1.0 / coast } else { 0.0 }
     }
 
     /// How low and how high the surface may lie.
@@ -236,6 +314,9 @@ impl ReliefSurface {
 
     /// How high the ground is below the camera, at the level at which it is drawn there, as far as that is known.
     pub(super) fn ground_below(&self, textures: &Textures, uniform: &ReliefUniform) -> f32 {
+        if self.relief.is_level {
+            return 0.0;
+        }
         let uv = self.base.uv_below(uniform.eye);
         let above = uniform.eye.distance(self.base.point(uv));
         let texels = uniform.spacing * uniform.texels * above;
@@ -244,6 +325,6 @@ impl ReliefSurface {
         let level = texels.max_element().max(1e-6).log2().max(0.0) + bias;
         let ground = textures.cpu().sample(self.relief.layer, uv.to_array(), level);
         let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
-        (value - self.relief.zero) * self.scale
+        self.height(value)
     }
 }

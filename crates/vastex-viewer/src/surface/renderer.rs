@@ -12,6 +12,7 @@ use super::compiled::CompiledScenes;
 use super::fixed::{self, LayerPlace};
 use super::mesh::{Mesh, grid, surface};
 use super::patches::QUADS;
+use super::planet::PlanetLight;
 use super::relief::{Relief, ReliefSurface};
 use super::scene_pipelines::{PipelineMaker, ScenePipelines};
 use super::tiling::Tiling;
@@ -34,6 +35,8 @@ pub struct SceneDesc {
     pub tiling: Tiling,
     /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
     pub always_fixed: bool,
+    /// How a planet is lit; without effect on other scenes.
+    pub light: PlanetLight,
 }
 
 /// A scene with textures on it, ready to be drawn.
@@ -56,6 +59,8 @@ pub struct SceneRenderer {
     wanted: ScenePipelines,
     /// Texture space is one texture's, not a group's.
     spread: OnceLock<Option<wgpu::RenderPipeline>>,
+    /// What is around a planet.
+    sky: Option<OnceLock<wgpu::RenderPipeline>>,
 }
 
 impl SceneRenderer {
@@ -74,7 +79,10 @@ impl SceneRenderer {
             None => [1; 3],
         };
         let image = f64::from(size[0]) / f64::from(size[1]);
-        let relief = relief.map(|relief| relief.surface(scene, image as f32));
+        let mut relief = relief.map(|relief| relief.surface(scene, image as f32));
+        if let Some(relief) = relief.as_mut().filter(|_| scene == Scene::Planet) {
+            relief.exaggerate(desc.light.exaggeration);
+        }
         let mesh = if relief.is_some() { patch_mesh() } else { surface(scene, image as f32) };
         let filled = |bytes, usage| filled_buffer(device, queue, bytes, usage);
         let maker =
@@ -92,6 +100,7 @@ impl SceneRenderer {
             picture: maker.pipelines("place", "shade", None, &[format]),
             wanted: maker.wanted(),
             spread: OnceLock::new(),
+            sky: layers.text_of().planet.map(|_| OnceLock::new()),
             maker,
             relief,
             layers: layers.clone(),
@@ -112,6 +121,19 @@ impl SceneRenderer {
         if let Some(told) = &self.told_layers {
             told.set(queue, &layers.uniforms(textures));
         }
+    }
+
+    /// How a planet is lit from the next frame on. Without effect on other scenes.
+    pub fn set_light(&mut self, light: PlanetLight) {
+        self.made_of.light = light;
+        if let Some(relief) = self.relief.as_mut().filter(|_| self.made_of.scene == Scene::Planet) {
+            relief.exaggerate(light.exaggeration);
+        }
+    }
+
+    /// How a planet is lit.
+    pub fn light(&self) -> PlanetLight {
+        self.made_of.light
     }
 
     /// The same scene with another list of layers, for pictures of the same format.
@@ -235,6 +257,9 @@ impl SceneRenderer {
     pub fn compile_all(&self) {
         self.picture.compile();
         self.wanted.compile();
+        if let Some(sky) = &self.sky {
+            sky.get_or_init(|| self.maker.sky());
+        }
     }
 
     /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not compiled again, so a
@@ -348,7 +373,9 @@ impl StageScene for SceneRenderer {
         let (placed, middle) = self.placed(textures, pose, pane);
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
         let ids = self.layers.ids(textures);
-        camera.set(queue, (&placed, places), ids, &self.layers.shown_map(), pane);
+        let planet = self.sky.as_ref().zip(self.relief.as_ref());
+        let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, pane, relief.sea()));
+        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), pane);
     }
 
     fn draw_wanted(
@@ -368,6 +395,10 @@ impl StageScene for SceneRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, self.background());
+        if let Some(sky) = &self.sky {
+            self.bind(camera, &mut pass, sky.get_or_init(|| self.maker.sky()), textures);
+            pass.draw(0..3, 0..1);
+        }
         let (panes, [width, height]) = (self.layers.panes(), camera.pane());
         for pane in 0..panes {
             if panes > 1 {

@@ -99,7 +99,7 @@ impl PipelineMaker {
         };
         let corners = match (relief, scene) {
             (Some(_), _) => [Corners::Patches, Corners::FixedPatches],
-            (None, Scene::Globe) => [Corners::Outside, Corners::None],
+            (None, Scene::Globe | Scene::Planet) => [Corners::Outside, Corners::None],
             (None, Scene::Image | Scene::Plane | Scene::Terrain) => [Corners::Vertices, Corners::None],
         };
         let is_even = tiling == Tiling::default() && matches!(scene, Scene::Image | Scene::Globe);
@@ -175,6 +175,19 @@ impl PipelineMaker {
             };
             self.program.pipeline(&self.gpu, key, self.layers_layout.as_ref())
         })
+    }
+
+    /// What draws what is around a planet behind it.
+    pub(super) fn sky(&self) -> wgpu::RenderPipeline {
+        let key = PipelineKey {
+            entries: ["planet_fill", "planet_sky"].map(str::to_owned),
+            constants: self.constants.clone(),
+            corners: Corners::None,
+            drawing: Drawing::Everywhere,
+            group: None,
+            formats: vec![self.format],
+        };
+        self.program.pipeline(&self.gpu, key, self.layers_layout.as_ref())
     }
 
     /// What draws a plan of a layer over the whole picture. Fails where the texture was removed.
@@ -269,5 +282,5 @@ fn bits(constants: impl Iterator<Item = (&'static str, f64)>) -> Vec<(&'static s
 
 /// What pipelines with fixed.wgsl are made with.
 fn of_globe(scene: Scene) -> (&'static str, f64) {
-    ("FIXED_GLOBE", f64::from(u8::from(scene == Scene::Globe)))
+    ("FIXED_GLOBE", f64::from(u8::from(scene.is_round())))
 }

@@ -38,6 +38,9 @@ const FLAT: [&str; 3] = [
 /// A surface displaced by heights, in its two ways.
 const RELIEF: [&str; 2] = [include_str!("wgsl/relief.wgsl"), include_str!("wgsl/relief_fixed.wgsl")];
 
+/// What there is of a planet beside its relief.
+const PLANET: [&str; 2] = [include_str!("wgsl/planet.wgsl"), include_str!("wgsl/planet_ways.wgsl")];
+
 /// What there is of one layer alone: the ordinary texture that it is compared with, and plans.
 const ALONE: [&str; 5] = [
     include_str!("wgsl/reference.wgsl"),
@@ -66,10 +69,13 @@ pub fn layered(vastex: &str, layers: LayersText) -> String {
     joined(modules, vastex)
 }
 
-/// Of a scene with heights; `vastex` is the text for a group of `layer0` and so on and `height`.
+/// Of a scene with heights or of a planet, where any layer may stand for heights; `vastex` is the text for a group of `layer0` and so on and `height`.
 pub fn relief(vastex: &str, layers: LayersText) -> String {
     let mut modules = parts(layers);
     modules.extend(RELIEF.map(str::to_owned));
+    if layers.planet.is_some() {
+        modules.extend(PLANET.map(str::to_owned));
+    }
     modules.push(format!("const RELIEF_QUADS: u32 = {QUADS}u;\n"));
     joined(modules, vastex)
 }

@@ -279,7 +279,14 @@ impl Shown {
         let [width, height, _] = described.geometry.size();
         let layers = Layers::one(ShownLayer::new(texture.into(), &described.layers[0]));
         let tiling = Tiling::default();
-        let desc = SceneDesc { scene: Scene::Image, layers, relief: None, tiling, always_fixed: false };
+        let desc = SceneDesc {
+            scene: Scene::Image,
+            layers,
+            relief: None,
+            tiling,
+            always_fixed: false,
+            light: Default::default(),
+        };
         let renderer = SceneRenderer::new(gpu, textures, desc, TargetKind::Linear.drawn_format(PICTURE))?;
         Ok(Shown { texture, renderer, size: [width, height], is_crisp: false })
     }

@@ -47,6 +47,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             bands: Some(&bands()),
             rows: &[("size".to_owned(), "1000 x 500 texels".to_owned())],
             images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
+            planet: None,
             texture,
         };
         asked.extend(panel.show(ui, &mut told).0);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use vastex_scenes::LayerOptions;
+use vastex_scenes::{LayerOptions, PlanetOptions};
 use vastex_viewer::ViewText;
 use vastex_viewer::layers::CompareMode;
 use vastex_viewer::panels::PanelTexture;
@@ -47,14 +47,31 @@ impl Viewer {
         }
     }
 
+    /// Lights the planet otherwise, or shows other parts of it.
+    pub(super) fn light_planet(&mut self, planet: PlanetOptions) {
+        self.finish_taking_over();
+        let before = std::mem::replace(&mut self.settings.options.planet, planet);
+        let PlanetOptions { night, clouds, light } = &self.settings.options.planet;
+        let is_other = (night, clouds) != (&before.night, &before.clouds);
+        if let Some(displayed) = self.display.displayed_mut() {
+            displayed.renderer.set_light(*light);
+        }
+        if is_other {
+            self.show_layers(self.settings.options.layers.clone());
+        }
+        self.wake();
+    }
+
     /// Lays another source over what is displayed: the layers of it that the command line names, else its first one, over all others.
     pub(in super::super) fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<()> {
         self.finish_taking_over();
         let Some(displayed) = self.display.displayed() else { return Ok(()) };
         let count = displayed.textures().len();
         let mut settings = self.settings.clone();
-        settings.options.layers =
-            with_another(&settings.options.layers, self.asked_layers(self.layers_of), count);
+        if !settings.options.is_of_planet(count) {
+            settings.options.layers =
+                with_another(&settings.options.layers, self.asked_layers(self.layers_of), count);
+        }
         let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
         displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
         displayed.name = format!("{} + {name}", displayed.name);

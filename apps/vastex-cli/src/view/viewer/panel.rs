@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use vastex_scenes::{LayerOptions, Pose};
+use vastex_scenes::{LayerOptions, Pose, Scene};
 use vastex_viewer::inspect::Histogram;
 use vastex_viewer::layers::StoredScale;
 use vastex_viewer::panels::{ImageView, ShownTextures, swipe_line};
@@ -93,6 +93,7 @@ impl Viewer {
         let hud_data = self.hud_data();
         let mut options = self.settings.options.layers.clone();
         let mut compare_mode = self.settings.options.compare_mode;
+        let mut planet = self.settings.options.planet.clone();
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
         let (panes, pointer) = (self.panes(), self.pointer);
@@ -134,6 +135,7 @@ impl Viewer {
                 texel_size,
                 images,
                 bands,
+                planet: (settings.scene == Scene::Planet).then_some(&mut planet),
                 rows,
                 texture,
             };
@@ -169,6 +171,9 @@ impl Viewer {
         if std::mem::replace(&mut self.settings.options.compare_mode, compare_mode) != compare_mode {
             // Panes show other parts of the image than one picture.
             self.wake();
+        }
+        if self.settings.options.planet != planet {
+            self.light_planet(planet);
         }
         if is_changed && self.settings.options.layers != options {
             self.show_layers(options);

@@ -1,7 +1,7 @@
 // Overlays that colour the surface by what is sampled there.
 
 fn overlay_picture_WAY(seen: Seen_WAY, look: Look) -> vec3<f32> {
-    return shown_WAY(look, light_WAY(look), seen.clip.x).rgb;
+    return shown_WAY(look, seen.clip.xy).rgb;
 }
 
 @fragment

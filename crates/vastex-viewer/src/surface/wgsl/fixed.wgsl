@@ -8,11 +8,12 @@ override FIXED_GLOBE: bool;
 // fixed point reads it from the uniform buffer.
 struct Seen_fixed {
     @builtin(position) clip: vec4<f32>,
-    @location(0) seen: vec2<f32>, // from the middle of the view, to the right and upwards: texels of an image, tangents over the globe
+    @location(0) seen: vec2<f32>, // from the middle of the view, to the right and upwards: texels of an image, tangents of a globe's view
     @location(1) @interpolate(flat) anchor: vec2<u32>,
     @location(2) @interpolate(flat) fraction_and_scale: vec4<f32>, // of the middle in its texel; texels in a radian
     @location(3) @interpolate(flat) edges: vec4<f32>, // of the texture, in texels from the anchor
     @location(4) @interpolate(flat) sphere: vec3<f32>, // sine and cosine of the latitude below the camera, and its altitude
+    @location(5) @interpolate(flat) aim: vec4<f32>, // sine and cosine of the camera's heading and of its tilt, over the globe
 }
 
 // What a ray meets.
@@ -27,10 +28,10 @@ fn fixed_corner(index: u32) -> vec2<f32> {
 }
 
 fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Seen_fixed {
-    let told = scene.fixed;
+    let told = scene.fixed[0];
     let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_unit);
     let sphere = vec3<f32>(told.sine_and_cosine, told.altitude);
-    return Seen_fixed(clip, told.turn * (at * told.half), told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere);
+    return Seen_fixed(clip, told.turn * (at * told.half), told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere, told.aim);
 }
 
 @vertex
@@ -66,14 +67,18 @@ fn fixed_ground(ray: Seen_fixed, seen: vec2<f32>) -> Ground {
         let offset = fraction + vec2<f32>(seen.x, -seen.y);
         return Ground(offset, all(offset >= ray.edges.xy) && all(offset <= ray.edges.zw));
     }
-    // The camera is an altitude above the unit sphere and looks straight down, north upwards: the nearer point of the ray on it.
+    // The ray by its steps to the right and onward for a step down, then to the east and to the north.
+    let fall = ray.aim.w - (ray.aim.z * seen.y);
+    let level = vec2<f32>(seen.x, (ray.aim.w * seen.y) + ray.aim.z) / max(fall, 1e-6);
+    let steps = vec2<f32>((ray.aim.y * level.x) + (ray.aim.x * level.y), (ray.aim.y * level.y) - (ray.aim.x * level.x));
+    // The camera is an altitude above the unit sphere: the nearer point of the ray on it.
     let altitude = ray.sphere.z;
     let power = altitude * (2.0 + altitude);
-    let miss = dot(seen, seen) * power; // above 1 beside the globe
+    let miss = dot(steps, steps) * power; // above 1 beside the globe
     let along = power / ((1.0 + altitude) + sqrt(max(1.0 - miss, 0.0)));
-    let east = along * seen.x;
-    let north = along * seen.y;
-    let up = sqrt(max(1.0 - (dot(seen, seen) * along * along), 0.0));
+    let east = along * steps.x;
+    let north = along * steps.y;
+    let up = sqrt(max(1.0 - (dot(steps, steps) * along * along), 0.0));
     // Longitude and latitude from those below the camera, with no difference of large numbers that are nearly the same.
     let sine = ray.sphere.x;
     let cosine = ray.sphere.y;
@@ -83,7 +88,7 @@ fn fixed_ground(ray: Seen_fixed, seen: vec2<f32>) -> Ground {
     let sine_north = north - (sine * bulge);
     let cosine_north = (((north * cosine) + (up * sine)) * sine) + (parallel * cosine);
     let turns = vec2<f32>(fixed_angle(east, meridian), -fixed_angle(sine_north, cosine_north));
-    return Ground(fraction + (turns * ray.fraction_and_scale.zw), miss <= 1.0);
+    return Ground(fraction + (turns * ray.fraction_and_scale.zw), miss <= 1.0 && fall > 0.0);
 }
 
 // A difference of offsets, on the globe the shorter way round.

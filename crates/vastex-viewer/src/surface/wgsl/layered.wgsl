@@ -20,7 +20,8 @@ fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<
     let colour = scene_value_color(value, layer.look & 4095u, layer.nodata, layer.tone, layer.map);
     let lit = colour.rgb * light;
     var shown = select(lit, light_from_display(lit), layer.look >= 4096u);
-    if layer.difference > 0.0 {
+    // Asked of the value first: no condition depends on a uniform alone.
+    if (!(value.a < -1e30)) & (layer.difference > 0.0) {
         let apart = abs(display_from_light(shown) - display_from_light(below));
         shown = light_from_display(min(apart * layer.difference, vec3<f32>(1.0)));
     }
@@ -30,6 +31,6 @@ fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<
 // What is looked at, in the texels of one of the textures.
 fn layer_look(look: Look, n: u32) -> Look {
     let place = scene.places[n];
-    let offset = ((look.offset - scene.fixed.fraction) * place.ratio) + place.fraction;
+    let offset = ((look.offset - scene.fixed[scene_zero].fraction) * place.ratio) + place.fraction;
     return Look(place.anchor, offset, look.ddx * place.ratio, look.ddy * place.ratio, look.steps, look.is_met);
 }

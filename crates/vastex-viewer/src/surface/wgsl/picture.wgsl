@@ -9,5 +9,5 @@ fn shade_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if vastex_asked(scene.ids.view, seen.clip) {
         vastex_tell(scene.ids.view, seen.clip, wanted_WAY(seen, look));
     }
-    return shown_WAY(look, light_WAY(look), seen.clip.x);
+    return shown_WAY(look, seen.clip.xy);
 }

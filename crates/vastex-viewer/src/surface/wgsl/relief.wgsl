@@ -8,6 +8,10 @@ override RELIEF_MORPH_BEGIN: f32;
 override RELIEF_MORPH_END: f32;
 // Whether the surface is the unit sphere.
 override RELIEF_GLOBE: bool;
+// Whether what is lower than the value that is not displaced is covered by a sea, which is level.
+override RELIEF_SEA: bool;
+// Whether there are no heights: any texture stands in their place, and displaces nothing.
+override RELIEF_LEVEL: bool;
 
 struct PatchCorner {
     @builtin(vertex_index) index: u32,
@@ -43,16 +47,16 @@ fn relief_base(uv: vec2<f32>) -> vec3<f32> {
     if RELIEF_GLOBE {
         return relief_up(uv);
     }
-    return vec3<f32>((uv.x - 0.5) * scene.relief.extent.x, (0.5 - uv.y) * scene.relief.extent.y, 0.0);
+    return vec3<f32>((uv.x - 0.5) * scene.relief[scene_zero].extent.x, (0.5 - uv.y) * scene.relief[scene_zero].extent.y, 0.0);
 }
 
 fn relief_distance(uv: vec2<f32>) -> f32 {
-    return distance(scene.relief.eye, relief_base(uv));
+    return distance(scene.relief[scene_zero].eye, relief_base(uv));
 }
 
 // The level of the heights whose texels are as far apart as the vertices, at a distance.
 fn relief_level(at_distance: f32) -> f32 {
-    let texels = scene.relief.spacing * scene.relief.texels * at_distance;
+    let texels = scene.relief[scene_zero].spacing * scene.relief[scene_zero].texels * at_distance;
     return log2(max(max(texels.x, texels.y), 1e-6));
 }
 
@@ -64,19 +68,28 @@ fn relief_lookup(uv: vec2<f32>) -> vec2<f32> {
     return vec2<f32>(select(fract(uv.x), 0.5, uv.y <= 0.0 || uv.y >= 1.0), uv.y);
 }
 
+// The value of the surface where heights have a value.
+fn relief_surface(value: f32) -> f32 {
+    return select(value, max(value, scene.relief[scene_zero].zero), RELIEF_SEA);
+}
+
 fn relief_point(uv: vec2<f32>) -> vec3<f32> {
+    if RELIEF_LEVEL {
+        return relief_base(uv);
+    }
     let level = relief_level(relief_distance(uv));
-    let height = (vastex_sample_height_level(scene.ids.height, relief_lookup(uv), level).r - scene.relief.zero) * scene.relief.scale;
-    return relief_base(uv) + height * relief_up(uv);
+    let value = relief_surface(vastex_sample_height_level(scene.ids.height, relief_lookup(uv), level).r);
+    return relief_base(uv) + ((value - scene.relief[scene_zero].zero) * scene.relief[scene_zero].scale * relief_up(uv));
 }
 
 // A vertex of a patch, on its way to its neighbour in the grid of the next coarser patches.
 fn relief_uv(corner: PatchCorner) -> vec2<f32> {
+    scene_zero = u32(corner.origin_and_side.z < 0.0);
     let at = vec2<u32>(corner.index % (RELIEF_QUADS + 1u), corner.index / (RELIEF_QUADS + 1u));
     let side = corner.origin_and_side.zw;
     let uv = corner.origin_and_side.xy + side * vec2<f32>(at) / f32(RELIEF_QUADS);
     let coarse = uv - side * vec2<f32>(at & vec2<u32>(1u)) / f32(RELIEF_QUADS);
-    let share = relief_distance(uv) / (scene.relief.range_per_side * side.x);
+    let share = relief_distance(uv) / (scene.relief[scene_zero].range_per_side * side.x);
     let morph = clamp((share - RELIEF_MORPH_BEGIN) / (RELIEF_MORPH_END - RELIEF_MORPH_BEGIN), 0.0, 1.0);
     return select(uv + (coarse - uv) * morph, coarse, morph == 1.0);
 }
@@ -95,11 +108,13 @@ fn place_mesh_feedback(corner: PatchCorner) -> Seen_mesh {
 }
 
 fn look_mesh(seen: Seen_mesh) -> Look {
+    scene_zero = u32(seen.clip.x < 0.0);
     return Look(vec2<u32>(0u), seen.uv, dpdx(seen.uv), dpdy(seen.uv), vec4<f32>(0.0), true);
 }
 
 fn relief_value(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
-    return vastex_sample_height_grad(scene.ids.height, vec2<f32>(select(uv.x, fract(uv.x), RELIEF_GLOBE), uv.y), ddx, ddy).r;
+    let at = vec2<f32>(select(uv.x, fract(uv.x), RELIEF_GLOBE), uv.y);
+    return relief_surface(vastex_sample_height_grad(scene.ids.height, at, ddx, ddy).r);
 }
 
 // How light ground of a slope is that the sun shines on.
@@ -108,28 +123,36 @@ fn relief_light(slope: vec2<f32>) -> f32 {
     return mix(max(dot(normal, RELIEF_SUN), 0.0) / RELIEF_SUN.z, 1.0, RELIEF_SHADE);
 }
 
-// How light the ground is, from its slope over a texel or a pixel of heights.
-fn light_mesh(look: Look) -> f32 {
+// The slope of the ground over a texel or a pixel of heights, to the east and to the north, and the value in the middle of it.
+fn slope_mesh(look: Look) -> vec3<f32> {
+    if RELIEF_LEVEL {
+        return vec3<f32>(0.0);
+    }
     let uv = look.offset;
-    let step = max(1.0 / scene.relief.texels, abs(look.ddx) + abs(look.ddy));
+    let step = max(1.0 / scene.relief[scene_zero].texels, abs(look.ddx) + abs(look.ddy));
     let x = vec2<f32>(step.x, 0.0);
     let y = vec2<f32>(0.0, step.y);
-    let rise = vec2<f32>(
-        relief_value(uv + x, look.ddx, look.ddy) - relief_value(uv - x, look.ddx, look.ddy),
-        relief_value(uv - y, look.ddx, look.ddy) - relief_value(uv + y, look.ddx, look.ddy),
-    );
-    var run = 2.0 * step * scene.relief.extent;
+    let east = relief_value(uv + x, look.ddx, look.ddy);
+    let west = relief_value(uv - x, look.ddx, look.ddy);
+    let north = relief_value(uv - y, look.ddx, look.ddy);
+    let south = relief_value(uv + y, look.ddx, look.ddy);
+    var run = 2.0 * step * scene.relief[scene_zero].extent;
     if RELIEF_GLOBE {
         run.x *= max(cos(relief_latitude(uv)), 0.02);
     }
-    return relief_light(scene.relief.scale * rise / run);
+    return vec3<f32>(scene.relief[scene_zero].scale * vec2<f32>(east - west, north - south) / run, ((east + west) + (north + south)) * 0.25);
+}
+
+// How light the ground is.
+fn light_mesh(look: Look) -> f32 {
+    return relief_light(slope_mesh(look).xy);
 }
 
 // What the fragment stage wants of colours and heights, by its gradients, or what the vertex stage wants of the heights, whichever is
 // finer: where the ground is seen at a grazing angle, that is the vertices.
 fn relief_wanted(uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
     // Gradients are by pixels of the target, levels of vertices by those of the picture.
-    let spacing = scene.relief.spacing * relief_distance(uv) * vastex_pixel_scale(scene.ids.view);
+    let spacing = scene.relief[scene_zero].spacing * relief_distance(uv) * vastex_pixel_scale(scene.ids.view);
     let along_x = vec2<f32>(spacing.x, 0.0);
     let along_y = vec2<f32>(0.0, spacing.y);
     let is_finer = vastex_level_of(scene.ids.all, along_x, along_y) < vastex_level_of(scene.ids.all, ddx, ddy);
@@ -144,6 +167,7 @@ fn wanted_mesh(seen: Seen_mesh, look: Look) -> vec4<u32> {
 // The feedback pass: one entry for colours and heights.
 @fragment
 fn want_mesh(seen: Seen_mesh) -> @location(0) vec4<u32> {
+    scene_zero = u32(seen.clip.x < 0.0);
     let along = vastex_gradients(seen.clip, seen.uv);
     return relief_wanted(seen.uv, along[0], along[1]);
 }

@@ -57,20 +57,20 @@ fn grid_is_halved(corner: PatchStart, row: i32) -> bool {
 }
 
 fn grid_texels(point: GridPoint) -> vec2<f32> {
-    return ((vec2<f32>(point.high) * 65536.0) + vec2<f32>(point.low)) * scene.grid.step - scene.grid.rest;
+    return ((vec2<f32>(point.high) * 65536.0) + vec2<f32>(point.low)) * scene.grid[scene_zero].step - scene.grid[scene_zero].rest;
 }
 
 fn grid_is_pole(point: GridPoint) -> bool {
     let row = vec2<i32>(point.high.y, point.low.y);
-    return RELIEF_GLOBE && (all(row == scene.grid.poles.xy) || all(row == scene.grid.poles.zw));
+    return RELIEF_GLOBE && (all(row == scene.grid[scene_zero].poles.xy) || all(row == scene.grid[scene_zero].poles.zw));
 }
 
 // Turns, in high parts, by which a point is brought to the camera's side of the globe.
 fn grid_turn(point: GridPoint) -> i32 {
-    let half = scene.grid.turn / 2;
+    let half = scene.grid[scene_zero].turn / 2;
     let is_after = point.high.x > half || (point.high.x == half && point.low.x > 0);
     let is_before = point.high.x < -half || (point.high.x == -half && point.low.x == 0);
-    return select(0, select(select(0, scene.grid.turn, is_before), -scene.grid.turn, is_after), RELIEF_GLOBE);
+    return select(0, select(select(0, scene.grid[scene_zero].turn, is_before), -scene.grid[scene_zero].turn, is_after), RELIEF_GLOBE);
 }
 
 fn grid_turned(point: GridPoint, turn: i32) -> GridPoint {
@@ -95,29 +95,30 @@ fn fixed_versine(angle: f32) -> f32 {
 
 // The cosine of the latitude so far north of the camera's.
 fn fixed_cosine(north: f32) -> f32 {
-    let camera = scene.fixed.sine_and_cosine;
+    let camera = scene.fixed[scene_zero].sine_and_cosine;
     return (camera.y * (1.0 - fixed_versine(north))) - (camera.x * fixed_sine(north));
 }
 
 // Where the surface without heights is, from the point of it below the camera: east, north and up there.
 fn fixed_base(texels: vec2<f32>, is_pole: bool) -> vec3<f32> {
-    let east = texels.x / scene.fixed.texels_per_unit.x;
-    let north = -texels.y / scene.fixed.texels_per_unit.y;
+    let east = texels.x / scene.fixed[scene_zero].texels_per_unit.x;
+    let north = -texels.y / scene.fixed[scene_zero].texels_per_unit.y;
     if !RELIEF_GLOBE {
         return vec3<f32>(east, north, 0.0);
     }
-    let camera = scene.fixed.sine_and_cosine;
+    let camera = scene.fixed[scene_zero].sine_and_cosine;
     let there = select(fixed_cosine(north), 0.0, is_pole);
     let aside = there * fixed_versine(east);
     return vec3<f32>(there * fixed_sine(east), fixed_sine(north) + (camera.x * aside), -fixed_versine(north) - (camera.y * aside));
 }
 
 fn fixed_distance(base: vec3<f32>) -> f32 {
-    return length(base - vec3<f32>(0.0, 0.0, scene.fixed.altitude));
+    return length(base - vec3<f32>(0.0, 0.0, scene.fixed[scene_zero].altitude));
 }
 
 // A vertex of a patch, on its way to its neighbour in the grid of the next coarser patches; as relief_uv has it.
 fn fixed_vertex(corner: PatchStart) -> FixedVertex {
+    scene_zero = u32(corner.place.w < 0);
     let at = vec2<i32>(vec2<u32>(corner.index % (RELIEF_QUADS + 1u), corner.index / (RELIEF_QUADS + 1u)));
     let is_halved = grid_is_halved(corner, at.y);
     let fine = grid_point(corner, at - vec2<i32>(select(0, at.x & 1, is_halved), 0));
@@ -125,7 +126,7 @@ fn fixed_vertex(corner: PatchStart) -> FixedVertex {
     let turn = grid_turn(fine);
     let fine_turned = grid_texels(grid_turned(fine, turn));
     let quad = exp2(f32(grid_shift(corner)));
-    let share = fixed_distance(fixed_base(fine_turned, grid_is_pole(fine))) / (scene.grid.range_per_step * quad);
+    let share = fixed_distance(fixed_base(fine_turned, grid_is_pole(fine))) / (scene.grid[scene_zero].range_per_step * quad);
     let morph = clamp((share - RELIEF_MORPH_BEGIN) / (RELIEF_MORPH_END - RELIEF_MORPH_BEGIN), 0.0, 1.0);
     let is_there = morph == 1.0;
     let texels = grid_texels(fine) + ((grid_texels(coarse) - grid_texels(fine)) * morph);
@@ -152,16 +153,19 @@ fn fixed_place(look: Look, id: u32) -> Look {
 
 // Texels from the anchor, to be sampled at a level.
 fn fixed_at(offset: vec2<f32>) -> Look {
-    return Look(scene.fixed.anchor, offset, vec2<f32>(0.0), vec2<f32>(0.0), vec4<f32>(0.0), true);
+    return Look(scene.fixed[scene_zero].anchor, offset, vec2<f32>(0.0), vec2<f32>(0.0), vec4<f32>(0.0), true);
 }
 
 fn fixed_height_at(place: Look, level: f32) -> f32 {
-    return vastex_sample_height_fixed_level(scene.ids.height, place.anchor, place.offset, level).r;
+    if RELIEF_LEVEL {
+        return scene.relief[scene_zero].zero;
+    }
+    return relief_surface(vastex_sample_height_fixed_level(scene.ids.height, place.anchor, place.offset, level).r);
 }
 
 fn fixed_height(vertex: FixedVertex, level: f32) -> f32 {
     let id = scene.ids.height;
-    var place = fixed_place(layer_look(fixed_at(vertex.turned + scene.fixed.fraction), PLACE_HEIGHT), id);
+    var place = fixed_place(layer_look(fixed_at(vertex.turned + scene.fixed[scene_zero].fraction), PLACE_HEIGHT), id);
     // A pole has one height.
     place.anchor.x = select(place.anchor.x, vastex_size(id).x / 2u, vertex.is_pole);
     place.offset.x = select(place.offset.x, 0.0, vertex.is_pole);
@@ -171,22 +175,22 @@ fn fixed_height(vertex: FixedVertex, level: f32) -> f32 {
 // The ground below the camera, at the level at which it is drawn there: what heights are told from, so that near the camera nothing is
 // lost of their differences, and nobody but the shader needs to know it exactly.
 fn fixed_ground_below() -> f32 {
-    let below = layer_look(fixed_at(scene.fixed.fraction), PLACE_HEIGHT);
+    let below = layer_look(fixed_at(scene.fixed[scene_zero].fraction), PLACE_HEIGHT);
     let place = fixed_place(below, scene.ids.height);
-    return fixed_height_at(place, relief_level(scene.fixed.altitude));
+    return fixed_height_at(place, relief_level(scene.fixed[scene_zero].altitude));
 }
 
 fn fixed_point(vertex: FixedVertex) -> vec3<f32> {
     let base = fixed_base(vertex.turned, vertex.is_pole);
     let value = fixed_height(vertex, relief_level(fixed_distance(base)));
-    let above = vec3<f32>(0.0, 0.0, ((value - fixed_ground_below()) * scene.relief.scale) - scene.fixed.altitude);
+    let above = vec3<f32>(0.0, 0.0, ((value - fixed_ground_below()) * scene.relief[scene_zero].scale) - scene.fixed[scene_zero].altitude);
     // The globe widens with height.
-    let wider = select(0.0, (value - scene.relief.zero) * scene.relief.scale, RELIEF_GLOBE);
+    let wider = select(0.0, (value - scene.relief[scene_zero].zero) * scene.relief[scene_zero].scale, RELIEF_GLOBE);
     return base + (base * wider) + above;
 }
 
 fn fixed_seen(vertex: FixedVertex, clip: vec4<f32>) -> Seen_fixed {
-    return Seen_fixed(clip, vertex.texels + scene.fixed.fraction, scene.fixed.anchor);
+    return Seen_fixed(clip, vertex.texels + scene.fixed[scene_zero].fraction, scene.fixed[scene_zero].anchor);
 }
 
 @vertex
@@ -203,34 +207,47 @@ fn place_fixed_feedback(corner: PatchStart) -> Seen_fixed {
 }
 
 fn look_fixed(seen: Seen_fixed) -> Look {
+    scene_zero = u32(seen.clip.x < 0.0);
     return Look(seen.anchor, seen.offset, dpdx(seen.offset), dpdy(seen.offset), vec4<f32>(0.0), true);
 }
 
 fn fixed_value(look: Look, aside: vec2<f32>) -> f32 {
     let beside = Look(look.anchor, look.offset + aside, look.ddx, look.ddy, look.steps, look.is_met);
     let place = fixed_place(layer_look(beside, PLACE_HEIGHT), scene.ids.height);
-    return vastex_sample_height_fixed_grad(scene.ids.height, place.anchor, place.offset, place.ddx, place.ddy).r;
+    let value = vastex_sample_height_fixed_grad(scene.ids.height, place.anchor, place.offset, place.ddx, place.ddy).r;
+    return relief_surface(value);
 }
 
-// How light the ground is, from its slope over a texel or a pixel of heights.
-fn light_fixed(look: Look) -> f32 {
-    let texel = vec2<f32>(scene.grid.size) / scene.relief.texels;
+// The slope of the ground, as slope_mesh has it.
+fn slope_fixed(look: Look) -> vec3<f32> {
+    if RELIEF_LEVEL {
+        return vec3<f32>(0.0);
+    }
+    let texel = vec2<f32>(scene.grid[scene_zero].size) / scene.relief[scene_zero].texels;
     let step = max(texel, abs(look.ddx) + abs(look.ddy));
     let x = vec2<f32>(step.x, 0.0);
     let y = vec2<f32>(0.0, step.y);
-    let rise = vec2<f32>(fixed_value(look, x) - fixed_value(look, -x), fixed_value(look, -y) - fixed_value(look, y));
-    var run = 2.0 * step / scene.fixed.texels_per_unit;
+    let east = fixed_value(look, x);
+    let west = fixed_value(look, -x);
+    let north = fixed_value(look, -y);
+    let south = fixed_value(look, y);
+    var run = 2.0 * step / scene.fixed[scene_zero].texels_per_unit;
     if RELIEF_GLOBE {
-        let north = (scene.fixed.fraction.y - look.offset.y) / scene.fixed.texels_per_unit.y;
-        run.x *= max(fixed_cosine(north), 0.02);
+        let northward = (scene.fixed[scene_zero].fraction.y - look.offset.y) / scene.fixed[scene_zero].texels_per_unit.y;
+        run.x *= max(fixed_cosine(northward), 0.02);
     }
-    return relief_light(scene.relief.scale * rise / run);
+    return vec3<f32>(scene.relief[scene_zero].scale * vec2<f32>(east - west, north - south) / run, ((east + west) + (north + south)) * 0.25);
+}
+
+// How light the ground is.
+fn light_fixed(look: Look) -> f32 {
+    return relief_light(slope_fixed(look).xy);
 }
 
 // As relief_wanted has it.
 fn relief_wanted_fixed(look: Look, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<u32> {
-    let away = fixed_distance(fixed_base(look.offset - scene.fixed.fraction, false));
-    let spacing = scene.relief.spacing * vec2<f32>(scene.grid.size) * away * vastex_pixel_scale(scene.ids.view);
+    let away = fixed_distance(fixed_base(look.offset - scene.fixed[scene_zero].fraction, false));
+    let spacing = scene.relief[scene_zero].spacing * vec2<f32>(scene.grid[scene_zero].size) * away * vastex_pixel_scale(scene.ids.view);
     let along_x = vec2<f32>(spacing.x, 0.0);
     let along_y = vec2<f32>(0.0, spacing.y);
     let of_vertices = vastexi_footprint(along_x, along_y, VASTEXI_TAPS_ALL).lambda;

@@ -45,6 +45,7 @@ struct Fixed {
     sine_and_cosine: vec2<f32>,   // of the latitude below the camera
     altitude: f32,                // in radii, or in the world
     turn: mat2x2<f32>,            // from steps to the right and upwards in the view to those in an image
+    aim: vec4<f32>,               // over a globe, sine and cosine of the heading and of the tilt of the camera
 }
 
 // The grid that vertices with heights stand on in fixed point; see relief_fixed.wgsl and fixed_relief.rs.
@@ -63,6 +64,20 @@ struct LayerPlace {
     fraction: vec2<f32>, // how far into it the middle is
     ratio: vec2<f32>,    // its texels in one of the other's
     unused: vec2<f32>,
+}
+
+// How a planet is lit and looked at; see planet.wgsl and planet.rs.
+struct Planet {
+    sun: vec3<f32>,       // towards it
+    lit: f32,             // 1 where the sun shines; 0 where all is as light as it can be
+    eye: vec3<f32>,       // the camera, in radii from the middle of the planet
+    density: f32,         // how dense the atmosphere is, the Earth's being 1
+    ahead: vec3<f32>,     // the ray in the middle of the view
+    sea: f32,             // 1 over the value above which nothing is sea; 0 where there is none
+    across: vec3<f32>,    // from there to the right edge of the view
+    night: f32,           // how bright lights are
+    upward: vec3<f32>,    // and to the upper edge
+    pixel: f32,           // the angle of a pixel
 }
 
 // Beside the layers of a list: the places of heights, and those of what is wanted together.
@@ -85,14 +100,19 @@ struct Scene {
     picture: vec2<f32>, // size in pixels
     map: u32,           // the colour map of a single channel; see palette_color
     nodata: f32,        // the value that stands for no data
-    relief: Relief,
+    relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
-    fixed: Fixed,
-    grid: ReliefGrid,
+    fixed: array<Fixed, 2>,
+    grid: array<ReliefGrid, 2>,
     places: array<LayerPlace, 10>,
+    planet: Planet,
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;
+
+// 0, as no compiler knows: surfaces with heights find by it what levels, and so conditions, follow from (ARCHITECTURE.md, "Where the text
+// bends to a driver").
+var<private> scene_zero: u32;
 
 // What the target is given for the colour of a texture's value on ground that is so light.
 fn scene_lit(value: vec4<f32>, light: f32) -> vec4<f32> {
@@ -151,11 +171,9 @@ fn scene_nodata_within(look: u32, nodata: f32) -> f32 {
 fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
     let magnitudes = bitcast<vec3<u32>>(values) & vec3<u32>(0x7fffffffu);
     let is_number = magnitudes < vec3<u32>(0x7f800000u);
-    if (look & SCENE_NODATA_VALUE) == 0u {
-        return !any(is_number);
-    }
     let is_other = abs(values - nodata) > vec3<f32>(scene_nodata_within(look, nodata));
-    return !any(is_number & is_other);
+    let is_any_value = (look & SCENE_NODATA_VALUE) == 0u;
+    return !any(is_number & (is_other | vec3<bool>(is_any_value)));
 }
 
 // The colour of a value and how much it hides, by what channels mean, the value that stands for no data, how values become shades, and the
@@ -164,24 +182,26 @@ fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone, map: 
     let channels = look & 3u;
     let bands = vec3<u32>(look >> 2u, look >> 4u, look >> 6u) & vec3<u32>(3u);
     let values = vec3<f32>(value[bands.x], value[bands.y], value[bands.z]);
-    if (look & SCENE_NODATA) != 0u && scene_is_nodata(values, look, nodata) {
+    // Asked of the value first, which every value is: no condition depends on a uniform alone.
+    let is_value = !(value.a < -1e30);
+    if (is_value & ((look & SCENE_NODATA) != 0u)) && scene_is_nodata(values, look, nodata) {
         return vec4<f32>(0.0);
     }
     var shown = (values - tone.range.x) * tone.range.y;
-    if tone.curve != TONE_LINEAR {
+    if is_value & (tone.curve != TONE_LINEAR) {
         shown = log2(max(shown, vec3<f32>(0.0)) * tone.curve + 1.0) / log2(tone.curve + 1.0);
     }
-    if tone.gamma != 1.0 {
+    if is_value & (tone.gamma != 1.0) {
         shown = pow(max(shown, vec3<f32>(0.0)), vec3<f32>(tone.gamma));
     }
-    if channels == SCENE_GREY || channels == SCENE_GREY_ALPHA {
+    if is_value & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA)) {
         let alpha = select(1.0, value.g, channels == SCENE_GREY_ALPHA);
-        if map == 0u {
+        if is_value & (map == 0u) {
             return vec4<f32>(shown.rrr, alpha);
         }
         return vec4<f32>(palette_color(map, shown.r), alpha);
     }
-    if channels == SCENE_RED_GREEN {
+    if is_value & (channels == SCENE_RED_GREEN) {
         return vec4<f32>(shown.rg, 0.0, 1.0);
     }
     return vec4<f32>(shown, value.a);

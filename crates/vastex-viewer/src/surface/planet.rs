@@ -1,0 +1,68 @@
+//! How a planet is lit: where the sun stands, how high its mountains are made, how dense its air is, and how bright its lights are.
+//!
+//! What becomes of it in a picture is in planet.wgsl; which textures its lights and clouds are, `layers` say.
+
+use glam::{DVec3, Vec3};
+
+use crate::camera::{FIELD_OF_VIEW, Pose};
+use crate::scene::direction_f64;
+
+/// How a planet is lit, and how much of its relief and its air is seen. Changing it compiles nothing, and loads nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanetLight {
+    /// Longitude and latitude over which the sun stands, in degrees. Without a sun all is as light as it can be.
+    pub sun: Option<[f64; 2]>,
+    /// By how much mountains are made higher than they are; 0 for a smooth ball.
+    pub exaggeration: f32,
+    /// How dense the air is, the Earth's being 1; 0 for none.
+    pub atmosphere: f32,
+    /// How bright lights on the ground are at night.
+    pub night: f32,
+}
+
+impl Default for PlanetLight {
+    fn default() -> PlanetLight {
+        PlanetLight { sun: Some([-38.0, 14.0]), exaggeration: 10.0, atmosphere: 1.0, night: 1.0 }
+    }
+}
+
+/// What the shaders are told; laid out as `Planet` in surface.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct PlanetUniform {
+    sun: Vec3,
+    lit: f32,
+    eye: Vec3,
+    density: f32,
+    ahead: Vec3,
+    sea: f32,
+    across: Vec3,
+    night: f32,
+    upward: Vec3,
+    pixel: f32,
+}
+
+impl PlanetLight {
+    /// What is told of a planet that a camera sees in a picture of so many pixels. `sea` is 1 over the value above the sea's at which
+    /// nothing is sea, or 0 where there is none.
+    pub(super) fn uniform(&self, pose: &Pose, [width, height]: [u32; 2], sea: f32) -> PlanetUniform {
+        let [right, up, ahead] = pose.axes();
+        let tangent = (FIELD_OF_VIEW / 2.0).tan();
+        let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
+        let sun = self.sun.map_or(DVec3::X, |[longitude, latitude]| {
+            direction_f64(longitude.to_radians(), latitude.to_radians())
+        });
+        PlanetUniform {
+            sun: sun.as_vec3(),
+            lit: f32::from(u8::from(self.sun.is_some())),
+            eye: pose.eye().as_vec3(),
+            density: self.atmosphere.max(0.0),
+            ahead: ahead.as_vec3(),
+            sea,
+            across: (right * tangent * aspect).as_vec3(),
+            night: self.night.max(0.0),
+            upward: (up * tangent).as_vec3(),
+            pixel: (2.0 * tangent / f64::from(height.max(1))) as f32,
+        }
+    }
+}
