@@ -8,7 +8,7 @@ use vastex::{Description, Geometry, GeometrySpec, LayerFormat};
 use vastex_core::{PoolLayout, Slot};
 use vastex_wgpu::{Belt, BeltTile, Pool, limits};
 
-use crate::world::{Bench, Part, Verdict};
+use crate::world::{Bench, Part, Verdict, thread_time};
 
 /// Bytes of tiles in a frame: the default budget.
 const FRAME_BYTES: u64 = 2 << 20;
@@ -116,18 +116,4 @@ impl World<'_> {
         self.bench.gpu.device.poll(wgpu::PollType::wait_indefinitely())?;
         Ok(())
     }
-}
-
-/// Processor time of this thread.
-#[cfg(target_os = "linux")]
-fn thread_time() -> Duration {
-    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
-}
-
-/// Where the system does not tell it, the time that passes.
-#[cfg(not(target_os = "linux"))]
-fn thread_time() -> Duration {
-    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
-    START.get_or_init(std::time::Instant::now).elapsed()
 }

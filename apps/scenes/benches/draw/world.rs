@@ -72,6 +72,20 @@ impl fmt::Display for Verdict {
     }
 }
 
+/// Processor time of this thread.
+#[cfg(target_os = "linux")]
+pub(crate) fn thread_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec as u64, time.tv_nsec as u32)
+}
+
+/// Where the system does not tell it, the time that passes.
+#[cfg(not(target_os = "linux"))]
+pub(crate) fn thread_time() -> Duration {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed()
+}
+
 /// A generated texture.
 pub(crate) fn property() -> Result<Arc<dyn TileSource>> {
     let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
