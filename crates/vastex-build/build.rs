@@ -1,5 +1,5 @@
-//! Says when the JPEG decoder was compiled without its SIMD code. Its own build script warns too, but Cargo shows warnings of
-//! the workspace's crates only.
+//! Says when the JPEG decoder was compiled without its SIMD code. Its own build script warns too, but Cargo
+//! shows warnings of the workspace's crates only.
 //!
 //! Sets the cfg `jpeg_simd` where the decoder has it.
 
@@ -21,7 +21,8 @@ fn main() {
     }
 }
 
-/// Whether the configuration that mozjpeg-sys was compiled with names SIMD. The first of the directories that it tells of has it.
+/// Whether the configuration that mozjpeg-sys was compiled with names SIMD. The first of the directories that
+/// it tells of has it.
 fn has_simd() -> bool {
     let Some(directories) = std::env::var_os("DEP_JPEG_INCLUDE") else { return false };
     let config = |directory: &Path| std::fs::read_to_string(directory.join("jconfig.h")).unwrap_or_default();

@@ -1,4 +1,5 @@
-//! What every target of cargo-fuzz consists of: a target of `vastex-fuzz`, and its mutations beside the fuzzer's own.
+//! What every target of cargo-fuzz consists of: a target of `vastex-fuzz`, and its mutations beside the
+//! fuzzer's own.
 
 pub use libfuzzer_sys;
 pub use vastex_fuzz;
@@ -21,7 +22,8 @@ pub fn target(name: &str) -> &'static vastex_fuzz::Target {
     vastex_fuzz::Target::named(name).expect("the target is in vastex-fuzz")
 }
 
-/// One mutation in three is the fuzzer's own, which knows what was compared with what; the others know the formats.
+/// One mutation in three is the fuzzer's own, which knows what was compared with what; the others know the
+/// formats.
 pub fn mutate(name: &str, data: &mut [u8], size: usize, max_size: usize, seed: u32) -> usize {
     if seed % 3 == 0 {
         return libfuzzer_sys::fuzzer_mutate(data, size, max_size);

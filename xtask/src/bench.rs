@@ -1,7 +1,8 @@
-//! `cargo xtask bench build`: preparing data with `vastex build` beside libvips, on the same images in the same run.
+//! `cargo xtask bench build`: preparing data with `vastex build` beside libvips, on the same images in the
+//! same run.
 //!
-//! A shared machine is noisy, so the programs take turns and only ratios within a turn count; peak memory and bytes
-//! are what can be trusted to the digit. The figures that are kept stand in docs/bench-build.md.
+//! A shared machine is noisy, so the programs take turns and only ratios within a turn count; peak memory and
+//! bytes are what can be trusted to the digit. The figures that are kept stand in docs/bench-build.md.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -26,8 +27,8 @@ const LEAST_SPEEDS: [f64; 2] = [2.0, 0.8];
 const LEAST_SPEED_FROM_JPEG: f64 = 3.0;
 /// The contender that these are asked of.
 const RAW: usize = 2;
-/// The images, with how many rounds are played of them: all that are asked for, or one, for what memory and bytes they
-/// take.
+/// The images, with how many rounds are played of them: all that are asked for, or one, for what memory and
+/// bytes they take.
 const INPUTS: &[(Input, bool)] =
     &[(Input::Earth, true), (Input::EarthJpeg, true), (EARTH_16K, true), (EARTH_32K, false)];
 
@@ -45,7 +46,8 @@ enum Program {
     Other(&'static str),
 }
 
-/// The anchors come first: the program whose output is closest to a container, then the fastest that makes a pyramid.
+/// The anchors come first: the program whose output is closest to a container, then the fastest that makes a
+/// pyramid.
 const CONTENDERS: &[Contender] = &[
     Contender {
         name: "vips dzsave, raw, borders of 1",
@@ -140,7 +142,8 @@ fn parse(options: &[&str]) -> Result<Options> {
     Ok(parsed)
 }
 
-/// All contenders in turn, `runs` times, after one uncounted round that fills the page cache: [round][contender].
+/// All contenders in turn, `runs` times, after one uncounted round that fills the page cache:
+/// [round][contender].
 fn compare(input: &Path, directory: &Path, runs: usize) -> Result<Vec<Vec<Run>>> {
     let mut rounds = Vec::with_capacity(runs);
     for round in 0..=runs {

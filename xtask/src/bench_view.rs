@@ -1,7 +1,9 @@
-//! `cargo xtask bench view`: how soon something can be seen of a file that nobody built, beside libvips' thumbnail of it.
+//! `cargo xtask bench view`: how soon something can be seen of a file that nobody built, beside libvips'
+//! thumbnail of it.
 //!
-//! The window is opened on a virtual display; it measures itself (`vastex view --times`), from the call to open with the device and
-//! the window there. Each run has an empty cache, so that an image is built. The figures that are kept stand in docs/bench-view.md.
+//! The window is opened on a virtual display; it measures itself (`vastex view --times`), from the call to
+//! open with the device and the window there. Each run has an empty cache, so that an image is built. The
+//! figures that are kept stand in docs/bench-view.md.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,10 +1,11 @@
-//! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do. The suite's step hands it a sample that stands
-//! for all of them, `cargo xtask campaign shaders` every text.
+//! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do. The suite's step
+//! hands it a sample that stands for all of them, `cargo xtask campaign shaders` every text.
 //!
-//! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of each kind, and posts back what
-//! it was told. A browser checks shaders on one thread, so several run at once, and each takes the next texts that nobody has. Texts whose
-//! names say so it is to refuse, as it alone does: where derivatives are taken behind a condition.
-//! Where there is no browser and none can be installed the step is skipped, loudly; where CI runs it fails.
+//! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of
+//! each kind, and posts back what it was told. A browser checks shaders on one thread, so several run at
+//! once, and each takes the next texts that nobody has. Texts whose names say so it is to refuse, as it alone
+//! does: where derivatives are taken behind a condition. Where there is no browser and none can be installed
+//! the step is skipped, loudly; where CI runs it fails.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{BufRead, BufReader, ErrorKind, Write};
@@ -188,8 +189,8 @@ impl<'a> Told<'a> {
         Ok(())
     }
 
-    /// Answers whoever has asked something; says what was asked last. Browsers also make connections that they may need later: those
-    /// on which nothing came yet are `silent`, and nobody waits for them.
+    /// Answers whoever has asked something; says what was asked last. Browsers also make connections that
+    /// they may need later: those on which nothing came yet are `silent`, and nobody waits for them.
     fn hear(&mut self, listener: &TcpListener, silent: &mut Vec<TcpStream>) -> Result<Option<String>> {
         match listener.accept() {
             Ok((stream, _)) => silent.extend(stream.set_nonblocking(true).is_ok().then_some(stream)),

@@ -1,22 +1,25 @@
-//! A sample of names that stands for all of them: whatever two words stand together in some name do so in one of the sample.
+//! A sample of names that stands for all of them: whatever two words stand together in some name do so in one
+//! of the sample.
 //!
-//! The names are those of variants, such as of shader texts: words joined by `-`, one for each thing in which variants differ. Most
-//! faults of variants come of one choice or of two together, and such a sample of thousands of names is some hundreds (pairwise testing:
-//! R. Kuhn, D. Wallace, A. Gallo, "Software fault interactions and implications for software testing", IEEE TSE 30(6), 2004).
+//! The names are those of variants, such as of shader texts: words joined by `-`, one for each thing in which
+//! variants differ. Most faults of variants come of one choice or of two together, and such a sample of
+//! thousands of names is some hundreds (pairwise testing: R. Kuhn, D. Wallace, A. Gallo, "Software fault
+//! interactions and implications for software testing", IEEE TSE 30(6), 2004).
 
 use std::collections::{BTreeSet, HashSet};
 
 /// Two words at their places, in names of a family: those of the same first word that have as many words.
 type Pair<'a> = (&'a str, usize, [(usize, &'a str); 2]);
 
-/// Such a sample, always the same of the same names. Names of a single word are in it. Greedy, so not the smallest there is; some
-/// 0.1 s for 5,000 names.
+/// Such a sample, always the same of the same names. Names of a single word are in it. Greedy, so not the
+/// smallest there is; some 0.1 s for 5,000 names.
 pub(crate) fn of_pairs<'a>(names: impl IntoIterator<Item = &'a str>) -> BTreeSet<&'a str> {
     let mut left: Vec<(&str, Vec<Pair<'_>>)> =
         names.into_iter().map(|name| (name, pairs(name).collect())).collect();
     let (mut sample, mut covered) = (BTreeSet::new(), HashSet::new());
     left.retain(|(name, pairs)| !pairs.is_empty() || !sample.insert(*name));
-    // Those that bring many new pairs come first: a name is looked at once for each number of pairs that it may bring.
+    // Those that bring many new pairs come first: a name is looked at once for each number of pairs that it
+    // may bring.
     let most = left.iter().map(|(_, pairs)| pairs.len()).max().unwrap_or(0);
     for wanted in (1..=most).rev() {
         left.retain_mut(|(name, pairs)| {

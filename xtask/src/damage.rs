@@ -1,7 +1,8 @@
 //! `cargo xtask campaign flips | fuzz`: more damaged files than the suite has time for.
 //!
-//! Flips are a test of vastex-tiles. Fuzzing is cargo-fuzz's, guided by coverage, where that and a nightly compiler are
-//! installed, and else vastex-fuzz's own, from a seed that each run takes from the clock and prints.
+//! Flips are a test of vastex-tiles. Fuzzing is cargo-fuzz's, guided by coverage, where that and a nightly
+//! compiler are installed, and else vastex-fuzz's own, from a seed that each run takes from the clock and
+//! prints.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};

@@ -1,7 +1,7 @@
 //! `cargo xtask demo`: the real Earth from `assets/` as a virtual texture, to look at.
 //!
-//! In a window where there is a display, else as two pictures. All of it is the program `vastex`, called as a person
-//! would call it.
+//! In a window where there is a display, else as two pictures. All of it is the program `vastex`, called as a
+//! person would call it.
 
 use std::process::Command;
 
@@ -10,14 +10,16 @@ use anyhow::{Context, Result};
 use crate::{demo_program, setup, shell};
 
 const PROGRAM: &str = "vastex-cli";
-/// The images of the Earth, and the containers that are made of them: colours, heights, lights at night and clouds.
+/// The images of the Earth, and the containers that are made of them: colours, heights, lights at night and
+/// clouds.
 const IMAGES: [(&str, &str); 4] = [
     ("assets/earth-color-10800x5400.jpg", "target/demo/earth.vastex"),
     ("assets/earth-land-4320x2160-u16.png", "target/demo/land.vastex"),
     ("assets/earth-night-2048x1024.jpg", "target/demo/night.vastex"),
     ("assets/earth-clouds-2048x1024.jpg", "target/demo/clouds.vastex"),
 ];
-/// The Earth of these containers: values of its heights are metres, and a map has paler colours than a planet.
+/// The Earth of these containers: values of its heights are metres, and a map has paler colours than a
+/// planet.
 const PLANET: &[&str] = &[
     "target/demo/earth.vastex",
     "--on",
@@ -105,7 +107,8 @@ fn render() -> Result<()> {
     Ok(())
 }
 
-/// The program, compiled by the same profile as in the suite, so that neither compiles libraries that the other has compiled.
+/// The program, compiled by the same profile as in the suite, so that neither compiles libraries that the
+/// other has compiled.
 pub(crate) fn vastex() -> Command {
     let program = shell::target_dir().join("debug").join(format!("vastex{}", std::env::consts::EXE_SUFFIX));
     shell::command(&program.to_string_lossy())

@@ -1,8 +1,8 @@
 //! The step that runs a part of the GPU tests on a second driver: SwiftShader, which comes with Chromium.
 //!
-//! All other tests run on whatever adapter the machine has, in CI Mesa's software driver. What is drawn right by one driver alone
-//! may be so by its good will; SwiftShader is strict where Mesa is not, and has few bind groups and small textures. Where it is
-//! not to be had the step is skipped, loudly; where CI runs it fails.
+//! All other tests run on whatever adapter the machine has, in CI Mesa's software driver. What is drawn right
+//! by one driver alone may be so by its good will; SwiftShader is strict where Mesa is not, and has few bind
+//! groups and small textures. Where it is not to be had the step is skipped, loudly; where CI runs it fails.
 
 use std::path::{Path, PathBuf};
 
@@ -22,11 +22,12 @@ const PLACES: &[&str] =
     &["/usr/lib/chromium", "/usr/lib64/chromium-browser", "/opt/google/chrome", "/usr/lib/chromium-browser"];
 const LIBRARY: &str = "libvk_swiftshader.so";
 
-/// What is run: a fixed sample that takes a minute of a processor, most of it to compile shaders. Each must exist, and pass.
+/// What is run: a fixed sample that takes a minute of a processor, most of it to compile shaders. Each must
+/// exist, and pass.
 const SAMPLE: &[&str] = &[
     NAMING,
-    // Values: every filter and every format of texels, levels, seams, fixed point, sixteen bits, places. SwiftShader reads compressed
-    // blocks wrongly in compute shaders (ARCHITECTURE.md, "Drivers").
+    // Values: every filter and every format of texels, levels, seams, fixed point, sixteen bits, places.
+    // SwiftShader reads compressed blocks wrongly in compute shaders (ARCHITECTURE.md, "Drivers").
     "sampling::every_format_of_texels_agrees_with_its_twin",
     "sampling::the_levels_of_a_texture_may_be_clamped_and_biased",
     "seams::where_uv_jumps_there_is_no_seam",

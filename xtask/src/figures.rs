@@ -1,4 +1,5 @@
-//! `cargo xtask bench fetch | slow | decide | draw`: the benchmarks that are crates' own, run, and their figures kept.
+//! `cargo xtask bench fetch | slow | decide | draw`: the benchmarks that are crates' own, run, and their
+//! figures kept.
 //!
 //! What is measured, and beside what, is theirs; here stand the commands and the pages of docs/.
 
@@ -121,7 +122,8 @@ time otherwise than a GPU would; its figures are here for their ratios, in small
 };
 
 impl Figures {
-    /// Runs the benchmark and prints its figures; with `--write`, keeps them. Of one that has sections, those that are named.
+    /// Runs the benchmark and prints its figures; with `--write`, keeps them. Of one that has sections, those
+    /// that are named.
     pub(crate) fn bench(&self, options: &[&str]) -> Result<()> {
         let (write, sections) = match options {
             ["--write"] => (true, &[][..]),

@@ -1,5 +1,6 @@
-//! A part of `cargo xtask bench build`: from a PNG to levels of tiles without loss, beside the scripts that Gaia Sky's
-//! makers use, which cut an image into tiles and then join four tiles at a time into each coarser one.
+//! A part of `cargo xtask bench build`: from a PNG to levels of tiles without loss, beside the scripts that
+//! Gaia Sky's makers use, which cut an image into tiles and then join four tiles at a time into each coarser
+//! one.
 //!
 //! The scripts are fetched, never kept here; how runs are measured and compared stands in `measure`.
 

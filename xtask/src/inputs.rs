@@ -1,5 +1,5 @@
-//! The images that the benchmarks read: the real Earth, and larger ones laid out from mirrored copies of it, so that
-//! nothing is enlarged and no seam shows.
+//! The images that the benchmarks read: the real Earth, and larger ones laid out from mirrored copies of it,
+//! so that nothing is enlarged and no seam shows.
 
 use std::path::{Path, PathBuf};
 
@@ -38,8 +38,8 @@ impl Input {
         }
     }
 
-    /// Makes the image in a directory, as an RGB TIFF of strips without compression, unless it is there already or is to be
-    /// read as it comes.
+    /// Makes the image in a directory, as an RGB TIFF of strips without compression, unless it is there
+    /// already or is to be read as it comes.
     pub(crate) fn make(self, directory: &Path) -> Result<PathBuf> {
         if self == Input::EarthJpeg {
             return Ok(shell::root().join(EARTH));

@@ -1,4 +1,5 @@
-//! `cargo xtask campaign kills`: a build killed at as many moments as are asked for, each time resumed and compared.
+//! `cargo xtask campaign kills`: a build killed at as many moments as are asked for, each time resumed and
+//! compared.
 //!
 //! The killing is a test of the program; this only says how often.
 

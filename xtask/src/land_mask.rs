@@ -1,7 +1,8 @@
-//! A part of `cargo xtask bench build`: a real mask of the whole Earth, 43200x21600 texels of land or water, from PNG.
+//! A part of `cargo xtask bench build`: a real mask of the whole Earth, 43200x21600 texels of land or water,
+//! from PNG.
 //!
-//! Most of its pages are all land or all water, so it shows what is saved where tiles are constant or alike. The mask is
-//! fetched, never kept here.
+//! Most of its pages are all land or all water, so it shows what is saved where tiles are constant or alike.
+//! The mask is fetched, never kept here.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! The parts of this program that others call too: programs that are run within a limit, and the record, a short form of which runs in
-//! the suite of the program `vastex`.
+//! The parts of this program that others call too: programs that are run within a limit, and the record, a
+//! short form of which runs in the suite of the program `vastex`.
 //!
 //! What a person types is `main`'s business.
 

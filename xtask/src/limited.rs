@@ -1,4 +1,5 @@
-//! Programs that are run for what they print, and for no longer than a limit: one that hangs ends as an error that says what it printed.
+//! Programs that are run for what they print, and for no longer than a limit: one that hangs ends as an error
+//! that says what it printed.
 //!
 //! How long a program may take, and what its output means, is decided by the callers.
 
@@ -18,7 +19,8 @@ const PAUSE: Duration = Duration::from_millis(2);
 /// Time that is left to what was printed before a program was killed, or had ended, to arrive here.
 const GRACE: Duration = Duration::from_secs(1);
 
-/// A program at work, whose output is gathered meanwhile. It is killed where this is dropped before it has ended.
+/// A program at work, whose output is gathered meanwhile. It is killed where this is dropped before it has
+/// ended.
 #[derive(Debug)]
 pub struct Limited {
     child: Child,
@@ -35,8 +37,9 @@ type Gathered = Arc<Mutex<Vec<u8>>>;
 
 /// Runs a command to its end, without input, and gives what it printed and how it ended.
 ///
-/// Fails where it cannot be started, and where it has not ended after `limit`: then it is killed, and the error says what it had
-/// printed. Programs that it started are not killed; their output is not waited for beyond the limit either.
+/// Fails where it cannot be started, and where it has not ended after `limit`: then it is killed, and the
+/// error says what it had printed. Programs that it started are not killed; their output is not waited for
+/// beyond the limit either.
 pub fn within(command: &mut Command, limit: Duration) -> Result<Output> {
     Limited::start(command, limit)?.end()
 }
@@ -132,7 +135,8 @@ impl fmt::Display for Limited {
     }
 }
 
-/// Reads a pipe on a thread of its own, so that a program never waits for room in it; the sender is dropped when it is closed.
+/// Reads a pipe on a thread of its own, so that a program never waits for room in it; the sender is dropped
+/// when it is closed.
 fn gather(mut pipe: impl Read + Send + 'static, closed: Sender<()>) -> Gathered {
     let gathered = Gathered::default();
     let into = Arc::clone(&gathered);

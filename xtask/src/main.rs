@@ -1,8 +1,8 @@
 //! What a person types in a clone of Vastex: `cargo xtask test | shaders | demo | bench | campaign`.
 //!
-//! It drives other programs (cargo, the package manager, libvips) and says what it does; whatever can be asserted
-//! about the code itself is a test under `tests/` and not a command here. It stays small and free of heavy
-//! dependencies, since everybody compiles it first.
+//! It drives other programs (cargo, the package manager, libvips) and says what it does; whatever can be
+//! asserted about the code itself is a test under `tests/` and not a command here. It stays small and free of
+//! heavy dependencies, since everybody compiles it first.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program for the terminal")]
 

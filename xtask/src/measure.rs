@@ -1,7 +1,8 @@
-//! Measuring other programs: wall time, CPU time, peak memory and bytes written of one run, and medians of several.
+//! Measuring other programs: wall time, CPU time, peak memory and bytes written of one run, and medians of
+//! several.
 //!
-//! The numbers come from GNU time, which reads them from the kernel when the program has ended. What is measured and
-//! how it is compared is the business of the benchmarks.
+//! The numbers come from GNU time, which reads them from the kernel when the program has ended. What is
+//! measured and how it is compared is the business of the benchmarks.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -27,8 +28,8 @@ pub(crate) struct Run {
     pub(crate) written_mb: f64,
 }
 
-/// Runs a program once, its output removed beforehand so that each run writes a new file. What was written before is on the disk
-/// by then, so that nobody waits for another's bytes.
+/// Runs a program once, its output removed beforehand so that each run writes a new file. What was written
+/// before is on the disk by then, so that nobody waits for another's bytes.
 pub(crate) fn run(program: &str, arguments: &[String], output: &Path) -> Result<Run> {
     remove(output).with_context(|| format!("cannot remove {}", output.display()))?;
     shell::command("sync").status().context("cannot start sync")?;

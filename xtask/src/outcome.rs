@@ -1,4 +1,5 @@
-//! What the steps of the suite have in common: how one ends that did not fail, and the command that runs tests.
+//! What the steps of the suite have in common: how one ends that did not fail, and the command that runs
+//! tests.
 
 use std::process::Command;
 

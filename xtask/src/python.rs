@@ -6,7 +6,8 @@ use anyhow::Result;
 
 use crate::{setup, shell};
 
-/// What the anchors that are written in Python need, and what unpacks inputs that are kept in its formats, as `pip` knows it.
+/// What the anchors that are written in Python need, and what unpacks inputs that are kept in its formats, as
+/// `pip` knows it.
 const PACKAGES: [&str; 2] = ["numpy", "opencv-python-headless"];
 
 /// The interpreter, made unless it is there.

@@ -88,7 +88,8 @@ fn parse(options: &[&str]) -> Result<Options> {
     Ok(Options { directory, compare, parts })
 }
 
-/// The program as the suite builds it, so that nothing is compiled twice, and the one that has the small sound files.
+/// The program as the suite builds it, so that nothing is compiled twice, and the one that has the small
+/// sound files.
 fn build() -> Result<Program> {
     shell::run(shell::cargo("build").args(["--quiet", "--workspace", "--bins", "--example", "shaders"]))?;
     Ok(Program { path: built("vastex") })

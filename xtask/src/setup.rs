@@ -190,7 +190,8 @@ fn has_graphics_driver() -> bool {
     loader && drives(&driver_manifests(), gpu)
 }
 
-/// Whether one of these Vulkan drivers has something to drive: a hardware driver on a machine without a GPU has not.
+/// Whether one of these Vulkan drivers has something to drive: a hardware driver on a machine without a GPU
+/// has not.
 fn drives(manifests: &[PathBuf], gpu: bool) -> bool {
     let software = |manifest: &PathBuf| {
         let name = manifest.file_name().unwrap_or_default().to_string_lossy();

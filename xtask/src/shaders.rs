@@ -1,7 +1,7 @@
 //! Every shader text of the project: writing them, and the step of the suite that holds them to WGSL.
 //!
-//! Which there are is known to the example `shaders` of the scenes, which makes them by the functions that make them for a device. This
-//! program has no dependency that could, so it runs that.
+//! Which there are is known to the example `shaders` of the scenes, which makes them by the functions that
+//! make them for a device. This program has no dependency that could, so it runs that.
 
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -29,7 +29,8 @@ pub(crate) fn run(arguments: &[&str]) -> Result<()> {
 
 /// Writes every text into a directory, which is made where there is none.
 pub(crate) fn write(directory: &Path) -> Result<()> {
-    // Of the whole workspace, as the suite builds it: what a crate alone would be built with is compiled anew.
+    // Of the whole workspace, as the suite builds it: what a crate alone would be built with is compiled
+    // anew.
     shell::run(shell::cargo("build").args(["--quiet", "--workspace", "--example", "shaders"]))?;
     let program =
         shell::target_dir().join("debug/examples").join(format!("shaders{}", std::env::consts::EXE_SUFFIX));
@@ -48,7 +49,8 @@ pub(crate) fn handed_over() -> PathBuf {
     shell::target_dir().join("shaders-handed-over")
 }
 
-/// The step: all texts are written, each is held to WGSL's grammar of operators, and those that tests handed to a device are among them.
+/// The step: all texts are written, each is held to WGSL's grammar of operators, and those that tests handed
+/// to a device are among them.
 pub(crate) fn check() -> Result<Outcome> {
     write_anew()?;
     let texts = texts(&written())?;
@@ -72,7 +74,8 @@ pub(crate) fn write_anew() -> Result<()> {
     write(&written())
 }
 
-/// The places that are no WGSL. Texts have most of their declarations in common, and each of those is looked at once.
+/// The places that are no WGSL. Texts have most of their declarations in common, and each of those is looked
+/// at once.
 fn faults(texts: &[(String, String)]) -> Vec<String> {
     let (mut faults, mut seen) = (Vec::new(), HashSet::new());
     for (name, text) in texts {
@@ -89,8 +92,8 @@ fn faults(texts: &[(String, String)]) -> Vec<String> {
     faults
 }
 
-/// What tests handed to a device must be among these, but for the values of constants: ids, bindings, scales and places of layers are as
-/// a test has them, and so are the sides of pages and the taps of filters.
+/// What tests handed to a device must be among these, but for the values of constants: ids, bindings, scales
+/// and places of layers are as a test has them, and so are the sides of pages and the taps of filters.
 fn compare(known: &[(String, String)]) -> Result<()> {
     let known: HashSet<u64> = known.iter().map(|(_, text)| hash_without_values(text)).collect();
     let directory = handed_over();
@@ -115,7 +118,8 @@ fn compare(known: &[(String, String)]) -> Result<()> {
     Ok(())
 }
 
-/// The hash of a text without the values of constants that are whole numbers or truth values, and without the numbers of bindings.
+/// The hash of a text without the values of constants that are whole numbers or truth values, and without the
+/// numbers of bindings.
 fn hash_without_values(text: &str) -> u64 {
     let is_constant = |line: &str| {
         line.starts_with("const ") && [": u32 = ", ": bool = "].iter().any(|ty| line.contains(ty))

@@ -1,4 +1,5 @@
-//! A part of `cargo xtask bench build`: how the peak memory of a build grows with the width and the height of the image.
+//! A part of `cargo xtask bench build`: how the peak memory of a build grows with the width and the height of
+//! the image.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -49,7 +49,8 @@ pub(crate) fn cargo(subcommand: &str) -> Command {
     command
 }
 
-/// Leaves out what cargo tells this package about itself: it is not true of another one, and would make some build scripts run again.
+/// Leaves out what cargo tells this package about itself: it is not true of another one, and would make some
+/// build scripts run again.
 pub(crate) fn forget_package(command: &mut Command) {
     let is_of_package = |name: &str| name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_");
     for (name, _) in std::env::vars_os() {
@@ -89,7 +90,8 @@ pub(crate) fn run_with_stderr(command: &mut Command) -> Result<Vec<String>> {
     Ok(said)
 }
 
-/// Runs a program and gives what it prints on its standard output, each line of which is shown as it comes, also where it fails then.
+/// Runs a program and gives what it prints on its standard output, each line of which is shown as it comes,
+/// also where it fails then.
 pub(crate) fn output_shown(command: &mut Command, mut shown: impl Write) -> Result<String> {
     let mut child = command
         .stdout(Stdio::piped())

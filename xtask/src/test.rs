@@ -1,4 +1,5 @@
-//! `cargo xtask test`: the whole suite as a list of steps, each timed, with a table at the end; or the tests of one crate.
+//! `cargo xtask test`: the whole suite as a list of steps, each timed, with a table at the end; or the tests
+//! of one crate.
 //!
 //! A step that fails does not keep the later ones from running, so that one run shows all that is wrong.
 
@@ -128,7 +129,8 @@ impl Clock {
 /// Processor time of all programs that were started here and have ended, by Linux's account.
 fn processor_time() -> Option<Duration> {
     let stat = fs::read_to_string("/proc/self/stat").ok()?;
-    // The name, in parentheses, may contain anything. After it the 14th and 15th field are hundredths of a second.
+    // The name, in parentheses, may contain anything. After it the 14th and 15th field are hundredths of a
+    // second.
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks: u64 =
         [13, 14].iter().map(|&field| fields.get(field)?.parse::<u64>().ok()).sum::<Option<u64>>()?;

@@ -1,7 +1,8 @@
 //! Runs the test programs of the workspace, two at a time, each within a limit.
 //!
-//! Cargo runs one after the other, and each has tests at its end that leave all but one processor idle. On two processors, from an empty
-//! target directory, the step took 980 s so and 1,028 s in cargo's order. What a program prints comes in one piece when it has ended.
+//! Cargo runs one after the other, and each has tests at its end that leave all but one processor idle. On
+//! two processors, from an empty target directory, the step took 980 s so and 1,028 s in cargo's order. What
+//! a program prints comes in one piece when it has ended.
 
 use std::collections::VecDeque;
 use std::fs;
@@ -18,8 +19,9 @@ use xtask::limited::within;
 use crate::shell;
 
 const AT_ONCE: usize = 2;
-/// What no test program takes on any machine; the longest takes a few minutes on two processors. One that hangs is killed then, and
-/// what it had printed is shown: the harness names each test that has ended, and those that run for more than a minute.
+/// What no test program takes on any machine; the longest takes a few minutes on two processors. One that
+/// hangs is killed then, and what it had printed is shown: the harness names each test that has ended, and
+/// those that run for more than a minute.
 const LIMIT: Duration = Duration::from_secs(30 * 60);
 
 /// A program that cargo has compiled.
@@ -32,8 +34,9 @@ struct Program {
     bytes: u64,
 }
 
-/// Compiles all tests and examples of the workspace, in one invocation, so that features unify and nothing is compiled twice, and
-/// runs all test programs and the examples of the documentation. `prepare` sets what each is run with.
+/// Compiles all tests and examples of the workspace, in one invocation, so that features unify and nothing is
+/// compiled twice, and runs all test programs and the examples of the documentation. `prepare` sets what each
+/// is run with.
 pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
     let mut compile = shell::cargo("test");
     compile.args(["--workspace", "--no-run"]).env("CARGO_TERM_COLOR", "never");
@@ -88,7 +91,8 @@ impl Program {
     }
 }
 
-/// The program that a line of cargo's names, as in `Executable tests/suite.rs (target/debug/deps/suite-0123)`, if it names any.
+/// The program that a line of cargo's names, as in `Executable tests/suite.rs
+/// (target/debug/deps/suite-0123)`, if it names any.
 fn program(line: &str) -> Option<Result<Program>> {
     let named = line.trim_start().strip_prefix("Executable ")?.strip_suffix(')')?;
     let (what, path) = named.split_once(" (")?;
@@ -100,7 +104,8 @@ fn program(line: &str) -> Option<Result<Program>> {
     }))
 }
 
-/// The package of a program, by the list of files that the compiler leaves beside it: the first is the one that cargo named.
+/// The package of a program, by the list of files that the compiler leaves beside it: the first is the one
+/// that cargo named.
 fn package(program: &Path, source: &str) -> Result<PathBuf> {
     let list = program.with_extension("d");
     let text = fs::read_to_string(&list).with_context(|| list.display().to_string())?;

@@ -1,8 +1,9 @@
 //! The step that compiles the crates of the browser for wasm32-unknown-unknown.
 //!
-//! Where rustup has the target's standard library, the project's own compiler does it. Else Debian's second Rust
-//! compiler does, building the standard library from the sources that come with it. Where neither is to be had the
-//! step is skipped, loudly. That no C is compiled for the target is an invariant and tested as such.
+//! Where rustup has the target's standard library, the project's own compiler does it. Else Debian's second
+//! Rust compiler does, building the standard library from the sources that come with it. Where neither is to
+//! be had the step is skipped, loudly. That no C is compiled for the target is an invariant and tested as
+//! such.
 
 use std::path::Path;
 use std::process::Command;

@@ -1,7 +1,8 @@
 //! WGSL's grammar of binary operators, which compilers that know C's precedence do not hold a text to.
 //!
-//! WGSL has no order among most operators: `a ^ b >> 3u` is no expression, it needs parentheses. naga reads it as C would, a browser
-//! refuses it. So texts are held to the grammar here, by their tokens: nothing else is parsed.
+//! WGSL has no order among most operators: `a ^ b >> 3u` is no expression, it needs parentheses. naga reads
+//! it as C would, a browser refuses it. So texts are held to the grammar here, by their tokens: nothing else
+//! is parsed.
 
 use std::fmt;
 
@@ -226,7 +227,8 @@ fn word(text: &str) -> usize {
     length
 }
 
-/// The places of `<` and `>` that stand around a template's parameters: the specification's "template list discovery".
+/// The places of `<` and `>` that stand around a template's parameters: the specification's "template list
+/// discovery".
 fn templates(text: &str) -> std::collections::BTreeSet<usize> {
     let (mut found, mut pending) = (std::collections::BTreeSet::new(), Vec::<(usize, usize)>::new());
     let (mut at, mut depth) = (0, 0_usize);

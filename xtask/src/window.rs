@@ -1,8 +1,9 @@
 //! The step that opens the program's window, on a display that is none.
 //!
-//! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is opened, redrawn
-//! and closed, with containers and with images that nobody built, and used by keys and pointer (`hands`), with a picture of
-//! every step of that in `target/window/steps`. Where there is no virtual display the step is skipped, loudly.
+//! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is
+//! opened, redrawn and closed, with containers and with images that nobody built, and used by keys and
+//! pointer (`hands`), with a picture of every step of that in `target/window/steps`. Where there is no
+//! virtual display the step is skipped, loudly.
 
 mod display;
 mod hands;
@@ -47,7 +48,8 @@ pub(crate) fn check() -> Result<Outcome> {
     Ok(Outcome::Passed)
 }
 
-/// A JPEG and a PNG are shown while they are built, and opened at once the second time; of one that ends early, the program says so.
+/// A JPEG and a PNG are shown while they are built, and opened at once the second time; of one that ends
+/// early, the program says so.
 fn images_that_nobody_built(place: &Path) -> Result<()> {
     for image in [JPEG, IMAGE] {
         for is_built in [true, false] {

@@ -4,8 +4,9 @@ use std::time::{Duration, Instant};
 
 use vastex_viewer::Gpu;
 
-/// Tells time by what tells most of the work: the processor time of this process where the adapter is the processor, which a busy
-/// machine disturbs less; the GPU's timestamps; or, where there is neither, the wall from submitting to having waited.
+/// Tells time by what tells most of the work: the processor time of this process where the adapter is the
+/// processor, which a busy machine disturbs less; the GPU's timestamps; or, where there is neither, the wall
+/// from submitting to having waited.
 #[derive(Debug)]
 pub struct GpuClock {
     hand: Hand,
@@ -56,8 +57,8 @@ impl GpuClock {
         }
     }
 
-    /// How long each of these takes, `rounds` times, one after another in each round: `[what][round]`. One round before them
-    /// is not counted. Waits.
+    /// How long each of these takes, `rounds` times, one after another in each round: `[what][round]`. One
+    /// round before them is not counted. Waits.
     pub fn in_turns(
         &self,
         gpu: &Gpu,

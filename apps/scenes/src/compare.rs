@@ -16,7 +16,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares two pictures of the same size. A pixel that only one of them covers counts as wholly different.
+    /// Compares two pictures of the same size. A pixel that only one of them covers counts as wholly
+    /// different.
     pub fn of(one: &Picture, other: &Picture) -> Comparison {
         let (mut pixels, mut within, mut beyond, mut max_error, mut squares) = (0u64, 0u64, 0u64, 0u8, 0u64);
         for (a, b) in one.rgba.chunks_exact(4).zip(other.rgba.chunks_exact(4)) {

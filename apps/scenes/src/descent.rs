@@ -1,8 +1,8 @@
 //! A globe with a texture of any size on it, flown over from orbit down to its texels.
 //!
-//! Where the camera is is f64, what is drawn is told from the camera (`globe_grid`), and texels in fixed point from the one below
-//! it, so nothing trembles. The scene `globe` (`vastex-viewer`) is drawn in fixed point where its mesh would not be exact; this
-//! one always is, on a grid of its own.
+//! Where the camera is is f64, what is drawn is told from the camera (`globe_grid`), and texels in fixed
+//! point from the one below it, so nothing trembles. The scene `globe` (`vastex-viewer`) is drawn in fixed
+//! point where its mesh would not be exact; this one always is, on a grid of its own.
 
 use std::sync::Arc;
 
@@ -60,7 +60,8 @@ struct DescentCamera {
 }
 
 impl Descent {
-    /// A globe with the first layer of a texture on it, for pictures of `size` pixels. Feedback has a pass of its own.
+    /// A globe with the first layer of a texture on it, for pictures of `size` pixels. Feedback has a pass of
+    /// its own.
     pub fn new(
         gpu: &Gpu,
         source: Arc<dyn TileSource>,
@@ -106,8 +107,8 @@ impl Descent {
     /// Frames of [`Descent::pose`].
     pub const FRAMES: u64 = FRAMES;
 
-    /// The way down: from three radii above to two metres above a place in the Alps, at an even pace in levels; the camera turns to the
-    /// horizon as it comes near the ground. Holds its last pose.
+    /// The way down: from three radii above to two metres above a place in the Alps, at an even pace in
+    /// levels; the camera turns to the horizon as it comes near the ground. Holds its last pose.
     pub fn pose(frame: u64) -> GlobePose {
         let t = frame.min(FRAMES - 1) as f64 / (FRAMES - 1) as f64;
         let altitude = 3.0 * (2.0 * GlobePose::METRE / 3.0).powf(t);

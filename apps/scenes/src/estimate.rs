@@ -1,4 +1,5 @@
-//! What the scenes tell of their surfaces, so that what a view wants can be estimated without a feedback pass.
+//! What the scenes tell of their surfaces, so that what a view wants can be estimated without a feedback
+//! pass.
 
 use vastex::Textures;
 use vastex::survey::{
@@ -34,8 +35,8 @@ impl Estimate {
         }
     }
 
-    /// What a view of so many pixels wants of a scene's only texture, by the surfaces' ideal shapes; nothing where that is not
-    /// for the CPU to say.
+    /// What a view of so many pixels wants of a scene's only texture, by the surfaces' ideal shapes; `None`
+    /// if that is not for the CPU to say.
     pub fn of_view(
         self,
         scene: Scene,

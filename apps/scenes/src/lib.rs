@@ -1,7 +1,8 @@
-//! What judges pictures: the ordinary-texture reference, the CPU's pictures, costs, estimates, and scenes that only tests and examples
-//! draw.
+//! What judges pictures: the ordinary-texture reference, the CPU's pictures, costs, estimates, and scenes
+//! that only tests and examples draw.
 //!
-//! What is drawn is `vastex-viewer`'s, and named here too. The words of the command line and the window are the program's.
+//! What is drawn is `vastex-viewer`'s, and named here too. The words of the command line and the window are
+//! the program's.
 
 mod attribute;
 mod clock;

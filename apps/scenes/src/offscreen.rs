@@ -44,7 +44,7 @@ const FEEDBACK_FRAMES: u64 = 2;
 pub enum Until {
     /// After so many frames.
     Frames(u64),
-    /// When the path is at its end, the view has converged and no tile fades in any more; it gives up [`PATIENCE_FRAMES`] after the end.
+    /// When the path is at its end, all is there and faded in; given up [`PATIENCE_FRAMES`] after the end.
     Converged,
 }
 
@@ -53,8 +53,8 @@ pub enum Until {
 pub enum ReferenceKind {
     /// From an ordinary mip-mapped texture, on the same device.
     Gpu,
-    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB, of a format that the device
-    /// does not filter, or lacks tiles.
+    /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB, of a format
+    /// that the device does not filter, or lacks tiles.
     Cpu,
 }
 
@@ -115,8 +115,8 @@ impl Offscreen {
         Offscreen::showing_together(shown, gpu, source, &[], scene, size, settings)
     }
 
-    /// The same with further textures over the first one, which says how wide the image is and is the one that pictures are compared
-    /// with.
+    /// The same with further textures over the first one, which says how wide the image is and is the one
+    /// that pictures are compared with.
     pub fn showing_together(
         shown: &DisplayOptions,
         gpu: &Gpu,
@@ -201,8 +201,8 @@ impl Offscreen {
         self.ahead = ahead.then(|| (self.renderer.new_camera(&self.gpu.device), Ahead::default()));
     }
 
-    /// Where the camera is in runs of [`Path::Still`], in the place of the first pose of the scene; other paths go their own way. The pose
-    /// must be of this scene ([`Pose::scene`]).
+    /// Where the camera is in runs of [`Path::Still`], in the place of the first pose of the scene; other
+    /// paths go their own way. The pose must be of this scene ([`Pose::scene`]).
     pub fn stand_at(&mut self, pose: Pose) {
         self.still = Some(pose);
     }
@@ -226,8 +226,8 @@ impl Offscreen {
         self.run_along(path.frames(), pose, until, watch)
     }
 
-    /// The same with a camera that has a pose in each frame, counted from 0, and is at its last place after `frames` of them. Poses must be
-    /// of this scene ([`Pose::scene`]).
+    /// The same with a camera that has a pose in each frame, counted from 0, and is at its last place after
+    /// `frames` of them. Poses must be of this scene ([`Pose::scene`]).
     pub fn run_along(
         &mut self,
         frames: u64,
@@ -349,7 +349,7 @@ impl Offscreen {
         Ok(self.textures.pixels().wait()?.map(|explained| explained.explanations).unwrap_or_default())
     }
 
-    /// How alike the picture of the last frame is to the same scene drawn from an ordinary texture, and how that was drawn.
+    /// How alike the last frame's picture is to one from an ordinary texture, and how that was drawn.
     ///
     /// Of a scene that heights displace the colours are compared, on the ground as it is: by the CPU twin.
     pub fn compare(&self) -> Result<(Comparison, ReferenceKind), OffscreenError> {
@@ -381,7 +381,7 @@ impl Offscreen {
         }
     }
 
-    /// The picture of the last frame by the CPU twin of the shaders, at the mip bias in force. Of one opaque layer.
+    /// The last frame's picture by the shaders' CPU twin, at the mip bias in force. Of one opaque layer.
     pub fn cpu_picture(&self) -> Result<Picture, OffscreenError> {
         if !self.renderer.layers().is_single() {
             return Err(OffscreenError::SeveralLayers);
@@ -428,7 +428,7 @@ impl Offscreen {
         Ok(self.textures.pixels().feedback_of_every(self.canvas.size(), draw)?)
     }
 
-    /// Loads what every pixel of the views wants. Feedback asks one pixel in four, and so may miss a corner of a page.
+    /// Loads what every pixel of the views wants. Feedback asks one in four, and may miss a page's corner.
     pub fn load_for_every_pixel(&mut self) -> Result<(), OffscreenError> {
         let (main, beside) = self.views.poses(self.pose);
         for pose in std::iter::once(main).chain(beside) {
@@ -439,8 +439,8 @@ impl Offscreen {
         Ok(())
     }
 
-    /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row; nothing where the pixel does
-    /// not see it.
+    /// Where on its texture each pixel of a view is that has this pose, in texels of level 0, row by row;
+    /// `None` for a pixel that does not see it.
     pub fn places(&self, pose: &Pose) -> Vec<Option<glam::DVec2>> {
         self.renderer.set_pose(&self.gpu.queue, &self.textures, pose, self.canvas.size());
         let shown = (&self.gpu, &self.textures, &self.renderer);
@@ -452,7 +452,7 @@ impl Offscreen {
         self.renderer.anchor(&self.textures, pose, self.canvas.size()).is_some()
     }
 
-    /// Shows a layer of the list otherwise from the next frame on: the one of this number, from the lowest, as `change` makes it.
+    /// From the next frame on shows a layer as `change` makes it: that of this number, from the lowest.
     pub fn change_layer(
         &mut self,
         n: usize,

@@ -1,5 +1,5 @@
-//! Where on its texture each pixel of a picture is, as the scene's own shaders have it: to measure pictures by, and for those that the CPU
-//! makes.
+//! Where on its texture each pixel of a picture is, as the scene's own shaders have it: to measure pictures
+//! by, and for those that the CPU makes.
 
 use glam::{DVec2, Vec2};
 use vastex::Textures;
@@ -22,8 +22,8 @@ pub(crate) struct PixelPlace {
     pub(crate) light: f32,
 }
 
-/// What every pixel sees, row by row, in a picture that the scene's own camera has been placed for; nothing where it does not see the
-/// texture.
+/// What every pixel sees, row by row, in a picture that the scene's own camera has been placed for; `None` if
+/// it does not see the texture.
 pub(crate) fn places(
     shown: (&Gpu, &Textures, &SceneRenderer),
     pose: &Pose,

@@ -1,7 +1,8 @@
-//! A planet whose colours, heights, lights and clouds are virtual textures of their own: one group, one feedback entry.
+//! A planet whose colours, heights, lights and clouds are virtual textures of their own: one group, one
+//! feedback entry.
 //!
-//! What each attribute does to the picture is the shader's business (planet.wgsl); that it is the same from ordinary textures,
-//! `planet_reference`'s.
+//! What each attribute does to the picture is the shader's business (planet.wgsl); that it is the same from
+//! ordinary textures, `planet_reference`'s.
 
 use std::sync::Arc;
 

@@ -9,7 +9,8 @@ use crate::shaders;
 use vastex_viewer::surface::{Corners, PipelineParts};
 
 impl Planet {
-    /// How alike the picture of the last frame is to that from an ordinary texture in the place of each virtual one.
+    /// How alike the picture of the last frame is to that from an ordinary texture in the place of each
+    /// virtual one.
     pub fn compare(&self) -> Result<Comparison, ReferenceError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let (mut types, mut bound) = (Vec::new(), Vec::new());

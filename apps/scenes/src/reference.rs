@@ -1,11 +1,11 @@
 //! The same scene drawn from an ordinary mip-mapped texture: what a virtual texture is compared with.
 //!
-//! The texture holds the levels that the source has of one layer, padded per axis to the next power of two, so that texel
-//! `i` of a level covers exactly the texels `2i` and `2i + 1` of the level before it, as in the virtual texture. The
-//! padding holds what the address mode gives there.
+//! The texture holds the levels that the source has of one layer, padded per axis to the next power of two,
+//! so that texel `i` of a level covers exactly the texels `2i` and `2i + 1` of the level before it, as in the
+//! virtual texture. The padding holds what the address mode gives there.
 //!
-//! Compressed layers are decoded, by the CPU, so that what a driver makes of blocks is compared, too: BC6H and BC7 are exact,
-//! the others may differ by 2/255 of a texel.
+//! Compressed layers are decoded, by the CPU, so that what a driver makes of blocks is compared, too: BC6H
+//! and BC7 are exact, the others may differ by 2/255 of a texel.
 
 use vastex::survey::TexelPositions;
 use vastex::{AddressMode, Description, Geometry, Layer, LayerFormat, Textures, TileSource};
@@ -47,9 +47,11 @@ pub enum ReferenceError {
 pub enum Taps {
     /// Those of the virtual texture, one by one, at the edges too.
     Same,
-    /// Those of the virtual texture, at the edges as the sampler has it; bicubic by one. What a price is measured by.
+    /// Those of the virtual texture, at the edges as the sampler has it; bicubic by one. What a price is
+    /// measured by.
     Ordinary,
-    /// Those of the adapter's own trilinear filter, or of its anisotropic one where the virtual texture's is anisotropic.
+    /// Those of the adapter's own trilinear filter, or of its anisotropic one where the virtual texture's is
+    /// anisotropic.
     Adapter,
 }
 
@@ -60,7 +62,8 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Reads all levels of the one opaque layer that the renderer shows, on a surface without heights, into an ordinary texture.
+    /// Reads all levels of the one opaque layer that the renderer shows, on a surface without heights, into
+    /// an ordinary texture.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -144,7 +147,8 @@ impl Plain<'_> {
         let layer = &description.layers[index];
         let ([width, height, _], [mode_x, mode_y, _]) =
             (description.geometry.size(), description.geometry.address());
-        // The levels of a layer with a fraction of the resolution are as many as the texture's, so its padding is as large.
+        // The levels of a layer with a fraction of the resolution are as many as the texture's, so its
+        // padding is as large.
         let padded = |side: u32, mode| match mode {
             // Down to a texel of padding beside the last of the texture.
             AddressMode::Border => 2 << description.geometry.coarsest(),
@@ -272,8 +276,8 @@ impl Plain<'_> {
     }
 
     fn sampler_of_levels(&self) -> wgpu::SamplerDescriptor<'static> {
-        // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before the first texel lies
-        // the end of the padding, where the border colour is.
+        // A mirrored edge needs the texel at the edge once more, which is what a clamped edge gives; before
+        // the first texel lies the end of the padding, where the border colour is.
         let address = self.shape.address().map(|mode| match mode {
             AddressMode::Wrap | AddressMode::Border => wgpu::AddressMode::Repeat,
             AddressMode::Clamp | AddressMode::Mirror => wgpu::AddressMode::ClampToEdge,
@@ -301,8 +305,8 @@ impl Plain<'_> {
     }
 }
 
-/// The texel of a level of `size` that texel `at` of `padded` holds, or nothing for the border colour. With wrapped edges
-/// the far half of the padding lies before texel 0, since the sampler wraps too.
+/// The texel of a level of `size` that texel `at` of `padded` holds, or nothing for the border colour. With
+/// wrapped edges the far half of the padding lies before texel 0, since the sampler wraps too.
 fn padding_source(mode: AddressMode, at: u32, size: u32, padded: u32) -> Option<u32> {
     if at < size {
         return Some(at);

@@ -1,7 +1,8 @@
-//! The shader texts of scenes: which modules are joined, each beside Vastex's own text, which is the same for all pipelines.
+//! The shader texts of scenes: which modules are joined, each beside Vastex's own text, which is the same for
+//! all pipelines.
 //!
-//! One text has every entry point of what is drawn with one bind group, so there are as few texts as there are kinds of what is
-//! sampled. What a pipeline is told beside that are constants that it is made with.
+//! One text has every entry point of what is drawn with one bind group, so there are as few texts as there
+//! are kinds of what is sampled. What a pipeline is told beside that are constants that it is made with.
 
 pub use vastex_viewer::shaders::{flat, layered, relief};
 
@@ -33,8 +34,8 @@ fn member_id(place: usize) -> String {
     format!("planet.ids[{}].{}", place / 4, ["x", "y", "z", "w"][place % 4])
 }
 
-/// Of the same planet sampled from ordinary textures in the order of `parts`; `pools` says in which pool of the text each one's virtual
-/// texture lies.
+/// Of the same planet sampled from ordinary textures in the order of `parts`; `pools` says in which pool of
+/// the text each one's virtual texture lies.
 pub fn ordinary_planet(vastex: &str, parts: &[Attribute], pools: &[usize]) -> String {
     let sampled = |attribute: Attribute| {
         let place = (0..).zip(parts).find(|(_, part)| **part == attribute);

@@ -1,6 +1,8 @@
-//! Traces of the camera paths, without a GPU: what each frame of a path wants, from where its pixels meet the surface.
+//! Traces of the camera paths, without a GPU: what each frame of a path wants, from where its pixels meet the
+//! surface.
 //!
-//! The surfaces are the ideal ones, not their triangles; what is wanted where follows by the twins of the shaders.
+//! The surfaces are the ideal ones, not their triangles; what is wanted where follows by the twins of the
+//! shaders.
 
 use glam::{Mat4, Vec2, Vec3};
 use std::f32::consts::{PI, TAU};

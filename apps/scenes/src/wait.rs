@@ -8,7 +8,8 @@ pub fn headless_gpu() -> Result<Gpu, GpuSetupError> {
     pollster::block_on(Gpu::headless())
 }
 
-/// Submits the encoder's commands and reads a texture of so many bytes a pixel, row by row without padding. Waits.
+/// Submits the encoder's commands and reads a texture of so many bytes a pixel, row by row without padding.
+/// Waits.
 ///
 /// A device that is lost gives zeros; the next call of the frame loop says why.
 pub(crate) fn read_texture(

@@ -183,17 +183,20 @@ pub(crate) const PLANET: &str = "planet:";
 /// What both `render` and `view` are told.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// A container, a tile directory, a TIFF pyramid, an image, which is built into --cache the first time, or planet:BITS[:IMAGE],
-    /// a generated planet of 2^BITS texels round the equator (8 to 31), with the continents of IMAGE, any of these, if it is named
+    /// A container, a tile directory, a TIFF pyramid, an image, which is built into --cache the first time,
+    /// or planet:BITS[:IMAGE], a generated planet of 2^BITS texels round the equator (8 to 31), with the
+    /// continents of IMAGE, any of these, if it is named
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
     pub(crate) on: Scene,
-    /// Where the camera is at first, as the panel of the window writes it. image:x=COLUMN,y=ROW,zoom=Z: Z is 1 where all of the image
-    /// fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1. plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the
-    /// plane's width, and degrees. globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground; also heading=DEGREES, clockwise from
-    /// north, and tilt=DEGREES, from straight down. The text decides the scene. After it may
-    /// follow, each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode, and on=terrain
+    /// Where the camera is at first, as the panel of the window writes it. image:x=COLUMN,y=ROW,zoom=Z: Z is
+    /// 1 where all of the image fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1.
+    /// plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the plane's width, and degrees.
+    /// globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground; also heading=DEGREES, clockwise
+    /// from north, and tilt=DEGREES, from straight down. The text decides the scene. After it may follow,
+    /// each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode,
+    /// and on=terrain
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
     #[command(flatten)]
@@ -202,32 +205,37 @@ pub(crate) struct SceneArgs {
     pub(crate) heights: heights::HeightArgs,
     #[command(flatten)]
     pub(crate) planet: planet::PlanetArgs,
-    /// Size of the picture in pixels. By default 1280x720; a window has the size that it had when it was closed last
+    /// Size of the picture in pixels. By default 1280x720; a window has the size that it had when it was
+    /// closed last
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
-    /// GPU memory for tiles, in MiB, whatever the settings say; too little makes the picture coarser. By default as much as a
-    /// picture of this size needs
+    /// GPU memory for tiles, in MiB, whatever the settings say; too little makes the picture coarser. By
+    /// default as much as a picture of this size needs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub(crate) pool_mib: Option<u64>,
-    /// Settings of pools and of reading (vastex.toml); may be given several times, and later files override earlier ones
+    /// Settings of pools and of reading (vastex.toml); may be given several times, and later files override
+    /// earlier ones
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Vec<PathBuf>,
-    /// How texels are blended: nearest, bilinear, trilinear, anisotropic2, 4, 8 or 16 (with up to so many taps where the
-    /// surface is seen at a slant), or bicubic (where the image is enlarged)
+    /// How texels are blended: nearest, bilinear, trilinear, anisotropic2, 4, 8 or 16 (with up to so many
+    /// taps where the surface is seen at a slant), or bicubic (where the image is enlarged)
     #[arg(long, default_value = "trilinear", value_name = "FILTER")]
     pub(crate) filter: Filter,
-    /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture itself, or, for adapters
-    /// without compute shaders or storage buffers, by that pass read back whole. By default the best mode of the adapter
+    /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture
+    /// itself, or, for adapters without compute shaders or storage buffers, by that pass read back whole. By
+    /// default the best mode of the adapter
     #[arg(long, value_name = "MODE", value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
     pub(crate) feedback: Option<FeedbackMode>,
-    /// KiB of GPU memory up to which a texture is held whole, as an ordinary one that takes no part in paging; 0: none is
+    /// KiB of GPU memory up to which a texture is held whole, as an ordinary one that takes no part in
+    /// paging; 0: none is
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 22))]
     pub(crate) whole_kib: u64,
     /// KiB of tiles copied to the GPU per frame at most
     #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
     pub(crate) upload_kib_per_frame: u64,
-    /// Draw a diagnostic overlay instead of the picture: the levels shown, the levels wanted, how far one falls short of the
-    /// other, the borders of pages, the feedback as seen, the page table, or the slots of the pool
+    /// Draw a diagnostic overlay instead of the picture: the levels shown, the levels wanted, how far one
+    /// falls short of the other, the borders of pages, the feedback as seen, the page table, or the slots of
+    /// the pool
     #[arg(long, value_name = "NAME", value_parser = named(&Overlay::ALL, Overlay::name))]
     pub(crate) overlay: Option<Overlay>,
     /// Load pages of the same content one by one, each into a slot of its own, to see what sharing saves
@@ -304,8 +312,8 @@ impl SceneArgs {
         matches!(&self.shown_layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
     }
 
-    /// The files that are opened beside the source, in the order in which they are counted after it: those of `--over`, then those of a
-    /// planet.
+    /// The files that are opened beside the source, in the order in which they are counted after it: those of
+    /// `--over`, then those of a planet.
     pub(crate) fn files_over(&self) -> impl Iterator<Item = &Path> {
         self.layers.over.iter().map(PathBuf::as_path).chain(self.planet.files())
     }

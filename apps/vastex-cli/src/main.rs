@@ -1,8 +1,8 @@
 //! The program `vastex`: makes containers of images and shows them, in a window or headless.
 //!
-//! Here are the words of the command line and what is said to people and scripts; what is done stands in the libraries.
-//! Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 something is wrong with the command line;
-//! 130 ended by Ctrl-C.
+//! Here are the words of the command line and what is said to people and scripts; what is done stands in the
+//! libraries. Exit codes: 0 done; 1 something is wrong with the input or the machine; 2 something is wrong
+//! with the command line; 130 ended by Ctrl-C.
 
 mod args;
 mod commands;
@@ -71,8 +71,8 @@ fn main() -> ExitCode {
     })
 }
 
-/// Makes a write beyond the limit for files (`ulimit -f`) an error like that of a full disk. The system would end the
-/// program, whose partial output would stay.
+/// Makes a write beyond the limit for files (`ulimit -f`) an error like that of a full disk. The system would
+/// end the program, whose partial output would stay.
 fn survive_file_limits() {
     #[cfg(unix)]
     if let Err(error) = signal_hook::flag::register(SIGXFSZ, Default::default()) {

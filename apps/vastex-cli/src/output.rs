@@ -51,8 +51,8 @@ impl Output {
         })
     }
 
-    /// Lets somebody write the whole file, bit by bit, and puts it in its place where that goes well; says how many bytes it has.
-    /// An error of the one who writes is the inner one.
+    /// Lets somebody write the whole file, bit by bit, and puts it in its place where that goes well; says
+    /// how many bytes it has. An error of the one who writes is the inner one.
     #[cfg(feature = "build")]
     pub(crate) fn write_by<E>(
         &self,

@@ -1,4 +1,5 @@
-//! Where pictures of `render` go: the last one into a PNG file, or all of a path into numbered files or, pixel by pixel, into a pipe.
+//! Where pictures of `render` go: the last one into a PNG file, or all of a path into numbered files or,
+//! pixel by pixel, into a pipe.
 
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
@@ -77,7 +78,7 @@ pub(crate) struct NumberedName {
 }
 
 impl NumberedName {
-    /// The name, where it has a place for a number; nothing where it has none.
+    /// The name, where it has a place for a number; `None` if it has none.
     fn of(path: &Path) -> Result<Option<NumberedName>> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
         let mut found = None;
@@ -128,7 +129,8 @@ impl RawFrames {
         Ok(RawFrames { writer: Box::new(BufWriter::new(file)), name })
     }
 
-    /// Writes all pixels, opaque: what the texture does not cover shows the background. Breaks where nobody reads any more.
+    /// Writes all pixels, opaque: what the texture does not cover shows the background. Breaks where nobody
+    /// reads any more.
     fn write(&mut self, picture: &Picture) -> Result<ControlFlow<()>> {
         let mut bytes = picture.rgba.clone();
         bytes.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 255);

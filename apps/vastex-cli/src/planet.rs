@@ -8,8 +8,8 @@ use vastex::TileSource;
 use vastex::source::{PlanetImage, PlanetSource};
 use vastex_scenes::planet_image;
 
-/// Opens the planet that the words after `planet:` say, with the continents of the image that they name, which `open_image` opens.
-/// Where they name none, continents are made up.
+/// Opens the planet that the words after `planet:` say, with the continents of the image that they name,
+/// which `open_image` opens. Where they name none, continents are made up.
 pub(crate) fn open(
     words: &str,
     open_image: impl FnOnce(&Path) -> Result<Arc<dyn TileSource>>,

@@ -8,7 +8,8 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 /// Before that a pace says more about how the work began than about how it goes on.
 const FIRST_PACE: Duration = Duration::from_millis(1500);
 
-/// A bar of so many `unit`s ("row", "tile"), or none where it is to be `hidden`. What is done to them is said before the count.
+/// A bar of so many `unit`s ("row", "tile"), or none where it is to be `hidden`. What is done to them is said
+/// before the count.
 pub(crate) fn bar(hidden: bool, what: &str, unit: &'static str) -> ProgressBar {
     let bar = if hidden { ProgressBar::hidden() } else { ProgressBar::new(0) };
     let template = format!("{{bar:32}} {{percent:>3}} %  {what}{{pos}} of {{len}} {unit}s{{msg}}{{pace}}");

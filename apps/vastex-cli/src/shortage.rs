@@ -6,7 +6,8 @@ use vastex::{Event, PoolId, Textures};
 
 use crate::report;
 
-/// What an event of a pool that was too small says of a view that has come to rest since; nothing where the pool has room for that.
+/// What an event of a pool that was too small says of a view that has come to rest since; `None` if the pool
+/// has room for that.
 #[cfg(feature = "view")]
 pub(crate) fn at_rest(event: Event, pools: &[PoolStats]) -> Option<Event> {
     match event {
@@ -20,7 +21,7 @@ pub(crate) fn at_rest(event: Event, pools: &[PoolStats]) -> Option<Event> {
     }
 }
 
-/// What an event says of a pool that is too small; nothing where it says something else.
+/// What an event says of a pool that is too small; `None` if it says something else.
 pub(crate) fn text(event: &Event, textures: &Textures) -> Option<String> {
     let pools = textures.stats().pools;
     let stats = |pool: PoolId| pools.iter().find(|stats| stats.pool == pool);

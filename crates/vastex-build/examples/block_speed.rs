@@ -1,7 +1,7 @@
-//! What a build of block-compressed tiles costs beside the bare encoder: both encode the same texels, of all levels and
-//! borders, with the same number of threads: one, which leaves a processor for reading and writing, and one for each processor.
-//! The build also reads the image, filters it, and writes.
-//! `cargo run --release -p vastex-build --example block_speed -- IMAGE [ROUNDS [best]]`
+//! What a build of block-compressed tiles costs beside the bare encoder: both encode the same texels, of all
+//! levels and borders, with the same number of threads: one, which leaves a processor for reading and
+//! writing, and one for each processor. The build also reads the image, filters it, and writes. `cargo run
+//! --release -p vastex-build --example block_speed -- IMAGE [ROUNDS [best]]`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that is run by hand")]
 
 mod clock;

@@ -1,7 +1,7 @@
-//! How many encoders are at work at once, as the mean over a build of block-compressed tiles, by threads and pages. The encoder
-//! sleeps for as long as a slow one takes, so it needs no processor: what is seen is whether locks, queues or the order of
-//! work keep threads waiting, on a machine of any size.
-//! `cargo run --release -p vastex-build --features measure --example encoders_at_work -- IMAGE`
+//! How many encoders are at work at once, as the mean over a build of block-compressed tiles, by threads and
+//! pages. The encoder sleeps for as long as a slow one takes, so it needs no processor: what is seen is
+//! whether locks, queues or the order of work keep threads waiting, on a machine of any size. `cargo run
+//! --release -p vastex-build --features measure --example encoders_at_work -- IMAGE`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that is run by hand")]
 
 use std::path::PathBuf;

@@ -1,5 +1,5 @@
-//! How far the levels of a container lie from those made straight from level 0 in 64-bit floats, in dB: the table of
-//! docs/filters.md; and what the builds cost. The image is so large that level 5 is not in the tail.
+//! How far the levels of a container lie from those made straight from level 0 in 64-bit floats, in dB: the
+//! table of docs/filters.md; and what the builds cost. The image is so large that level 5 is not in the tail.
 //! `cargo run --release -p vastex-build --example filter_quality -- IMAGE`
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a measurement that is run by hand")]
 
@@ -20,7 +20,8 @@ struct Plane {
     values: Vec<f64>,
 }
 
-/// Builds of each filter; the ratios of their times are taken within one round, for machines are not equally fast for long.
+/// Builds of each filter; the ratios of their times are taken within one round, for machines are not equally
+/// fast for long.
 const ROUNDS: usize = 3;
 
 fn main() {

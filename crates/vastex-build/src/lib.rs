@@ -3,8 +3,8 @@
 //! [`build()`] reads images, raw files, mosaics and tile directories row by row, makes every level, cuts
 //! tiles with their borders and drives the container's writer. Memory follows the width of the image, never
 //! its height; what a file makes impossible to read by rows is reported as a [`Notice`]. The bytes written
-//! depend on the image and the options, and not on the number of threads. A pyramid's own levels can be kept instead
-//! ([`BuildOptions::keep_levels`]).
+//! depend on the image and the options, and not on the number of threads. A pyramid's own levels can be kept
+//! instead ([`BuildOptions::keep_levels`]).
 //!
 //! [`replace()`] puts an image into a region of a container that was built here, on all levels; [`build()`]
 //! puts an [`Inset`] into the texture in the same way, on levels that exist only where insets are.
@@ -12,9 +12,10 @@
 //! [`export()`] goes the other way: from a texture to the tile directories of other programs, which
 //! [`build()`] reads too, and a [`DirectorySource`] shows without a build.
 //!
-//! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at once.
-//! While it is built, such a program shows it from a [`MemoryImage`]: a smaller one of all of it where there is a quick way
-//! to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`] makes one without any build.
+//! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at
+//! once. While it is built, such a program shows it from a [`MemoryImage`]: a smaller one of all of it where
+//! there is a quick way to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`]
+//! makes one without any build.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
@@ -69,7 +70,8 @@ pub use vastex_tiles::{
 ///
 /// The file appears at `output`, over what was there, when it is whole; after an error or a cancellation
 /// nothing is left behind, unless [`BuildOptions::resume`] asks for it. Takes one pass over the images, in
-/// step with one another (over the tiles of a pyramid whose levels are kept), and memory as [`BuildReport::memory`] says.
+/// step with one another (over the tiles of a pyramid whose levels are kept), and memory as
+/// [`BuildReport::memory`] says.
 pub fn build<I: Clone + Into<LayerInput>>(
     inputs: &[I],
     output: &Path,

@@ -12,15 +12,15 @@ pub trait Progress {
     /// cancels the build, which then leaves nothing behind, unless it can be resumed.
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()>;
 
-    /// Another program is making what is asked for, which is waited for; called about ten times a second until it
-    /// is there. `Break` ends the wait.
+    /// Another program is making what is asked for, which is waited for; called about ten times a second
+    /// until it is there. `Break` ends the wait.
     fn wait(&self) -> ControlFlow<()> {
         ControlFlow::Continue(())
     }
 
-    /// Rows of the first layer's image from `first_row` on, upright and, where the layer holds colours, in sRGB: `image.row_bytes()`
-    /// bytes each, for programs that show an image while it is built or decoded. They come in order, and from 0 again
-    /// where a build begins anew. The thread that reads waits for it.
+    /// Rows of the first layer's image from `first_row` on, upright and, where the layer holds colours, in
+    /// sRGB: `image.row_bytes()` bytes each, for programs that show an image while it is built or decoded.
+    /// They come in order, and from 0 again where a build begins anew. The thread that reads waits for it.
     fn rows(&self, image: &ImageHeader, first_row: u32, rows: &[u8]) {
         let _ = (image, first_row, rows);
     }

@@ -42,10 +42,10 @@ pub(crate) fn pool(threads: usize) -> Result<ThreadPool, ThreadsError> {
 ///
 /// Items are made side by side by the threads of the pool that the caller runs in, else by those of rayon's
 /// own; which thread takes which item, and when, is left open. A thread takes at least `least` neighbouring
-/// items at a time where there are so many, so that little work is not shared at all. The items themselves are
-/// listed by the calling thread before any is made. Costs a lock and some bytes for each item, so an item is
-/// best a row of texels or more. A list of `()` takes no memory. Panics if `make` does, once no item is worked
-/// on any more.
+/// items at a time where there are so many, so that little work is not shared at all. The items themselves
+/// are listed by the calling thread before any is made. Costs a lock and some bytes for each item, so an item
+/// is best a row of texels or more. A list of `()` takes no memory. Panics if `make` does, once no item is
+/// worked on any more.
 pub(crate) fn map<T: Send, R: Send>(
     items: impl IntoIterator<Item = T>,
     least: usize,

@@ -28,7 +28,8 @@ const NUMBERS: [u64; 16] = [
 /// Bytes beyond which nothing grows.
 const MAX_BYTES: usize = 1 << 18;
 
-/// Damages an input of the target in one to four places, as `seed` says. Half of the time checksums are made right again.
+/// Damages an input of the target in one to four places, as `seed` says. Half of the time checksums are made
+/// right again.
 pub fn mutate(target: &Target, input: &[u8], seed: u64) -> Vec<u8> {
     let mut rng = Rng::new(seed);
     match target.form {

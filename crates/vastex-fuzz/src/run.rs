@@ -1,7 +1,9 @@
-//! The driver without coverage: mutations of seeds, and of inputs that a few mutations made, one after the other.
+//! The driver without coverage: mutations of seeds, and of inputs that a few mutations made, one after the
+//! other.
 //!
-//! Which inputs there are follows from the seed alone, so that a case that fails is found again by its number. The cases run on
-//! a thread of their own: one that does not come to an end is told from outside, and its thread is left behind.
+//! Which inputs there are follows from the seed alone, so that a case that fails is found again by its
+//! number. The cases run on a thread of their own: one that does not come to an end is told from outside, and
+//! its thread is left behind.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -67,8 +69,8 @@ enum Place {
 /// What is read at the moment, and since when.
 type Now = Mutex<(Place, Instant)>;
 
-/// Reads damaged inputs until the limit is reached, the target panics, or one takes longer than `patience`. Fails where the
-/// seeds are not sound.
+/// Reads damaged inputs until the limit is reached, the target panics, or one takes longer than `patience`.
+/// Fails where the seeds are not sound.
 pub fn run(target: &'static Target, seed: u64, limit: Limit, patience: Duration) -> Result<Ran> {
     let seeds = Arc::new(target.seeds()?);
     let now = Arc::new(Mutex::new((Place::Seed(0), Instant::now())));

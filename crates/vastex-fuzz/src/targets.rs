@@ -143,7 +143,8 @@ fn image(bytes: &[u8]) {
     });
 }
 
-/// Reads a TIFF file where it lies, page by page, and as a region. What can be refused is refused with a message.
+/// Reads a TIFF file where it lies, page by page, and as a region. What can be refused is refused with a
+/// message.
 fn read_in_place(path: &Path) {
     let mut source = match CropSource::open(path, 0) {
         Ok(source) => source,

@@ -1,6 +1,7 @@
 //! A small tree of files as one run of bytes, so that a directory can be damaged like a file.
 //!
-//! Each file: the length of its name (2 bytes), that of its content (4 bytes, little-endian both), name, content.
+//! Each file: the length of its name (2 bytes), that of its content (4 bytes, little-endian both), name,
+//! content.
 
 use std::fs;
 use std::io;
@@ -69,7 +70,8 @@ impl Tree {
         Ok(())
     }
 
-    /// Writes the files under `root`. A name that leads out of it, or that the system does not take, is passed over.
+    /// Writes the files under `root`. A name that leads out of it, or that the system does not take, is
+    /// passed over.
     pub fn write(&self, root: &Path) {
         for (name, content) in &self.files {
             let relative = Path::new(name);

@@ -1,4 +1,5 @@
-//! A fixed sample of damaged inputs for every reader and for the exporter, and every input that ever did harm.
+//! A fixed sample of damaged inputs for every reader and for the exporter, and every input that ever did
+//! harm.
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
@@ -10,8 +11,8 @@ fn here(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// Reads all that stands in `regressions/NAME`, and so many damaged inputs: a hundred or more of each seed, but for profiles.
-/// `cargo xtask campaign fuzz` goes on from there.
+/// Reads all that stands in `regressions/NAME`, and so many damaged inputs: a hundred or more of each seed,
+/// but for profiles. `cargo xtask campaign fuzz` goes on from there.
 fn sample(name: &str, cases: u64) {
     let target = Target::named(name).unwrap();
     let regressions = here("regressions").join(name);

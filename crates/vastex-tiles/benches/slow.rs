@@ -131,7 +131,8 @@ fn costs(directory: &Path) {
     );
     println!("| what | a tile |\n|---|---|");
     let pages = scattered(&large(), TILES);
-    // What waits to be kept is bounded, so it is kept every few tiles, and not counted: nobody who reads waits for it.
+    // What waits to be kept is bounded, so it is kept every few tiles, and not counted: nobody who reads
+    // waits for it.
     let read = |source: &dyn TileSource, tier: Option<&DiskTier>| {
         let time: f64 = pages
             .chunks(100)

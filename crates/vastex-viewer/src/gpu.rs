@@ -32,15 +32,16 @@ pub enum GpuSetupError {
 /// By their types.
 type Kept = Arc<Mutex<HashMap<TypeId, Arc<dyn Any + Send + Sync>>>>;
 
-/// A device, its queue, what it runs on, and what was made for it once and is used again: a scene like one that was drawn before is drawn
-/// without compiling anything. Clones share all of that.
+/// A device, its queue, what it runs on, and what was made for it once and is used again: a scene like one
+/// that was drawn before is drawn without compiling anything. Clones share all of that.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     /// The instance that everything comes from.
     pub instance: wgpu::Instance,
     /// The adapter.
     pub adapter: wgpu::Adapter,
-    /// The device, with the adapter's own limits. Another one goes into a [`Gpu::new`], since what was made for this one is no other's.
+    /// The device, with the adapter's own limits. Another one goes into a [`Gpu::new`], since what was made
+    /// for this one is no other's.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
@@ -58,8 +59,8 @@ impl Gpu {
         Gpu { instance, adapter, device, queue, kept: Kept::default() }
     }
 
-    /// A device without a window, of Vulkan where that has an adapter. `WGPU_BACKEND` may name the interfaces to look for adapters
-    /// behind: `vulkan`, `gl` ...
+    /// A device without a window, of Vulkan where that has an adapter. `WGPU_BACKEND` may name the interfaces
+    /// to look for adapters behind: `vulkan`, `gl` ...
     pub async fn headless() -> Result<Gpu, GpuSetupError> {
         let described = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         Gpu::for_surface(vastex::instance_for(described).await, None).await

@@ -1,7 +1,8 @@
-//! The viewer of Vastex, apart from any window: how scenes with virtual textures on them are drawn and looked at.
+//! The viewer of Vastex, apart from any window: how scenes with virtual textures on them are drawn and looked
+//! at.
 //!
-//! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. A program brings the window, the clock
-//! and the words of its command line.
+//! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. A program
+//! brings the window, the clock and the words of its command line.
 
 pub mod camera;
 pub mod gpu;

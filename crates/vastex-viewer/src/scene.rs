@@ -13,7 +13,8 @@ pub enum Scene {
     Globe,
     /// The rectangle, displaced by heights of the texture.
     Terrain,
-    /// The sphere under a sun, displaced by heights if there are any, with air around it, and lights and clouds if there are any.
+    /// The sphere under a sun, displaced by heights if there are any, with air around it, and lights and
+    /// clouds if there are any.
     Planet,
 }
 

@@ -1,10 +1,11 @@
-//! All that a view shows as one line of text: where the camera is, which layers are shown and how, and how they are compared.
+//! All that a view shows as one line of text: where the camera is, which layers are shown and how, and how
+//! they are compared.
 //!
 //! `image:x=5400,y=2700,zoom=12;layer=color;layer=height:map=viridis:opacity=0.5;compare=swipe:0.25`
 //!
-//! The parts stand between semicolons, the pose first. `layer=` is followed by a layer as [`LayerOptions`] has its text, the lowest first;
-//! `compare=` by a [`CompareMode`]; `on=terrain` says that a pose over a plane is one over a terrain. A text that names no layer says nothing
-//! of them: what is shown stays.
+//! The parts stand between semicolons, the pose first. `layer=` is followed by a layer as [`LayerOptions`]
+//! has its text, the lowest first; `compare=` by a [`CompareMode`]; `on=terrain` says that a pose over a
+//! plane is one over a terrain. A text that names no layer says nothing of them: what is shown stays.
 
 use crate::camera::{Pose, PoseTextError};
 use crate::layers::{CompareMode, MOST_LAYERS};

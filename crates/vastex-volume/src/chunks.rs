@@ -54,7 +54,8 @@ impl Grid {
         self.axes.time.map_or(1, |axis| self.shape[axis])
     }
 
-    /// The coordinates of the chunk at a place among the chunks of a channel and a time. Axes without a meaning are at 0.
+    /// The coordinates of the chunk at a place among the chunks of a channel and a time. Axes without a
+    /// meaning are at 0.
     pub(crate) fn coords(&self, at: [u64; 3], channel: u64, time: u64) -> Vec<u64> {
         let mut coords = vec![0; self.shape.len()];
         for (axis, at) in self.space().into_iter().zip(at) {
@@ -99,7 +100,7 @@ pub(crate) enum Presence {
     Unknown,
 }
 
-/// A chunk on its way; nothing where it is absent.
+/// A chunk on its way; `None` if it is absent.
 pub(crate) type ChunkFuture<'a> =
     Pin<Box<dyn Future<Output = Result<Option<Chunk>, VolumeError>> + Send + 'a>>;
 /// A count on its way.

@@ -1,4 +1,5 @@
-//! JSON as others write it: bare NaN and infinities are taken as strings, and a mark of the byte order is left out.
+//! JSON as others write it: bare NaN and infinities are taken as strings, and a mark of the byte order is
+//! left out.
 
 use serde_json::Value;
 
@@ -8,7 +9,7 @@ use crate::keys::{KeyStore, Span, shown};
 /// Bytes that metadata may have: those of a plate with all of its images are some megabytes.
 const MOST_METADATA: u64 = 64 << 20;
 
-/// Reads metadata; nothing where there is no such key. What was wrong with the text is added to `oddities`.
+/// Reads metadata; `None` if there is no such key. What was wrong with the text is added to `oddities`.
 pub(crate) async fn read_json(
     keys: &dyn KeyStore,
     key: &str,
@@ -39,7 +40,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<(Value, bool), VolumeFault> {
     }
 }
 
-/// The text with quotes about bare NaN and infinities; nothing where there are none.
+/// The text with quotes about bare NaN and infinities; `None` if there are none.
 fn quote_bare(text: &str) -> Option<String> {
     const BARE: [&str; 3] = ["-Infinity", "Infinity", "NaN"];
     let mut mended = String::with_capacity(text.len() + 16);

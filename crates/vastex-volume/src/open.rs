@@ -36,8 +36,8 @@ pub struct ImageList {
     pub oddities: Vec<String>,
 }
 
-/// Whether a path looks like a volume: by the names in a directory, or by the first bytes of a file. Of a TIFF file, all of its
-/// directories are looked at.
+/// Whether a path looks like a volume: by the names in a directory, or by the first bytes of a file. Of a
+/// TIFF file, all of its directories are looked at.
 pub fn is_volume(path: &Path) -> bool {
     const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
     if path.is_dir() {
@@ -49,8 +49,9 @@ pub fn is_volume(path: &Path) -> bool {
     }
 }
 
-/// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI, a raw file with its
-/// description, a TIFF stack. Reads metadata alone. The error says what is wrong, where, and what to do.
+/// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI,
+/// a raw file with its description, a TIFF stack. Reads metadata alone. The error says what is wrong, where,
+/// and what to do.
 pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     let volume = |volume: Volume| Opened::Volume(Box::new(volume));
     if path.is_dir() {

@@ -1,8 +1,9 @@
 //! Ranges of entries in one piece of memory that grows: a buddy allocator, without any memory of its own.
 //!
-//! A range has a power of two of entries and begins at a multiple of them. One that is freed joins the range beside it, if that is free,
-//! to one twice as large, and so on, so that memory that is free all of a sudden is in as few pieces as when nothing had lain there.
-//! Where nothing large enough is free the memory doubles, up to a limit.
+//! A range has a power of two of entries and begins at a multiple of them. One that is freed joins the range
+//! beside it, if that is free, to one twice as large, and so on, so that memory that is free all of a sudden
+//! is in as few pieces as when nothing had lain there. Where nothing large enough is free the memory doubles,
+//! up to a limit.
 
 use std::collections::BTreeSet;
 
@@ -46,7 +47,8 @@ impl Arena {
         Arena { capacity, most, free }
     }
 
-    /// Entries that there is memory for, a power of two; twice as many after a [`take`](Arena::take) that found none free.
+    /// Entries that there is memory for, a power of two; twice as many after a [`take`](Arena::take) that
+    /// found none free.
     pub(crate) fn capacity(&self) -> u32 {
         self.capacity
     }
@@ -61,8 +63,8 @@ impl Arena {
         entries.max(1).next_power_of_two()
     }
 
-    /// A range of at least so many entries, the first of the smallest free ones that is large enough. `None` if none is and the memory
-    /// may not double.
+    /// A range of at least so many entries, the first of the smallest free ones that is large enough. `None`
+    /// if none is and the memory may not double.
     pub(crate) fn take(&mut self, entries: u32) -> Option<Range> {
         let order = u8::try_from(Arena::rounded(entries.into()).ilog2()).ok()?;
         loop {

@@ -1,4 +1,5 @@
-//! The belt: memory that the GPU copies tiles from, in rooms of a tile each, which other threads fill while they are mapped.
+//! The belt: memory that the GPU copies tiles from, in rooms of a tile each, which other threads fill while
+//! they are mapped.
 //!
 //! | a room is | entered by | left by |
 //! |---|---|---|
@@ -7,8 +8,9 @@
 //! | filled, of the GPU | [`crate::Pool::upload_from`] | being dropped, which asks to have it mapped again |
 //! | with the GPU | being dropped | the end of the commands that copy from it: free again |
 //!
-//! So once there are as many rooms as are filled at once nothing is allocated any more, and no room is waited for. What
-//! `wgpu::Queue::write_texture` does in the place of this is a buffer made, filled and destroyed for each layer of each tile.
+//! So once there are as many rooms as are filled at once nothing is allocated any more, and no room is waited
+//! for. What `wgpu::Queue::write_texture` does in the place of this is a buffer made, filled and destroyed
+//! for each layer of each tile.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,7 +24,8 @@ use crate::layer::{block_rows, layer_texels};
 /// What a layer's part of a room begins at a multiple of, as Direct3D 12 wants it.
 const PART_ALIGN: u64 = 512;
 
-/// How a tile lies in a room: its layers one after the other, each row by row, rows at multiples of 256 bytes.
+/// How a tile lies in a room: its layers one after the other, each row by row, rows at multiples of 256
+/// bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct BeltLayout {
     parts: Vec<Part>,
@@ -43,7 +46,8 @@ pub(crate) struct Part {
 }
 
 impl BeltLayout {
-    /// For tiles of so many texels per side with these layers; `None` if a layer is no whole number of blocks of it.
+    /// For tiles of so many texels per side with these layers; `None` if a layer is no whole number of blocks
+    /// of it.
     pub fn new(tile: [u32; 2], layers: &[Layer]) -> Option<BeltLayout> {
         let (mut parts, mut from, mut to) = (Vec::new(), 0, 0u64);
         for layer in layers {
@@ -112,16 +116,16 @@ impl Belt {
         Belt(Arc::new(Shared { device: device.clone(), limit, state: Mutex::default() }))
     }
 
-    /// Whether it is better than `wgpu::Queue::write_texture` on this device: where buffers can be mapped by any thread, and stay
-    /// where they are. That is so with Vulkan, Metal and Direct3D 12; not with OpenGL, where a buffer is mapped by one thread,
-    /// and not in a browser, where what is mapped is a copy.
+    /// Whether it is better than `wgpu::Queue::write_texture` on this device: where buffers can be mapped by
+    /// any thread, and stay where they are. That is so with Vulkan, Metal and Direct3D 12; not with OpenGL,
+    /// where a buffer is mapped by one thread, and not in a browser, where what is mapped is a copy.
     pub fn suits(device: &wgpu::Device) -> bool {
         use wgpu::Backend::{Dx12, Metal, Vulkan};
         matches!(device.adapter_info().backend, Vulkan | Metal | Dx12)
     }
 
-    /// Puts a tile into a room, on whatever thread. Gives nothing where all rooms that the limit allows are filled, or where the device is
-    /// lost or has no memory for one. Never waits. Costs a copy of the tile.
+    /// Puts a tile into a room, on whatever thread. Gives nothing where all rooms that the limit allows are
+    /// filled, or where the device is lost or has no memory for one. Never waits. Costs a copy of the tile.
     pub fn put(&self, layout: &Arc<BeltLayout>, tile: &[u8]) -> Option<BeltTile> {
         if tile.len() as u64 != layout.tile_bytes {
             return None;
@@ -232,8 +236,8 @@ fn fill(room: &wgpu::Buffer, layout: &BeltLayout, tile: &[u8]) -> Option<()> {
     Some(())
 }
 
-/// A tile in a room. When it is dropped the room is free again, as soon as commands that were submitted with it are done; it is
-/// dropped when they are submitted, or will never be.
+/// A tile in a room. When it is dropped the room is free again, as soon as commands that were submitted with
+/// it are done; it is dropped when they are submitted, or will never be.
 #[derive(Debug)]
 pub struct BeltTile {
     buffer: wgpu::Buffer,

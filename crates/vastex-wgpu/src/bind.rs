@@ -1,7 +1,9 @@
-//! What shaders of some kinds see, and at which bindings: in a bind group of its own, or among the entries of an application's.
+//! What shaders of some kinds see, and at which bindings: in a bind group of its own, or among the entries of
+//! an application's.
 //!
-//! From the first binding on: the records, the views, the sampler, where feedback is inline its cells; for each pool of the text its page
-//! tables, its parameters and, where tiles fade in, how far they have; then the atlas of each layer.
+//! From the first binding on: the records, the views, the sampler, where feedback is inline its cells; for
+//! each pool of the text its page tables, its parameters and, where tiles fade in, how far they have; then
+//! the atlas of each layer.
 
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
@@ -19,7 +21,8 @@ pub struct BindingPlace {
 }
 
 impl BindingPlace {
-    /// Fails where a device has no such group, or too few bindings in it from the first on for a text of one pool and one layer.
+    /// Fails where a device has no such group, or too few bindings in it from the first on for a text of one
+    /// pool and one layer.
     pub fn check(self, limits: &wgpu::Limits) -> Result<(), GpuError> {
         let most = Bindings { first: 0, has_cells: true, has_fades: true, pools: 1 };
         self.check_count(limits, most.atlas(1))
@@ -123,8 +126,8 @@ pub struct Bound<'a> {
     pub pools: Vec<(&'a Pool, wgpu::BindingResource<'a>)>,
 }
 
-/// The entries of a bind group of [`layout_entries`]. They stay valid while contents change; new records, views, pools or page tables need
-/// new ones. The pools' layers are as the kinds say.
+/// The entries of a bind group of [`layout_entries`]. They stay valid while contents change; new records,
+/// views, pools or page tables need new ones. The pools' layers are as the kinds say.
 pub fn entries<'a>(kinds: &Kinds, first: u32, bound: &Bound<'a>) -> Vec<wgpu::BindGroupEntry<'a>> {
     let at = Bindings::new(kinds, first);
     let entry = |binding, resource| wgpu::BindGroupEntry { binding, resource };
@@ -159,7 +162,8 @@ pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds, place: BindingPlace)
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
     let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
     let fades = usize::from(kinds.fade());
-    // Records are a texture. Tables are buffers, and so is where the main pass tells what it wants; or tables are textures as well.
+    // Records are a texture. Tables are buffers, and so is where the main pass tells what it wants; or tables
+    // are textures as well.
     let free_textures = sampled.saturating_sub(1);
     let (free_buffers, of_pool) = match kinds.mode() {
         FeedbackMode::Separate => (buffers, fades),

@@ -1,4 +1,5 @@
-//! Compaction of a feedback target on the GPU, to distinct pages with their pixel counts and sharpest eighths.
+//! Compaction of a feedback target on the GPU, to distinct pages with their pixel counts and sharpest
+//! eighths.
 //!
 //! The same on the CPU is [`vastex_core::FeedbackCompactor`].
 

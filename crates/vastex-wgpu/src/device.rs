@@ -14,8 +14,9 @@ pub fn limits(device: &wgpu::Device) -> ArrayLimits {
     ArrayLimits { max_side: limits.max_texture_dimension_2d, max_images: limits.max_texture_array_layers }
 }
 
-/// The features worth asking the adapter for. Without them everything works: 16-bit data and 32-bit floats are filtered in
-/// the shader, a little slower; block-compressed layers are decoded before they are uploaded, and take more of the pool.
+/// The features worth asking the adapter for. Without them everything works: 16-bit data and 32-bit floats
+/// are filtered in the shader, a little slower; block-compressed layers are decoded before they are uploaded,
+/// and take more of the pool.
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     use wgpu::TextureFormat::{R16Unorm, Rgba16Unorm};
     let norm16 = wgpu::Features::TEXTURE_FORMAT_16BIT_NORM;
@@ -31,9 +32,9 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     features
 }
 
-/// The limits worth asking the adapter for: WebGPU's, or of an adapter that has less those of OpenGL ES 3.1 or WebGL 2, and whatever
-/// it allows of what pools and page tables are made of. With less than that everything works too: pools are smaller, and
-/// [`crate::FeedbackMode::best`] finds another way.
+/// The limits worth asking the adapter for: WebGPU's, or of an adapter that has less those of OpenGL ES 3.1
+/// or WebGL 2, and whatever it allows of what pools and page tables are made of. With less than that
+/// everything works too: pools are smaller, and [`crate::FeedbackMode::best`] finds another way.
 pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let has = adapter.limits();
     let known = [wgpu::Limits::default(), wgpu::Limits::downlevel_defaults()];
@@ -62,8 +63,8 @@ pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
     probe.get_mapped_range_mut(..).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }
 
-/// Lets the device call back what is due, so that it shows what has come back from it. Never waits. To be called once per frame, before
-/// [`crate::Readback::poll`]; a submission of commands does the same.
+/// Lets the device call back what is due, so that it shows what has come back from it. Never waits. To be
+/// called once per frame, before [`crate::Readback::poll`]; a submission of commands does the same.
 pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
     crate::mapping::poll_device(device, wgpu::PollType::Poll)
 }
@@ -84,7 +85,8 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() 
     }
 }
 
-/// Whether the device refuses to make something. Where the answer comes only later, as in a browser, it is taken to be no.
+/// Whether the device refuses to make something. Where the answer comes only later, as in a browser, it is
+/// taken to be no.
 pub(crate) fn refused<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> bool {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();
@@ -118,7 +120,8 @@ pub(crate) fn uniform<T: bytemuck::Pod>(
     buffer
 }
 
-/// Whole words to be copied by commands, for which no later write takes their place; nothing on a lost device.
+/// Whole words to be copied by commands, for which no later write takes their place; nothing on a lost
+/// device.
 pub(crate) fn staged(device: &wgpu::Device, label: &str, bytes: &[u8]) -> Option<wgpu::Buffer> {
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),

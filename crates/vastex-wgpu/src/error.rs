@@ -3,8 +3,8 @@
 /// Why the GPU did not do what it was told.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
-    /// The device is gone: unplugged, reset by its driver, or destroyed. Nothing made from it works any more; make a
-    /// new device and build everything on it again.
+    /// The device is gone: unplugged, reset by its driver, or destroyed. Nothing made from it works any more;
+    /// make a new device and build everything on it again.
     #[error(
         "the GPU device was lost; create a new device and rebuild everything that was made from the old one"
     )]
@@ -138,8 +138,8 @@ pub enum GpuError {
         /// Slots of the pool.
         slots: u32,
     },
-    /// Feedback of this frame was never recorded, is already collected, or was recorded into commands that were not
-    /// submitted.
+    /// Feedback of this frame was never recorded, is already collected, or was recorded into commands that
+    /// were not submitted.
     #[error("no feedback of frame {frame} is under way; submit the frame's commands before waiting for it")]
     NoFeedback {
         /// The frame.

@@ -1,8 +1,10 @@
-//! How far the tiles of a pool have faded in: a byte for each slot, which says how much of what was on screen before remains.
+//! How far the tiles of a pool have faded in: a byte for each slot, which says how much of what was on screen
+//! before remains.
 //!
-//! 255 is nothing of the new tile, 0 all of it. Shaders of [kinds](crate::Kinds::fade) whose tiles fade blend by it
-//! (`wgsl/fade.wgsl`). Which tiles fade, and how much time has passed, is the caller's to say; here it is counted down and what
-//! has changed is sent, row by row of slots. While nothing fades nothing is done and nothing sent.
+//! 255 is nothing of the new tile, 0 all of it. Shaders of [kinds](crate::Kinds::fade) whose tiles fade blend
+//! by it (`wgsl/fade.wgsl`). Which tiles fade, and how much time has passed, is the caller's to say; here it
+//! is counted down and what has changed is sent, row by row of slots. While nothing fades nothing is done and
+//! nothing sent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::Duration;
@@ -12,7 +14,8 @@ use vastex_core::{PoolLayout, Slot, SlotMove};
 /// What remains where a tile has just come.
 const ALL_OLD: f64 = 255.0;
 
-/// How far the tiles of a pool have faded in. One texel of an 8-bit texture for each slot of the pool, where the slot lies.
+/// How far the tiles of a pool have faded in. One texel of an 8-bit texture for each slot of the pool, where
+/// the slot lies.
 #[derive(Debug)]
 pub struct Fades {
     texture: wgpu::Texture,
@@ -44,7 +47,8 @@ impl Fades {
         Fades { texture, view, countdown: Countdown::new(layout) }
     }
 
-    /// The tile of a slot of the pool has just come, and fades in over `time`; with no time it is there at once.
+    /// The tile of a slot of the pool has just come, and fades in over `time`; with no time it is there at
+    /// once.
     pub fn begin(&mut self, slot: Slot, time: Duration) {
         self.countdown.set(slot.index(), Fade { time, left: time });
     }
@@ -59,8 +63,9 @@ impl Fades {
         self.countdown.pass(time);
     }
 
-    /// Tells the GPU what has changed, for all commands submitted after this call, and returns the bytes sent: one for each slot of
-    /// the rows of slots with a change. To be called once per frame, before the main pass.
+    /// Tells the GPU what has changed, for all commands submitted after this call, and returns the bytes
+    /// sent: one for each slot of the rows of slots with a change. To be called once per frame, before the
+    /// main pass.
     pub fn send(&mut self, queue: &wgpu::Queue) -> u64 {
         let (columns, rows) = (self.countdown.columns, self.countdown.rows);
         let mut sent = 0;

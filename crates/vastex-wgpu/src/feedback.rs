@@ -1,9 +1,9 @@
 //! Where a view says which pages it wants: the feedback target, and how the picture is put onto it.
 //!
-//! A target pixel stands for a block of [`shader_constants::FEEDBACK_SCALE`] pixels per side and looks at one of them, another
-//! each frame: after a jitter cycle every row and column of the block was visited. What is written into a pixel is
-//! the shader's business (feedback.wgsl), how it comes back that of [`crate::Readback`]; where the main pass says it instead, that is
-//! `inline`'s.
+//! A target pixel stands for a block of [`shader_constants::FEEDBACK_SCALE`] pixels per side and looks at one
+//! of them, another each frame: after a jitter cycle every row and column of the block was visited. What is
+//! written into a pixel is the shader's business (feedback.wgsl), how it comes back that of
+//! [`crate::Readback`]; where the main pass says it instead, that is `inline`'s.
 
 use vastex_core::shader_constants;
 
@@ -18,9 +18,10 @@ pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint
 /// The format of its depth buffer.
 pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Which pixel of its block a target pixel looks at, frame after frame: two in each row and each column, one in each square of
-/// four, and, of whatever repeats after four pixels along either axis, such as surfaces that are dithered into one another, each
-/// of the sixteen once. They are ordered so that those of a few frames lie far apart.
+/// Which pixel of its block a target pixel looks at, frame after frame: two in each row and each column, one
+/// in each square of four, and, of whatever repeats after four pixels along either axis, such as surfaces
+/// that are dithered into one another, each of the sixteen once. They are ordered so that those of a few
+/// frames lie far apart.
 const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
     [5, 5],
     [0, 0],
@@ -43,10 +44,12 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
 /// How many pixels of the picture a pixel of the target stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FeedbackScale {
-    /// A block of [`shader_constants::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every frame.
+    /// A block of [`shader_constants::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every
+    /// frame.
     #[default]
     Reduced,
-    /// A block of twice as many per side, of which one is looked at: a quarter of the cost. For what is only expected.
+    /// A block of twice as many per side, of which one is looked at: a quarter of the cost. For what is only
+    /// expected.
     Coarse,
     /// One. For statistics of a whole picture.
     Full,
@@ -79,8 +82,8 @@ impl FeedbackView {
         FeedbackView { picture, scale, frame, pixel: None }
     }
 
-    /// The view of one pixel of a picture, which lies within it. Its target has the four pixels that take their gradients together, so
-    /// that the pixel wants what it wants in a view of the whole picture.
+    /// The view of one pixel of a picture, which lies within it. Its target has the four pixels that take
+    /// their gradients together, so that the pixel wants what it wants in a view of the whole picture.
     pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
         FeedbackView { picture, scale: FeedbackScale::Full, frame, pixel: Some(pixel) }
     }
@@ -98,8 +101,8 @@ impl FeedbackView {
         self.picture.map(|side| side.div_ceil(self.scale.block()))
     }
 
-    /// Which pixel of its block each target pixel looks at in this frame: pixel `(i, j)` of the target at pixel
-    /// `(block * i + x, block * j + y)` of the picture.
+    /// Which pixel of its block each target pixel looks at in this frame: pixel `(i, j)` of the target at
+    /// pixel `(block * i + x, block * j + y)` of the picture.
     pub fn jitter(&self) -> [u32; 2] {
         let nth = (self.frame % JITTER.len() as u64) as usize;
         match self.scale {
@@ -113,8 +116,8 @@ impl FeedbackView {
     }
 
     /// Scale and offset that put the picture onto the target: a vertex at `clip` in the picture is drawn at
-    /// `clip.xy * scale + offset * clip.w`. The centre of each target pixel then lies on the centre of the picture's
-    /// pixel that it looks at. In WGSL `vastex_feedback_clip` does this.
+    /// `clip.xy * scale + offset * clip.w`. The centre of each target pixel then lies on the centre of the
+    /// picture's pixel that it looks at. In WGSL `vastex_feedback_clip` does this.
     pub fn clip_transform(&self) -> ([f32; 2], [f32; 2]) {
         if let Some(first) = self.pixel.map(FeedbackView::window) {
             let [x, y] = self.picture.map(|side| side as f32 / 2.0);
@@ -193,7 +196,8 @@ impl FeedbackTarget {
         FeedbackTarget::of_view(device, FeedbackView::new(picture, scale, 0))
     }
 
-    /// A target for one pixel of pictures of so many pixels, which lies within them; [`crate::PixelReadback`] reads it.
+    /// A target for one pixel of pictures of so many pixels, which lies within them; [`crate::PixelReadback`]
+    /// reads it.
     pub fn of_pixel(
         device: &wgpu::Device,
         picture: [u32; 2],
@@ -210,9 +214,10 @@ impl FeedbackTarget {
         Ok(FeedbackTarget { picture, scale, pixel, raw, depth_view: depth.create_view(&Default::default()) })
     }
 
-    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this number at it, and cuts
-    /// what lies beyond the picture. The caller draws with a pipeline of [`FEEDBACK_FORMAT`] without blending and
-    /// [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as they are.
+    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this
+    /// number at it, and cuts what lies beyond the picture. The caller draws with a pipeline of
+    /// [`FEEDBACK_FORMAT`] without blending and [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as
+    /// they are.
     pub fn begin<'encoder>(
         &self,
         device: &wgpu::Device,
@@ -250,8 +255,9 @@ impl FeedbackTarget {
         pass
     }
 
-    /// Points the view of this number at the target, for a pass that the caller begins itself: into [`FeedbackTarget::color`], cleared to
-    /// zeros and stored, and [`FeedbackTarget::depth`], with what this gives as the scissor: first column and row, and how many.
+    /// Points the view of this number at the target, for a pass that the caller begins itself: into
+    /// [`FeedbackTarget::color`], cleared to zeros and stored, and [`FeedbackTarget::depth`], with what this
+    /// gives as the scissor: first column and row, and how many.
     pub fn point(
         &self,
         device: &wgpu::Device,

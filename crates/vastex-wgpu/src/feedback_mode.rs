@@ -1,22 +1,26 @@
 //! The modes in which feedback is gathered, and which of them a device has.
 //!
-//! What each does is told in `feedback` and `inline` (how a view's cells are filled) and in `readback` (how they come back).
+//! What each does is told in `feedback` and `inline` (how a view's cells are filled) and in `readback` (how
+//! they come back).
 
 use crate::device::refused;
 use crate::error::GpuError;
 
-/// How a view says which pages it wants, and how that comes back to the CPU. All modes give the same feedback.
+/// How a view says which pages it wants, and how that comes back to the CPU. All modes give the same
+/// feedback.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FeedbackMode {
-    /// The scene is drawn once more, small, and compacted on the GPU. The cheapest where the scene's vertices are few.
+    /// The scene is drawn once more, small, and compacted on the GPU. The cheapest where the scene's vertices
+    /// are few.
     #[default]
     Separate,
-    /// A few pixels of the main pass say it by themselves (`vastex_tell`), so that nothing is drawn twice. Needs fragment shaders that
-    /// write to a storage buffer, one more than the page tables that they read; unless the application asks for an early depth
-    /// test, the main pass may have to do without.
+    /// A few pixels of the main pass say it by themselves (`vastex_tell`), so that nothing is drawn twice.
+    /// Needs fragment shaders that write to a storage buffer, one more than the page tables that they read;
+    /// unless the application asks for an early depth test, the main pass may have to do without.
     Inline,
-    /// As [`FeedbackMode::Separate`], but read back whole and compacted on the CPU, and page tables are textures. For devices
-    /// without compute shaders or storage buffers, such as those of OpenGL ES 3 and WebGL 2.
+    /// As [`FeedbackMode::Separate`], but read back whole and compacted on the CPU, and page tables are
+    /// textures. For devices without compute shaders or storage buffers, such as those of OpenGL ES 3 and
+    /// WebGL 2.
     Raw,
 }
 
@@ -33,14 +37,15 @@ impl FeedbackMode {
         }
     }
 
-    /// The best mode for a device: [`FeedbackMode::Separate`] wherever there are compute shaders and storage buffers for every stage. In a
-    /// browser, which answers later than it is asked, that is as the limits say; who knows better says so in the settings.
+    /// The best mode for a device: [`FeedbackMode::Separate`] wherever there are compute shaders and storage
+    /// buffers for every stage. In a browser, which answers later than it is asked, that is as the limits
+    /// say; who knows better says so in the settings.
     pub fn best(device: &wgpu::Device) -> FeedbackMode {
         if FeedbackMode::Separate.check(device).is_ok() { FeedbackMode::Separate } else { FeedbackMode::Raw }
     }
 
-    /// The mode that was asked for, if the device has it; where none was, [the best](FeedbackMode::best). In a browser whoever
-    /// asks is believed, since its limits do not say all that its device has.
+    /// The mode that was asked for, if the device has it; where none was, [the best](FeedbackMode::best). In
+    /// a browser whoever asks is believed, since its limits do not say all that its device has.
     pub fn choose(asked: Option<FeedbackMode>, device: &wgpu::Device) -> Result<FeedbackMode, GpuError> {
         let best = || FeedbackMode::best(device);
         FeedbackMode::chosen(asked, cfg!(target_family = "wasm"), best, |mode| mode.check(device))
@@ -100,8 +105,8 @@ impl Stages {
         }
     }
 
-    /// As a browser has it. One whose adapters may lack them in some stages (WebGPU's compatibility mode) has fewer for each stage
-    /// than every other.
+    /// As a browser has it. One whose adapters may lack them in some stages (WebGPU's compatibility mode) has
+    /// fewer for each stage than every other.
     fn by_limits(limits: &wgpu::Limits) -> Stages {
         let most = wgpu::Limits::default().max_storage_buffers_per_shader_stage;
         let is_whole = limits.max_storage_buffers_per_shader_stage >= most;

@@ -15,14 +15,15 @@ pub enum Filter {
     /// Four texels of each of the two levels around the wanted one: 8.
     #[default]
     Trilinear,
-    /// Trilinear taps along the longer axis of what a pixel covers, at the level of its shorter one: 8 to 8 times the taps.
+    /// Trilinear taps along the longer axis of what a pixel covers, at the level of its shorter one: 8 to 8
+    /// times the taps.
     Anisotropic(MaxTaps),
-    /// Trilinear where the picture shrinks the texture; where it enlarges it by a level or more, 4x4 texels weighted by the cubic of
-    /// Catmull and Rom, and in between a blend of both: 8 to 20.
+    /// Trilinear where the picture shrinks the texture; where it enlarges it by a level or more, 4x4 texels
+    /// weighted by the cubic of Catmull and Rom, and in between a blend of both: 8 to 20.
     ///
-    /// That cubic passes through the texels, so that data stays what it is and nothing is blurred where a pixel is a texel; beside
-    /// hard edges it leaves the range of the texels by up to an eighth of their contrast per axis. Weights are computed in
-    /// full precision, so that magnified heights have no steps.
+    /// That cubic passes through the texels, so that data stays what it is and nothing is blurred where a
+    /// pixel is a texel; beside hard edges it leaves the range of the texels by up to an eighth of their
+    /// contrast per axis. Weights are computed in full precision, so that magnified heights have no steps.
     Bicubic,
 }
 
@@ -109,7 +110,8 @@ pub struct UnknownFilter;
 impl FromStr for Filter {
     type Err = UnknownFilter;
 
-    /// `nearest`, `bilinear`, `trilinear`, `anisotropic2`, `anisotropic4`, `anisotropic8`, `anisotropic16`, `bicubic`.
+    /// `nearest`, `bilinear`, `trilinear`, `anisotropic2`, `anisotropic4`, `anisotropic8`, `anisotropic16`,
+    /// `bicubic`.
     ///
     /// ```
     /// use vastex_wgpu::Filter;

@@ -1,6 +1,8 @@
-//! Feedback from the main pass: where its pixels tell what they want, and how that becomes the pixels of a feedback target.
+//! Feedback from the main pass: where its pixels tell what they want, and how that becomes the pixels of a
+//! feedback target.
 //!
-//! What a pixel tells is the shader's business (tell.wgsl), how the result comes back that of [`crate::Readback`].
+//! What a pixel tells is the shader's business (tell.wgsl), how the result comes back that of
+//! [`crate::Readback`].
 
 use vastex_core::shader_constants;
 
@@ -53,7 +55,8 @@ pub struct InlineTarget {
 }
 
 impl InlineTarget {
-    /// A target for pictures of so many pixels of the view of this number, which gets cells for it; see [`Views::is_moved`].
+    /// A target for pictures of so many pixels of the view of this number, which gets cells for it; see
+    /// [`Views::is_moved`].
     pub fn new(
         device: &wgpu::Device,
         pipelines: &InlinePipelines,
@@ -88,8 +91,9 @@ impl InlineTarget {
         self.bound = Some((buffer.clone(), bind_group));
     }
 
-    /// Before the main pass of a frame: forgets what was told and says which pixels are asked, of all that is recorded between here and
-    /// [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger depth. Writes 4 bytes for each cell.
+    /// Before the main pass of a frame: forgets what was told and says which pixels are asked, of all that is
+    /// recorded between here and [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger
+    /// depth. Writes 4 bytes for each cell.
     pub fn begin(
         &mut self,
         device: &wgpu::Device,

@@ -1,8 +1,9 @@
 //! An instance of wgpu that asks the system for no window system but the one that is used.
 //!
-//! Made by itself, wgpu asks Vulkan for every window system that there is, and opens OpenGL beside it. Drivers then look for
-//! displays that nobody uses: Mesa prints `error: XDG_RUNTIME_DIR is invalid or not set in the environment` where there is no
-//! Wayland, and over the network a program without a window waits for an X server.
+//! Made by itself, wgpu asks Vulkan for every window system that there is, and opens OpenGL beside it.
+//! Drivers then look for displays that nobody uses: Mesa prints `error: XDG_RUNTIME_DIR is invalid or not set
+//! in the environment` where there is no Wayland, and over the network a program without a window waits for
+//! an X server.
 
 /// An instance for the window system of `descriptor.display`, or for none where there is no display.
 ///
@@ -66,8 +67,8 @@ mod vulkan {
         let leave_out_unused = move |args: vulkan::CreateInstanceCallbackArgs<'_, '_, '_>| {
             args.extensions.retain(|&name| ![XLIB, XCB, WAYLAND].contains(&name) || Some(name) == used);
         };
-        // SAFETY: wgpu takes each of the extensions that are left out only where the system has it, and looks before it uses one;
-        // nothing else is changed.
+        // SAFETY: wgpu takes each of the extensions that are left out only where the system has it, and looks
+        // before it uses one; nothing else is changed.
         let instance =
             unsafe { vulkan::Instance::init_with_callback(described, Some(Box::new(leave_out_unused))) };
         // SAFETY: the instance was made just now, and nobody else has it.

@@ -46,13 +46,14 @@ pub enum TableChoice {
     BySize,
     /// An entry for each page: one read for each lookup.
     Direct,
-    /// A hash table of the pages that are resident: its memory is that of the pool's slots, whatever the texture's size; a lookup
-    /// reads a few words where the wanted page is resident, and as many again for each level upward where it is not.
+    /// A hash table of the pages that are resident: its memory is that of the pool's slots, whatever the
+    /// texture's size; a lookup reads a few words where the wanted page is resident, and as many again for
+    /// each level upward where it is not.
     Hashed,
 }
 
-/// The sides of pages, in texels of level 0, that a shader knows of. One that knows them to be powers of two shifts where another
-/// divides, eight times for a trilinear sample.
+/// The sides of pages, in texels of level 0, that a shader knows of. One that knows them to be powers of two
+/// shifts where another divides, eight times for a trilinear sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum PageSides {
     /// Whatever they are.
@@ -78,8 +79,8 @@ impl PageSides {
     }
 }
 
-/// All that changes the text by which a layer of a pool's textures is sampled. Textures whose kinds are equal share pipelines; if they lie
-/// in one pool, their bind group too.
+/// All that changes the text by which a layer of a pool's textures is sampled. Textures whose kinds are equal
+/// share pipelines; if they lie in one pool, their bind group too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Kind {
     /// The page tables of the pool.
@@ -107,8 +108,8 @@ pub struct KindMember {
     pub kind: Kind,
 }
 
-/// What a shader text is made for: one kind, or those of the members of a group. A key for pipelines: texts and bind group
-/// layouts are equal where these are.
+/// What a shader text is made for: one kind, or those of the members of a group. A key for pipelines: texts
+/// and bind group layouts are equal where these are.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Kinds {
     mode: FeedbackMode,
@@ -214,8 +215,8 @@ impl Kinds {
         self.with_filters(&vec![Some(filter); self.members.len()])
     }
 
-    /// The same with some members by filters of their own, in the order of the members; those without one, and those beyond the end of the
-    /// list, keep theirs.
+    /// The same with some members by filters of their own, in the order of the members; those without one,
+    /// and those beyond the end of the list, keep theirs.
     #[must_use]
     pub fn with_filters(&self, filters: &[Option<Filter>]) -> Kinds {
         let of = |(nth, member): (usize, &TextMember)| {

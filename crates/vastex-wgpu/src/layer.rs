@@ -1,14 +1,14 @@
 //! How the GPU holds a layer: the format of its texture array, and how shaders read it.
 //!
-//! What a device cannot filter is held as whole numbers or unfiltered floats and blended in the shader, so that values
-//! stay exact; what it cannot decompress must come decoded ([`held_format`]).
+//! What a device cannot filter is held as whole numbers or unfiltered floats and blended in the shader, so
+//! that values stay exact; what it cannot decompress must come decoded ([`held_format`]).
 
 use vastex_core::{Layer, LayerFormat};
 
 use crate::kind::Atlas;
 
-/// The format in which a pool on a device with these features holds a layer of `format`: the format itself, or where the
-/// device cannot decompress it, that of the [decoded](LayerFormat::decoded) texels.
+/// The format in which a pool on a device with these features holds a layer of `format`: the format itself,
+/// or where the device cannot decompress it, that of the [decoded](LayerFormat::decoded) texels.
 pub fn held_format(format: LayerFormat, features: wgpu::Features) -> LayerFormat {
     let is_known = !format.is_compressed() || features.contains(wgpu::Features::TEXTURE_COMPRESSION_BC);
     if is_known { format } else { format.decoded() }
@@ -16,8 +16,8 @@ pub fn held_format(format: LayerFormat, features: wgpu::Features) -> LayerFormat
 
 /// The GPU's format for a layer, and how shaders read it. `None` if the device cannot decompress it.
 ///
-/// Everything that is [`Atlas::Float`] is filtered by the device: 16-bit data and 32-bit floats where that was asked for
-/// ([`crate::required_features`]).
+/// Everything that is [`Atlas::Float`] is filtered by the device: 16-bit data and 32-bit floats where that
+/// was asked for ([`crate::required_features`]).
 pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(wgpu::TextureFormat, Atlas)> {
     use LayerFormat::*;
     use wgpu::TextureFormat as Gpu;
@@ -52,7 +52,8 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
     })
 }
 
-/// Size in the layer's texels of what takes `texels` of the texture's; `None` if that is no whole number of blocks.
+/// Size in the layer's texels of what takes `texels` of the texture's; `None` if that is no whole number of
+/// blocks.
 pub(crate) fn layer_texels(layer: &Layer, texels: [u32; 2]) -> Option<[u32; 2]> {
     let unit = layer.scale * layer.format.block_side();
     let is_whole = unit != 0 && texels.iter().all(|n| n.is_multiple_of(unit));

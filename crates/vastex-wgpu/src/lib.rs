@@ -1,21 +1,21 @@
 //! The part of Vastex that executes, on a GPU through `wgpu`.
 //!
-//! Here are a [`Pool`] of tiles in GPU memory, its page tables and the changes that keep them true ([`PoolTables`]), the records
-//! of all textures ([`ParamStore`]), the text that an application adds to its own shaders ([`wgsl()`]), made for all textures of
-//! some [`Kinds`], and what it binds ([`layout_entries`], [`entries`]), the target into which a view says which pages it wants
-//! ([`FeedbackTarget`]), its compaction and its way back ([`Readback`]). All shaders have a naive twin on the CPU ([`twins`]),
-//! which tests compare them with and which stands in where no GPU can.
+//! Here are a [`Pool`] of tiles in GPU memory, its page tables and the changes that keep them true
+//! ([`PoolTables`]), the records of all textures ([`ParamStore`]), the text that an application adds to its
+//! own shaders ([`wgsl()`]), made for all textures of some [`Kinds`], and what it binds ([`layout_entries`],
+//! [`entries`]), the target into which a view says which pages it wants ([`FeedbackTarget`]), its compaction
+//! and its way back ([`Readback`]). All shaders have a naive twin on the CPU ([`twins`]), which tests compare
+//! them with and which stands in where no GPU can.
 //!
-//! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager returns. It
-//! asks a device for nothing beyond WebGPU's default limits, and uses what optional
-//! features and larger limits there are ([`required_features`], [`required_limits`]); with less, down to WebGL 2's, it takes another
-//! way ([`FeedbackMode`]).
-//! It installs nothing on a device; that one was lost shows as [`GpuError::DeviceLost`] wherever something is read
-//! back.
+//! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager
+//! returns. It asks a device for nothing beyond WebGPU's default limits, and uses what optional features and
+//! larger limits there are ([`required_features`], [`required_limits`]); with less, down to WebGL 2's, it
+//! takes another way ([`FeedbackMode`]). It installs nothing on a device; that one was lost shows as
+//! [`GpuError::DeviceLost`] wherever something is read back.
 //!
-//! In the order in which a frame meets them: [`FeedbackTarget::begin`] and the scene's draws, [`Readback::record`],
-//! [`Readback::poll`] or [`Readback::wait`], then, for what the pager returns, [`Pool::upload`],
-//! [`PoolTables::apply`] and [`Pool::set_bias`], and the scene's main pass.
+//! In the order in which a frame meets them: [`FeedbackTarget::begin`] and the scene's draws,
+//! [`Readback::record`], [`Readback::poll`] or [`Readback::wait`], then, for what the pager returns,
+//! [`Pool::upload`], [`PoolTables::apply`] and [`Pool::set_bias`], and the scene's main pass.
 
 mod arena;
 mod belt;

@@ -1,8 +1,9 @@
 //! The way of compacted feedback, lists of wanted pages, back to the CPU: a ring of buffers.
 //!
-//! Of a frame's list at least [`LEAST_ENTRIES`] are copied, and more where the last known count suggests it; what is left over is copied
-//! with the next frame. A place whose commands were dropped is free again at once. One whose commands are kept, while those of later
-//! frames are done, is overtaken: nothing waits for it, and where its room is needed it is given up.
+//! Of a frame's list at least [`LEAST_ENTRIES`] are copied, and more where the last known count suggests it;
+//! what is left over is copied with the next frame. A place whose commands were dropped is free again at
+//! once. One whose commands are kept, while those of later frames are done, is overtaken: nothing waits for
+//! it, and where its room is needed it is given up.
 
 use vastex_core::{Feedback, PageId, WantedPage, shader_constants};
 
@@ -13,8 +14,8 @@ use crate::mirror::{ListHead, Wanted};
 use crate::raw::RawTexture;
 use crate::readback::RING;
 
-/// Entries that are copied at least, 48 KiB of them, where the target has as many pixels: after a cut of the camera the last count says nothing, and a second copy comes a
-/// whole way later.
+/// Entries that are copied at least, 48 KiB of them, where the target has as many pixels: after a cut of the
+/// camera the last count says nothing, and a second copy comes a whole way later.
 pub(crate) const LEAST_ENTRIES: u32 = 4096;
 /// Entries that are copied beyond what the last count suggests, for what a move of the camera brings.
 const SPARE: u32 = 16;
@@ -131,8 +132,8 @@ impl ListRing {
             return Err(missing);
         };
         loop {
-            // The other frames are left alone: what they leave over would go with commands that are not submitted when
-            // they in turn are waited for.
+            // The other frames are left alone: what they leave over would go with commands that are not
+            // submitted when they in turn are waited for.
             self.ring[index].wait(device, queue)?;
             self.advance(index)?;
             let place = &mut self.ring[index];
@@ -208,8 +209,8 @@ impl Place {
         }
     }
 
-    /// Where the commands of its copy were dropped: gives its frame up, or copies again what is left over. Gives the frame that was
-    /// given up.
+    /// Where the commands of its copy were dropped: gives its frame up, or copies again what is left over.
+    /// Gives the frame that was given up.
     fn release_if_dropped(&mut self) -> Option<u64> {
         let State::Copying { mapping, .. } = &self.state else { return None };
         if mapping.answer() != Ok(Answer::Dropped) {

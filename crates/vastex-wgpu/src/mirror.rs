@@ -1,7 +1,8 @@
 //! The structs that Rust writes and WGSL reads, laid out alike.
 //!
-//! A test parses the shaders and compares every size and offset with these. What the fields mean stands with the WGSL
-//! structs of the same names, in params.wgsl, told.wgsl and compact.wgsl. What textures are told by is packed (`record`).
+//! A test parses the shaders and compares every size and offset with these. What the fields mean stands with
+//! the WGSL structs of the same names, in params.wgsl, told.wgsl and compact.wgsl. What textures are told by
+//! is packed (`record`).
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{PoolLayout, shader_constants};
@@ -72,7 +73,8 @@ pub(crate) struct ListHead {
     pub(crate) unused: [u32; 2],
 }
 
-/// Records that a `VastexiCell` has room for: of so many surfaces behind one another the nearest is heard for certain.
+/// Records that a `VastexiCell` has room for: of so many surfaces behind one another the nearest is heard for
+/// certain.
 pub(crate) const RECORDS: u32 = 8;
 
 /// Bytes of a `VastexiCell`, which only the GPU writes.
@@ -128,8 +130,8 @@ mod tests {
         }
     }
 
-    /// Compares one WGSL struct with its mirror: the size of the whole (or, for a head, where the rest begins) and
-    /// the offset of each member, in order, and whether it is of whole numbers or of floats.
+    /// Compares one WGSL struct with its mirror: the size of the whole (or, for a head, where the rest
+    /// begins) and the offset of each member, in order, and whether it is of whole numbers or of floats.
     fn check(text: &str, name: &str, size: usize, offsets: &[Field]) {
         let module = module(text);
         let mut types = module.types.iter().filter(|(_, ty)| ty.name.as_deref() == Some(name));
@@ -161,7 +163,8 @@ mod tests {
         )),+] };
     }
 
-    /// The arithmetic of `vastexi_place_in_slot`, beside that of whole numbers: at the ends of every row and image.
+    /// The arithmetic of `vastexi_place_in_slot`, beside that of whole numbers: at the ends of every row and
+    /// image.
     #[test]
     fn single_precision_finds_the_place_of_every_slot() {
         let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse) as u32;

@@ -4,14 +4,17 @@ use std::borrow::Cow;
 
 use crate::needed::only_needed;
 
-/// Names a directory that gets a copy of every shader text handed over, so that a suite can tell whether it knows them all.
+/// Names a directory that gets a copy of every shader text handed over, so that a suite can tell whether it
+/// knows them all.
 #[cfg(not(target_family = "wasm"))]
 const LOG: &str = "VASTEX_SHADER_LOG";
 
-/// Makes a shader module of what the entry points of a text need ([`only_needed`]); the lines of messages are those of the whole text.
+/// Makes a shader module of what the entry points of a text need ([`only_needed`]); the lines of messages are
+/// those of the whole text.
 ///
-/// Where the environment variable `VASTEX_SHADER_LOG` names a directory, the text is written there, under a name made of its hash; each
-/// text once, whatever number of processes hand it over. A text that cannot be written is said in the log of `tracing`.
+/// Where the environment variable `VASTEX_SHADER_LOG` names a directory, the text is written there, under a
+/// name made of its hash; each text once, whatever number of processes hand it over. A text that cannot be
+/// written is said in the log of `tracing`.
 pub fn shader_module<'a>(
     device: &wgpu::Device,
     label: Option<&str>,

@@ -1,8 +1,8 @@
 //! Leaving out of a shader text what its entry points do not need, before a device has to read it.
 //!
 //! Vastex's text has every function that an application may call, and most applications call a few. A device
-//! parses and checks all of it for each module. What is left out leaves its line breaks behind, so that messages
-//! name the lines of the text as it was written.
+//! parses and checks all of it for each module. What is left out leaves its line breaks behind, so that
+//! messages name the lines of the text as it was written.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -72,8 +72,8 @@ fn needed(declarations: &[Declaration<'_>]) -> Vec<bool> {
     is_needed
 }
 
-/// The parts of a module, one after the other; together they are the whole text. A part ends with the semicolon or the closing
-/// brace that is in no brackets; the last may be white space.
+/// The parts of a module, one after the other; together they are the whole text. A part ends with the
+/// semicolon or the closing brace that is in no brackets; the last may be white space.
 fn declarations(code: &str) -> impl Iterator<Item = Declaration<'_>> {
     let mut rest = code;
     std::iter::from_fn(move || {

@@ -1,9 +1,11 @@
-//! The array of all textures' and groups' records, by number: what shaders read of a texture before they look up anything.
+//! The array of all textures' and groups' records, by number: what shaders read of a texture before they look
+//! up anything.
 //!
-//! Records have a fixed stride, in words of 16 bytes. They lie in a texture with a row for each number (wgsl/param.wgsl): every
-//! device has textures, a word of 16 bytes is one read, and software drivers read it several times as fast as from a storage
-//! buffer. There is room for 16 at first, and for twice as many where a number is beyond that. In each frame
-//! [`ParamStore::write`] comes after `PoolTables::apply` of all pools, and [`ParamStore::submitted`] after the submission.
+//! Records have a fixed stride, in words of 16 bytes. They lie in a texture with a row for each number
+//! (wgsl/param.wgsl): every device has textures, a word of 16 bytes is one read, and software drivers read it
+//! several times as fast as from a storage buffer. There is room for 16 at first, and for twice as many where
+//! a number is beyond that. In each frame [`ParamStore::write`] comes after `PoolTables::apply` of all pools,
+//! and [`ParamStore::submitted`] after the submission.
 
 use std::collections::BTreeSet;
 
@@ -17,8 +19,8 @@ use crate::tables::Before;
 const FIRST_RECORDS: u32 = 16;
 /// Bytes of a word.
 const WORD: u64 = 16;
-/// Bytes that rows of what is sent are multiples of: those of a copy of several rows, and, where DirectX 12 copies no others directly, the
-/// places where copies begin.
+/// Bytes that rows of what is sent are multiples of: those of a copy of several rows, and, where DirectX 12
+/// copies no others directly, the places where copies begin.
 const ROW: u64 = 512;
 
 /// The records of all textures and groups of a device, by number, in GPU memory.
@@ -59,12 +61,14 @@ struct Memory {
 pub struct ParamsWritten {
     /// Bytes sent to the GPU.
     pub bytes: u64,
-    /// Whether [`ParamStore::binding`] is another: bind groups of all textures are to be made anew after the submission.
+    /// Whether [`ParamStore::binding`] is another: bind groups of all textures are to be made anew after the
+    /// submission.
     pub moved: bool,
 }
 
 impl ParamStore {
-    /// Records of `stride` words, all of them zeros at first. Costs 256 bytes of GPU memory for each word of the stride.
+    /// Records of `stride` words, all of them zeros at first. Costs 256 bytes of GPU memory for each word of
+    /// the stride.
     pub fn new(device: &wgpu::Device, stride: u32) -> Result<ParamStore, GpuError> {
         let memory = Memory::new(device, stride, FIRST_RECORDS)?;
         let words = vec![[0; 4]; (FIRST_RECORDS * stride) as usize];
@@ -73,8 +77,8 @@ impl ParamStore {
         Ok(ParamStore { stride, words, memory, before, changed, is_moved: false, parted, gone })
     }
 
-    /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the next
-    /// [`ParamStore::write`], if it is another than the one that is there.
+    /// Sets the record of a number, of at most a stride's words; zeros follow. The GPU hears of it with the
+    /// next [`ParamStore::write`], if it is another than the one that is there.
     pub fn set(&mut self, number: TextureNumber, record: &[[u32; 4]]) {
         let stride = self.stride as usize;
         let first = usize::from(number.number()) * stride;
@@ -100,18 +104,19 @@ impl ParamStore {
         self.words.get(first..first + self.stride as usize).unwrap_or_default()
     }
 
-    /// Lets the records lie elsewhere from the next [`ParamStore::write`] on, and those of these numbers stay as they are for commands that
-    /// were recorded before: their tiles and tables lie elsewhere, too, and what those commands have bound of them stays as it is.
+    /// Lets the records lie elsewhere from the next [`ParamStore::write`] on, and those of these numbers stay
+    /// as they are for commands that were recorded before: their tiles and tables lie elsewhere, too, and
+    /// what those commands have bound of them stays as it is.
     pub fn part(&mut self, numbers: impl IntoIterator<Item = TextureNumber>) {
         self.parted.extend(numbers.into_iter().map(TextureNumber::number));
     }
 
-    /// Records copies of what has been set since the last submission: all in one upload. Commands recorded later in the encoder
-    /// see it, and so do those that were recorded earlier and are submitted later, for [`crate::RECORDED_AHEAD`] updates also
-    /// with bind groups that were made before the records moved.
+    /// Records copies of what has been set since the last submission: all in one upload. Commands recorded
+    /// later in the encoder see it, and so do those that were recorded earlier and are submitted later, for
+    /// [`crate::RECORDED_AHEAD`] updates also with bind groups that were made before the records moved.
     ///
-    /// To be called once per submission, after the tables of all pools, and [`ParamStore::submitted`] after that: what was not submitted is
-    /// written again.
+    /// To be called once per submission, after the tables of all pools, and [`ParamStore::submitted`] after
+    /// that: what was not submitted is written again.
     pub fn write(
         &mut self,
         device: &wgpu::Device,
@@ -161,8 +166,8 @@ impl ParamStore {
         Ok(ParamsWritten { bytes: WORD * words.len() as u64, moved: self.is_moved })
     }
 
-    /// The commands of the last [`ParamStore::write`] were submitted between two updates, which none of those counts that may lie
-    /// between the recording of commands and their submission.
+    /// The commands of the last [`ParamStore::write`] were submitted between two updates, which none of those
+    /// counts that may lie between the recording of commands and their submission.
     pub fn submitted_between(&mut self) {
         self.is_moved = false;
         self.changed.clear();

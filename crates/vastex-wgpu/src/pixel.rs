@@ -28,8 +28,9 @@ impl PixelReadback {
         Ok(PixelReadback { frame, buffer, mapping })
     }
 
-    /// The pixel, once, if it has arrived: page id low, page id high, eighth, flag. Never waits; what has arrived shows when the device is
-    /// [polled](crate::poll), which a submission does too. Fails with [`GpuError::NoFeedback`] where the commands were dropped.
+    /// The pixel, once, if it has arrived: page id low, page id high, eighth, flag. Never waits; what has
+    /// arrived shows when the device is [polled](crate::poll), which a submission does too. Fails with
+    /// [`GpuError::NoFeedback`] where the commands were dropped.
     pub fn poll(&self) -> Result<Option<[u32; 4]>, GpuError> {
         match self.mapping.answer()? {
             Answer::Mapped => self.mapping.read(&self.buffer, bytemuck::pod_read_unaligned).map(Some),
@@ -38,8 +39,8 @@ impl PixelReadback {
         }
     }
 
-    /// The four words of the pixel, for which the call waits. Fails with [`GpuError::NoFeedback`] where the commands were not submitted, too. Not for browsers,
-    /// where nothing can be waited for.
+    /// The four words of the pixel, for which the call waits. Fails with [`GpuError::NoFeedback`] where the
+    /// commands were not submitted, too. Not for browsers, where nothing can be waited for.
     pub fn wait(&self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<[u32; 4], GpuError> {
         self.mapping.wait(device, queue, &self.buffer)?;
         self.poll()?.ok_or(GpuError::NoFeedback { frame: self.frame })

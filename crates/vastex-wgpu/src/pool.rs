@@ -1,8 +1,8 @@
 //! A pool in GPU memory: one texture array for each layer, made of equal slots.
 //!
-//! How many slots there are and where each lies is [`PoolLayout`]'s business, which tile is in which slot the pager's,
-//! in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with a fraction of the
-//! resolution has an array of a fraction of the size.
+//! How many slots there are and where each lies is [`PoolLayout`]'s business, which tile is in which slot the
+//! pager's, in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with
+//! a fraction of the resolution has an array of a fraction of the size.
 
 use std::sync::Arc;
 
@@ -47,7 +47,8 @@ pub struct Pool {
 impl Pool {
     /// Takes the memory of a pool: [`PoolLayout::bytes`] and a few bytes of parameters.
     ///
-    /// `layers` are those of every tile, at least one, in formats that the device holds ([`crate::held_format`]).
+    /// `layers` are those of every tile, at least one, in formats that the device holds
+    /// ([`crate::held_format`]).
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -65,7 +66,8 @@ impl Pool {
         Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None })
     }
 
-    /// The same with tiles that may fade in, for shaders in which tiles fade in ([`crate::Kinds::fade`]); costs a byte for each slot.
+    /// The same with tiles that may fade in, for shaders in which tiles fade in ([`crate::Kinds::fade`]);
+    /// costs a byte for each slot.
     pub fn with_fades(self, device: &wgpu::Device) -> Pool {
         Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
     }
@@ -85,8 +87,8 @@ impl Pool {
         self.bias
     }
 
-    /// Sets the mip bias in force, in eighths of a level. To be called once per frame, before the main pass; costs
-    /// an upload of 64 bytes where the bias changed, and returns the bytes sent.
+    /// Sets the mip bias in force, in eighths of a level. To be called once per frame, before the main pass;
+    /// costs an upload of 64 bytes where the bias changed, and returns the bytes sent.
     pub fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) -> u64 {
         if self.bias == eighths {
             return 0;
@@ -95,8 +97,8 @@ impl Pool {
         self.send_params(queue)
     }
 
-    /// Sets the colour, or values, that shaders show where an id names no texture, for all commands submitted after this call: zeros unless
-    /// it is set.
+    /// Sets the colour, or values, that shaders show where an id names no texture, for all commands submitted
+    /// after this call: zeros unless it is set.
     pub fn set_unknown(&mut self, queue: &wgpu::Queue, color: [f32; 4]) {
         self.unknown = color;
         self.send_params(queue);
@@ -108,8 +110,8 @@ impl Pool {
         size_of::<PoolParams>() as u64
     }
 
-    /// Puts a tile into a slot: its layers one after the other, each row by row without padding. It is there for all
-    /// commands submitted after this call.
+    /// Puts a tile into a slot: its layers one after the other, each row by row without padding. It is there
+    /// for all commands submitted after this call.
     pub fn upload(&self, queue: &wgpu::Queue, slot: Slot, tile: &[u8]) -> Result<(), GpuError> {
         self.check_slot(slot)?;
         if tile.len() as u64 != self.layout.tile_bytes {
@@ -126,8 +128,8 @@ impl Pool {
         Ok(())
     }
 
-    /// The same for a tile that lies on a belt, for all commands submitted after `encoder`: a copy for each layer, and nothing is made
-    /// or copied on the CPU. The tile is kept until these commands are submitted.
+    /// The same for a tile that lies on a belt, for all commands submitted after `encoder`: a copy for each
+    /// layer, and nothing is made or copied on the CPU. The tile is kept until these commands are submitted.
     pub fn upload_from(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -165,8 +167,9 @@ impl Pool {
         if slot.index() < slots { Ok(()) } else { Err(GpuError::NoSuchSlot { slot: slot.index(), slots }) }
     }
 
-    /// Copies tiles of another pool with the same layers into this one, for all commands submitted after `encoder`, and how far they have
-    /// faded in, to be [sent](Fades::send). Slots that one of the pools does not have are left out. Costs a copy for each tile and layer.
+    /// Copies tiles of another pool with the same layers into this one, for all commands submitted after
+    /// `encoder`, and how far they have faded in, to be [sent](Fades::send). Slots that one of the pools does
+    /// not have are left out. Costs a copy for each tile and layer.
     pub fn copy_from(&mut self, encoder: &mut wgpu::CommandEncoder, other: &Pool, moves: &[SlotMove]) {
         let has = |pool: &Pool, slot: Slot| slot.index() < pool.layout.slots();
         for SlotMove { from, to } in moves.iter().filter(|m| has(other, m.from) && has(self, m.to)) {

@@ -1,4 +1,5 @@
-//! The pixels of a feedback target, one for each cell of a view: where they lie on the GPU, and as they are on the CPU.
+//! The pixels of a feedback target, one for each cell of a view: where they lie on the GPU, and as they are
+//! on the CPU.
 //!
 //! Read whole they serve statistics and tests, and where there is no compute every frame (`raw_ring`).
 

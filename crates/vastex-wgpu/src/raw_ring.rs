@@ -125,7 +125,8 @@ impl RawRing {
         self.bytes_read
     }
 
-    /// Frees the places whose commands were dropped, and those that were submitted after a later frame was taken.
+    /// Frees the places whose commands were dropped, and those that were submitted after a later frame was
+    /// taken.
     fn release_dropped(&mut self) {
         for place in &mut self.ring {
             let is_late = place.has_arrived() && place.frame() <= self.taken;

@@ -1,7 +1,9 @@
-//! The way of feedback back to the CPU: compacted on the GPU (`lists`), or whole where there is no compute (`raw_ring`).
+//! The way of feedback back to the CPU: compacted on the GPU (`lists`), or whole where there is no compute
+//! (`raw_ring`).
 //!
-//! Both give the same, in a ring that never makes a frame wait. In real time [`Readback::poll`] takes what has arrived; in
-//! lock-step [`Readback::wait`] blocks until one frame's feedback is whole, so that a run is the same each time.
+//! Both give the same, in a ring that never makes a frame wait. In real time [`Readback::poll`] takes what
+//! has arrived; in lock-step [`Readback::wait`] blocks until one frame's feedback is whole, so that a run is
+//! the same each time.
 
 use vastex_core::Feedback;
 
@@ -13,7 +15,8 @@ use crate::lists::ListRing;
 use crate::raw::RawTexture;
 use crate::raw_ring::RawRing;
 
-/// Frames whose feedback can be under way at once: what a GPU is behind by, and what an application records ahead.
+/// Frames whose feedback can be under way at once: what a GPU is behind by, and what an application records
+/// ahead.
 pub(crate) const RING: usize = 6;
 
 /// Compacts the feedback of one target, frame after frame, and brings it back.
@@ -40,7 +43,8 @@ impl ReadbackPipelines {
 }
 
 impl Readback {
-    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given up.
+    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given
+    /// up.
     pub fn new(
         device: &wgpu::Device,
         pipelines: &ReadbackPipelines,
@@ -59,9 +63,10 @@ impl Readback {
 
     /// Records what brings the target's pixels back, as they then are. `frame` grows from call to call.
     ///
-    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out rather than waited for. Where
-    /// the commands are dropped instead of submitted the frame's feedback is lost ([`Readback::take_lost`]), as it is where they are
-    /// submitted after those of a later frame have come back.
+    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out
+    /// rather than waited for. Where the commands are dropped instead of submitted the frame's feedback is
+    /// lost ([`Readback::take_lost`]), as it is where they are submitted after those of a later frame have
+    /// come back.
     pub fn record(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
         match &mut self.ring {
             Ring::Lists(ring) => ring.record(device, encoder, frame),
@@ -69,8 +74,8 @@ impl Readback {
         }
     }
 
-    /// The feedback of the oldest frame under way, if it has arrived whole. Never waits; to be called until it gives nothing. What has
-    /// arrived shows when the device is [polled](crate::poll).
+    /// The feedback of the oldest frame under way, if it has arrived whole. Never waits; to be called until
+    /// it gives nothing. What has arrived shows when the device is [polled](crate::poll).
     pub fn poll(&mut self) -> Result<Option<Feedback>, GpuError> {
         match &mut self.ring {
             Ring::Lists(ring) => ring.poll(),
@@ -78,9 +83,9 @@ impl Readback {
         }
     }
 
-    /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over entries are fetched by a
-    /// submission of their own. Fails with [`GpuError::NoFeedback`] where its commands were not submitted. Not for browsers, where nothing
-    /// can be waited for.
+    /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over
+    /// entries are fetched by a submission of their own. Fails with [`GpuError::NoFeedback`] where its
+    /// commands were not submitted. Not for browsers, where nothing can be waited for.
     pub fn wait(
         &mut self,
         device: &wgpu::Device,
@@ -101,7 +106,8 @@ impl Readback {
         }
     }
 
-    /// The frames whose feedback was lost since the last call, in any order: of each the place in the ring is free again.
+    /// The frames whose feedback was lost since the last call, in any order: of each the place in the ring is
+    /// free again.
     pub fn take_lost(&mut self) -> Vec<u64> {
         match &mut self.ring {
             Ring::Lists(ring) => ring.take_lost(),

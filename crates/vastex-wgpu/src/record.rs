@@ -1,7 +1,8 @@
-//! The record of a texture or a group in the array that shaders read by number, and the ids that name them there.
+//! The record of a texture or a group in the array that shaders read by number, and the ids that name them
+//! there.
 //!
-//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl, which takes it apart; tests
-//! sample by it, and compare with twins that read none.
+//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl,
+//! which takes it apart; tests sample by it, and compare with twins that read none.
 
 use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_constants};
 
@@ -17,8 +18,8 @@ const UV_TEXELS: u32 = 1 << 20;
 /// Words of 16 bytes from one record of the array to the next.
 pub const RECORD_WORDS: u32 = (HEAD + OF_LEVEL * shader_constants::MAX_LEVELS as usize) as u32;
 
-/// The id by which shaders name a texture or a group: its number, and above that which of those that have had the number, counted from 1.
-/// 0 names none.
+/// The id by which shaders name a texture or a group: its number, and above that which of those that have had
+/// the number, counted from 1. 0 names none.
 ///
 /// ```
 /// use vastex_core::TextureNumber;
@@ -115,7 +116,8 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; OF_LEVEL] {
     ]
 }
 
-/// The finest level of which a 32-bit uv tells the texels apart: it has at most 2^20 along each axis. 0 of a texture of no more.
+/// The finest level of which a 32-bit uv tells the texels apart: it has at most 2^20 along each axis. 0 of a
+/// texture of no more.
 pub(crate) fn uv_finest(geometry: &Geometry) -> u8 {
     let is_told = |index: &u8| geometry.level(*index).size[..2].iter().all(|&texels| texels <= UV_TEXELS);
     (0..=geometry.coarsest()).find(is_told).unwrap_or(geometry.coarsest())

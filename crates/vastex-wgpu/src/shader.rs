@@ -1,8 +1,9 @@
 //! Shader text: plain WGSL modules joined by explicit lists, after constants generated from Rust.
 //!
-//! There is no preprocessor. What varies is a constant, or which of a few small modules with the same functions is in the list (how the
-//! atlas is read, how page tables lie). A module that is there once for each pool, layer, way to read one, or name says so in its names:
-//! in the place of `POOL`, `LAYER`, `KIND` stands a number, in that of `NAME` the name of a group's member, or nothing.
+//! There is no preprocessor. What varies is a constant, or which of a few small modules with the same
+//! functions is in the list (how the atlas is read, how page tables lie). A module that is there once for
+//! each pool, layer, way to read one, or name says so in its names: in the place of `POOL`, `LAYER`, `KIND`
+//! stands a number, in that of `NAME` the name of a group's member, or nothing.
 
 use std::fmt::Write as _;
 
@@ -71,16 +72,17 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 
 /// The WGSL that an application puts after its own shader: `MY_SHADER.to_owned() + &wgsl(&kinds, place)`.
 ///
-/// So the application's `enable`, `requires` and `diagnostic` directives, which WGSL has before everything else, stay first, and errors in
-/// its text are reported at its own lines; declarations may stand in any order. The text has no directives of its own and begins on a
-/// line of its own.
+/// So the application's `enable`, `requires` and `diagnostic` directives, which WGSL has before everything
+/// else, stay first, and errors in its text are reported at its own lines; declarations may stand in any
+/// order. The text has no directives of its own and begins on a line of its own.
 ///
-/// One text serves every texture of its kinds: `id: u32` says which is meant ([`crate::shader_id`]); it may come from a material or an
-/// instance, and need not be uniform. An id that names no texture shows a colour that can be set ([`crate::Pool::set_unknown`]) and wants
-/// nothing. `view: u32` is the number of the view that is drawn.
+/// One text serves every texture of its kinds: `id: u32` says which is meant ([`crate::shader_id`]); it may
+/// come from a material or an instance, and need not be uniform. An id that names no texture shows a colour
+/// that can be set ([`crate::Pool::set_unknown`]) and wants nothing. `view: u32` is the number of the view
+/// that is drawn.
 ///
-/// Public names begin with `vastex_`, `Vastex` or `VASTEX_`; what begins with `vastexi_`, `Vastexi` or `VASTEXI_` may change. To be
-/// called, by stage and by what is known there:
+/// Public names begin with `vastex_`, `Vastex` or `VASTEX_`; what begins with `vastexi_`, `Vastexi` or
+/// `VASTEXI_` may change. To be called, by stage and by what is known there:
 ///
 /// | function | stages | gives |
 /// |---|---|---|
@@ -116,21 +118,26 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_inspect_slot(slot, tile_texel)` | all | a texel of a slot of the pool, `vec4<f32>` |
 /// | `vastex_inspect_slot_size()` | all | the size of a slot in texels of the texture, border included, `vec2<u32>` |
 ///
-/// For a group each member `NAME` has these functions, where they name a texture, with its name after the first words:
-/// `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`, `vastex_feedback_NAME(id, view, uv)` for a member by itself,
-/// `vastex_inspect_NAME(id, uv)`, `vastex_level_of_NAME(id, ddx, ddy)`. `vastex_feedback(id, view, uv)` and its kin without a name are for
-/// all members together that are sampled at `uv`: they take the id of the group, and levels and fixed-point places are those of the member
-/// with the most texels. What they ask for is the level that the filter with the most taps among the members' needs. `struct VastexIds`
-/// has a field for each of these ids: `all`, and the members' names.
+/// For a group each member `NAME` has these functions, where they name a texture, with its name after the
+/// first words: `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`,
+/// `vastex_feedback_NAME(id, view, uv)` for a member by itself, `vastex_inspect_NAME(id, uv)`,
+/// `vastex_level_of_NAME(id, ddx, ddy)`. `vastex_feedback(id, view, uv)` and its kin without a name are for
+/// all members together that are sampled at `uv`: they take the id of the group, and levels and fixed-point
+/// places are those of the member with the most texels. What they ask for is the level that the filter with
+/// the most taps among the members' needs. `struct VastexIds` has a field for each of these ids: `all`, and
+/// the members' names.
 ///
-/// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward. A 32-bit uv tells 2^20 texels apart along
-/// an axis: functions that take one show, and ask for, no level with more. In fixed point there is no such limit: `anchor: vec2<u32>` is a
-/// texel of level 0, the same for all corners of a draw, and `offset: vec2<f32>` counts texels of level 0 from its beginning, up to 2^30
-/// either way; beyond the edges the address modes hold. What is drawn is as exact as the offset: below 2^16 texels, 1/128 of one.
+/// `uv` is 0 to 1 over the texture, beyond that by its address modes; x to the right, y downward. A 32-bit uv
+/// tells 2^20 texels apart along an axis: functions that take one show, and ask for, no level with more. In
+/// fixed point there is no such limit: `anchor: vec2<u32>` is a texel of level 0, the same for all corners of
+/// a draw, and `offset: vec2<f32>` counts texels of level 0 from its beginning, up to 2^30 either way; beyond
+/// the edges the address modes hold. What is drawn is as exact as the offset: below 2^16 texels, 1/128 of
+/// one.
 ///
 /// Layers whose values may not be mixed are read as by `vastex_sample_nearest`, whatever is called.
 ///
-/// `position` is `@builtin(position)`. What `vastex_tell` is given is best computed only where it is asked for:
+/// `position` is `@builtin(position)`. What `vastex_tell` is given is best computed only where it is asked
+/// for:
 ///
 /// ```wgsl
 /// let ddx = dpdx(uv);
@@ -140,12 +147,14 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// }
 /// ```
 ///
-/// after every `discard`, since what is told stays told. In a feedback pass `vastex_gradients` gives gradients that are better than
-/// `vastex_feedback(id, view, uv)` finds by itself, between pixels that stand 8 apart; there, a fragment that is not kept is discarded.
+/// after every `discard`, since what is told stays told. In a feedback pass `vastex_gradients` gives
+/// gradients that are better than `vastex_feedback(id, view, uv)` finds by itself, between pixels that stand
+/// 8 apart; there, a fragment that is not kept is discarded.
 ///
-/// A uv that goes on beyond 1, as on a tiled plane, has gradients as it is. One that is folded or computed, so that it jumps from 1
-/// to 0 between two pixels, looks to derivatives like a whole turn within a pixel, which is the coarsest level along the seam:
-/// `_wrapped` takes the shorter way. The two cannot be told apart in a shader, so the application says which it has.
+/// A uv that goes on beyond 1, as on a tiled plane, has gradients as it is. One that is folded or computed,
+/// so that it jumps from 1 to 0 between two pixels, looks to derivatives like a whole turn within a pixel,
+/// which is the coarsest level along the seam: `_wrapped` takes the shorter way. The two cannot be told apart
+/// in a shader, so the application says which it has.
 pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     let bindings = Bindings::new(kinds, place.first);
     let mode = kinds.mode();
@@ -233,7 +242,8 @@ fn constants_of(kinds: &Kinds, place: BindingPlace, bindings: &Bindings) -> Stri
         push_flag(&mut text, &nth.to_string(), pool.pages == PageSides::PowersOfTwo);
     }
     if kinds.is_group() {
-        // What all members want together is what the finest of them needs, in pages of any sides; there is no such layer.
+        // What all members want together is what the finest of them needs, in pages of any sides; there is no
+        // such layer.
         let most_taps = kinds.reads().iter().map(|read: &TextRead| read.filter.max_taps()).max();
         push_constant(&mut text, "VASTEXI", "TAPS_ALL", most_taps.unwrap_or(1));
         push_constant(&mut text, "VASTEXI", "INDEX_ALL", 31);

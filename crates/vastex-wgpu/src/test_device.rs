@@ -1,10 +1,11 @@
-//! What tests have of a device: one to test on (whatever adapter there is, at WebGPU's default limits), counts of what was made on it, and
-//! failures at chosen steps.
+//! What tests have of a device: one to test on (whatever adapter there is, at WebGPU's default limits),
+//! counts of what was made on it, and failures at chosen steps.
 
 use std::cell::Cell;
 use std::time::Duration;
 
-/// Names the adapter that tests are to run on, or a part of its name; the variable that wgpu's own tools go by.
+/// Names the adapter that tests are to run on, or a part of its name; the variable that wgpu's own tools go
+/// by.
 const ADAPTER: &str = "WGPU_ADAPTER_NAME";
 /// Longer than what a test submits takes on any adapter.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -33,8 +34,8 @@ pub(crate) fn count_poll() {
     POLLS.set(POLLS.get() + 1);
 }
 
-/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost device, or an
-/// allocation on it. Returns whether an earlier failure was still to come.
+/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost
+/// device, or an allocation on it. Returns whether an earlier failure was still to come.
 pub fn fail_after(steps: Option<u32>) -> bool {
     STEPS_TO_FAILURE.replace(steps).is_some()
 }
@@ -46,7 +47,8 @@ pub(crate) fn is_to_fail() -> bool {
     left == Some(0)
 }
 
-/// Panics where tests are to run on another adapter, so that what is said to have been tested on one driver was not drawn by another.
+/// Panics where tests are to run on another adapter, so that what is said to have been tested on one driver
+/// was not drawn by another.
 #[expect(clippy::panic, reason = "a test on the wrong adapter must fail")]
 pub fn check_adapter(info: &wgpu::AdapterInfo) {
     if let Some(name) = std::env::var_os(ADAPTER)
@@ -60,7 +62,8 @@ fn is_called(info: &wgpu::AdapterInfo, name: &str) -> bool {
     info.name.to_lowercase().contains(&name.to_lowercase())
 }
 
-/// Waits until the device has done all that was submitted and has answered whoever asked; panics where it does not within five minutes.
+/// Waits until the device has done all that was submitted and has answered whoever asked; panics where it
+/// does not within five minutes.
 #[expect(clippy::panic, reason = "a test whose device hangs must fail")]
 pub fn finish(device: &wgpu::Device) {
     let wait = wgpu::PollType::Wait { submission_index: None, timeout: Some(PATIENCE) };
@@ -81,8 +84,8 @@ pub struct TestDevice {
 }
 
 impl TestDevice {
-    /// A device with the features worth asking for ([`crate::required_features`]). Panics where there is none: a
-    /// GPU test is never skipped.
+    /// A device with the features worth asking for ([`crate::required_features`]). Panics where there is
+    /// none: a GPU test is never skipped.
     pub fn new() -> TestDevice {
         TestDevice::with_features(crate::required_features)
     }

@@ -1,6 +1,7 @@
 //! Where the level that a view needs is drawn in texture space, and its way back to the CPU.
 //!
-//! What a texel says is the shader's business (texture_space.wgsl), what follows from it that of [`LevelImage`].
+//! What a texel says is the shader's business (texture_space.wgsl), what follows from it that of
+//! [`LevelImage`].
 
 use vastex_core::{Geometry, LevelImage};
 
@@ -64,8 +65,8 @@ impl TextureSpace {
         Ok(TextureSpace { size, view: target.create_view(&Default::default()), ring: ring.collect(), target })
     }
 
-    /// Begins the pass. The caller draws with a pipeline of [`TEXTURE_SPACE_FORMAT`] that blends by [`TEXTURE_SPACE_BLEND`] and culls
-    /// nothing, without a depth buffer.
+    /// Begins the pass. The caller draws with a pipeline of [`TEXTURE_SPACE_FORMAT`] that blends by
+    /// [`TEXTURE_SPACE_BLEND`] and culls nothing, without a depth buffer.
     pub fn begin<'encoder>(&self, encoder: &'encoder mut wgpu::CommandEncoder) -> wgpu::RenderPass<'encoder> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex texture space"),
@@ -82,8 +83,9 @@ impl TextureSpace {
         })
     }
 
-    /// Records the copy of what was drawn. `frame` grows from call to call. Returns whether there was room: where the GPU is several frames
-    /// behind, a frame is left out rather than waited for. Where the commands are dropped, their frame is left out too.
+    /// Records the copy of what was drawn. `frame` grows from call to call. Returns whether there was room:
+    /// where the GPU is several frames behind, a frame is left out rather than waited for. Where the commands
+    /// are dropped, their frame is left out too.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
         for place in &mut self.ring {
             place.under_way.take_if(|(_, mapping)| mapping.answer() == Ok(Answer::Dropped));
@@ -106,13 +108,14 @@ impl TextureSpace {
         true
     }
 
-    /// The newest levels that have arrived since they were asked for last, with their frame. Never waits; what has arrived
-    /// shows when the device is [polled](crate::poll).
+    /// The newest levels that have arrived since they were asked for last, with their frame. Never waits;
+    /// what has arrived shows when the device is [polled](crate::poll).
     pub fn poll(&mut self) -> Result<Option<(u64, LevelImage)>, GpuError> {
         self.newest(u64::MAX)
     }
 
-    /// The newest levels of `frame` or before. Blocks until they have arrived. Not for browsers, where nothing can be waited for.
+    /// The newest levels of `frame` or before. Blocks until they have arrived. Not for browsers, where
+    /// nothing can be waited for.
     pub fn wait(
         &mut self,
         device: &wgpu::Device,

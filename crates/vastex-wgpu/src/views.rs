@@ -1,5 +1,6 @@
-//! What shaders know of the views that are drawn: the parameters of all of them in one buffer, and where feedback is inline the cells in
-//! which main passes tell what they want. Shaders name a view by its number here, so that bind groups know of none.
+//! What shaders know of the views that are drawn: the parameters of all of them in one buffer, and where
+//! feedback is inline the cells in which main passes tell what they want. Shaders name a view by its number
+//! here, so that bind groups know of none.
 
 use crate::device::{staged, storage};
 use crate::error::GpuError;
@@ -28,9 +29,10 @@ pub(crate) const NO_VIEW: ViewParams = ViewParams {
     unused: [0; 3],
 };
 
-/// The parameters of all views, and their cells. They are set by commands, so that they are each frame's own however many are recorded
-/// before the first of them is submitted. They outlive targets, so that a resize leaves bind groups as they are, but where feedback is
-/// inline and the cells need more room ([`Views::is_moved`]).
+/// The parameters of all views, and their cells. They are set by commands, so that they are each frame's own
+/// however many are recorded before the first of them is submitted. They outlive targets, so that a resize
+/// leaves bind groups as they are, but where feedback is inline and the cells need more room
+/// ([`Views::is_moved`]).
 #[derive(Debug)]
 pub struct Views {
     buffer: wgpu::Buffer,
@@ -78,8 +80,9 @@ impl Views {
         Views { buffer, no_view, cells: (mode == FeedbackMode::Inline).then(cells) }
     }
 
-    /// Sets what the commands recorded after this see of a view, until it is set again: commands that are submitted before or after them,
-    /// or never, make no difference. A view that there cannot be is left out. Costs a buffer of 64 bytes, which goes with the commands.
+    /// Sets what the commands recorded after this see of a view, until it is set again: commands that are
+    /// submitted before or after them, or never, make no difference. A view that there cannot be is left out.
+    /// Costs a buffer of 64 bytes, which goes with the commands.
     pub(crate) fn set(
         &self,
         device: &wgpu::Device,
@@ -99,8 +102,9 @@ impl Views {
         encoder.copy_buffer_to_buffer(&source, 0, &self.buffer, place, bytes.len() as u64);
     }
 
-    /// Ends the feedback of a view: what is drawn by the commands recorded after this sees the picture where it is and levels
-    /// unchanged, and asks for nothing, until the view is set again. A view that there cannot be is left out.
+    /// Ends the feedback of a view: what is drawn by the commands recorded after this sees the picture where
+    /// it is and levels unchanged, and asks for nothing, until the view is set again. A view that there
+    /// cannot be is left out.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder, view: u32) {
         if view < VIEWS {
             let size = self.no_view.size();
@@ -108,8 +112,8 @@ impl Views {
         }
     }
 
-    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the others, all of them lie
-    /// elsewhere from now on.
+    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the
+    /// others, all of them lie elsewhere from now on.
     pub fn fit_cells(
         &mut self,
         device: &wgpu::Device,
@@ -146,8 +150,8 @@ impl Views {
         Ok(())
     }
 
-    /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew. Before that, those that
-    /// have the old ones tell what nobody hears.
+    /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew.
+    /// Before that, those that have the old ones tell what nobody hears.
     pub fn is_moved(&mut self) -> bool {
         self.cells.as_mut().is_some_and(|cells| std::mem::take(&mut cells.is_moved))
     }

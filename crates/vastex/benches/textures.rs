@@ -1,8 +1,9 @@
-//! What 200 virtual textures in one scene cost the thread that draws them: recording feedback, `update`, recording the picture.
+//! What 200 virtual textures in one scene cost the thread that draws them: recording feedback, `update`,
+//! recording the picture.
 //!
-//! `cargo xtask bench textures`. A wall of quads, each with a texture of its own, of three kinds: colour in pages of 128 texels,
-//! one channel in pages of 120, and small ones that are held whole; drawn one by one, or all of a pool at once. Processor time of
-//! the calling thread, a frame; the adapter's work is not counted.
+//! `cargo xtask bench textures`. A wall of quads, each with a texture of its own, of three kinds: colour in
+//! pages of 128 texels, one channel in pages of 120, and small ones that are held whole; drawn one by one, or
+//! all of a pool at once. Processor time of the calling thread, a frame; the adapter's work is not counted.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 

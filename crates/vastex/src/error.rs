@@ -48,7 +48,8 @@ pub enum Error {
         /// What the decoder said.
         error: DecodeError,
     },
-    /// The coarsest levels of a texture are not at hand without waiting, in a browser; [`crate::Textures::preparer`] reads them.
+    /// The coarsest levels of a texture are not at hand without waiting, in a browser;
+    /// [`crate::Textures::preparer`] reads them.
     #[error("the tail is not at hand; read it with `Textures::preparer`, then add it")]
     TailPending,
     /// The texture was prepared for other settings, or for a device that can hold other formats or sizes.
@@ -93,7 +94,8 @@ pub enum Error {
     /// There is no such view.
     #[error("there is no view {}; it was removed, or is one of other textures", .0.number())]
     NoView(ViewId),
-    /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next may begin.
+    /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next
+    /// may begin.
     #[error(
         "the feedback pass of view {} that was begun in frame {frame} was not ended; call `ViewMut::end_feedback` behind each pass that \
          `ViewMut::begin_feedback` was called for",

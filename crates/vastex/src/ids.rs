@@ -1,11 +1,13 @@
 //! What an application calls by name: textures and groups, their layers, and what shaders sample of them.
 //!
-//! The pager and shaders know textures by numbers, which are given again when nothing can mean the old owner any more. An id also says
-//! which of the owners is meant, so that one that is kept too long names nothing, never something else.
+//! The pager and shaders know textures by numbers, which are given again when nothing can mean the old owner
+//! any more. An id also says which of the owners is meant, so that one that is kept too long names nothing,
+//! never something else.
 
 use vastex_core::{GroupNumber, TextureNumber};
 
-/// A texture of a [`crate::Textures`]. It names this one for ever: after the texture is removed it names none, whatever comes later.
+/// A texture of a [`crate::Textures`]. It names this one for ever: after the texture is removed it names
+/// none, whatever comes later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId {
     number: TextureNumber,
@@ -17,8 +19,8 @@ impl TextureId {
         TextureId { number, generation }
     }
 
-    /// The number by which pages, events, statistics and traces name the texture while it is there. A texture that is added after it is
-    /// gone may get the same; [`crate::Inspect::id_of`] tells who has it.
+    /// The number by which pages, events, statistics and traces name the texture while it is there. A texture
+    /// that is added after it is gone may get the same; [`crate::Inspect::id_of`] tells who has it.
     pub const fn number(self) -> TextureNumber {
         self.number
     }
@@ -28,7 +30,8 @@ impl TextureId {
     }
 }
 
-/// A group of a [`crate::Textures`]. It names this one for ever: after the group, or a texture in it, is removed it names none.
+/// A group of a [`crate::Textures`]. It names this one for ever: after the group, or a texture in it, is
+/// removed it names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GroupId {
     number: GroupNumber,
@@ -94,13 +97,14 @@ pub struct Member {
 }
 
 impl Member {
-    /// A layer that is sampled at the coordinates at which the others are. Pairs of a name and a layer are that, too.
+    /// A layer that is sampled at the coordinates at which the others are. Pairs of a name and a layer are
+    /// that, too.
     pub fn new(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
         Member { name: name.into(), layer: layer.into(), is_apart: false }
     }
 
-    /// A layer that is sampled at coordinates of its own, such as a detail that repeats: `vastex_feedback` does not answer for
-    /// it, `vastex_feedback_NAME` does.
+    /// A layer that is sampled at coordinates of its own, such as a detail that repeats: `vastex_feedback`
+    /// does not answer for it, `vastex_feedback_NAME` does.
     pub fn apart(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
         Member { is_apart: true, ..Member::new(name, layer) }
     }

@@ -1,9 +1,9 @@
 //! Huge textures for an existing `wgpu` renderer.
 //!
 //! An application adds a texture of any size, adds generated WGSL to its own shader and calls
-//! `vastex_sample(id, uv)` where it called `textureSample`; each frame it draws its scene once more, small, so that
-//! [`Textures`] learns what is in view, and once for the picture. Only the pages that the view touches, at the
-//! resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
+//! `vastex_sample(id, uv)` where it called `textureSample`; each frame it draws its scene once more, small,
+//! so that [`Textures`] learns what is in view, and once for the picture. Only the pages that the view
+//! touches, at the resolution at which it touches them, are ever in GPU memory, within a budget of bytes.
 //!
 //! ```no_run
 //! # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>) {}
@@ -41,8 +41,8 @@
 //!
 //! # What shaders call
 //!
-//! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over the texture.
-//! [`wgsl()`] tells stages and ranges.
+//! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over
+//! the texture. [`wgsl()`] tells stages and ranges.
 //!
 //! | to | functions |
 //! |---|---|
@@ -56,12 +56,13 @@
 //! | look into the pool of a text | `vastex_inspect_page(id, page, level)`, `vastex_inspect_slot(slot, tile_texel)`, `vastex_inspect_slot_size()` |
 //! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |
 //!
-//! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad`.
+//! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id,
+//! uv)`, `vastex_sample_NAME_grad`.
 //!
 //! # Crates
 //!
-//! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on the GPU
-//! happens in `vastex-wgpu`; this crate joins them.
+//! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on
+//! the GPU happens in `vastex-wgpu`; this crate joins them.
 
 mod cpu;
 mod error;
@@ -99,17 +100,20 @@ pub use vastex_core::{
     ViewId, WantedPage,
 };
 pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
-/// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that may call it.
+/// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that
+/// may call it.
 #[doc(inline)]
 pub use vastex_wgpu::wgsl;
 pub use vastex_wgpu::{
     Atlas, GpuError, Kind, KindMember, Kinds, PageSides, TableKind, instance_for, only_needed,
     required_features, required_limits, shader_module, texture_format,
 };
-/// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version that fits.
+/// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version
+/// that fits.
 pub use wgpu;
 
-/// Where tiles come from: containers, caches, limits, planets without end, and what a source of an application's own implements.
+/// Where tiles come from: containers, caches, limits, planets without end, and what a source of an
+/// application's own implements.
 pub mod source {
     pub use vastex_core::{
         FileError, GeometryBytesError, LayerError, PageContents, PageIdError, PageSet, TailLayout,
@@ -124,7 +128,8 @@ pub mod source {
     pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};
 }
 
-/// What a view wants, worked out on the CPU from its camera and the surfaces in the scene, without a feedback pass.
+/// What a view wants, worked out on the CPU from its camera and the surfaces in the scene, without a feedback
+/// pass.
 pub mod survey {
     pub use vastex_core::{
         Box3, Camera, FlatSurface, GlobeSurface, Patch, Surface, Survey, SurveySettings, Surveyed,
@@ -132,7 +137,8 @@ pub mod survey {
     };
 }
 
-/// What is loaded before it is seen: motion, traces of what views wanted, and prefetch sets that are learnt from them.
+/// What is loaded before it is seen: motion, traces of what views wanted, and prefetch sets that are learnt
+/// from them.
 pub mod prefetch {
     pub use vastex_core::{
         LearnError, LearnSettings, Motion, Place, PrefetchSets, SetsError, Trace, TraceError,

@@ -1,4 +1,5 @@
-//! An image that is larger than any texture, in a window of eframe: pixels in memory, and one widget to look at them.
+//! An image that is larger than any texture, in a window of eframe: pixels in memory, and one widget to look
+//! at them.
 
 use std::sync::Arc;
 

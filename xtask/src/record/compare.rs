@@ -1,7 +1,8 @@
 //! What of a record is other than in an earlier one.
 //!
-//! Texts are compared line by line, pictures texel by texel and traces by what the newer program reads in them, so that a new form
-//! of a file is no difference. Tests are known by crate and name: one that moved is none either.
+//! Texts are compared line by line, pictures texel by texel and traces by what the newer program reads in
+//! them, so that a new form of a file is no difference. Tests are known by crate and name: one that moved is
+//! none either.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::OsStr;
@@ -55,7 +56,8 @@ impl Found {
     }
 }
 
-/// Compares what `is` has of the parts named with what was in `was`; all parts where none is named. `program` is the newer one.
+/// Compares what `is` has of the parts named with what was in `was`; all parts where none is named. `program`
+/// is the newer one.
 pub fn compare(program: &Program, was: &Path, is: &Path, parts: &[&str]) -> Result<Found> {
     let mut found = Found::default();
     let [old, new] = [was, is].map(files_under);

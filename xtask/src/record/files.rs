@@ -1,4 +1,5 @@
-//! What the program makes of fixed inputs, as hashes: a line for each file that it leaves, and for each thing that it says of it.
+//! What the program makes of fixed inputs, as hashes: a line for each file that it leaves, and for each thing
+//! that it says of it.
 
 use std::fmt::Write;
 use std::fs;
@@ -14,8 +15,9 @@ use crate::limited::within;
 use super::steps::{self, Step};
 use super::{LIMIT, Program, at_once, clean, files_under, inputs, make, said, write};
 
-/// Takes the steps, all or those named, and writes `files.txt` into `directory`. `desk` is where they work; `fuzzer` has the small
-/// sound files, `assets` the images of the real Earth; without them there are none of these.
+/// Takes the steps, all or those named, and writes `files.txt` into `directory`. `desk` is where they work;
+/// `fuzzer` has the small sound files, `assets` the images of the real Earth; without them there are none of
+/// these.
 pub fn record(
     program: &Program,
     fuzzer: Option<&Path>,

@@ -1,4 +1,5 @@
-//! Images to build from, the same each time: raw files made here, and the small sound files of vastex-fuzz, of every kind that is read.
+//! Images to build from, the same each time: raw files made here, and the small sound files of vastex-fuzz,
+//! of every kind that is read.
 
 use std::fs;
 use std::path::Path;
@@ -45,7 +46,8 @@ pub(super) fn touch(directory: &Path) -> Result<()> {
     Ok(())
 }
 
-/// A raw file and what describes it: smooth in places, noise in others, runs of one value, some of it transparent.
+/// A raw file and what describes it: smooth in places, noise in others, runs of one value, some of it
+/// transparent.
 fn raw(directory: &Path, name: &str, [width, height]: [u32; 2], sample: &str, channels: u32) -> Result<()> {
     let mut state = 1u32;
     let mut value = |x: u32, y: u32, channel: u32| {
@@ -76,7 +78,8 @@ fn raw(directory: &Path, name: &str, [width, height]: [u32; 2], sample: &str, ch
     write(&directory.join(format!("{name}.toml")), text)
 }
 
-/// A kind of small sound inputs, and what of its files is to be built: those with this ending; the directory where there is none.
+/// A kind of small sound inputs, and what of its files is to be built: those with this ending; the directory
+/// where there is none.
 pub(super) const SEEDS: [(&str, &str); 8] = [
     ("image", "."),
     ("profile", "."),

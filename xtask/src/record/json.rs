@@ -1,4 +1,5 @@
-//! The leaves of a JSON text: where each is and what it is. Enough to list keys, and to read what cargo says of what it built.
+//! The leaves of a JSON text: where each is and what it is. Enough to list keys, and to read what cargo says
+//! of what it built.
 
 use anyhow::{Result, bail};
 

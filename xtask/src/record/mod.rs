@@ -9,9 +9,9 @@
 //! | `names.txt` | the public names of crate `vastex`, with their signatures |
 //! | `tests.txt` | the tests of the workspace |
 //!
-//! There are no times, paths and addresses in it, and the order is always the same, so that two records of one version are equal on
-//! one machine. What knows types of Vastex stands in the program (`vastex record`, which its help does not show); here are programs
-//! and lines.
+//! There are no times, paths and addresses in it, and the order is always the same, so that two records of
+//! one version are equal on one machine. What knows types of Vastex stands in the program (`vastex record`,
+//! which its help does not show); here are programs and lines.
 
 pub mod compare;
 mod diff;

@@ -1,4 +1,5 @@
-//! The public names of a crate, by what rustdoc writes for people: every item, with its methods, fields, variants and their signatures.
+//! The public names of a crate, by what rustdoc writes for people: every item, with its methods, fields,
+//! variants and their signatures.
 
 use std::fs;
 use std::path::Path;

@@ -1,7 +1,8 @@
 //! What is made of the inputs: names, and the words that the program is given, one command after the other.
 //!
-//! `%` stands for the directory of inputs. `short N COMMAND` may write files of N blocks of 512 bytes at most and fails there;
-//! `state NAME` takes down what lies there at that moment. What lies there at the end is taken down in any case.
+//! `%` stands for the directory of inputs. `short N COMMAND` may write files of N blocks of 512 bytes at most
+//! and fails there; `state NAME` takes down what lies there at that moment. What lies there at the end is
+//! taken down in any case.
 
 use super::inputs::{KINDS, name};
 

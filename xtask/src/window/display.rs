@@ -45,7 +45,8 @@ impl Display {
             let bytes = file.get(4 * n..4 * n + 4).context("the display's pixels have no head")?;
             Ok(u32::from_be_bytes(bytes.try_into()?) as usize)
         };
-        // The format of xwd: the length of the head, the bytes of a row, and colours of 12 bytes before the pixels.
+        // The format of xwd: the length of the head, the bytes of a row, and colours of 12 bytes before the
+        // pixels.
         let (first, row_bytes) = (word(0)? + 12 * word(19)?, word(12)?);
         let row = |y: usize| {
             file.get(first + y * row_bytes + 4 * columns.start..first + y * row_bytes + 4 * columns.end)
@@ -54,7 +55,8 @@ impl Display {
         Ok(rows.context("the display's pixels are cut off")?.concat())
     }
 
-    /// The pixels of some columns that have a colour, of red, green and blue: how many there are, and their middle.
+    /// The pixels of some columns that have a colour, of red, green and blue: how many there are, and their
+    /// middle.
     pub(super) fn find(&self, columns: Range<usize>, [r, g, b]: [u8; 3]) -> Result<Option<Found>> {
         let width = columns.len();
         let seen = self.look(columns.clone())?;

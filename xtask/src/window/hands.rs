@@ -1,5 +1,5 @@
-//! The window under the hands of a person: keys and pointer are sent to it on a display of its own, and its title and its pixels say what
-//! came of them.
+//! The window under the hands of a person: keys and pointer are sent to it on a display of its own, and its
+//! title and its pixels say what came of them.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -19,7 +19,8 @@ const PLACE: [usize; 2] = [640, 400];
 /// Columns of what the machine does, and where a button halves its first pool.
 const HUD: std::ops::Range<usize> = 0..348;
 const HALVE: [usize; 2] = [129, 299];
-/// What a warning is written on, the button that does what it says, what an error is written on and the button that dismisses it.
+/// What a warning is written on, the button that does what it says, what an error is written on and the
+/// button that dismisses it.
 const WARNING: [u8; 3] = [255, 186, 66];
 const REMEDY: [u8; 3] = [96, 60, 0];
 const ERROR: [u8; 3] = [122, 30, 30];
@@ -27,8 +28,9 @@ const DISMISS: [u8; 3] = [78, 16, 16];
 /// What graphs are drawn on.
 const GROUND: [u8; 3] = [22, 24, 29];
 
-/// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a file, goes to a globe, looks at
-/// what the machine does, makes its pool too small and large enough again, and ends; opened again it is as it was.
+/// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a
+/// file, goes to a globe, looks at what the machine does, makes its pool too small and large enough again,
+/// and ends; opened again it is as it was.
 pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<()> {
     let display = Display::start(place)?;
     let steps = place.join("steps");
@@ -122,8 +124,8 @@ impl<'a> Window<'a> {
     fn zoom_and_drag(&mut self) -> Result<f64> {
         let magnification = self.magnification()?;
         (0..4).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
-        // Four notches of the wheel, each at least a quarter more: winit hears the press and the release of a device without scroll
-        // axes as a notch each, and the pointer of this display is one.
+        // Four notches of the wheel, each at least a quarter more: winit hears the press and the release of a
+        // device without scroll axes as a notch each, and the pointer of this display is one.
         let wanted = 0.98 * magnification * 1.25f64.powi(4)..magnification * 1.3f64.powi(8);
         let mut before = 0.0;
         let zoomed = self.until("an image zoomed by the wheel", |window| {
@@ -150,7 +152,8 @@ impl<'a> Window<'a> {
         Ok(zoomed)
     }
 
-    /// The panel opens by its button in a window that draws nothing, and keys that are written into its field are no commands.
+    /// The panel opens by its button in a window that draws nothing, and keys that are written into its field
+    /// are no commands.
     fn use_panel(&mut self, zoomed: f64) -> Result<()> {
         let panel = SIZE[0] - 300..SIZE[0] - 100;
         let beside = self.display.look(panel.clone())?;
@@ -213,7 +216,8 @@ impl<'a> Window<'a> {
         self.key("m")
     }
 
-    /// What the machine does is shown at no cost, a pool that is too small is told of, and the remedy that is offered is one.
+    /// What the machine does is shown at no cost, a pool that is too small is told of, and the remedy that is
+    /// offered is one.
     fn look_at_machine(&mut self) -> Result<()> {
         self.key("u")?;
         let ground = |window: &mut Self| window.display.find(HUD, GROUND).ok().flatten();

@@ -1,4 +1,5 @@
-//! What the text of a crate may not name: core touches no world, wgpu decides nothing, and no constant is copied.
+//! What the text of a crate may not name: core touches no world, wgpu decides nothing, and no constant is
+//! copied.
 
 use anyhow::{Context, Result, ensure};
 
@@ -107,7 +108,8 @@ fn no_test_waits_without_limit() -> Result<()> {
     Ok(())
 }
 
-/// Core's suite names, by their types, the steps of a frame that cannot fail. What a frame does stands in these files.
+/// Core's suite names, by their types, the steps of a frame that cannot fail. What a frame does stands in
+/// these files.
 #[test]
 fn all_that_a_frame_asks_of_the_pager_is_among_what_cannot_fail() -> Result<()> {
     const FRAME: [&str; 14] = [

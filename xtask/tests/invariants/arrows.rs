@@ -134,7 +134,8 @@ fn is_gpu(name: &str) -> bool {
 }
 
 fn is_window(name: &str) -> bool {
-    // egui-wgpu without its feature `winit` knows no window: by it the viewer's widget gives egui its picture.
+    // egui-wgpu without its feature `winit` knows no window: by it the viewer's widget gives egui its
+    // picture.
     ["winit", "eframe", "softbuffer", "egui-winit"].contains(&name)
 }
 

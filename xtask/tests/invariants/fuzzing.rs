@@ -1,4 +1,5 @@
-//! Which readers are fuzzed is said in five places, since none of them may depend on another: they must agree.
+//! Which readers are fuzzed is said in five places, since none of them may depend on another: they must
+//! agree.
 
 use std::collections::BTreeSet;
 use std::fs;

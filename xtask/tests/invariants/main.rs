@@ -1,7 +1,7 @@
 //! What must hold of the code itself: the house and its arrows, what each crate may not see, and the style.
 //!
-//! ARCHITECTURE.md states these as absences; here each is a test. They read the sources and ask `cargo tree`, and
-//! take seconds.
+//! ARCHITECTURE.md states these as absences; here each is a test. They read the sources and ask `cargo tree`,
+//! and take seconds.
 
 mod absences;
 mod arrows;

@@ -1,7 +1,9 @@
-//! The rooms of each crate: which folder may import from which, and that files import each other in no circle.
+//! The rooms of each crate: which folder may import from which, and that files import each other in no
+//! circle.
 //!
-//! A room is a folder or a file at the top of a crate's `src`, or an inner folder that a table names. A table lists each
-//! room with the rooms that it imports from. `imports` reads the sources; the tables are here, one file a crate.
+//! A room is a folder or a file at the top of a crate's `src`, or an inner folder that a table names. A table
+//! lists each room with the rooms that it imports from. `imports` reads the sources; the tables are here, one
+//! file a crate.
 
 mod build;
 mod core;

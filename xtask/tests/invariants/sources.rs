@@ -1,4 +1,5 @@
-//! Reading the project's own files: finding them, and looking at their code without comments, strings and tests.
+//! Reading the project's own files: finding them, and looking at their code without comments, strings and
+//! tests.
 
 use std::path::{Path, PathBuf};
 

@@ -46,6 +46,31 @@ fn every_file_says_first_what_it_is_for() -> Result<()> {
     Ok(())
 }
 
+/// Comments are as wide as the code. Tables, links and examples of code in them are as they must be.
+#[test]
+fn comments_are_as_wide_as_the_code() -> Result<()> {
+    const WIDTH: usize = 110;
+    for source in files(&["rs"])? {
+        let mut is_code = false;
+        for (index, line) in source.text.lines().enumerate() {
+            let Some(comment) = line.trim_start().strip_prefix("//") else {
+                is_code = false;
+                continue;
+            };
+            let comment = comment.trim_start_matches(['/', '!']).trim_start();
+            is_code ^= comment.starts_with("```");
+            let is_laid_out = is_code || comment.starts_with('|') || !comment.contains(' ');
+            ensure!(
+                is_laid_out || line.chars().count() <= WIDTH || comment.contains("]("),
+                "{}:{}: a comment of over {WIDTH} columns",
+                source.path,
+                index + 1
+            );
+        }
+    }
+    Ok(())
+}
+
 #[test]
 fn nothing_points_outside_the_project() -> Result<()> {
     // Written in halves, so that this file does not find itself.

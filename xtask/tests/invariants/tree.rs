@@ -10,7 +10,8 @@ use crate::sources::root;
 /// The target of the browser.
 pub(crate) const WASM: &[&str] = &["--target", "wasm32-unknown-unknown"];
 
-/// The names of all crates that `options` bring in, those of build scripts included; of tests only where told.
+/// The names of all crates that `options` bring in, those of build scripts included; of tests only where
+/// told.
 pub(crate) fn crates(options: &[&str]) -> Result<BTreeSet<String>> {
     Ok(cargo_tree(&[&["--prefix", "none"], options].concat())?.lines().filter_map(name).collect())
 }

@@ -1,5 +1,5 @@
-//! The price of a virtual texture, filter by filter, beside an ordinary one with the same taps; and how far the adapter's own filter is
-//! from ours, on a real image.
+//! The price of a virtual texture, filter by filter, beside an ordinary one with the same taps; and how far
+//! the adapter's own filter is from ours, on a real image.
 
 use std::fmt::Write as _;
 use std::time::Duration;

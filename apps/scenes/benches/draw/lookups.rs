@@ -1,5 +1,5 @@
-//! Trilinear samples of a texture in a compute shader, by page tables and functions of choice: at levels that differ over the picture as
-//! on a plane seen aslant.
+//! Trilinear samples of a texture in a compute shader, by page tables and functions of choice: at levels that
+//! differ over the picture as on a plane seen aslant.
 
 use std::time::Duration;
 

@@ -1,6 +1,7 @@
 //! What drawing costs on the adapter of this machine, as parts of a page: `cargo xtask bench draw`.
 //!
-//! Each section is a file and gives its part as text; a new one is added to `SECTIONS`. What is compared is drawn in turns.
+//! Each section is a file and gives its part as text; a new one is added to `SECTIONS`. What is compared is
+//! drawn in turns.
 
 #![allow(
     clippy::print_stdout,

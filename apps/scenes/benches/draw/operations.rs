@@ -1,7 +1,9 @@
-//! What a sample asks of a GPU by its own text: fetches and arithmetic in the shader, which no other load on the machine disturbs.
+//! What a sample asks of a GPU by its own text: fetches and arithmetic in the shader, which no other load on
+//! the machine disturbs.
 //!
-//! Counted in naga's form of the text that pipelines are made of, before any driver has made it shorter: both sides of each branch, each
-//! loop once. So a filter with a loop over its taps has the figures of one tap, and anisotropic ones all have the same.
+//! Counted in naga's form of the text that pipelines are made of, before any driver has made it shorter: both
+//! sides of each branch, each loop once. So a filter with a loop over its taps has the figures of one tap,
+//! and anisotropic ones all have the same.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

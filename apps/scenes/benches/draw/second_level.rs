@@ -1,4 +1,5 @@
-//! Tried: slots that hold a second level, so that the hardware does trilinear in one lookup. docs/second-level.md says what came of it.
+//! Tried: slots that hold a second level, so that the hardware does trilinear in one lookup.
+//! docs/second-level.md says what came of it.
 
 use anyhow::Result;
 use vastex_wgpu::TableKind;

@@ -1,4 +1,5 @@
-//! Textures of 2^13 to 2^31 texels per axis, in the same view and the same pool: memory, and the cost of a frame.
+//! Textures of 2^13 to 2^31 texels per axis, in the same view and the same pool: memory, and the cost of a
+//! frame.
 
 use std::fmt::Write as _;
 use std::time::Duration;

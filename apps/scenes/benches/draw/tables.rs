@@ -1,5 +1,6 @@
-//! What a lookup costs by the kind of page table: direct and filled downward, direct with a loop up the levels in the shader, hashed;
-//! with everything wanted resident, and with less and less of it. And what the thread of the frame pays when a direct table grows.
+//! What a lookup costs by the kind of page table: direct and filled downward, direct with a loop up the
+//! levels in the shader, hashed; with everything wanted resident, and with less and less of it. And what the
+//! thread of the frame pays when a direct table grows.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -74,7 +75,8 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
     Ok((page, verdicts))
 }
 
-/// Processor time of the update in which the finest level's entries come to the table of a texture that has had none of them.
+/// Processor time of the update in which the finest level's entries come to the table of a texture that has
+/// had none of them.
 fn arrival(bench: &Bench) -> Result<Duration> {
     let (device, queue) = (&bench.gpu.device, &bench.gpu.queue);
     let settings = Settings {
@@ -103,7 +105,8 @@ fn arrival(bench: &Bench) -> Result<Duration> {
     taken.context("the table did not grow by the finest level")
 }
 
-/// Frames until a region is in the pool; `look` is told by how many bytes the page tables grew in each, and what it took of this thread.
+/// Frames until a region is in the pool; `look` is told by how many bytes the page tables grew in each, and
+/// what it took of this thread.
 fn frames_until_there(
     textures: &mut Textures,
     texture: vastex::TextureId,

@@ -1,4 +1,5 @@
-//! The price of a target of light: one opaque layer straight into the picture and by way of half floats, and several layers.
+//! The price of a target of light: one opaque layer straight into the picture and by way of half floats, and
+//! several layers.
 
 use std::fmt::Write as _;
 

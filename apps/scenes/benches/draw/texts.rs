@@ -13,7 +13,8 @@ const ASLANT: &str = include_str!("wgsl/aslant.wgsl");
 pub(crate) enum Own {
     /// In the place of the filter one lookup, and the second level of the same slot.
     OneLookup,
-    /// In the place of `vastexi_entry` the walk up the levels of a table in which a page that is not resident has no entry.
+    /// In the place of `vastexi_entry` the walk up the levels of a table in which a page that is not resident
+    /// has no entry.
     Loop,
 }
 

@@ -1,9 +1,11 @@
-//! A flight from orbit down to two metres above the ground, over a generated planet of 2^31 texels round the equator: an image of it
-//! (the one under assets/, or any in plate carrée projection) with detail of its own below its texels, down to 2 cm.
+//! A flight from orbit down to two metres above the ground, over a generated planet of 2^31 texels round the
+//! equator: an image of it (the one under assets/, or any in plate carrée projection) with detail of its own
+//! below its texels, down to 2 cm.
 //!
-//! `cargo run --release -p vastex-scenes --example descent -- earth.vastex descent/` writes pictures of places on the way;
-//! a number behind the directory is the texels round the equator, as a binary logarithm. The file is made by
-//! `vastex build assets/earth-color-10800x5400.jpg -o earth.vastex --address wrap,clamp --compress none`.
+//! `cargo run --release -p vastex-scenes --example descent -- earth.vastex descent/` writes pictures of
+//! places on the way; a number behind the directory is the texels round the equator, as a binary logarithm.
+//! The file is made by `vastex build assets/earth-color-10800x5400.jpg -o earth.vastex --address wrap,clamp
+//! --compress none`.
 
 #![expect(clippy::print_stdout, reason = "an example tells what it does")]
 

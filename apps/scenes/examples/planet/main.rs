@@ -1,8 +1,8 @@
 //! A planet of several virtual textures, each with its own size and format, in one shader.
 //!
-//! `cargo run -p vastex-scenes --example planet -- color=earth.vastex height=elevation.vastex planet.png` draws it without a
-//! window. Attributes are `color`, `height`, `night` and `clouds`; any may be left out. The files are made by
-//! `vastex build IMAGE -o FILE --address wrap,clamp`.
+//! `cargo run -p vastex-scenes --example planet -- color=earth.vastex height=elevation.vastex planet.png`
+//! draws it without a window. Attributes are `color`, `height`, `night` and `clouds`; any may be left out.
+//! The files are made by `vastex build IMAGE -o FILE --address wrap,clamp`.
 
 #![expect(clippy::print_stdout, reason = "an example tells what it does")]
 

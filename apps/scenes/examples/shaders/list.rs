@@ -1,8 +1,8 @@
-//! Every shader text that the project hands to a device: the library's, the scenes', the examples', the benchmark's and the tests'.
+//! Every shader text that is handed to a device, by library, scenes, examples, benchmarks and tests.
 //!
-//! Whatever makes a text from options makes it here of all of them, by the functions that make it for a device. Where options are
-//! numbers, of taps and of bind groups, there are those that the project uses. The suite fails for a text that is handed to a device
-//! and is not among these.
+//! Whatever makes a text from options makes it here of all of them, by the functions that make it for a
+//! device. Where options are numbers, of taps and of bind groups, there are those that the project uses. The
+//! suite fails for a text that is handed to a device and is not among these.
 
 use std::fmt::Write as _;
 
@@ -69,7 +69,7 @@ struct Options {
 }
 
 impl Options {
-    /// What the library gives an application, whatever its textures, device and settings are, but for the numbers.
+    /// What the library gives an application, whatever its textures, device and settings, but for numbers.
     fn all() -> Options {
         Options {
             groups: vec![0],
@@ -82,8 +82,8 @@ impl Options {
         }
     }
 
-    /// What is joined to long texts of the viewer. The sides of pages, and how many taps a filter takes, are constants of the
-    /// library's text, of which both are among those of the library alone.
+    /// What is joined to long texts of the viewer. The sides of pages, and how many taps a filter takes, are
+    /// constants of the library's text, of which both are among those of the library alone.
     fn of_viewer() -> Options {
         Options { pages: vec![PageSides::PowersOfTwo], ..Options::all() }
     }
@@ -127,7 +127,8 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     branches(visit);
 }
 
-/// Sampling behind a condition: as every compiler takes it, and as a browser is to refuse it, which the texts' names begin with.
+/// Sampling behind a condition: as every compiler takes it, and as a browser is to refuse it, which the
+/// texts' names begin with.
 fn branches(visit: &mut Visit<'_>) {
     let (branch, vastex) = (include_str!("branch.wgsl"), Choice::default().text());
     visit("branch", branch.to_owned() + &vastex);
@@ -145,8 +146,8 @@ fn alone(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&st
     options.each(|options| visit(&format!("{name}-{}", name_of(options)), text(&options.text())));
 }
 
-/// The library's text alone, all of it, for one texture and for a group: what an application joins to its own. The other texts lack what
-/// their entry points do not need.
+/// The library's text alone, all of it, for one texture and for a group: what an application joins to its
+/// own. The other texts lack what their entry points do not need.
 fn whole(visit: &mut Visit<'_>) {
     alone(visit, "library-whole", &Options::all(), str::to_owned);
     let surface = include_str!("../../../../crates/vastex-wgpu/tests/gpu/wgsl/whole_surface.wgsl");
@@ -185,8 +186,8 @@ fn scenes(visit: &mut Visit<'_>) {
 /// What layers of a list are called.
 const NAMES: [&str; 3] = ["layer0", "layer1", "layer2"];
 
-/// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of several, by filters of their own;
-/// and two over heights, which are the second or none of them.
+/// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of
+/// several, by filters of their own; and two over heights, which are the second or none of them.
 fn lists_of_layers(visit: &mut Visit<'_>) {
     let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {
@@ -255,8 +256,8 @@ fn four_groups(visit: &mut Visit<'_>, plain: &Options) {
     visit("four-groups-ordinary", [scene, ORDINARY].concat());
 }
 
-/// A planet of every choice of attributes, 8 bits a channel but heights, which may be of 16, in the order in which the example names
-/// them; and the tests' one.
+/// A planet of every choice of attributes, 8 bits a channel but heights, which may be of 16, in the order in
+/// which the example names them; and the tests' one.
 fn planets(visit: &mut Visit<'_>) {
     use Attribute::{Clouds, Color, Height, Night};
     let mut planets: Vec<Vec<Attribute>> = vec![vec![Height, Color, Night, Clouds]];
@@ -388,7 +389,7 @@ fn tests(visit: &mut Visit<'_>) {
     mixing_of_vastex_tests(visit);
 }
 
-/// A colour and a height of one texture, and two textures, each member called as one alone is, and the group's feedback.
+/// Colour and height of one texture, and two textures, each called as one alone is; the group's feedback.
 fn groups_of_gpu_tests(visit: &mut Visit<'_>, harness: &str) {
     let names = ["color", "height", "night", "clouds_2"];
     let atlases = vec![Atlas::Float, Atlas::Unfiltered];

@@ -7,8 +7,8 @@ use vastex_wgpu::{Atlas, KindMember};
 
 use super::{NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
 
-/// Planets: with lights, with clouds, with both and with neither, each texture of a pool of its own, and heights of one, or the ground in
-/// their place.
+/// Planets: with lights, with clouds, with both and with neither, each texture of a pool of its own, and
+/// heights of one, or the ground in their place.
 pub(super) fn each(visit: &mut Visit<'_>) {
     let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {

@@ -1,9 +1,10 @@
-//! A wall of many virtual textures: does a scene with 32 of them work as well as one? Measures what a frame costs.
+//! A wall of many virtual textures: does a scene with 32 of them work as well as one? Measures what a frame
+//! costs.
 //!
-//! `cargo run -p vastex-scenes --example wall -- 1 32` plays frames of 1280x720 pixels, shared out among so many textures, each
-//! of 8192x4096 texels and all at the same scale, first while they move along and then at rest, and prints a row for each
-//! number. The picture itself is not drawn. Costs are CPU time of the thread that plays, where the system tells it (Linux),
-//! else wall time.
+//! `cargo run -p vastex-scenes --example wall -- 1 32` plays frames of 1280x720 pixels, shared out among so
+//! many textures, each of 8192x4096 texels and all at the same scale, first while they move along and then at
+//! rest, and prints a row for each number. The picture itself is not drawn. Costs are CPU time of the thread
+//! that plays, where the system tells it (Linux), else wall time.
 
 mod clock;
 mod wall;

@@ -30,8 +30,8 @@ pub struct CostsBeside {
 }
 
 impl Offscreen {
-    /// Draws the last frame's picture `rounds` times in turns with those of others on the same device, from what is in the pools
-    /// now. One view alone of each.
+    /// Draws the last frame's picture `rounds` times in turns with those of others on the same device, from
+    /// what is in the pools now. One view alone of each.
     pub fn costs_beside(&self, others: &[Offscreen], clock: &GpuClock, rounds: usize) -> CostsBeside {
         let all: Vec<&Offscreen> = std::iter::once(self).chain(others).collect();
         for offscreen in &all {
@@ -55,13 +55,15 @@ impl Offscreen {
         CostsBeside { of_this: median(of_this), others_to_this }
     }
 
-    /// Draws the last frame's picture once more, from what is in the pool now, and reads nothing back. One view alone.
+    /// Draws the last frame's picture once more, from what is in the pool now, and reads nothing back. One
+    /// view alone.
     pub fn draw_again(&self, encoder: &mut wgpu::CommandEncoder) {
         let (renderer, target) = (&self.renderer, self.canvas.target());
         draw_again(encoder, &self.textures, renderer, renderer.camera(), &target);
     }
 
-    /// Draws the last frame's picture `rounds` times in each way, from what is in the pool now. One view alone.
+    /// Draws the last frame's picture `rounds` times in each way, from what is in the pool now. One view
+    /// alone.
     pub fn costs(&self, clock: &GpuClock, rounds: usize) -> Result<DrawCosts, OffscreenError> {
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let reference =

@@ -1,4 +1,5 @@
-//! Looking ahead of a moving camera: what it gains at equal bandwidth, drawn by the GPU, and that it costs the view nothing.
+//! Looking ahead of a moving camera: what it gains at equal bandwidth, drawn by the GPU, and that it costs
+//! the view nothing.
 
 use std::sync::Arc;
 

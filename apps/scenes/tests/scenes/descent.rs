@@ -1,5 +1,5 @@
-//! A generated planet of 2^31 texels, from orbit to the ground: every pixel is what the source says lies where its ray meets the ground,
-//! and memory stays as it is.
+//! A generated planet of 2^31 texels, from orbit to the ground: every pixel is what the source says lies
+//! where its ray meets the ground, and memory stays as it is.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -39,7 +39,8 @@ fn converge(descent: &mut Descent, pose: &GlobePose) {
     panic!("not converged: {:?}", descent.textures().stats());
 }
 
-/// Where the ray through a point of the picture, in pixels, meets the ground: texels of level 0 from the texel below the camera.
+/// Where the ray through a point of the picture, in pixels, meets the ground: texels of level 0 from the
+/// texel below the camera.
 fn ground(pose: &GlobePose, at: DVec2) -> Option<DVec2> {
     let [width, height] = SIZE.map(f64::from);
     let half = (PI / 6.0).tan();
@@ -91,7 +92,8 @@ fn bilinear(source: &PlanetSource, level: u8, texel: DVec2) -> DVec3 {
     a.lerp(b, weight.x).lerp(c.lerp(d, weight.x), weight.y)
 }
 
-/// Share of the pixels that are within 4/255 of what the source says; those whose neighbours' rays miss the ground do not count.
+/// Share of the pixels that are within 4/255 of what the source says; those whose neighbours' rays miss the
+/// ground do not count.
 fn share_as_the_source_says(source: &PlanetSource, descent: &Descent, pose: &GlobePose) -> f64 {
     let picture = descent.picture();
     let below = pose.texel(TEXELS);
@@ -137,7 +139,8 @@ fn every_pixel_is_what_lies_on_the_ground_there() {
     }
 }
 
-/// Steps of a quarter of a texel, half a millimetre on the ground: the picture follows each of them exactly, across the date line too.
+/// Steps of a quarter of a texel, half a millimetre on the ground: the picture follows each of them exactly,
+/// across the date line too.
 #[test]
 fn nothing_trembles_half_a_metre_above_the_ground() {
     let source = planet();

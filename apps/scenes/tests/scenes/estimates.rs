@@ -19,9 +19,9 @@ fn set_of(geometry: &Geometry, feedback: &[vastex_core::WantedPage]) -> BTreeSet
     pages.flat_map(|page| std::iter::successors(Some(page), |&page| geometry.parent(page))).collect()
 }
 
-/// Pages that feedback wants are in the estimate, but for a hundredth of the pixels, and of these the parents are but for a
-/// thousandth: gradients of feedback are taken over 8 pixels, and at the edge of a globe there is nothing to take them to.
-/// Prints by how much the estimate is larger.
+/// Pages that feedback wants are in the estimate, but for a hundredth of the pixels, and of these the parents
+/// are but for a thousandth: gradients of feedback are taken over 8 pixels, and at the edge of a globe there
+/// is nothing to take them to. Prints by how much the estimate is larger.
 #[test]
 fn on_the_five_paths_what_feedback_finds_is_estimated() {
     let geometry = Geometry::new(GeometrySpec::image(32768, 16384)).unwrap();
@@ -62,8 +62,8 @@ fn huge() -> Arc<dyn TileSource> {
     Arc::new(PropertySource::new(Geometry::new(GeometrySpec::image(16384, 8192)).unwrap()))
 }
 
-/// A converged view of a path's middle, fed by feedback or by an estimate; the share of its pixels that show at least the level that
-/// they want, the pages wanted, and the feedback read back.
+/// A converged view of a path's middle, fed by feedback or by an estimate; the share of its pixels that show
+/// at least the level that they want, the pages wanted, and the feedback read back.
 fn fed_by(scene: Scene, path: Path, estimating: Option<Estimating>) -> (f64, u32, u64) {
     let mut offscreen =
         Offscreen::new(gpu(), huge(), scene, [640, 360], settings(256, Filter::Trilinear)).unwrap();

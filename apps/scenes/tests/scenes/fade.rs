@@ -1,4 +1,5 @@
-//! Tiles that fade in, in scenes: a run ends when everything is there, and with the picture that it ends with without fading.
+//! Tiles that fade in, in scenes: a run ends when everything is there, and with the picture that it ends with
+//! without fading.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -85,8 +85,9 @@ fn a_jitter_cycle_finds_what_every_pixel_wants() {
     }
 }
 
-/// Where a surface turns away from the eye, where it ends, and where its triangles are smaller than pixels, derivatives are taken
-/// beside it. No mode asks for a level there that is finer than any that a hundredth of the pixels want.
+/// Where a surface turns away from the eye, where it ends, and where its triangles are smaller than pixels,
+/// derivatives are taken beside it. No mode asks for a level there that is finer than any that a hundredth of
+/// the pixels want.
 #[test]
 fn silhouettes_and_slivers_never_ask_for_fine_levels() {
     let globe = |altitude| Pose::globe(0.2, 0.1, altitude);
@@ -114,11 +115,13 @@ fn silhouettes_and_slivers_never_ask_for_fine_levels() {
     }
 }
 
-/// What is read back is bounded by what is wanted: 48 KiB, and 24 bytes for each distinct page beyond the 4,096 that these hold.
+/// What is read back is bounded by what is wanted: 48 KiB, and 24 bytes for each distinct page beyond the
+/// 4,096 that these hold.
 #[test]
 fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
     const LEAST: u64 = 48 << 10;
-    // Pages smaller than a feedback pixel, so that there are more of them than the least holds; and as many as usual.
+    // Pages smaller than a feedback pixel, so that there are more of them than the least holds; and as many
+    // as usual.
     let fine = GeometrySpec { page: 8, ..GeometrySpec::image(4096, 2048) };
     let fine: Arc<dyn TileSource> = Arc::new(PropertySource::new(Geometry::new(fine).unwrap()));
     // Of thousands of new pages in a frame a few frames will do.

@@ -1,5 +1,5 @@
-//! Every filter equals the same taps of an ordinary texture: close up, at grazing angles, across page edges, at the date line and
-//! the poles, and where a mode of address decides what lies beyond an edge.
+//! Every filter equals the same taps of an ordinary texture: close up, at grazing angles, across page edges,
+//! at the date line and the poles, and where a mode of address decides what lies beyond an edge.
 
 use std::f64::consts::PI;
 
@@ -72,7 +72,8 @@ fn every_filter_in_every_scene() {
 fn filters_that_reach_far_in_every_address_mode() {
     use AddressMode::{Border, Clamp, Mirror, Wrap};
     for address in [[Wrap, Mirror], [Mirror, Border], [Border, Wrap], [Clamp, Mirror]] {
-        // Neither side divides: round a wrapping one levels do not meet exactly (ARCHITECTURE.md, "Coordinates").
+        // Neither side divides: round a wrapping one levels do not meet exactly (ARCHITECTURE.md,
+        // "Coordinates").
         let image = Image { address, ..Image::new(500, 333, 64) };
         check(image, &[Scene::Plane], filters().skip(3));
     }

@@ -1,5 +1,5 @@
-//! The image and the globe of any size: every pixel sees the place of the texture that f64 says, to a hundredth of a pixel, from
-//! the whole to 64 pixels a texel, and the picture has the colours that lie there.
+//! The image and the globe of any size: every pixel sees the place of the texture that f64 says, to a
+//! hundredth of a pixel, from the whole to 64 pixels a texel, and the picture has the colours that lie there.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -114,7 +114,8 @@ fn texels_of_an_image_stand_where_they_should_however_it_is_turned() {
 /// Where a place of the globe is in the picture, in pixels.
 fn on_screen(pose: &Pose, longitude: f64, latitude: f64) -> DVec2 {
     let Pose::Globe { longitude: lon, latitude: lat, altitude, .. } = *pose else { panic!("{pose:?}") };
-    // East, north and up from the ground below the camera, by half angles so that of small ones nothing is lost.
+    // East, north and up from the ground below the camera, by half angles so that of small ones nothing is
+    // lost.
     let east = (longitude - lon + PI).rem_euclid(TAU) - PI;
     let versed = 2.0 * (east / 2.0).sin().powi(2);
     let (half_sum, half) = ((latitude + lat) / 2.0, (latitude - lat) / 2.0);
@@ -199,7 +200,8 @@ fn ten_thousand_small_pans_end_where_their_sum_says() {
     assert!(error_on_globe(&offscreen, &pose, texels) < 0.01);
 }
 
-/// Pixels in the middle of texels that are seen large have the colours of those texels, and everything that is wanted comes.
+/// Pixels in the middle of texels that are seen large have the colours of those texels, and everything that
+/// is wanted comes.
 #[test]
 fn pictures_have_the_colours_of_their_places() {
     let source = planet(31);

@@ -1,4 +1,5 @@
-//! Surfaces with heights of any size: texels stand where f64 says, to a tenth of a pixel, from the whole to 64 pixels a texel.
+//! Surfaces with heights of any size: texels stand where f64 says, to a tenth of a pixel, from the whole to
+//! 64 pixels a texel.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::sync::Arc;
@@ -45,8 +46,9 @@ impl Waves {
         Arc::new(Waves { description: Arc::new(description), texels, counts, has_poles })
     }
 
-    /// The value at a place in texels of level 0, 0 to 1. On a globe waves end in a plain round each pole, where the pages of all meridians
-    /// meet, more than are loaded, so that what is seen of heights is coarser than elsewhere.
+    /// The value at a place in texels of level 0, 0 to 1. On a globe waves end in a plain round each pole,
+    /// where the pages of all meridians meet, more than are loaded, so that what is seen of heights is
+    /// coarser than elsewhere.
     fn value(&self, place: DVec2) -> f64 {
         let turns = place / self.texels * self.counts;
         let from_pole = if self.has_poles { (place.y / self.texels.y * PI).sin() } else { 1.0 };
@@ -115,12 +117,14 @@ fn on_screen(right: f64, up: f64, forward: f64) -> DVec2 {
     DVec2::new(width, height) / 2.0 + seen
 }
 
-/// Where a place of the globe is in the picture, in pixels, and how steeply it is seen: 1 from straight above.
+/// Where a place of the globe is in the picture, in pixels, and how steeply it is seen: 1 from straight
+/// above.
 fn of_globe(source: &Waves, pose: &Pose, scale: f64, place: DVec2) -> (DVec2, f64) {
     let Pose::Globe { longitude: lon, latitude: lat, altitude, .. } = *pose else { panic!("{pose:?}") };
     let texels = source.texels;
     let (longitude, latitude) = ((place.x / texels.x - 0.5) * TAU, (0.5 - place.y / texels.y) * PI);
-    // East, north and up from the ground below the camera, by half angles so that of small ones nothing is lost.
+    // East, north and up from the ground below the camera, by half angles so that of small ones nothing is
+    // lost.
     let east = (longitude - lon + PI).rem_euclid(TAU) - PI;
     let versed = 2.0 * (east / 2.0).sin().powi(2);
     let (half_sum, half) = ((latitude + lat) / 2.0, (latitude - lat) / 2.0);
@@ -138,8 +142,8 @@ fn of_globe(source: &Waves, pose: &Pose, scale: f64, place: DVec2) -> (DVec2, f6
     (on_screen(from_camera.x, from_camera.y, -from_camera.z), steepness)
 }
 
-/// By how many pixels texels stand beside their places in the picture of a globe, at most; its rim left out, where a texel is as long
-/// as one likes.
+/// By how many pixels texels stand beside their places in the picture of a globe, at most; its rim left out,
+/// where a texel is as long as one likes.
 fn error_on_globe(offscreen: &mut Offscreen, source: &Waves, pose: &Pose, scale: f64) -> f64 {
     assert!(offscreen.is_in_fixed_point(pose));
     settle(offscreen, *pose);
@@ -223,8 +227,8 @@ fn texels_of_a_terrain_stand_where_they_should() {
     }
 }
 
-/// After 10,000 small pans near the date line texels stand where they should, overlays cover what the picture covers, nothing that is in
-/// view is missing, and there is no hole.
+/// After 10,000 small pans near the date line texels stand where they should, overlays cover what the picture
+/// covers, nothing that is in view is missing, and there is no hole.
 #[test]
 fn a_globe_with_heights_stands_still_after_many_pans() {
     let (texels, pan) = (2f64.powi(31), 0.013);

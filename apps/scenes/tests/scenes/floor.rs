@@ -1,4 +1,5 @@
-//! The floor: devices without compute shaders and storage buffers, such as those of WebGL 2, draw what all others do.
+//! The floor: devices without compute shaders and storage buffers, such as those of WebGL 2, draw what all
+//! others do.
 
 use std::sync::Arc;
 
@@ -89,8 +90,8 @@ fn check_pictures(floor: &Gpu) {
     }
 }
 
-/// A flight through a pool that is too small, so that pages come and go: frame by frame the same as where tables lie in buffers and
-/// compute compacts.
+/// A flight through a pool that is too small, so that pages come and go: frame by frame the same as where
+/// tables lie in buffers and compute compacts.
 #[test]
 fn a_flight_on_the_floor_is_the_same_frame_by_frame() {
     let source = || -> Arc<dyn TileSource> {

@@ -17,8 +17,8 @@ use crate::common::{gpu, settings};
 const PICTURE: [u32; 2] = [640, 360];
 /// Bytes that the pictures may take together.
 const BYTE_BUDGET: u64 = 1_000_000;
-/// Adapters differ in how they round filter weights and rasterise the limb of the globe, 45 dB between two software
-/// drivers; a wrong page, level or border costs far more.
+/// Adapters differ in how they round filter weights and rasterise the limb of the globe, 45 dB between two
+/// software drivers; a wrong page, level or border costs far more.
 const MIN_PSNR_DB: f64 = 38.0;
 
 fn repository() -> PathBuf {
@@ -60,7 +60,8 @@ const EARTH: [&str; 4] = [
     "earth-night-2048x1024.jpg",
     "earth-clouds-2048x1024.jpg",
 ];
-/// The views of it, as `--view` has them, the places over which the sun stands, and how much higher its mountains are than they are.
+/// The views of it, as `--view` has them, the places over which the sun stands, and how much higher its
+/// mountains are than they are.
 const VIEWS: [(&str, &str, [f64; 2], f32); 2] = [
     ("planet", "globe:lon=22,lat=27,alt=7500000m", [-52.0, 14.0], 10.0),
     ("alps", "globe:lon=9,lat=36,alt=1000000m,tilt=42", [-30.0, 35.0], 6.0),

@@ -1,4 +1,5 @@
-//! Surfaces displaced by heights: no cracks, light as the slopes say, colours as from an ordinary texture, a camera above the ground.
+//! Surfaces displaced by heights: no cracks, light as the slopes say, colours as from an ordinary texture, a
+//! camera above the ground.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -138,7 +139,8 @@ fn holes_in_terrain(picture: &Picture) -> usize {
     (0..width).map(holes_in).sum()
 }
 
-/// Pixels of the background where a sphere is that is smaller than the globe, and seen from so far that it is in front of no rim.
+/// Pixels of the background where a sphere is that is smaller than the globe, and seen from so far that it is
+/// in front of no rim.
 fn holes_in_globe(picture: &Picture, altitude: f32) -> usize {
     let [width, height] = picture.size;
     let slope = (0.95 / (1.2 + altitude)).asin().tan();
@@ -161,7 +163,8 @@ fn a_terrain_has_no_cracks() {
     let mut offscreen =
         offscreen(Scene::Terrain, Ground::new([AddressMode::Clamp; 2], LayerFormat::R16, rough), 0.06);
     for (nth, pose) in FLIGHT.into_iter().enumerate() {
-        // While it streams as well as at rest: the heights are coarser, and the same on both sides of every edge.
+        // While it streams as well as at rest: the heights are coarser, and the same on both sides of every
+        // edge.
         for frame in 0..6 {
             offscreen.frame(pose).unwrap();
             assert_eq!(holes_in_terrain(&offscreen.picture()), 0, "pose {nth}, frame {frame}");
@@ -175,8 +178,8 @@ fn a_terrain_has_no_cracks() {
     }
 }
 
-/// What the test before this one looks for is there where vertices do not move. Through most tears more terrain is seen, so the terrain
-/// is higher than there and seen from above.
+/// What the test before this one looks for is there where vertices do not move. Through most tears more
+/// terrain is seen, so the terrain is higher than there and seen from above.
 #[test]
 fn a_torn_terrain_has_cracks() {
     for is_torn in [false, true] {
@@ -264,7 +267,8 @@ fn colours_on_heights_are_those_of_an_ordinary_texture() {
     }
 }
 
-/// On ground that is all there, nothing is missing of the colours, and each overlay covers what the picture covers.
+/// On ground that is all there, nothing is missing of the colours, and each overlay covers what the picture
+/// covers.
 #[test]
 fn overlays_go_with_heights() {
     let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);

@@ -1,4 +1,5 @@
-//! Layers of every format and resolution, border colours and texels that keep their positions: the same as an ordinary texture.
+//! Layers of every format and resolution, border colours and texels that keep their positions: the same as an
+//! ordinary texture.
 
 use std::sync::Arc;
 
@@ -29,7 +30,8 @@ fn hash(values: [u32; 4]) -> u32 {
     (mixed ^ mixed >> 15).wrapping_mul(0xc2b2_ae35) >> 3
 }
 
-/// Checks that lie at the same place on all levels, since a pixel between two of them may take either, and noise.
+/// Checks that lie at the same place on all levels, since a pixel between two of them may take either, and
+/// noise.
 fn grain(level: u8, [x, y]: [u32; 2], channel: u32) -> f32 {
     let noise = (hash([level.into(), x, y, channel]) & 0xff) as f32 / 255.0;
     let check = ((((x << level) >> 5) + ((y << level) >> 5) + channel) & 1) as f32;
@@ -171,7 +173,8 @@ fn bare_gpu() -> Gpu {
     Gpu::new(gpu().instance.clone(), gpu().adapter.clone(), device, queue)
 }
 
-/// Blocks of any content have the contrast of noise, and drivers decode some of them with a difference of 2/255.
+/// Blocks of any content have the contrast of noise, and drivers decode some of them with a difference of
+/// 2/255.
 const COMPRESSED_PSNR_DB: f64 = 38.0;
 
 fn assert_shown(format: LayerFormat, comparison: &Comparison, what: &str) {
@@ -254,8 +257,8 @@ fn border_colours_and_kept_positions_equal_an_ordinary_texture() {
             if positions == TexelPositions::Centered {
                 assert_alike(&comparison, &what);
             }
-            // With kept positions one pixel in a thousand of far, grainy levels may differ by more than elsewhere; positions
-            // off by the offset, which is up to half a texel everywhere, cost far more.
+            // With kept positions one pixel in a thousand of far, grainy levels may differ by more than
+            // elsewhere; positions off by the offset, which is up to half a texel everywhere, cost far more.
             let is_alike = comparison.share_within_1_255 >= 0.998 && comparison.psnr_db > 55.0;
             assert!(is_alike, "{what}: {comparison:?}");
         }
@@ -282,7 +285,8 @@ fn a_wrong_scale_is_seen() {
         assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
         offscreen.picture()
     };
-    // The same tiles, said to be those of a texture of half the size at full resolution: the same texels, another place.
+    // The same tiles, said to be those of a texture of half the size at full resolution: the same texels,
+    // another place.
     let half = GeometrySpec { size: [256, 128, 1], ..spec(32, 4, AddressMode::Wrap) };
     let lie =
         Description::new(Geometry::new(GeometrySpec { tail_align: 4, ..half }).unwrap(), layer(1).to_vec());
@@ -293,7 +297,8 @@ fn a_wrong_scale_is_seen() {
     assert!(alike.share_within_1_255 < 0.9 && alike.psnr_db < 45.0, "{alike:?}");
 }
 
-/// With kept positions a texel of any level lies where the first of those that it covers lies: a ramp is the same on all.
+/// With kept positions a texel of any level lies where the first of those that it covers lies: a ramp is the
+/// same on all.
 #[test]
 fn texels_that_keep_their_positions_line_up_on_all_levels() {
     const SIDE: u32 = 1024;

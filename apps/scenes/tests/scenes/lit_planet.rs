@@ -87,8 +87,8 @@ fn lit(options: &DisplayOptions, change: impl FnOnce(&mut PlanetLight)) -> Displ
     options
 }
 
-/// The pixels that differ by more than a step of 1/255: by the distance from the middle in radii of the planet's disc, and how far to the
-/// right they are.
+/// The pixels that differ by more than a step of 1/255: by the distance from the middle in radii of the
+/// planet's disc, and how far to the right they are.
 fn changes(a: &Picture, b: &Picture) -> Vec<(f64, f64)> {
     // The disc's radius: the tangent of the angle at which the edge is seen, by that of half the view.
     let radius =

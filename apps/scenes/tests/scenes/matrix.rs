@@ -1,6 +1,8 @@
-//! Filters, address modes, formats, scenes and views by chance, all with all: each picture equals that of an ordinary texture.
+//! Filters, address modes, formats, scenes and views by chance, all with all: each picture equals that of an
+//! ordinary texture.
 //!
-//! `VASTEX_PICTURES` says how many (`cargo xtask campaign` asks for more and more), `VASTEX_PICTURE` for a single one by its number.
+//! `VASTEX_PICTURES` says how many (`cargo xtask campaign` asks for more and more), `VASTEX_PICTURE` for a
+//! single one by its number.
 
 use glam::{BVec2, DVec2, DVec3, Vec2};
 use vastex::{AddressMode, Filter, MaxTaps, Region};

@@ -4,8 +4,8 @@ use crate::common::{Image, converged, settings};
 use vastex::{AddressMode, Filter};
 use vastex_scenes::{Comparison, Path, Scene};
 
-/// What a picture may differ by: 99.9 % of the pixels by one step of 1/255, one pixel in 10,000 by more than three. The
-/// filters of an atlas and of a whole texture round their weights at different places.
+/// What a picture may differ by: 99.9 % of the pixels by one step of 1/255, one pixel in 10,000 by more than
+/// three. The filters of an atlas and of a whole texture round their weights at different places.
 pub(crate) fn assert_alike(comparison: &Comparison, what: &str) {
     assert!(comparison.share_within_1_255 >= 0.999, "{what}: {comparison:?}");
     assert!(comparison.share_beyond_3_255 <= 1e-4, "{what}: {comparison:?}");

@@ -1,5 +1,6 @@
-//! Seams that are not there: a plane that a texture tiles, a globe turned by half, with the date line in the middle of the picture
-//! and running into the poles. The shader folds uv, so that it jumps, and the picture and what is wanted are those of uv that goes on.
+//! Seams that are not there: a plane that a texture tiles, a globe turned by half, with the date line in the
+//! middle of the picture and running into the poles. The shader folds uv, so that it jumps, and the picture
+//! and what is wanted are those of uv that goes on.
 
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -13,8 +14,8 @@ use crate::common::{Image, gpu, settings};
 use crate::filters::{SIZE, filters, texture};
 use crate::pictures::assert_alike;
 
-/// Along a tiled plane, and turned, so that the seams run in both directions; far off a pixel is a quarter of a tile, since from
-/// half a tile on nobody knows which way round neighbours lie.
+/// Along a tiled plane, and turned, so that the seams run in both directions; far off a pixel is a quarter of
+/// a tile, since from half a tile on nobody knows which way round neighbours lie.
 const PLANE: [Pose; 2] = [
     Pose::Plane { eye: DVec3::new(0.1, -0.9, 0.25), yaw: 0.0, pitch: 0.2 },
     Pose::Plane { eye: DVec3::new(0.5, -0.7, 0.2), yaw: 0.6, pitch: 0.3 },
@@ -92,8 +93,8 @@ fn pixels_by_level(wanted: &Feedback) -> BTreeMap<u8, u64> {
     pixels
 }
 
-/// The jump itself, a whole turn within a pixel, would ask for the coarsest level along all of the seam, and beside it neighbours that are
-/// taken for near ones for finer levels than any.
+/// The jump itself, a whole turn within a pixel, would ask for the coarsest level along all of the seam, and
+/// beside it neighbours that are taken for near ones for finer levels than any.
 #[test]
 fn a_seam_wants_no_levels_that_its_jump_would_ask_for() {
     // Over a crossing of seams, near enough for none but fine levels.

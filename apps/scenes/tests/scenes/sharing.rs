@@ -1,4 +1,5 @@
-//! Pages of the same content share a slot: the picture is that of an ordinary texture, in a pool far smaller than it has pages.
+//! Pages of the same content share a slot: the picture is that of an ordinary texture, in a pool far smaller
+//! than it has pages.
 
 use std::path::PathBuf;
 
@@ -16,7 +17,8 @@ const TILE_BYTES: u64 = 40 * 40;
 /// Of a pool; the texture has over ten thousand pages.
 const SLOTS: u64 = 300;
 
-/// An island of grain in a sea of one colour, and a black frame with a pattern that repeats from page to page.
+/// An island of grain in a sea of one colour, and a black frame with a pattern that repeats from page to
+/// page.
 fn texel(x: u32, y: u32) -> u8 {
     let from_middle = (i64::from(x) - 2048).pow(2) + (i64::from(y) - 1024).pow(2);
     match from_middle {

@@ -1,4 +1,5 @@
-//! Lists of layers: one over the other in their order, by opacity, in light, each with its own range, exponent and colour map.
+//! Lists of layers: one over the other in their order, by opacity, in light, each with its own range,
+//! exponent and colour map.
 
 use std::path::Path as FilePath;
 use std::sync::Arc;
@@ -190,7 +191,8 @@ fn the_uppermost_layer_is_compared_with_those_beneath() {
         // Each picture is rounded to a step.
         assert!(worst(&found, &expected) <= 2 + 2 * times as i32, "{times} times");
     }
-    // An image differs from itself in nothing, however much that is magnified, and one layer alone is not compared.
+    // An image differs from itself in nothing, however much that is magnified, and one layer alone is not
+    // compared.
     let found = compared(&[&upper, &upper], CompareMode::Difference(1000.0));
     assert_eq!(worst(&found, &|_, _| [0; 3]), 0);
     let hidden = |mode| {
@@ -265,7 +267,8 @@ fn a_list_has_one_layer_or_some() {
     assert!(matches!(Layers::new(&mut textures, vec![shown[0]; 9], None), Err(LayersError::Count(9))));
 }
 
-/// Textures of different sizes over one another lie as exactly in fixed point as meshes have them, on an image and a globe.
+/// Textures of different sizes over one another lie as exactly in fixed point as meshes have them, on an
+/// image and a globe.
 #[test]
 fn a_list_is_the_same_in_fixed_point() {
     let (_one, colour) = Image::new(300, 200, 64).build();
@@ -308,7 +311,8 @@ impl TileSource for Counted {
     }
 }
 
-/// Of a hidden layer nothing is asked for but what is always there, until it is shown; of a list of hidden layers nothing at all.
+/// Of a hidden layer nothing is asked for but what is always there, until it is shown; of a list of hidden
+/// layers nothing at all.
 #[test]
 fn pages_of_hidden_layers_are_not_asked_for() {
     let (_directory, file) = Image::new(700, 500, 64).build();

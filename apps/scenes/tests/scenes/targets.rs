@@ -1,4 +1,5 @@
-//! Pictures drawn straight into 8 bits and by way of linear light are the same, and show display values as they are.
+//! Pictures drawn straight into 8 bits and by way of linear light are the same, and show display values as
+//! they are.
 
 use std::sync::Arc;
 

@@ -33,16 +33,17 @@ stays beside the output (.NAME.partial, .NAME.journal; with insets .NAME.*.inset
 too, whether or not that build had --resume. Without --resume a build starts anew.",
 mut_arg("threads", |arg| arg.help("Threads that decode, filter and encode [default: one for each core]")))]
 pub(crate) struct BuildArgs {
-    /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of pages
+    /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of
+    /// pages
     #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
     pub(crate) input: Option<PathBuf>,
-    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest; others are resampled to
-    /// the nearest of these. FILE may hold colons: only the name of a format at its end counts, and that of a filter after it
-    /// (empty for the usual format, as in height=h.png::max)
+    /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest;
+    /// others are resampled to the nearest of these. FILE may hold colons: only the name of a format at its
+    /// end counts, and that of a filter after it (empty for the usual format, as in height=h.png::max)
     #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
     pub(crate) layers: Vec<LayerInput>,
-    /// The format of the one layer: r8, rg8, rgba8, rgba8-srgb, r16, rgba16, r16f, rgba16f, r32f, bc1, bc1-srgb, bc3,
-    /// bc3-srgb, bc4, bc5, bc6h, bc7 or bc7-srgb [default: what holds the image]
+    /// The format of the one layer: r8, rg8, rgba8, rgba8-srgb, r16, rgba16, r16f, rgba16f, r32f, bc1,
+    /// bc1-srgb, bc3, bc3-srgb, bc4, bc5, bc6h, bc7 or bc7-srgb [default: what holds the image]
     #[arg(long, value_name = "FORMAT", value_parser = named(&LayerFormat::ALL, LayerFormat::name), hide_possible_values = true, conflicts_with = "layers")]
     pub(crate) format: Option<LayerFormat>,
     /// How well block-compressed layers (bc1 to bc7) are encoded
@@ -63,60 +64,65 @@ pub(crate) struct BuildArgs {
     /// Whether colour is filtered in linear light; else as it is stored
     #[arg(long, action = clap::ArgAction::Set, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
     pub(crate) linear: bool,
-    /// How coarser levels are made: box, gauss4, sharpen4, kaiser or lanczos; gauss3 or sharpen5, which keep texel positions;
-    /// min, max, majority or nearest, which pick. Followed by -linear for colour as light, weighted by alpha, or by -normal for
-    /// vectors; as it is, each channel is filtered as it is stored [default: by the layer's name and format, mostly box-linear
-    /// or box]
+    /// How coarser levels are made: box, gauss4, sharpen4, kaiser or lanczos; gauss3 or sharpen5, which keep
+    /// texel positions; min, max, majority or nearest, which pick. Followed by -linear for colour as light,
+    /// weighted by alpha, or by -normal for vectors; as it is, each channel is filtered as it is stored
+    /// [default: by the layer's name and format, mostly box-linear or box]
     #[arg(long, value_name = "FILTER")]
     pub(crate) filter: Option<LayerFilter>,
-    /// Which level each level is made from: the next finer one; the one two finer, which is slower and truer; or the finest,
-    /// level 0, which is slowest and truest
+    /// Which level each level is made from: the next finer one; the one two finer, which is slower and truer;
+    /// or the finest, level 0, which is slowest and truest
     #[arg(long, default_value = "chain", value_name = "chain|two|zero", value_parser = named(&LevelsFrom::ALL, LevelsFrom::name))]
     pub(crate) levels_from: LevelsFrom,
-    /// Which texels are without data, so that coarser levels leave them out: those of the value that the file names (GDAL_NODATA of
-    /// TIFF), none (off), or those of a value, as the file's samples are
+    /// Which texels are without data, so that coarser levels leave them out: those of the value that the file
+    /// names (GDAL_NODATA of TIFF), none (off), or those of a value, as the file's samples are
     #[arg(long, default_value = "file", value_name = "file|off|VALUE", allow_hyphen_values = true)]
     pub(crate) nodata: NodataRule,
-    /// Where coarser levels come from: new, all made from level 0; keep, those of IN (a TIFF pyramid or a tile directory), where
-    /// missing ones are filtered from finer levels up to three away, else interpolated
+    /// Where coarser levels come from: new, all made from level 0; keep, those of IN (a TIFF pyramid or a
+    /// tile directory), where missing ones are filtered from finer levels up to three away, else interpolated
     #[arg(long = "levels", action = clap::ArgAction::Set, default_value = "new", value_name = "new|keep", value_parser = named(&[false, true], new_or_keep))]
     pub(crate) keep_levels: bool,
-    /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or one for each
+    /// What lies beyond the edges: clamp, wrap, mirror or border:RRGGBB[AA], a colour; for x and y alike, or
+    /// one for each
     #[arg(long, default_value = "clamp", value_name = "X[,Y]", value_parser = parse_address)]
     pub(crate) address: Edges,
-    /// An image of the same shape, of any size: where it is black or transparent, pages get no tile, and coarser ones are shown
+    /// An image of the same shape, of any size: where it is black or transparent, pages get no tile, and
+    /// coarser ones are shown
     #[arg(long, value_name = "FILE")]
     pub(crate) mask: Option<PathBuf>,
     /// Give no tile to pages that are transparent in all layers with alpha
     #[arg(long)]
     pub(crate) drop_transparent: bool,
-    /// An image over IN, or over that of the layer NAME, as fine as it (LEVEL 0) or LEVEL levels finer, each of which doubles the
-    /// texels; X,Y are the column and row at which it begins, counted in its own texels; over a wrapping edge it goes on at the
-    /// other side. Pages of the finer levels are there only where insets are. Once for each; finer ones lie over coarser ones,
-    /// later ones over earlier ones
+    /// An image over IN, or over that of the layer NAME, as fine as it (LEVEL 0) or LEVEL levels finer, each
+    /// of which doubles the texels; X,Y are the column and row at which it begins, counted in its own texels;
+    /// over a wrapping edge it goes on at the other side. Pages of the finer levels are there only where
+    /// insets are. Once for each; finer ones lie over coarser ones, later ones over earlier ones
     #[arg(long = "inset", value_name = "[NAME=]IMAGE@X,Y,LEVEL", value_parser = parse_inset, conflicts_with = "shard")]
     pub(crate) insets: Vec<Inset>,
-    /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its own
+    /// Make only part I of N of the container, for `vastex merge`; each part can be made on a machine of its
+    /// own
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub(crate) shard: Option<PartOf>,
-    /// Go on with what an interrupted build of the same input with the same options left beside the output, if there is
-    /// any; keep what is written if this one is interrupted
+    /// Go on with what an interrupted build of the same input with the same options left beside the output,
+    /// if there is any; keep what is written if this one is interrupted
     #[arg(long)]
     pub(crate) resume: bool,
-    /// Write the finished file once more, the tiles of each level along a space-filling curve: near in the image is then
-    /// near in the file, which slow disks and networks like
+    /// Write the finished file once more, the tiles of each level along a space-filling curve: near in the
+    /// image is then near in the file, which slow disks and networks like
     #[arg(long, conflicts_with = "shard")]
     pub(crate) reorder: bool,
-    /// Begin every tile at a multiple of so many bytes, for direct I/O: a power of two, 4096 to 65536 or 4K to 64K
+    /// Begin every tile at a multiple of so many bytes, for direct I/O: a power of two, 4096 to 65536 or 4K
+    /// to 64K
     #[arg(long, value_name = "BYTES", value_parser = parse_align)]
     pub(crate) align: Option<u32>,
     #[command(flatten)]
     pub(crate) threads: ThreadArgs,
-    /// Take no more memory than this: buffers become smaller, and what cannot be built so is refused before it begins
-    /// [default: 16384]
+    /// Take no more memory than this: buffers become smaller, and what cannot be built so is refused before
+    /// it begins [default: 16384]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
     pub(crate) memory_mib: Option<u64>,
-    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
+    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of
+    /// refusing them
     #[arg(long)]
     pub(crate) tolerant: bool,
     #[command(flatten)]
@@ -152,7 +158,8 @@ pub(crate) enum Encode {
     Fast,
     /// Half as fast in bc7, and 0.9 dB better
     Normal,
-    /// A twentieth as fast in bc7, and 1.7 dB better; bc1 and bc3 at 1 megatexel a second and core, and 1.1 dB better
+    /// A twentieth as fast in bc7, and 1.7 dB better; bc1 and bc3 at 1 megatexel a second and core, and 1.1
+    /// dB better
     Best,
 }
 

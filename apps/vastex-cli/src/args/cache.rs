@@ -7,8 +7,8 @@ use clap::Args as ClapArgs;
 /// Where images are kept that are built to be shown.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct CacheArgs {
-    /// A directory for images that are built to be shown, which programs may share; or off: nothing is built, and they are decoded
-    /// into memory, reduced above 1 GiB [default: vastex in $XDG_CACHE_HOME or ~/.cache]
+    /// A directory for images that are built to be shown, which programs may share; or off: nothing is built,
+    /// and they are decoded into memory, reduced above 1 GiB [default: vastex in $XDG_CACHE_HOME or ~/.cache]
     #[arg(long, value_name = "DIR|off")]
     pub(crate) cache: Option<PathBuf>,
     /// GiB that --cache may have; what was not opened for longest goes first

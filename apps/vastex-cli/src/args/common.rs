@@ -1,6 +1,7 @@
 //! What several commands are told alike: threads, waiting for the disk, and what they print.
 //!
-//! A command flattens the groups that mean something for it; where it means something of its own by one, it says so in its help.
+//! A command flattens the groups that mean something for it; where it means something of its own by one, it
+//! says so in its help.
 
 use anyhow::Result;
 use clap::Args as ClapArgs;

@@ -30,7 +30,8 @@ which --cache keeps.")]
 pub(crate) struct CropArgs {
     /// The container, tile directory or image, planet:BITS[:IMAGE], or a volume
     pub(crate) source: PathBuf,
-    /// Column and row of the region's upper left texel, in texels of the level; of a volume, x, y and z of its first voxel
+    /// Column and row of the region's upper left texel, in texels of the level; of a volume, x, y and z of
+    /// its first voxel
     #[arg(long, value_name = "X,Y[,Z]", value_parser = parse_at)]
     pub(crate) at: Numbers,
     /// Columns and rows of the region, in texels of the level; of a volume, voxels along x, y and z

@@ -7,8 +7,8 @@ use clap::Args as ClapArgs;
 /// Whether tiles are kept on a disk, and where.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct DiskCacheArgs {
-    /// Keep tiles in this directory, beyond the end of the program; for sources on slow media and network file systems. It is made
-    /// if need be, may be shared by all sources, and is removed by removing it
+    /// Keep tiles in this directory, beyond the end of the program; for sources on slow media and network
+    /// file systems. It is made if need be, may be shared by all sources, and is removed by removing it
     #[arg(long, value_name = "DIR")]
     pub(crate) disk_cache: Option<PathBuf>,
     /// MiB that the files of --disk-cache may have; what was not read again goes first

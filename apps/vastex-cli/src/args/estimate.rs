@@ -15,13 +15,14 @@ pub(crate) struct EstimateArgs {
     /// Keep the feedback pass; what is estimated is loaded after everything that it finds
     #[arg(long, requires = "estimate")]
     beside: bool,
-    /// Load what is hidden or beside the picture too, after everything in view, so many levels coarser than if it were seen
+    /// Load what is hidden or beside the picture too, after everything in view, so many levels coarser than
+    /// if it were seen
     #[arg(long, value_name = "LEVELS", requires = "estimate", value_parser = parse_levels)]
     estimate_unseen: Option<f32>,
 }
 
 impl EstimateArgs {
-    /// How to estimate; nothing where it is not wanted.
+    /// How to estimate; `None` if it is not wanted.
     pub(crate) fn estimating(&self) -> Option<Estimating> {
         let settings = SurveySettings { unseen: self.estimate_unseen, ..SurveySettings::default() };
         self.estimate.map(|estimate| Estimating { estimate, beside: self.beside, settings })

@@ -39,7 +39,8 @@ pub(crate) struct ExportArgs {
     /// Texels per side of a tile [default: 512; deepzoom: 254]
     #[arg(long, value_name = "TEXELS")]
     pub(crate) tile_size: Option<u32>,
-    /// Texels that tiles share with their neighbours; 1 makes Gaia Sky's bordered tiles [default: 0; deepzoom: 1]
+    /// Texels that tiles share with their neighbours; 1 makes Gaia Sky's bordered tiles [default: 0;
+    /// deepzoom: 1]
     #[arg(long, value_name = "TEXELS")]
     pub(crate) overlap: Option<u32>,
     /// gaiasky, celestia: number of the finest level [default: the first that holds the image]

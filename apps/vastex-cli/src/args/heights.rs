@@ -6,15 +6,16 @@ use vastex_scenes::Heights;
 /// The options for heights that displace a terrain or the globe.
 #[derive(Debug, Args)]
 pub(crate) struct HeightArgs {
-    /// The layer of heights, by its name; on a terrain by default the one called height, or the one shown if it has one
-    /// channel. With any of these options the globe is displaced as well
+    /// The layer of heights, by its name; on a terrain by default the one called height, or the one shown if
+    /// it has one channel. With any of these options the globe is displaced as well
     #[arg(long, value_name = "NAME")]
     pub(crate) height_layer: Option<String>,
-    /// How high a value of 1 rises, in widths of the terrain or radii of the globe; by default so that the heights of the whole
-    /// texture rise by a twentieth
+    /// How high a value of 1 rises, in widths of the terrain or radii of the globe; by default so that the
+    /// heights of the whole texture rise by a twentieth
     #[arg(long, value_name = "N", value_parser = parse_finite, allow_hyphen_values = true)]
     pub(crate) height_scale: Option<f32>,
-    /// The value that lies where a surface without heights would; by default the lowest, as the coarse levels have it
+    /// The value that lies where a surface without heights would; by default the lowest, as the coarse levels
+    /// have it
     #[arg(long, value_name = "N", value_parser = parse_finite, allow_hyphen_values = true)]
     pub(crate) height_zero: Option<f32>,
 }

@@ -2,7 +2,8 @@
 
 use vastex_build::Inset;
 
-/// `IMAGE@X,Y,LEVEL`; the name of the image may hold the sign itself. What is a layer's name in it, [`of_layer`] tells.
+/// `IMAGE@X,Y,LEVEL`; the name of the image may hold the sign itself. What is a layer's name in it,
+/// [`of_layer`] tells.
 pub(super) fn parse_inset(text: &str) -> Result<Inset, String> {
     let inset = text.rsplit_once('@').filter(|(image, _)| !image.is_empty()).and_then(|(image, place)| {
         let mut numbers = place.split(',');

@@ -5,8 +5,8 @@ use std::path::Path;
 use vastex_build::{LayerFilter, LayerInput};
 use vastex_core::LayerFormat;
 
-/// Reads the argument from the right, since a file's name may hold colons: only what names a format, and a filter after it,
-/// is taken off. An empty format stands for the one that suits the image.
+/// Reads the argument from the right, since a file's name may hold colons: only what names a format, and a
+/// filter after it, is taken off. An empty format stands for the one that suits the image.
 pub(super) fn parse_layer(text: &str) -> Result<LayerInput, String> {
     let shape =
         "write NAME=FILE, and after FILE if you like :FORMAT or :FORMAT:FILTER, as in height=h.png:r16:max";

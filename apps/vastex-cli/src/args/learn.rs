@@ -22,8 +22,8 @@ pub(crate) struct LearnArgs {
     /// Where to write the sets
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: PathBuf,
-    /// Sides of a cell along the three axes of the camera's space, 0 along one that tells nothing apart; by default as far as the
-    /// camera moves in 8 frames
+    /// Sides of a cell along the three axes of the camera's space, 0 along one that tells nothing apart; by
+    /// default as far as the camera moves in 8 frames
     #[arg(long, value_name = "A,B,C", value_parser = parse_sides)]
     cell: Option<[f32; 3]>,
     /// Frames after the camera has left a cell whose pages belong to it

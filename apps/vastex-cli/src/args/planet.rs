@@ -9,7 +9,8 @@ use vastex_viewer::layers::MOST_LAYERS;
 /// The options for a planet.
 #[derive(Debug, Args)]
 pub(crate) struct PlanetArgs {
-    /// Heights in a file of their own, which may be whatever a source may be: on a planet, a globe or a terrain
+    /// Heights in a file of their own, which may be whatever a source may be: on a planet, a globe or a
+    /// terrain
     #[arg(long, value_name = "FILE")]
     pub(crate) height: Option<PathBuf>,
     /// What shines on a planet where it is night
@@ -18,7 +19,8 @@ pub(crate) struct PlanetArgs {
     /// The clouds of a planet: the lighter, and the more opaque if it has alpha, the more they hide
     #[arg(long, value_name = "FILE")]
     pub(crate) clouds: Option<PathBuf>,
-    /// Longitude and latitude in degrees over which a planet's sun stands; off: all of it is as light as it can be
+    /// Longitude and latitude in degrees over which a planet's sun stands; off: all of it is as light as it
+    /// can be
     #[arg(long, value_name = "LON,LAT", value_parser = parse_sun, allow_hyphen_values = true)]
     pub(crate) sun: Option<Sun>,
     /// How many times as high as it is a planet's relief is made, 0 to 1000
@@ -39,7 +41,8 @@ impl PlanetArgs {
         [&self.height, &self.night, &self.clouds].into_iter().flatten().map(PathBuf::as_path)
     }
 
-    /// In the words of the scenes: the first of the files is the texture of this number. Heights are told which of them they are of.
+    /// In the words of the scenes: the first of the files is the texture of this number. Heights are told
+    /// which of them they are of.
     pub(crate) fn options(&self, first: usize, heights: &mut Heights) -> PlanetOptions {
         let mut texture = first..;
         let mut next = |file: &Option<PathBuf>| file.as_ref().and_then(|_| texture.next());

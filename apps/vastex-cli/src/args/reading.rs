@@ -7,11 +7,12 @@ use vastex::Settings;
 
 #[derive(Debug, ClapArgs)]
 pub(crate) struct ReadingArgs {
-    /// Reads of the source that may be under way at once, whatever the settings say; 8 by default, and always 8 with --direct
+    /// Reads of the source that may be under way at once, whatever the settings say; 8 by default, and always
+    /// 8 with --direct
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(Settings::READS_AT_ONCE))]
     reads_at_once: Option<u16>,
-    /// Seconds after which a read that has not come back counts as failed, whatever the settings say; 30 by default. A failed page is
-    /// shown by a coarser one and tried again
+    /// Seconds after which a read that has not come back counts as failed, whatever the settings say; 30 by
+    /// default. A failed page is shown by a coarser one and tried again
     #[arg(long, value_name = "SECONDS", value_parser = parse_seconds)]
     read_time_out_s: Option<Duration>,
 }

@@ -78,8 +78,9 @@ everything is loaded within 10,000 frames, the picture is written as it is and t
 pub(crate) struct RenderArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// How the camera moves: still, fly, spin, zoom or teleport, which last 300 frames (still: 1) and hold their last pose; or a file in
-    /// which places of the camera are written down, as the window records it (docs/camera-paths.md)
+    /// How the camera moves: still, fly, spin, zoom or teleport, which last 300 frames (still: 1) and hold
+    /// their last pose; or a file in which places of the camera are written down, as the window records it
+    /// (docs/camera-paths.md)
     #[arg(
         long,
         default_value = "still",
@@ -88,14 +89,15 @@ pub(crate) struct RenderArgs {
         conflicts_with = "view"
     )]
     pub(crate) camera_path: CameraMotion,
-    /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or what is ahead and what a
-    /// mirror shows of what is behind
+    /// What the picture shows: one view, or two side by side, with feedback from each: what two eyes see, or
+    /// what is ahead and what a mirror shows of what is behind
     #[arg(long, default_value = "one", value_name = "VIEWS", value_parser = named(&Views::ALL, Views::name))]
     pub(crate) views: Views,
     /// Load ahead what the camera is expected to see if it goes on as it does
     #[arg(long)]
     pub(crate) predict: bool,
-    /// Milliseconds in which a tile fades in from what was on screen before, at 60 frames a second; 0: it is there at once
+    /// Milliseconds in which a tile fades in from what was on screen before, at 60 frames a second; 0: it is
+    /// there at once
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
     pub(crate) fade_ms: u64,
     /// Draw so many frames
@@ -110,15 +112,16 @@ pub(crate) struct RenderArgs {
     /// Wait for nothing, as a window does
     #[arg(long)]
     pub(crate) realtime: bool,
-    /// Where to write the last picture, as PNG. With %04d in its name, every picture of the path, each once all in view is loaded, and its
-    /// number there, from 0 on; - with --format raw for stdout
+    /// Where to write the last picture, as PNG. With %04d in its name, every picture of the path, each once
+    /// all in view is loaded, and its number there, from 0 on; - with --format raw for stdout
     #[arg(short, long, value_name = "OUT.png")]
     pub(crate) output: Option<PathBuf>,
-    /// What pictures are written as: png; or raw, every picture of the path one after the other, each pixel as four bytes: red, green, blue
-    /// and alpha
+    /// What pictures are written as: png; or raw, every picture of the path one after the other, each pixel
+    /// as four bytes: red, green, blue and alpha
     #[arg(long, default_value = "png", value_name = "FORMAT", requires = "output", value_parser = named(&PictureFormat::ALL, PictureFormat::name))]
     pub(crate) format: PictureFormat,
-    /// Write a page about the run into this directory, DIR/index.html: its pictures, what each frame did, settings and warnings
+    /// Write a page about the run into this directory, DIR/index.html: its pictures, what each frame did,
+    /// settings and warnings
     #[arg(long, value_name = "DIR")]
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
@@ -126,20 +129,23 @@ pub(crate) struct RenderArgs {
     /// Where to write what each frame wanted, for `vastex replay`
     #[arg(long, value_name = "FILE")]
     pub(crate) record_trace: Option<PathBuf>,
-    /// Load ahead what was wanted before where the camera is and where it is heading: sets made by `vastex learn`
+    /// Load ahead what was wanted before where the camera is and where it is heading: sets made by `vastex
+    /// learn`
     #[arg(long, value_name = "FILE")]
     pub(crate) prefetch_sets: Option<PathBuf>,
-    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the columns
+    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the
+    /// columns
     #[arg(long, value_name = "FILE")]
     pub(crate) stats_csv: Option<PathBuf>,
     /// The same as a JSON array of objects
     #[arg(long, value_name = "FILE")]
     pub(crate) stats_json: Option<PathBuf>,
-    /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as `pools`
+    /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as
+    /// `pools`
     #[arg(long)]
     pub(crate) dump_pools: bool,
-    /// Explain a pixel of the last picture, counted from the top left: the page that it wants, what is shown instead and what that
-    /// waits for; with --json as `explained`
+    /// Explain a pixel of the last picture, counted from the top left: the page that it wants, what is shown
+    /// instead and what that waits for; with --json as `explained`
     #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
     pub(crate) explain: Option<[u32; 2]>,
     /// Compare the last picture with one drawn from an ordinary texture

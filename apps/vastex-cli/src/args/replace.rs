@@ -32,8 +32,8 @@ pub(crate) struct ReplaceArgs {
     /// The image to put there, in a texture of one layer
     #[arg(required_unless_present = "layers", conflicts_with = "layers")]
     pub(crate) image: Option<PathBuf>,
-    /// The image for a layer, instead of IMAGE; once for each layer that changes. FORMAT and FILTER, if they are given, must be
-    /// those that the layer has
+    /// The image for a layer, instead of IMAGE; once for each layer that changes. FORMAT and FILTER, if they
+    /// are given, must be those that the layer has
     #[arg(long = "layer", value_name = "NAME=FILE[:FORMAT[:FILTER]]", value_parser = parse_layer)]
     pub(crate) layers: Vec<LayerInput>,
     /// How well block-compressed layers (bc1 to bc7) are encoded
@@ -41,7 +41,8 @@ pub(crate) struct ReplaceArgs {
     pub(crate) quality: Encode,
     #[command(flatten)]
     pub(crate) threads: ThreadArgs,
-    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of refusing them
+    /// Take JPEG files that are damaged or end early for what can be made of them, with a note, instead of
+    /// refusing them
     #[arg(long)]
     pub(crate) tolerant: bool,
     #[command(flatten)]

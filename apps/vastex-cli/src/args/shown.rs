@@ -1,5 +1,5 @@
-//! What is shown: of the source one layer with `--layer-shown` and `--range`, or several with `--layer`, the lowest first; with `--over`
-//! other files over it, and with `--compare-mode` how they are compared.
+//! What is shown: of the source one layer with `--layer-shown` and `--range`, or several with `--layer`, the
+//! lowest first; with `--over` other files over it, and with `--compare-mode` how they are compared.
 
 use std::path::PathBuf;
 
@@ -17,12 +17,15 @@ pub(crate) struct ShownArgs {
     /// The values that are black and white, in 0 to 1 where the format holds whole numbers
     #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: [f32; 2],
-    /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the texture. After it, each after a
-    /// colon and in any order: file=N, which file it is of, 1 being the source and 2 the first of --over; bands=B, one of its channels, or
-    /// bands=R,G,B, those that are red, green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that stands for no data as it is stored,
-    /// or nan, or off, instead of what the file says: what has it is not drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of a single channel; log, a logarithmic curve within the range;
-    /// gamma=G, the exponent of values in the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as
-    /// --filter has it; hidden, to load nothing of it
+    /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the
+    /// texture. After it, each after a colon and in any order: file=N, which file it is of, 1 being the
+    /// source and 2 the first of --over; bands=B, one of its channels, or bands=R,G,B, those that are red,
+    /// green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that
+    /// stands for no data as it is stored, or nan, or off, instead of what the file says: what has it is not
+    /// drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of
+    /// a single channel; log, a logarithmic curve within the range; gamma=G, the exponent of values in the
+    /// range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has
+    /// it; hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = "NAME[:SETTING]...",
@@ -30,12 +33,14 @@ pub(crate) struct ShownArgs {
         conflicts_with_all = ["layer_shown", "range"]
     )]
     pub(crate) layers: Vec<LayerOptions>,
-    /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of it; may be given several times,
-    /// the lowest first. In a window it lies over the first file only, and goes when another is opened
+    /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of
+    /// it; may be given several times, the lowest first. In a window it lies over the first file only, and
+    /// goes when another is opened
     #[arg(long, value_name = "FILE")]
     pub(crate) over: Vec<PathBuf>,
-    /// Compare the uppermost layer with those beneath it: off; swipe[:AT], right of a line at a share of the width; flicker[:SECONDS], by
-    /// turns; difference[:TIMES], how far its colours are from those beneath, magnified; beside, all layers side by side
+    /// Compare the uppermost layer with those beneath it: off; swipe[:AT], right of a line at a share of the
+    /// width; flicker[:SECONDS], by turns; difference[:TIMES], how far its colours are from those beneath,
+    /// magnified; beside, all layers side by side
     #[arg(long, default_value = "off", value_name = "MODE")]
     pub(crate) compare_mode: CompareMode,
 }

@@ -71,12 +71,12 @@ pub(crate) struct ViewArgs {
     /// Further files to step through with N and P
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// Show SOURCE and the FILEs side by side, with one camera: the same part of each image, texel by texel where they are of one size. B puts
-    /// them over one another
+    /// Show SOURCE and the FILEs side by side, with one camera: the same part of each image, texel by texel
+    /// where they are of one size. B puts them over one another
     #[arg(long, requires = "files", conflicts_with = "compare_mode")]
     pub(crate) side_by_side: bool,
-    /// Open no window: write what it would show first, once everything in view is loaded, as PNG, and end. Needs no display. Of an image it
-    /// may be larger than any texture: it is drawn in parts
+    /// Open no window: write what it would show first, once everything in view is loaded, as PNG, and end.
+    /// Needs no display. Of an image it may be larger than any texture: it is drawn in parts
     #[arg(long, value_name = "OUT.png", conflicts_with_all = ["times", "exit_after_frames", "camera_path"])]
     pub(crate) screenshot: Option<PathBuf>,
     /// With --screenshot, show what the machine does beside the picture, as U does in the window
@@ -85,15 +85,16 @@ pub(crate) struct ViewArgs {
     /// Play a camera path over the first image (docs/camera-paths.md), again with F9
     #[arg(long, value_name = "FILE")]
     pub(crate) camera_path: Option<PathBuf>,
-    /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in degrees or the coordinate
-    /// system that the file names where the image is a GeoTIFF of the same
+    /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in
+    /// degrees or the coordinate system that the file names where the image is a GeoTIFF of the same
     #[arg(long, value_name = "FILE")]
     pub(crate) shapes: Option<PathBuf>,
-    /// Milliseconds in which a tile fades in from what was on screen before; 0: it is there at once. By default 150, or 0 where a
-    /// processor draws in the place of a GPU
+    /// Milliseconds in which a tile fades in from what was on screen before; 0: it is there at once. By
+    /// default 150, or 0 where a processor draws in the place of a GPU
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=MOST_FADE_MS))]
     pub(crate) fade_ms: Option<u64>,
-    /// Print as JSON when something could be seen, and close the window some seconds after all is sharp, for benchmarks
+    /// Print as JSON when something could be seen, and close the window some seconds after all is sharp, for
+    /// benchmarks
     #[arg(long, hide = true, conflicts_with = "exit_after_frames")]
     pub(crate) times: bool,
     /// Close the window after so many frames of the source itself, for tests

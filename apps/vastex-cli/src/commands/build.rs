@@ -24,8 +24,8 @@ pub(crate) const INTERRUPTED: u8 = 130;
 /// Set by Ctrl-C and its like; the build asks for it between rows.
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// Lets Ctrl-C and its like stop the work at the next row; a second one ends the program at once, and what it leaves goes
-/// with the next run.
+/// Lets Ctrl-C and its like stop the work at the next row; a second one ends the program at once, and what it
+/// leaves goes with the next run.
 pub(crate) fn handle_interrupts() -> Result<()> {
     let interrupt = || {
         if INTERRUPT.swap(true, Ordering::Relaxed) {

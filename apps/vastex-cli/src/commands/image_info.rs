@@ -25,7 +25,7 @@ pub(super) struct ImageSummary {
     notices: Vec<String>,
 }
 
-/// Of an image; nothing where the file is something else.
+/// Of an image; `None` if the file is something else.
 pub(super) fn of(path: &Path) -> Result<Option<ImageSummary>> {
     if !path.is_file() || open::is_directory_of_tiles(path) {
         return Ok(None);

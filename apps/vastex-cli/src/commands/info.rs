@@ -1,5 +1,5 @@
-//! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`] knows, and of an image
-//! [`super::image_info`], of a volume `super::volume`.
+//! `vastex info`: what is in a container, for people and scripts; of a TIFF pyramid, [`super::tiff_info`]
+//! knows, and of an image [`super::image_info`], of a volume `super::volume`.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -51,7 +51,8 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of a file, by names, for the window; a row without a name goes on with the one before it. Fails where nothing can be said.
+/// What is said of a file, by names, for the window; a row without a name goes on with the one before it.
+/// Fails where nothing can be said.
 #[cfg(feature = "view")]
 pub(crate) fn rows_of(file: &Path) -> Result<Vec<(String, String)>> {
     let named = |rows: Vec<(&'static str, String)>| {
@@ -152,7 +153,8 @@ struct Summary {
     address: [&'static str; 2],
     /// Red, green, blue and alpha in hexadecimal digits, where an edge has one.
     border_color: Option<String>,
-    /// Whether texels of coarser levels lie in the middle of what they cover, or keep the positions of finer ones.
+    /// Whether texels of coarser levels lie in the middle of what they cover, or keep the positions of finer
+    /// ones.
     positions: &'static str,
     /// How many there are.
     levels: usize,

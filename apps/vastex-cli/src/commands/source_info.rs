@@ -1,4 +1,5 @@
-//! `vastex info` of what is shown as it is and is neither a container nor one file of an image: directories of tiles, and planets.
+//! `vastex info` of what is shown as it is and is neither a container nor one file of an image: directories
+//! of tiles, and planets.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -33,7 +34,8 @@ struct LayerSummary {
     format: &'static str,
 }
 
-/// Of a directory of tiles or a planet; nothing where the words mean something else. An image that a planet names is built into the cache.
+/// Of a directory of tiles or a planet; `None` if the words mean something else. An image that a planet names
+/// is built into the cache.
 pub(super) fn of(source: &Path, cache: &CacheArgs) -> Result<Option<(Arc<dyn TileSource>, SourceSummary)>> {
     let (kind, image) = match open::what_lies_at(source)? {
         Lies::Generated => ("planet", Some(OpenImage { cache, wraps: true, observer: &() })),

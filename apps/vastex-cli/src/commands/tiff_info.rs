@@ -1,4 +1,5 @@
-//! `vastex info` of a TIFF pyramid: its levels, its other images, and what it says of the size and place of its texels.
+//! `vastex info` of a TIFF pyramid: its levels, its other images, and what it says of the size and place of
+//! its texels.
 
 use std::path::Path;
 
@@ -75,7 +76,7 @@ struct Place {
     name: Option<String>,
 }
 
-/// What there is to say of a TIFF file; nothing where `path` is something else.
+/// What there is to say of a TIFF file; `None` if `path` is something else.
 pub(super) fn of(path: &Path) -> Result<Option<(TiffSource, TiffSummary)>> {
     if !path.is_file() && image_in_file(path).is_none() {
         return Ok(None);

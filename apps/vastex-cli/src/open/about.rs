@@ -1,4 +1,5 @@
-//! What a file says beside its texels, for the window: how large they are in the world, and which other images it has.
+//! What a file says beside its texels, for the window: how large they are in the world, and which other
+//! images it has.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,7 +32,7 @@ impl FileBands {
         self.file.clone()
     }
 
-    /// Those of the source that a path names; nothing where there is nothing to choose.
+    /// Those of the source that a path names; `None` if there is nothing to choose.
     #[cfg(feature = "build")]
     fn of(path: &Path) -> Option<FileBands> {
         let (file, name) =
@@ -53,9 +54,11 @@ impl FileBands {
 /// What a file says beside its texels.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FileAbout {
-    /// How large its texels are in the world, and how many times they were magnified: of TIFF of maps and slides.
+    /// How large its texels are in the world, and how many times they were magnified: of TIFF of maps and
+    /// slides.
     pub(crate) texel_size: Option<TexelSize>,
-    /// The images of a TIFF file, the first one before the others, if there are others; each with its name and the path that opens it.
+    /// The images of a TIFF file, the first one before the others, if there are others; each with its name
+    /// and the path that opens it.
     pub(crate) images: Vec<(String, PathBuf)>,
     /// Its bands, if it has more than a picture.
     pub(crate) bands: Option<FileBands>,
@@ -89,7 +92,7 @@ impl FileAbout {
     }
 }
 
-/// What is said of a file in words; nothing where nothing is known.
+/// What is said of a file in words; `None` if nothing is known.
 fn info_of(path: &Path) -> Arc<[(String, String)]> {
     commands::info::rows_of(path).unwrap_or_default().into()
 }

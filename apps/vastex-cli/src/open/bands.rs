@@ -1,5 +1,5 @@
-//! Bands of TIFF files that have more than a picture: what `--layer NAME:bands=5,4,3` asks of such a file is opened as `FILE:bands=5,4,3`, since a
-//! layer has four channels at most.
+//! Bands of TIFF files that have more than a picture: what `--layer NAME:bands=5,4,3` asks of such a file is
+//! opened as `FILE:bands=5,4,3`, since a layer has four channels at most.
 
 use std::path::{Path, PathBuf};
 

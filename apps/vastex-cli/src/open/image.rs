@@ -1,5 +1,5 @@
-//! Images that nobody built: they are built into the cache when they are shown for the first time, and opened there; with
-//! `--cache off` they are decoded into memory.
+//! Images that nobody built: they are built into the cache when they are shown for the first time, and opened
+//! there; with `--cache off` they are decoded into memory.
 
 use std::cell::{Cell, RefCell};
 use std::ops::ControlFlow;
@@ -22,7 +22,7 @@ use crate::{progress, report};
 /// How often another program is waited for, a tenth of a second each, before that is said.
 const WAITS_BEFORE_NOTE: u32 = 5;
 
-/// The tiles of an image; nothing where the file is no image.
+/// The tiles of an image; `None` if the file is no image.
 pub(super) fn open(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     if options.cache.is_off() { decoded(path, options) } else { cached(path, options) }
 }

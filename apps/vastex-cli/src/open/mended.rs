@@ -1,4 +1,5 @@
-//! An image's container in the cache whose tiles may turn out to be damaged: it is then removed, and built anew, once.
+//! An image's container in the cache whose tiles may turn out to be damaged: it is then removed, and built
+//! anew, once.
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -18,7 +19,8 @@ pub(super) struct Anew {
     pub(super) options: BuildOptions,
 }
 
-/// The tiles of a container that lies in the cache. A read that finds one damaged waits until the image is built anew; other reads go on.
+/// The tiles of a container that lies in the cache. A read that finds one damaged waits until the image is
+/// built anew; other reads go on.
 pub(super) struct Mended {
     /// What stays the same when it is built anew.
     first: Arc<Container>,
@@ -37,7 +39,7 @@ impl Mended {
         self.current.read().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The container in the place of one of which a tile is damaged; nothing where there is none.
+    /// The container in the place of one of which a tile is damaged; `None` if there is none.
     fn in_place_of(&self, damaged: &Arc<Container>) -> Option<Arc<Container>> {
         let mut anew = self.anew.lock().unwrap_or_else(PoisonError::into_inner);
         let current = self.current();

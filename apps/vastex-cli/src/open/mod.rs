@@ -1,10 +1,10 @@
-//! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids, images and generated
-//! planets, behind a disk cache if one is asked for.
+//! What a path turns into: the one door to containers, tile directories of other programs, TIFF pyramids,
+//! images and generated planets, behind a disk cache if one is asked for.
 //!
-//! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`, who is told in
-//! `observer`, what files say beside their texels in `about`, which of their bands are opened in `bands`, what becomes of a cached image that
-//! turns out to be damaged in `mended`, and what shapes lie over them in
-//! `shapes`.
+//! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`,
+//! who is told in `observer`, what files say beside their texels in `about`, which of their bands are opened
+//! in `bands`, what becomes of a cached image that turns out to be damaged in `mended`, and what shapes lie
+//! over them in `shapes`.
 
 #[cfg(feature = "view")]
 mod about;
@@ -153,16 +153,18 @@ pub(crate) fn file_of(source: &Path) -> &Path {
     source
 }
 
-/// Whether `place` is the file that the words of a source mean, which is there: that of one of its images, or of a planet's continents.
+/// Whether `place` is the file that the words of a source mean, which is there: that of one of its images, or
+/// of a planet's continents.
 pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
     let file = file_of(image_of_planet(source).unwrap_or(source));
     matches!((file.canonicalize(), place.canonicalize()), (Ok(file), Ok(place)) if file == place)
 }
 
-/// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one or of a TIFF
-/// pyramid, or an image that may be built. Of anything else, the error says what to do with it.
+/// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one
+/// or of a TIFF pyramid, or an image that may be built. Of anything else, the error says what to do with it.
 ///
-/// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be is said.
+/// The tiles of a container are read past the system's cache if `direct` and if they can be; what cannot be
+/// is said.
 fn open_path(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     open_drawn(path, direct, image).map_err(|error| if is_volume(path) { of_volume(path) } else { error })
 }
@@ -232,7 +234,8 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
     false
 }
 
-/// What others wrote, where it lies: a TIFF pyramid or a directory of tiles; nothing where `path` is something else.
+/// What others wrote, where it lies: a TIFF pyramid or a directory of tiles; `None` if `path` is something
+/// else.
 #[cfg(feature = "build")]
 fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     use vastex_build::{DirectorySource, InputFault, SourceError, TiffSource};
@@ -266,7 +269,7 @@ fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }
 
-/// An image, built into the cache or decoded into memory; nothing where `path` is no image.
+/// An image, built into the cache or decoded into memory; `None` if `path` is no image.
 #[cfg(feature = "build")]
 fn open_image(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     image::open(path, options)

@@ -6,7 +6,8 @@ use std::ops::ControlFlow;
 #[cfg(feature = "build")]
 use std::sync::Arc;
 
-/// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that opens it.
+/// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that
+/// opens it.
 pub(crate) trait OpenObserver {
     /// Whether previews are wanted at all.
     fn wants_preview(&self) -> bool {
@@ -25,7 +26,8 @@ pub(crate) trait OpenObserver {
         ControlFlow::Continue(())
     }
 
-    /// The image of `size` texels will be there at a share of its size, for the reason that `note` gives; stderr has it already.
+    /// The image of `size` texels will be there at a share of its size, for the reason that `note` gives;
+    /// stderr has it already.
     fn reduced(&self, size: [u32; 2], note: &str) {
         let _ = (size, note);
     }

@@ -1,5 +1,5 @@
-//! What can be seen of an image while it is built or decoded: a smaller picture where there is a quick way to one, else the rows
-//! that have been read.
+//! What can be seen of an image while it is built or decoded: a smaller picture where there is a quick way to
+//! one, else the rows that have been read.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,8 +9,8 @@ use vastex_build::{ImageHeader, MemoryImage, RowReader};
 
 use super::observer::OpenObserver;
 
-/// Texels along the longer side of a preview: at least, where it is read by itself, and at most, where it is made of the
-/// rows that a build reads.
+/// Texels along the longer side of a preview: at least, where it is read by itself, and at most, where it is
+/// made of the rows that a build reads.
 const READ_SIDE: u32 = 1024;
 const BUILT_SIDE: u32 = 2048;
 /// Rows of a preview that are read at once.
@@ -71,8 +71,8 @@ impl<'a> Preview<'a> {
         }
     }
 
-    /// Called before rows are read, and again while they are: reads a smaller picture, if there is a quick way to one. Whatever is
-    /// wrong with the image is found again, and said, where all of it is read.
+    /// Called before rows are read, and again while they are: reads a smaller picture, if there is a quick
+    /// way to one. Whatever is wrong with the image is found again, and said, where all of it is read.
     pub(super) fn begin(&mut self) {
         if let Picture::Given(image) = &self.picture
             && image.rows() > 0
@@ -98,7 +98,8 @@ impl<'a> Preview<'a> {
         }
     }
 
-    /// Called again and again while another program builds the image: reads some more of it, for the preview alone.
+    /// Called again and again while another program builds the image: reads some more of it, for the preview
+    /// alone.
     pub(super) fn read_on(&mut self) {
         self.begin();
         if matches!(self.picture, Picture::Done) {
@@ -140,8 +141,8 @@ impl<'a> Preview<'a> {
         matches!(self.picture, Picture::Growing(_))
     }
 
-    /// Adds rows that were read, from the row `first` of the image on. Those that are there already are left out, as where a build
-    /// begins anew.
+    /// Adds rows that were read, from the row `first` of the image on. Those that are there already are left
+    /// out, as where a build begins anew.
     pub(super) fn add(&mut self, image: &ImageHeader, first: u32, rows: &[u8]) {
         // What was read while another program built it is there already.
         self.reader = None;

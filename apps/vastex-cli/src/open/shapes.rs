@@ -1,7 +1,8 @@
 //! Shapes of a GeoJSON file, in the texels of the image that they lie over.
 //!
-//! Positions are texels where the image has no place on the Earth. Of a GeoTIFF they are coordinates: by the standard degrees (EPSG:4326), or
-//! of the system that a member `crs` names, as older files have it. Nothing is reprojected.
+//! Positions are texels where the image has no place on the Earth. Of a GeoTIFF they are coordinates: by the
+//! standard degrees (EPSG:4326), or of the system that a member `crs` names, as older files have it. Nothing
+//! is reprojected.
 
 use std::fs::File;
 use std::io::Read;
@@ -16,8 +17,8 @@ const MOST_BYTES: u64 = 256 << 20;
 /// The number of degrees of longitude and latitude in EPSG's list.
 const DEGREES: u16 = 4326;
 
-/// Reads the shapes of a file that lie over an image, as long as `goes_on` says so. Fails where it cannot be read, is no GeoJSON, has
-/// another coordinate system than the image, or shall not go on.
+/// Reads the shapes of a file that lie over an image, as long as `goes_on` says so. Fails where it cannot be
+/// read, is no GeoJSON, has another coordinate system than the image, or shall not go on.
 pub(crate) fn shapes_over(image: &Path, path: &Path, goes_on: impl Fn() -> bool) -> Result<Shapes> {
     read(image, path, goes_on).with_context(|| path.display().to_string())
 }

@@ -1,4 +1,5 @@
-//! What lies over the picture of an image in the window: lines and values of large texels, a scale, shapes, and a map.
+//! What lies over the picture of an image in the window: lines and values of large texels, a scale, shapes,
+//! and a map.
 
 use egui::{Rect, Ui};
 use glam::DVec2;
@@ -24,7 +25,8 @@ pub(crate) struct Guided<'a> {
 }
 
 impl Guided<'_> {
-    /// Paints the guides within `free`, the part of the picture that no panel covers. Gives back where a person wants the camera.
+    /// Paints the guides within `free`, the part of the picture that no panel covers. Gives back where a
+    /// person wants the camera.
     pub(crate) fn show(&self, ui: &Ui, free: Rect, minimap: &mut Minimap) -> Option<Pose> {
         let Guided { textures, renderer, view, texel_size, shapes, is_settled, is_seen } = *self;
         let sizes = (view.picture, view.image);

@@ -1,8 +1,9 @@
-//! What the window shows, as a picture in a file, once everything in view is loaded: for `vastex view --screenshot`, and for keys in the
-//! window. It needs no window and no display; what no texture is large enough for is drawn in parts.
+//! What the window shows, as a picture in a file, once everything in view is loaded: for `vastex view
+//! --screenshot`, and for keys in the window. It needs no window and no display; what no texture is large
+//! enough for is drawn in parts.
 //!
-//! How parts lie in the whole is in [`parts`]; what lies over the picture is painted by [`paint`], the guides as [`guided`] has them, which
-//! the window shows too.
+//! How parts lie in the whole is in [`parts`]; what lies over the picture is painted by [`paint`], the guides
+//! as [`guided`] has them, which the window shows too.
 
 mod guided;
 mod paint;
@@ -102,7 +103,7 @@ pub(crate) fn run(args: &ViewArgs, output: &std::path::Path) -> Result<ExitCode>
 }
 
 impl Shot {
-    /// Draws it, on a device of its own. Says whether everything in view is there.
+    /// Draws it, on a device of its own. Returns true if everything in view is there.
     pub(crate) fn take(&self, args: &ViewArgs) -> Result<(Picture, bool)> {
         let [width, height] = self.size;
         if u64::from(width) * u64::from(height) > MOST_PIXELS {

@@ -49,8 +49,8 @@ impl Part {
     }
 }
 
-/// The pose by which a part shows what it is of a picture of `size` pixels over an image of `image` texels. A pose of a scene with
-/// perspective, which has one part, stays.
+/// The pose by which a part shows what it is of a picture of `size` pixels over an image of `image` texels. A
+/// pose of a scene with perspective, which has one part, stays.
 pub(super) fn pose_of_part(pose: &Pose, size: [u32; 2], image: [u32; 2], part: &Part) -> Pose {
     let (Some(placed), Pose::Image { zoom, orientation, .. }) = (pose.placement(size, image), *pose) else {
         return *pose;

@@ -47,10 +47,10 @@ impl From<Bookmark> for Kept {
 /// The bookmarks of the file that is displayed, and where those of all files are written down.
 #[derive(Debug, Default)]
 pub(super) struct Bookmarks {
-    /// Nothing where no file is displayed that has a name of its own.
+    /// `None` if no file is displayed that has a name of its own.
     file: Option<PathBuf>,
     views: Vec<Bookmark>,
-    /// Nothing where the system names no place for them.
+    /// `None` if the system names no place for them.
     kept_in: Option<PathBuf>,
     /// Whether it was said that they cannot be read or written.
     is_said: bool,
@@ -62,7 +62,8 @@ impl Bookmarks {
         Bookmarks { kept_in: state::place_of("bookmarks.json"), ..Bookmarks::default() }
     }
 
-    /// Another file is displayed. One whose name is no text keeps its bookmarks for this run alone: JSON has no other names.
+    /// Another file is displayed. One whose name is no text keeps its bookmarks for this run alone: JSON has
+    /// no other names.
     pub(super) fn turn_to(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
         let all = self.all().unwrap_or_else(|error| {
@@ -94,8 +95,8 @@ impl Bookmarks {
         self.change(|views| views.retain(|view| *view != gone));
     }
 
-    /// Changes them as they are written down now: two programs may do so, and what the other one kept stays. Where that cannot be read or
-    /// written, they are changed for this run alone.
+    /// Changes them as they are written down now: two programs may do so, and what the other one kept stays.
+    /// Where that cannot be read or written, they are changed for this run alone.
     fn change(&mut self, change: impl Fn(&mut Vec<Bookmark>)) {
         if let Err(error) = self.change_in_file(&change) {
             self.say(&error);

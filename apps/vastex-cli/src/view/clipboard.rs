@@ -2,7 +2,8 @@
 
 use arboard::Clipboard;
 
-/// The clipboard, once something was copied. What is in it stays while this does, on systems where programs keep what they copied.
+/// The clipboard, once something was copied. What is in it stays while this does, on systems where programs
+/// keep what they copied.
 #[derive(Default)]
 pub(super) struct Copied {
     clipboard: Option<Clipboard>,

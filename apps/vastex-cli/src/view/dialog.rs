@@ -17,7 +17,8 @@ pub(super) enum Chosen {
     NoDialog,
 }
 
-/// Asks for a file under a title, beginning in the folder of `beside`; `send` is called on another thread with what became of it.
+/// Asks for a file under a title, beginning in the folder of `beside`; `send` is called on another thread
+/// with what became of it.
 pub(super) fn choose(title: &str, beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
     let mut dialog = rfd::AsyncFileDialog::new().set_title(title);
     let folder = std::path::absolute(beside).ok().and_then(|path| Some(path.parent()?.to_owned()));

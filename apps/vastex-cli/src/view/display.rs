@@ -1,8 +1,8 @@
 //! What the window displays, and what takes its place when.
 //!
-//! A preview stands for a source that is still being opened. The source takes its place as soon as it is as sharp, so that nothing
-//! is seen of the change; whatever belongs to another file is replaced at once. What leaves the display is given back, to be taken out
-//! of the textures.
+//! A preview stands for a source that is still being opened. The source takes its place as soon as it is as
+//! sharp, so that nothing is seen of the change; whatever belongs to another file is replaced at once. What
+//! leaves the display is given back, to be taken out of the textures.
 
 use std::time::{Duration, Instant};
 
@@ -66,7 +66,8 @@ impl<S> Display<S> {
         self.replace(Display::Preview { opening, source })
     }
 
-    /// Displays the source that an opening brought: behind its preview first, if it has one and if it may be so.
+    /// Displays the source that an opening brought: behind its preview first, if it has one and if it may be
+    /// so.
     #[must_use = "what is gone is still among the textures"]
     pub(super) fn show_source(
         &mut self,

@@ -1,5 +1,5 @@
-//! One source in the window: its texture and those that lie over it, the scene that they are on, and the overlay in the place of the
-//! picture, if any. When it is displayed is `display`'s business.
+//! One source in the window: its texture and those that lie over it, the scene that they are on, and the
+//! overlay in the place of the picture, if any. When it is displayed is `display`'s business.
 
 use anyhow::Result;
 #[cfg(feature = "build")]
@@ -25,8 +25,8 @@ pub(super) struct DisplaySettings {
     pub(super) may_be_crisp: bool,
 }
 
-/// Pixels a texel below which texels that are shown as they are are blended again: between this and [`CRISP`] nothing changes, so that nothing
-/// flickers.
+/// Pixels a texel below which texels that are shown as they are are blended again: between this and [`CRISP`]
+/// nothing changes, so that nothing flickers.
 const BLENDED: f64 = 3.5;
 
 /// A source that is displayed, or will be.
@@ -57,8 +57,8 @@ pub(super) struct Displayed {
 }
 
 impl Displayed {
-    /// Adds a source to the textures and sets its scene up; as an image where it cannot go on the scene that is asked for and
-    /// `may_be_image`. Of what fails nothing stays.
+    /// Adds a source to the textures and sets its scene up; as an image where it cannot go on the scene that
+    /// is asked for and `may_be_image`. Of what fails nothing stays.
     pub(super) fn new(
         gpu: &Gpu,
         textures: &mut Textures,
@@ -134,8 +134,9 @@ impl Displayed {
         Ok(())
     }
 
-    /// Displays other layers of the texture, or the same ones otherwise. Where the same layers differ in colours, visibility or opacity
-    /// alone, nothing is compiled; but a single opaque layer has pipelines of its own.
+    /// Displays other layers of the texture, or the same ones otherwise. Where the same layers differ in
+    /// colours, visibility or opacity alone, nothing is compiled; but a single opaque layer has pipelines of
+    /// its own.
     pub(super) fn show_layers(
         &mut self,
         gpu: &Gpu,
@@ -256,7 +257,8 @@ impl Displayed {
         Ok(restored)
     }
 
-    /// Has the rows drawn that have come of a growing preview since the last time. Says whether there are any.
+    /// Has the rows drawn that have come of a growing preview since the last time. Returns true if there are
+    /// any.
     #[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing grows"))]
     pub(super) fn catch_up(&mut self, textures: &mut Textures) -> Result<bool> {
         match &self.growth {
@@ -301,7 +303,8 @@ fn shown_layers(
     Ok(layers)
 }
 
-/// A scene with what is asked to be shown of textures. Its heights, if the scene has any, are looked for once.
+/// A scene with what is asked to be shown of textures. Its heights, if the scene has any, are looked for
+/// once.
 fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
     is_crisp: bool,
@@ -310,7 +313,8 @@ fn described(
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc> {
     let layers = shown_layers(options, is_crisp, textures, shown)?;
-    // Those of a file of their own may have come since, and what is shown where there are none may be another layer.
+    // Those of a file of their own may have come since, and what is shown where there are none may be another
+    // layer.
     let of_file = options.heights.texture.and_then(|texture| shown.get(texture));
     let is_known = |relief: &Relief| match of_file {
         Some(texture) => *texture == relief.layer().texture(),

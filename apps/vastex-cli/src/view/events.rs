@@ -8,7 +8,7 @@ use winit::keyboard::{Key as WinitKey, NamedKey};
 /// Pixels of a touch pad that are a notch of the wheel.
 const PIXELS_PER_NOTCH: f64 = 50.0;
 
-/// What an event is to the viewer; nothing where it is none of keys and pointer.
+/// What an event is to the viewer; `None` if it is none of keys and pointer.
 pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
     Some(match event {
         WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => InputEvent::Key {

@@ -1,4 +1,5 @@
-//! Which files there are to step through: those that a person named or dropped, or, for a single one, those beside it.
+//! Which files there are to step through: those that a person named or dropped, or, for a single one, those
+//! beside it.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -33,7 +34,8 @@ impl Files {
         self.files.len() > 1 || self.dropped_at.is_some()
     }
 
-    /// A file was dropped at a time. The first one dropped is shown, and those that come with it are stepped through.
+    /// A file was dropped at a time. The first one dropped is shown, and those that come with it are stepped
+    /// through.
     pub(super) fn drop_in(&mut self, path: &Path, now: Duration) -> bool {
         let is_first = self.dropped_at.is_none_or(|before| now.saturating_sub(before) > TOGETHER);
         self.dropped_at = Some(now);
@@ -45,7 +47,7 @@ impl Files {
         is_first
     }
 
-    /// Goes so many files on, round from the last to the first. Says whether that is another one.
+    /// Goes so many files on, round from the last to the first. Returns true if that is another one.
     pub(super) fn step(&mut self, step: i32) -> bool {
         if let [single] = &self.files[..] {
             // Beside an image in a file is what lies beside the file.

@@ -57,8 +57,8 @@ impl Flight {
         self.recording = Some(vec![(now.as_secs_f64(), pose)]);
     }
 
-    /// Ends that, and writes the path over an image of so many texels into a file of a directory, named after the image's. Says which;
-    /// nothing where nothing was recorded.
+    /// Ends that, and writes the path over an image of so many texels into a file of a directory, named after
+    /// the image's. Says which; nothing where nothing was recorded.
     pub(super) fn end_recording(
         &mut self,
         (now, pose): (Duration, Pose),
@@ -114,8 +114,8 @@ impl Flight {
     }
 }
 
-/// The name of a file that is not there yet in a directory, or, where nothing can be written there, in the one for temporary files:
-/// `earth-1.png` of an `earth.jpg`.
+/// The name of a file that is not there yet in a directory, or, where nothing can be written there, in the
+/// one for temporary files: `earth-1.png` of an `earth.jpg`.
 pub(super) fn free_name(directory: &Path, of: &Path, ending: &str) -> PathBuf {
     let stem = of.file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
     // Sources that are no files have names that files may not have.

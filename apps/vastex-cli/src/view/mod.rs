@@ -1,11 +1,14 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
-//! Here is the loop of events: it performs actions, draws while something changes and sleeps while nothing does. `opening` opens a source
-//! on a thread, `showing` displays it or refuses it, `over` lays others over it; `displayed` is a source in the window, `display` says which
-//! source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests`
-//! does what is asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views
-//! of them, both by `state`. What goes out of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`). `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title, `times`
-//! what is measured of it, `remembered` what it was like when it was closed last.
+//! Here is the loop of events: it performs actions, draws while something changes and sleeps while nothing
+//! does. `opening` opens a source on a thread, `showing` displays it or refuses it, `over` lays others over
+//! it; `displayed` is a source in the window, `display` says which source is seen when. `viewer` draws frames
+//! on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests` does what is
+//! asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them
+//! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures,
+//! camera paths (`flight`), and texts (`clipboard`). `events` translates winit's events, `surface` is where
+//! pictures appear, `title` is the window's title, `times` what is measured of it, `remembered` what it was
+//! like when it was closed last.
 
 mod bookmarks;
 mod clipboard;

@@ -1,8 +1,9 @@
-//! Sources on their way into the window: opened, and if need be built, on threads of their own, so that the window never waits.
+//! Sources on their way into the window: opened, and if need be built, on threads of their own, so that the
+//! window never waits.
 //!
-//! A thread reports what comes of its source: perhaps a preview, how far the rest is, and the source itself or why there is none.
-//! One source is opened at a time; beginning another one breaks it off, and its late reports are told from new ones by their number.
-//! What was built of an image stays in the cache.
+//! A thread reports what comes of its source: perhaps a preview, how far the rest is, and the source itself
+//! or why there is none. One source is opened at a time; beginning another one breaks it off, and its late
+//! reports are told from new ones by their number. What was built of an image stays in the cache.
 
 #![cfg_attr(not(feature = "build"), allow(dead_code, reason = "nothing is built, so nothing is told of it"))]
 
@@ -78,7 +79,8 @@ pub(super) struct Openings {
 /// A source that is being opened.
 pub(super) struct Opening {
     pub(super) number: u64,
-    /// The number of the first opening of it: where a device was lost meanwhile, it is opened again, and is the same to a person.
+    /// The number of the first opening of it: where a device was lost meanwhile, it is opened again, and is
+    /// the same to a person.
     pub(super) first: u64,
     pub(super) path: PathBuf,
     is_broken_off: Arc<AtomicBool>,
@@ -86,8 +88,8 @@ pub(super) struct Opening {
 }
 
 impl Openings {
-    /// Begins to open a source as the arguments say, perhaps with previews, and breaks off what was being opened, which may be the same one.
-    /// The number of the opening.
+    /// Begins to open a source as the arguments say, perhaps with previews, and breaks off what was being
+    /// opened, which may be the same one. The number of the opening.
     pub(super) fn begin(
         &mut self,
         (path, has_previews, is_again): (&Path, bool, bool),

@@ -1,4 +1,5 @@
-//! Files that are laid over the one that is displayed: those that the command line names, and those that a person adds in the window.
+//! Files that are laid over the one that is displayed: those that the command line names, and those that a
+//! person adds in the window.
 //!
 //! They are opened one after another once the file beneath is there, and go with it.
 
@@ -84,7 +85,8 @@ impl App {
         self.open_next_over()
     }
 
-    /// Begins to open the next file that is to lie over the one that is displayed, where there is one and nothing else is being opened.
+    /// Begins to open the next file that is to lie over the one that is displayed, where there is one and
+    /// nothing else is being opened.
     pub(super) fn open_next_over(&mut self) -> Result<()> {
         let (Some(open), Some(path)) = (&mut self.open, self.over.files.front().cloned()) else {
             return Ok(());

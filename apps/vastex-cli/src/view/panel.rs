@@ -1,5 +1,5 @@
-//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, guides over an image, and what there
-//! is to say.
+//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, guides over
+//! an image, and what there is to say.
 
 mod bands;
 
@@ -132,12 +132,13 @@ impl Panel {
         self.keys_are_shown = !self.keys_are_shown;
     }
 
-    /// Says whether they were shown.
+    /// Returns true if they were shown.
     pub(super) fn hide_keys(&mut self) -> bool {
         std::mem::take(&mut self.keys_are_shown)
     }
 
-    /// Shows everything. Gives back what is asked for, and whether the display of the texture is to be another.
+    /// Shows everything. Gives back what is asked for, and whether the display of the texture is to be
+    /// another.
     pub(super) fn show(&mut self, ui: &mut Ui, told: &mut Told<'_>) -> (Vec<Asked>, bool) {
         let (mut asked, mut is_changed) = (Vec::new(), false);
         if self.is_open {
@@ -267,7 +268,8 @@ impl Panel {
     }
 }
 
-/// The images of the file that is displayed, to be opened in its place: the labels of slides, and other pages.
+/// The images of the file that is displayed, to be opened in its place: the labels of slides, and other
+/// pages.
 fn images_of_file(ui: &mut Ui, images: &[(String, PathBuf)], asked: &mut Vec<Asked>) {
     if images.is_empty() {
         return;

@@ -11,7 +11,7 @@ const MOST: usize = 12;
 #[derive(Debug, Default)]
 pub(super) struct Recent {
     files: Vec<PathBuf>,
-    /// Nothing where the system names no place for it.
+    /// `None` if the system names no place for it.
     kept_in: Option<PathBuf>,
 }
 

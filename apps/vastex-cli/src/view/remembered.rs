@@ -90,7 +90,8 @@ impl Remembered {
         is_seen.then_some([x, y])
     }
 
-    /// Writes it down. Where that cannot be, the next window is the one before it: no reason to trouble the person.
+    /// Writes it down. Where that cannot be, the next window is the one before it: no reason to trouble the
+    /// person.
     pub(super) fn keep(&self) {
         if let Some(place) = place() {
             drop(state::write(&place, self));

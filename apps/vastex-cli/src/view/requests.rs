@@ -39,7 +39,8 @@ impl App {
         Ok(())
     }
 
-    /// Begins to open a file that a person chose in the window. Where it cannot be shown, what was there before stays.
+    /// Begins to open a file that a person chose in the window. Where it cannot be shown, what was there
+    /// before stays.
     fn open_chosen(&mut self, path: &Path) -> Result<()> {
         // Other bands of a file are seen where those before were.
         self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.files.current());
@@ -48,7 +49,8 @@ impl App {
         self.open_another()
     }
 
-    /// Opens what is displayed again, with the files over it, for textures that were made again: the camera stays where it is.
+    /// Opens what is displayed again, with the files over it, for textures that were made again: the camera
+    /// stays where it is.
     fn open_again(&mut self) -> Result<()> {
         let is_another = self.openings.number().is_some_and(|number| !self.over.is_of(number));
         if is_another {

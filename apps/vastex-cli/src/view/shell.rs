@@ -116,8 +116,8 @@ impl Shell {
 
     /// Hears an event before anything else does.
     ///
-    /// egui knows of an event when it runs next, in the next frame. So whose the pointer is follows from the place of the event itself; of
-    /// what is pressed, from where it was pressed.
+    /// egui knows of an event when it runs next, in the next frame. So whose the pointer is follows from the
+    /// place of the event itself; of what is pressed, from where it was pressed.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
         let takes_keys = self.takes_keys();
         match event {
@@ -169,7 +169,8 @@ impl Shell {
         }
     }
 
-    /// A button or a finger went down, over a panel or beside it, or up. What goes up is heard by all, so that nothing stays pressed.
+    /// A button or a finger went down, over a panel or beside it, or up. What goes up is heard by all, so
+    /// that nothing stays pressed.
     fn press(&mut self, is_down: bool, over: bool, takes_keys: bool) -> Heard {
         if is_down && self.pressed == 0 {
             self.is_held = over;
@@ -203,7 +204,8 @@ impl Shell {
         self.textures.add(set, std::mem::take(&mut output.textures_delta.free));
     }
 
-    /// Makes what draws into pictures of a format, where there is none yet or the last one was for another format.
+    /// Makes what draws into pictures of a format, where there is none yet or the last one was for another
+    /// format.
     fn prepare(&mut self, gpu: &Gpu, format: wgpu::TextureFormat) {
         if self.painter.as_ref().is_some_and(|painter| painter.format == format) {
             return;
@@ -214,8 +216,9 @@ impl Shell {
         self.painter = Some(Painter { renderer, format });
     }
 
-    /// Makes pictures of the host's own known to what draws into pictures of a format, in the place of those before. Gives their names, and
-    /// a number: where [`Shell::painter_of`] gives another one, the names are no longer good.
+    /// Makes pictures of the host's own known to what draws into pictures of a format, in the place of those
+    /// before. Gives their names, and a number: where [`Shell::painter_of`] gives another one, the names are
+    /// no longer good.
     pub(super) fn show_pictures(
         &mut self,
         gpu: &Gpu,
@@ -243,7 +246,7 @@ impl Shell {
         (names, self.painters)
     }
 
-    /// Which of all that ever drew would draw into pictures of a format; nothing where a new one is to be made.
+    /// Which of all that ever drew would draw into pictures of a format; `None` if a new one is to be made.
     pub(super) fn painter_of(&self, format: wgpu::TextureFormat) -> Option<u64> {
         self.painter.as_ref().filter(|painter| painter.format == format).map(|_| self.painters)
     }
@@ -296,7 +299,7 @@ impl Shell {
         self.state.egui_input_mut().events.extend([key(true), key(false)]);
     }
 
-    /// In how long it wants to run again without an event; nothing where it does not.
+    /// In how long it wants to run again without an event; `None` if it does not.
     pub(super) fn due_in(&self, now: Instant) -> Option<Duration> {
         self.due.map(|due| due.saturating_duration_since(now))
     }

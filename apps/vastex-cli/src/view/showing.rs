@@ -35,8 +35,8 @@ impl App {
         self.open_file()
     }
 
-    /// Begins to open a file, perhaps with previews and perhaps once more, and breaks off what was being opened. The number of the opening,
-    /// 0 without a window.
+    /// Begins to open a file, perhaps with previews and perhaps once more, and breaks off what was being
+    /// opened. The number of the opening, 0 without a window.
     pub(super) fn begin(&mut self, path: &Path, has_previews: bool, is_again: bool) -> Result<u64> {
         let Some(open) = &mut self.open else { return Ok(0) };
         open.viewer.begin_opening(&name_of(path))?;
@@ -123,8 +123,8 @@ impl App {
         }
     }
 
-    /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show, and is said where there
-    /// are others. The exit code tells of it in any case.
+    /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show,
+    /// and is said where there are others. The exit code tells of it in any case.
     fn refuse(&mut self, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
         self.over.take_back();

@@ -1,7 +1,7 @@
 //! What the program remembers from one run to the next: small files of JSON in the system's place for state.
 //!
-//! What cannot be written is left. What cannot be read counts as empty where it is of little worth; what a person keeps is written only
-//! over what was read.
+//! What cannot be written is left. What cannot be read counts as empty where it is of little worth; what a
+//! person keeps is written only over what was read.
 
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
@@ -11,8 +11,8 @@ use std::{env, fs, io, process, thread};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// `vastex/NAME` in `$XDG_STATE_HOME`, in `%LOCALAPPDATA%` on Windows, or else in `~/.local/state`; nothing where the system names none of
-/// them.
+/// `vastex/NAME` in `$XDG_STATE_HOME`, in `%LOCALAPPDATA%` on Windows, or else in `~/.local/state`; `None` if
+/// the system names none of them.
 pub(super) fn place_of(name: &str) -> Option<PathBuf> {
     let named =
         |variable: &str| env::var_os(variable).map(PathBuf::from).filter(|directory| directory.is_absolute());
@@ -39,7 +39,8 @@ pub(super) fn read<T: DeserializeOwned + Default>(place: &Path) -> io::Result<T>
     }
 }
 
-/// Keeps other programs from changing a file until what is given back is dropped. Fails where one takes longer than that should take.
+/// Keeps other programs from changing a file until what is given back is dropped. Fails where one takes
+/// longer than that should take.
 pub(super) fn lock(place: &Path) -> io::Result<File> {
     if let Some(directory) = place.parent() {
         fs::create_dir_all(directory)?;

@@ -182,8 +182,8 @@ impl Surface {
     }
 }
 
-/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it. The first is that of
-/// the surface, `usual` if there is no better one; the second that of the views.
+/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it. The
+/// first is that of the surface, `usual` if there is no better one; the second that of the views.
 fn choose_format(
     adapter: &wgpu::Adapter,
     formats: &[wgpu::TextureFormat],

@@ -1,4 +1,5 @@
-//! When something could be seen of a file, how long frames took, and what idling costs: for `cargo xtask bench view`.
+//! When something could be seen of a file, how long frames took, and what idling costs: for `cargo xtask
+//! bench view`.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +19,8 @@ pub(super) struct Times {
     last: Option<Instant>,
     /// Between frames that followed one another without a pause, from the first to the one that was sharp.
     frames: Vec<Duration>,
-    /// When the last frame was drawn that was drawn all the same, and the processor time of the program by then.
+    /// When the last frame was drawn that was drawn all the same, and the processor time of the program by
+    /// then.
     idle: Option<(Instant, Duration)>,
 }
 
@@ -51,7 +53,8 @@ impl Times {
         }
     }
 
-    /// A frame is on the screen: of the source or of its preview, and the last one that changes anything or not.
+    /// A frame is on the screen: of the source or of its preview, and the last one that changes anything or
+    /// not.
     pub(super) fn note_frame(&mut self, is_source: bool, is_settled: bool) {
         let now = Instant::now();
         if self.sharp.is_some() {
@@ -103,7 +106,8 @@ impl Times {
 /// Processor time of this program so far, where the system says so.
 fn processor_time() -> Option<Duration> {
     let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name, in parentheses, may contain anything. After it the 12th and 13th field are hundredths of a second.
+    // The name, in parentheses, may contain anything. After it the 12th and 13th field are hundredths of a
+    // second.
     let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
     let ticks: u64 =
         [11, 12].iter().map(|&field| fields.get(field)?.parse::<u64>().ok()).sum::<Option<u64>>()?;

@@ -1,4 +1,5 @@
-//! The title of the window: what is shown and how large, and for some seconds what there is to say to a person.
+//! The title of the window: what is shown and how large, and for some seconds what there is to say to a
+//! person.
 //!
 //! It is told what happens and says when the title changes; the window is its owner's.
 
@@ -54,7 +55,8 @@ pub(super) struct Title {
     text: String,
     changed_at: Option<Instant>,
     notice: Option<(String, Instant)>,
-    /// Frames that followed another without a pause since the rate was worked out, and the time that they took.
+    /// Frames that followed another without a pause since the rate was worked out, and the time that they
+    /// took.
     frames: u32,
     busy: Duration,
     rate: f64,
@@ -83,7 +85,7 @@ impl Title {
         self.notice.as_ref().map(|(notice, _)| &**notice)
     }
 
-    /// How long a notice stays; nothing where there is none.
+    /// How long a notice stays; `None` if there is none.
     pub(super) fn notice_left(&self, now: Instant) -> Option<Duration> {
         self.notice.as_ref().map(|(_, until)| until.saturating_duration_since(now))
     }

@@ -1,5 +1,5 @@
-//! Whatever is wrong, the message names the file and the remedy, the exit code says whose fault it is, and nothing is
-//! left behind.
+//! Whatever is wrong, the message names the file and the remedy, the exit code says whose fault it is, and
+//! nothing is left behind.
 
 use crate::tool::{Ended, Sandbox};
 

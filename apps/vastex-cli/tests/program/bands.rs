@@ -1,4 +1,5 @@
-//! TIFF files of more bands than a picture has: which of them are shown, built and cut out is said in two ways.
+//! TIFF files of more bands than a picture has: which of them are shown, built and cut out is said in two
+//! ways.
 
 use crate::nodata::tiff;
 use crate::tool::{Ended, Sandbox};

@@ -24,7 +24,8 @@ fn a_view_is_drawn_as_it_is_written() {
         let channels = one.as_flattened().iter().zip(other.as_flattened());
         channels.map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(u8::MAX)
     };
-    // Turned by a half it is the same picture from its end, mirrored each row from its end, turned by a quarter each column a row.
+    // Turned by a half it is the same picture from its end, mirrored each row from its end, turned by a
+    // quarter each column a row.
     let turned = picture("--size 216x108 --view image:x=540,y=270,zoom=1,turn=180");
     assert!(apart(&turned, whole.iter().rev().copied().collect()) <= 1);
     let mirrored = picture("--size 216x108 --view image:x=540,y=270,zoom=1,mirror=1");

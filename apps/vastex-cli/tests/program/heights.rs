@@ -1,4 +1,5 @@
-//! `--on terrain` and a globe with heights: from a file to a picture, and what is said where there are no heights.
+//! `--on terrain` and a globe with heights: from a file to a picture, and what is said where there are no
+//! heights.
 
 use crate::tool::{Ended, Sandbox};
 

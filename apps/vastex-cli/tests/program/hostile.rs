@@ -1,4 +1,5 @@
-//! What people and machines do to a program: pipes where files belong, few open files, damaged images, impatience.
+//! What people and machines do to a program: pipes where files belong, few open files, damaged images,
+//! impatience.
 
 use std::io::Write;
 use std::os::fd::OwnedFd;

@@ -1,4 +1,5 @@
-//! The program as a person or a script meets it: the built binary, its exit codes, and what it says and leaves behind.
+//! The program as a person or a script meets it: the built binary, its exit codes, and what it says and
+//! leaves behind.
 #![cfg(feature = "build")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "where a test cannot go on, it fails")]
 

@@ -1,4 +1,5 @@
-//! Texels without data: what a file says of them is followed where it is shown and built, until somebody says otherwise.
+//! Texels without data: what a file says of them is followed where it is shown and built, until somebody says
+//! otherwise.
 
 use crate::tool::{Ended, Sandbox};
 

@@ -1,4 +1,5 @@
-//! What comes out of the program beside one picture: every picture of a path, views as texts, and the page about a run.
+//! What comes out of the program beside one picture: every picture of a path, views as texts, and the page
+//! about a run.
 
 use xtask::limited::within;
 

@@ -1,4 +1,5 @@
-//! `build --resume`: killed, interrupted or out of room at any moment, the same command goes on to the same bytes.
+//! `build --resume`: killed, interrupted or out of room at any moment, the same command goes on to the same
+//! bytes.
 #![cfg(unix)]
 
 use std::process::{Command, Stdio};
@@ -30,10 +31,12 @@ fn sandbox() -> (Sandbox, Vec<u8>) {
     (sandbox, whole)
 }
 
-/// Sends the signal of this name to the program once what it has not finished yet has so many bytes; says how it ended.
+/// Sends the signal of this name to the program once what it has not finished yet has so many bytes; says how
+/// it ended.
 ///
-/// The moment follows from the program's work, whatever the speed of the machine. A program that is done before it is seen at work
-/// is run again, where that can be; that it gets away each time means that it does not work as it should.
+/// The moment follows from the program's work, whatever the speed of the machine. A program that is done
+/// before it is seen at work is run again, where that can be; that it gets away each time means that it does
+/// not work as it should.
 pub(crate) fn signal_at(sandbox: &Sandbox, args: &[&str], signal: &str, bytes: u64) -> Ended {
     const ATTEMPTS: u64 = 30;
     for attempt in 0..ATTEMPTS {

@@ -1,4 +1,5 @@
-//! `render --stats-csv`, `--stats-json` and `--dump-pools`: their names, and that their sums are those of the summary.
+//! `render --stats-csv`, `--stats-json` and `--dump-pools`: their names, and that their sums are those of the
+//! summary.
 
 use std::collections::HashMap;
 

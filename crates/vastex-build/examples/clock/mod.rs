@@ -1,4 +1,5 @@
-//! What measuring examples measure with: wall time, and the CPU time of this program, which a busy machine disturbs less.
+//! What measuring examples measure with: wall time, and the CPU time of this program, which a busy machine
+//! disturbs less.
 #![allow(dead_code, reason = "each example uses a part of it")]
 
 use std::time::Instant;
@@ -24,7 +25,8 @@ pub(crate) fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// User and system time of this program until now, in steps of 1/100 s: fields 14 and 15 of what Linux says of it.
+/// User and system time of this program until now, in steps of 1/100 s: fields 14 and 15 of what Linux says
+/// of it.
 fn cpu_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace();

@@ -69,7 +69,8 @@ pub enum BuildError {
         path: PathBuf,
         /// Bytes that the build would take.
         needed: u64,
-        /// Bytes that [`crate::BuildOptions::memory_limit`] allows, or [`crate::DecodeOptions::reader_bytes`].
+        /// Bytes that [`crate::BuildOptions::memory_limit`] allows, or
+        /// [`crate::DecodeOptions::reader_bytes`].
         limit: u64,
         /// What to do.
         remedy: &'static str,

@@ -212,8 +212,8 @@ pub(crate) struct Same {
 }
 
 /// Returns the fingerprints of all that a build reads, the mask and the insets included, with the program's
-/// version and the options that change what is made of it. Reads a sample of each file; fails if one cannot be
-/// read.
+/// version and the options that change what is made of it. Reads a sample of each file; fails if one cannot
+/// be read.
 pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<Same, BuildError> {
     let of_input = |path: &Path, files: &[PathBuf]| {
         let failed = |error: std::io::Error| BuildError::Input { path: path.into(), fault: error.into() };

@@ -81,10 +81,11 @@ pub struct BuildOptions {
     pub levels_from: LevelsFrom,
     /// Which texels of the images are without data. Coarser levels leave them out.
     pub nodata: NodataRule,
-    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without a build; one that
-    /// is missing is filtered from a finer level up to three away, else interpolated from a coarser one. Otherwise all levels
-    /// are made from level 0. For a texture of one layer of colours or other plain numbers, in a format that holds the
-    /// pyramid's texels as they are, or in blocks made of those. Colour profiles are not followed.
+    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without
+    /// a build; one that is missing is filtered from a finer level up to three away, else interpolated from a
+    /// coarser one. Otherwise all levels are made from level 0. For a texture of one layer of colours or
+    /// other plain numbers, in a format that holds the pyramid's texels as they are, or in blocks made of
+    /// those. Colour profiles are not followed.
     pub keep_levels: bool,
     /// What lies beyond the edges, in x and in y. Planet tile directories always wrap in x, even if this is
     /// [`AddressMode::Clamp`].

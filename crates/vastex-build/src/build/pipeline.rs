@@ -6,8 +6,9 @@
 //! every stage keeps the order, so the bytes do not depend on the number of threads.
 //!
 //! One thread of the pool, the cutter, drives it. It hands tiles out in portions, which the others encode,
-//! and goes on making levels meanwhile; where it would have to wait it encodes too ([`attend`]). What is appended next is
-//! a promise: the queue to the writer holds them in the order of writing, whichever is kept first.
+//! and goes on making levels meanwhile; where it would have to wait it encodes too ([`attend`]). What is
+//! appended next is a promise: the queue to the writer holds them in the order of writing, whichever is kept
+//! first.
 
 use std::collections::VecDeque;
 use std::convert::Infallible;

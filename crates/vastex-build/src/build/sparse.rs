@@ -46,9 +46,9 @@ pub(crate) fn select(
 
 /// Decides page by page, children before their parents.
 pub(crate) struct Selection {
-    /// The pages that may have tiles; nothing where all may.
+    /// The pages that may have tiles; `None` if all may.
     allowed: Option<PageSet>,
-    /// The pages that have a descendant with a tile; nothing where transparency does not matter.
+    /// The pages that have a descendant with a tile; `None` if transparency does not matter.
     needed: Option<PageSet>,
 }
 

@@ -14,8 +14,9 @@ const END: u64 = 1 << 20;
 /// Files of one image of which the ends are read.
 const MOST_READ: usize = 64;
 
-/// The name of the container of an image, the same for as long as no file of it changes: of the fingerprint of a
-/// build, which has lengths, times and a sample of all files and of a mask, of where the files lie and of their ends.
+/// The name of the container of an image, the same for as long as no file of it changes: of the fingerprint
+/// of a build, which has lengths, times and a sample of all files and of a mask, of where the files lie and
+/// of their ends.
 pub(super) fn of(image: &Path, layers: &[OpenLayer], options: &BuildOptions) -> Result<String, BuildError> {
     let mut hash = XxHash3_128::new();
     let same = build::fingerprint_of(layers, options)?;

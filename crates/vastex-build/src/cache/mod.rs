@@ -3,17 +3,19 @@
 //!
 //! The contract:
 //!
-//! - **The image as it is now.** A container belongs to the image's files: their places, lengths and times and
-//!   a sample of their bytes (of the first 64 files the first and the last MiB, too), with the build's options
-//!   and the version of Vastex. An image that changes while it is built is an error, and nothing of it stays.
+//! - **The image as it is now.** A container belongs to the image's files: their places, lengths and times
+//!   and a sample of their bytes (of the first 64 files the first and the last MiB, too), with the build's
+//!   options and the version of Vastex. An image that changes while it is built is an error, and nothing of
+//!   it stays.
 //! - **Nothing is lost.** What an interrupted build made stays, and the next one goes on with it; so it does
 //!   after a crash. Only a fault of the image itself ends that.
-//! - **Several programs** may share the directory. A lock for each image keeps them apart, `.KEY.lock`: who has
-//!   it builds, and whoever else wants the image waits. What a lock protects nobody else removes. On a file system
-//!   without locks two programs may build one image twice, and nothing unfinished is ever removed.
-//! - **The budget** bounds the containers and the unfinished builds together, before and after each build, but
-//!   for the container that is opened, which may be larger: those that were not opened for longest go. On a
-//!   full disk all others go. A program that has one open goes on reading it.
+//! - **Several programs** may share the directory. A lock for each image keeps them apart, `.KEY.lock`: who
+//!   has it builds, and whoever else wants the image waits. What a lock protects nobody else removes. On a
+//!   file system without locks two programs may build one image twice, and nothing unfinished is ever
+//!   removed.
+//! - **The budget** bounds the containers and the unfinished builds together, before and after each build,
+//!   but for the container that is opened, which may be larger: those that were not opened for longest go. On
+//!   a full disk all others go. A program that has one open goes on reading it.
 //!
 //! How a container is built is `build`'s business; which files are images, `image`'s.
 
@@ -82,9 +84,9 @@ impl BuildCache {
         BuildCache { directory: directory.into(), budget }
     }
 
-    /// The directory that the system's rules give to Vastex: `vastex` in `$XDG_CACHE_HOME`, in `%LOCALAPPDATA%`
-    /// on Windows, or else in `~/.cache`; in `~/Library/Caches` on Apple's systems. Nothing where neither is
-    /// set to an absolute path.
+    /// The directory that the system's rules give to Vastex: `vastex` in `$XDG_CACHE_HOME`, in
+    /// `%LOCALAPPDATA%` on Windows, or else in `~/.cache`; in `~/Library/Caches` on Apple's systems. `None`
+    /// if neither is set to an absolute path.
     pub fn default_directory() -> Option<PathBuf> {
         let named = |variable: &str| {
             std::env::var_os(variable).map(PathBuf::from).filter(|directory| directory.is_absolute())
@@ -104,9 +106,10 @@ impl BuildCache {
     /// The container of an image, which is built if it is not there.
     ///
     /// `options` decide what is built; their `resume` and `durable` are always on, `part`, `keep_levels` and
-    /// `insets` are not heeded. `progress` hears of the build as from [`crate::build()`], and may stop it: what is built stays.
-    /// Where the container is there, this opens the image, reads a sample of it (2 MiB of each of its first 64
-    /// files, less of each other one), and the container's index. Fails where [`crate::build()`] would.
+    /// `insets` are not heeded. `progress` hears of the build as from [`crate::build()`], and may stop it:
+    /// what is built stays. Where the container is there, this opens the image, reads a sample of it (2 MiB
+    /// of each of its first 64 files, less of each other one), and the container's index. Fails where
+    /// [`crate::build()`] would.
     pub fn open(
         &self,
         image: &Path,
@@ -138,8 +141,8 @@ impl BuildCache {
         Ok(CachedImage { container, built })
     }
 
-    /// Removes the container of an image, if it is there: one that turned out to be damaged. The next opening builds it anew. Fails where
-    /// the image cannot be opened.
+    /// Removes the container of an image, if it is there: one that turned out to be damaged. The next opening
+    /// builds it anew. Fails where the image cannot be opened.
     pub fn forget(&self, image: &Path, options: &BuildOptions) -> Result<(), CacheError> {
         let (name, _) = self.key(image, &built_with(options))?;
         room::remove(&self.directory.join(name));
@@ -221,7 +224,7 @@ fn built_with(options: &BuildOptions) -> BuildOptions {
     BuildOptions { resume: true, durable: true, part: None, keep_levels: false, insets, ..options.clone() }
 }
 
-/// The container at a place; nothing where there is none that is whole. What is no sound container, a build
+/// The container at a place; `None` if there is none that is whole. What is no sound container, a build
 /// replaces.
 fn whole(place: &Path) -> Result<Option<Container>, CacheError> {
     if !place.exists() {

@@ -1,4 +1,5 @@
-//! What a cache keeps, and what it does not: with real images, several programs as threads, and a build that is stopped.
+//! What a cache keeps, and what it does not: with real images, several programs as threads, and a build that
+//! is stopped.
 
 use std::cell::Cell;
 use std::fs;

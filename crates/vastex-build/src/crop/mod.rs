@@ -1,8 +1,8 @@
 //! A region of one level, as it is stored: from whatever can be opened to an array of NumPy, a PNG or a TIFF.
 //!
-//! Where texels come from is the business of a [`stored::Stored`], one for each kind of source; how they are written
-//! that of [`mod@write`], with a module for each format. Between them go rows, as many at a time as fit [`BAND_BYTES`].
-//! Nothing is filtered, converted or interpolated on the way.
+//! Where texels come from is the business of a [`stored::Stored`], one for each kind of source; how they are
+//! written that of [`mod@write`], with a module for each format. Between them go rows, as many at a time as
+//! fit [`BAND_BYTES`]. Nothing is filtered, converted or interpolated on the way.
 
 mod npy;
 mod of_directory;
@@ -130,10 +130,10 @@ pub struct CropSource {
 }
 
 impl CropSource {
-    /// Opens an image, a TIFF pyramid or a tile directory. Of a TIFF file, samples are what it stores, in whatever
-    /// position; levels are those that it stores, counted by how many times level 0 was halved. Of other images
-    /// only level 0 can be had, upright, and rows before the region are decoded too. Of a tile directory the texels
-    /// have the channels that all of its tiles fit into.
+    /// Opens an image, a TIFF pyramid or a tile directory. Of a TIFF file, samples are what it stores, in
+    /// whatever position; levels are those that it stores, counted by how many times level 0 was halved. Of
+    /// other images only level 0 can be had, upright, and rows before the region are decoded too. Of a tile
+    /// directory the texels have the channels that all of its tiles fit into.
     pub fn open(path: &Path, level: u32) -> Result<CropSource, CropError> {
         let at_path = |fault| CropError::Input { path: path.into(), fault };
         let is_file = match image_in_file(path) {
@@ -154,8 +154,8 @@ impl CropSource {
         Ok(CropSource { stored, level })
     }
 
-    /// A layer of a texture, the first unless it is named; what is compressed in blocks is decoded. Where a page has
-    /// no tile, texels are those of its nearest ancestor.
+    /// A layer of a texture, the first unless it is named; what is compressed in blocks is decoded. Where a
+    /// page has no tile, texels are those of its nearest ancestor.
     pub fn of_tiles(
         tiles: Arc<dyn TileSource>,
         layer: Option<&str>,
@@ -194,8 +194,8 @@ impl CropSource {
     }
 }
 
-/// Writes a region. Memory is that of 32 MiB of rows, or one row, and of the tiles that these need. What is written
-/// before an error is of no use.
+/// Writes a region. Memory is that of 32 MiB of rows, or one row, and of the tiles that these need. What is
+/// written before an error is of no use.
 pub fn crop(
     source: &mut CropSource,
     region: CropRegion,

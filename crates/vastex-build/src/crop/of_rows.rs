@@ -1,4 +1,5 @@
-//! Regions of an image that can only be read from the top: its rows, decoded up to the last one of the region.
+//! Regions of an image that can only be read from the top: its rows, decoded up to the last one of the
+//! region.
 
 use std::path::{Path, PathBuf};
 

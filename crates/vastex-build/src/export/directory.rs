@@ -16,7 +16,7 @@ pub(super) struct NewDirectory {
     temp: PathBuf,
     target: PathBuf,
     in_place: bool,
-    /// Locked, which says that somebody is at work here; nothing where the system has no handles or no locks
+    /// Locked, which says that somebody is at work here; `None` if the system has no handles or no locks
     /// of directories.
     _lock: Option<File>,
 }

@@ -298,7 +298,7 @@ fn write_levels<'a>(
 struct Tiles<'a> {
     encoder: Encoder,
     directory: &'a NewDirectory,
-    /// The pages of the texture that have tiles; nothing where all have.
+    /// The pages of the texture that have tiles; `None` if all have.
     present: Option<(&'a Geometry, &'a PageSet)>,
 }
 

@@ -160,7 +160,7 @@ impl<R: Send + 'static> Ahead<R> {
         }
     }
 
-    /// What was made of the next piece, in the order in which they were pushed; nothing where none is left.
+    /// What was made of the next piece, in the order in which they were pushed; `None` if none is left.
     pub(super) fn next(&mut self) -> Option<R> {
         let first = self.places.front()?.clone();
         loop {

@@ -1,6 +1,6 @@
 //! The one thing that is read from EXIF data: the orientation, which `oriented` follows.
 
-/// The orientation in EXIF data that begins with its TIFF header; nothing where there is none or it makes no
+/// The orientation in EXIF data that begins with its TIFF header; `None` if there is none or it makes no
 /// sense.
 pub(super) fn orientation(exif: &[u8]) -> Option<u16> {
     let big = match exif.get(..4)? {

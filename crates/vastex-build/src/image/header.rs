@@ -24,8 +24,9 @@ pub struct ImageHeader {
     /// The least and the greatest number that the file's samples can be, where they are signed whole numbers,
     /// which rows hold as floats. A layer of whole numbers holds this range as 0 to 1.
     pub range: Option<[i64; 2]>,
-    /// The number of samples of which nothing is known, as the rows hold samples, if the file says so: a texel whose colours all have it is
-    /// without data. It may be no number (NaN), which is without data in images of floats in any case where there is such a number.
+    /// The number of samples of which nothing is known, as the rows hold samples, if the file says so: a
+    /// texel whose colours all have it is without data. It may be no number (NaN), which is without data in
+    /// images of floats in any case where there is such a number.
     pub nodata: Option<NodataValue>,
     /// The colour profile of the file, if it has one. The rows do not follow it; [`crate::in_srgb`] makes
     /// rows that do.

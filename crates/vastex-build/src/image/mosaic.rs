@@ -71,7 +71,7 @@ pub(super) struct MosaicReader {
     _open_files: OpenFiles,
 }
 
-/// Opens the mosaic that a text file describes, and looks at every piece; nothing where the text is something
+/// Opens the mosaic that a text file describes, and looks at every piece; `None` if the text is something
 /// else.
 pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
     let mut bytes = Vec::new();

@@ -26,7 +26,7 @@ pub enum Number {
 }
 
 impl Number {
-    /// Of a value of TIFF's SampleFormat and so many bits; nothing where that is not known.
+    /// Of a value of TIFF's SampleFormat and so many bits; `None` if that is not known.
     pub(crate) fn new(sample_format: u64, bits: u64) -> Option<Number> {
         const UNSIGNED: u64 = 1;
         /// Data of no stated kind, which libtiff takes for whole numbers.

@@ -15,19 +15,21 @@ pub(crate) struct Opened {
     pub(crate) files: Vec<PathBuf>,
 }
 
-/// Opens an image by its first bytes, or a tile directory by what is in it; or bands of a TIFF file, as in `landsat.tif:bands=5,4,3`. The rows are upright, and their
-/// colours as they are stored: [`crate::in_srgb`] converts them. Reads headers and lists of files and, to see
-/// whether tiles have borders, the roots of a planet.
+/// Opens an image by its first bytes, or a tile directory by what is in it; or bands of a TIFF file, as in
+/// `landsat.tif:bands=5,4,3`. The rows are upright, and their colours as they are stored: [`crate::in_srgb`]
+/// converts them. Reads headers and lists of files and, to see whether tiles have borders, the roots of a
+/// planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     open_with_files(path).map(|opened| opened.reader)
 }
 
-/// Opens a JPEG file that can be read by rows at an eighth of its size, a quarter or a half, rounded up: the smallest of them whose
-/// longer side is about `side` texels or more. `None` for every other format, for directories, and where even a half would be
-/// smaller. The rows are as [`open`] gives them out: upright, and their colours as they are stored.
+/// Opens a JPEG file that can be read by rows at an eighth of its size, a quarter or a half, rounded up: the
+/// smallest of them whose longer side is about `side` texels or more. `None` for every other format, for
+/// directories, and where even a half would be smaller. The rows are as [`open`] gives them out: upright, and
+/// their colours as they are stored.
 ///
-/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
-/// differ a little from the mean of the image's texels. Fails where [`open`] does.
+/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the
+/// whole image; they differ a little from the mean of the image's texels. Fails where [`open`] does.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     if bands_in_path(path).is_some() || !std::fs::metadata(path)?.is_file() {
         return Ok(None);

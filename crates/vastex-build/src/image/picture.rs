@@ -30,7 +30,7 @@ pub(super) fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> 
     open_as_stored(path).map(oriented::upright)
 }
 
-/// Opens an image at a share of its size, and turns it upright; nothing where that is not quicker.
+/// Opens an image at a share of its size, and turns it upright; `None` if that is not quicker.
 pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     let mut file = open_file(path)?;
     let mut magic = Vec::with_capacity(3);

@@ -81,7 +81,7 @@ fn one() -> u8 {
     1
 }
 
-/// The raw file that a path names, itself or by its description; nothing where it is no raw file.
+/// The raw file that a path names, itself or by its description; `None` if it is no raw file.
 pub(super) fn find(path: &Path) -> Option<PathBuf> {
     let is_raw = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw"));
     let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));

@@ -93,8 +93,8 @@ impl Unfinished {
 impl Drop for Unfinished {
     fn drop(&mut self) {
         if !self.is_kept {
-            // Where it was never made there is nothing to remove. A build that was killed when the texture had just got its name may have
-            // left its journal.
+            // Where it was never made there is nothing to remove. A build that was killed when the texture
+            // had just got its name may have left its journal.
             let _ = std::fs::remove_file(&self.path);
             leftovers::remove(&self.output);
         }

@@ -1,7 +1,8 @@
 //! Containers that keep the levels of a pyramid: its tiles, cut anew, rather than levels made of level 0.
 //!
-//! Pages come from the pyramid as they are shown where it lies ([`crate::source`]), batch after batch, read and encoded
-//! by the threads of a pool. So a build takes as much memory as a batch and what the source keeps, whatever the size.
+//! Pages come from the pyramid as they are shown where it lies ([`crate::source`]), batch after batch, read
+//! and encoded by the threads of a pool. So a build takes as much memory as a batch and what the source
+//! keeps, whatever the size.
 
 use std::ops::ControlFlow;
 use std::path::Path;

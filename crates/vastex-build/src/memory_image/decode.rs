@@ -18,11 +18,11 @@ const PIECES: usize = 2;
 /// How an image is decoded into memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DecodeOptions {
-    /// Bytes of the decoded image with all levels. A larger image is halved until it fits; a texel is then the mean of
-    /// four of those that it stands for.
+    /// Bytes of the decoded image with all levels. A larger image is halved until it fits; a texel is then
+    /// the mean of four of those that it stands for.
     pub image_bytes: u64,
-    /// Bytes that the image's reader may take besides, as those of progressive JPEGs and of pictures that are stored
-    /// turned do. What takes more is refused.
+    /// Bytes that the image's reader may take besides, as those of progressive JPEGs and of pictures that are
+    /// stored turned do. What takes more is refused.
     pub reader_bytes: u64,
     /// Whether the left and right edges are neighbours.
     pub wraps: bool,
@@ -48,8 +48,8 @@ pub struct Decoding {
 impl Decoding {
     /// Opens an image. Reads its header, and takes no memory for its texels yet.
     ///
-    /// Fails where [`crate::build()`] would, and with [`BuildError::Memory`] where the image's reader takes more than
-    /// [`DecodeOptions::reader_bytes`].
+    /// Fails where [`crate::build()`] would, and with [`BuildError::Memory`] where the image's reader takes
+    /// more than [`DecodeOptions::reader_bytes`].
     pub fn open(path: &Path, options: &DecodeOptions) -> Result<Decoding, BuildError> {
         let opened = open(path).map_err(|fault| BuildError::Input { path: path.into(), fault })?;
         let reader = in_srgb(opened);
@@ -72,7 +72,8 @@ impl Decoding {
         &self.image
     }
 
-    /// Decodes all of it. `progress` hears of its notices and of its rows, with 0 for what is written, and may stop it.
+    /// Decodes all of it. `progress` hears of its notices and of its rows, with 0 for what is written, and
+    /// may stop it.
     pub fn run(mut self, progress: &dyn Progress) -> Result<Arc<MemoryImage>, BuildError> {
         let header = self.reader.header().clone();
         header.notices.iter().for_each(|notice| progress.note(&self.path, notice));

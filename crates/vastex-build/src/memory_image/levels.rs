@@ -1,4 +1,5 @@
-//! The levels of an image in memory, which grow row by row: each pair of rows makes one of the next coarser level.
+//! The levels of an image in memory, which grow row by row: each pair of rows makes one of the next coarser
+//! level.
 
 use vastex_core::{Layer, LayerFormat, NodataValue};
 
@@ -54,8 +55,8 @@ impl Levels {
     /// Adds the next row of level 0, and the rows of coarser levels that it completes.
     pub(super) fn push(&mut self, row: &[u8]) {
         if self.levels[0].texels.is_empty() {
-            // At once, so that nothing is copied as they grow; the system gives memory as it is written to. Where it promises
-            // less, levels grow as rows come.
+            // At once, so that nothing is copied as they grow; the system gives memory as it is written to.
+            // Where it promises less, levels grow as rows come.
             for level in &mut self.levels {
                 let bytes = level.row_bytes(self.texel).saturating_mul(level.size[1] as usize);
                 let _ = level.texels.try_reserve_exact(bytes);
@@ -69,7 +70,8 @@ impl Levels {
             if rows % 2 == 1 && rows != height {
                 return;
             }
-            // The last of an odd number of rows is its own neighbour; that of columns has the first one beside it where they wrap.
+            // The last of an odd number of rows is its own neighbour; that of columns has the first one
+            // beside it where they wrap.
             let (bytes, wide) = (finer.row_bytes(self.texel), 2 * coarser.row_bytes(self.texel));
             let lines = [rows - 1 - u32::from(rows % 2 == 0), rows - 1].map(|row| {
                 let mut line = finer.texels[row as usize * bytes..][..bytes].to_vec();

@@ -1,9 +1,10 @@
-//! Images in main memory with all of their levels, as sources of tiles: whole, or at a half, a quarter and so on of
-//! their size; and while their rows are still coming, as far as they are there.
+//! Images in main memory with all of their levels, as sources of tiles: whole, or at a half, a quarter and so
+//! on of their size; and while their rows are still coming, as far as they are there.
 //!
 //! [`Decoding`] reads a file into one; whoever reads rows for another reason gives them to one as well
-//! ([`MemoryImage::push`]), as a program does that shows what it builds. Values are those that [`crate::build()`]
-//! stores where the image is whole. How rows become fewer is in [`reduce`], how they become levels in [`levels`].
+//! ([`MemoryImage::push`]), as a program does that shows what it builds. Values are those that
+//! [`crate::build()`] stores where the image is whole. How rows become fewer is in [`reduce`], how they
+//! become levels in [`levels`].
 
 mod decode;
 mod levels;
@@ -27,9 +28,9 @@ pub use decode::{DecodeOptions, Decoding};
 
 /// An image of one layer in memory, with all of its levels. Texels whose rows are not there yet are zero.
 ///
-/// Its level 0 is the image, or the image halved a number of times: each texel is then the mean of four of those that it
-/// stands for. A read copies a page and waits for nothing but the row that is being added. One thread adds rows, any
-/// number read.
+/// Its level 0 is the image, or the image halved a number of times: each texel is then the mean of four of
+/// those that it stands for. A read copies a page and waits for nothing but the row that is being added. One
+/// thread adds rows, any number read.
 pub struct MemoryImage {
     description: Arc<Description>,
     /// Columns and rows of the image.
@@ -49,9 +50,9 @@ impl MemoryImage {
     /// The most that an image can be halved: no image has more than 2^31 texels a side.
     const MOST_HALVINGS: u32 = 31;
 
-    /// Room for an image that is halved so many times, up to 31. The left and right edges are neighbours if `wraps`, or if
-    /// the image says so. Memory is taken as rows come: [`MemoryImage::bytes_at`] at the end. Fails where the image has too
-    /// many texels for a texture.
+    /// Room for an image that is halved so many times, up to 31. The left and right edges are neighbours if
+    /// `wraps`, or if the image says so. Memory is taken as rows come: [`MemoryImage::bytes_at`] at the end.
+    /// Fails where the image has too many texels for a texture.
     pub fn new(header: &ImageHeader, halvings: u32, wraps: bool) -> Result<MemoryImage, GeometryError> {
         let halvings = halvings.min(MemoryImage::MOST_HALVINGS);
         let [width, height] = halved(header, halvings);
@@ -96,8 +97,8 @@ impl MemoryImage {
         u64::try_from(finest + finest / 3).unwrap_or(u64::MAX)
     }
 
-    /// Adds the next rows of the image, as its reader gives them out. Rows beyond the image's last, and an incomplete row at
-    /// the end, are ignored.
+    /// Adds the next rows of the image, as its reader gives them out. Rows beyond the image's last, and an
+    /// incomplete row at the end, are ignored.
     pub fn push(&self, rows: &[u8]) {
         let mut reducer = self.reducer.lock().unwrap_or_else(PoisonError::into_inner);
         for row in rows.chunks_exact(reducer.row_bytes()) {

@@ -1,5 +1,6 @@
-//! An image's rows made fewer and shorter, as texels of the layer: of each square of texels four are taken, and their mean is
-//! what stands for all. That is cheap enough to be done beside a build, on the thread that reads.
+//! An image's rows made fewer and shorter, as texels of the layer: of each square of texels four are taken,
+//! and their mean is what stands for all. That is cheap enough to be done beside a build, on the thread that
+//! reads.
 
 use super::levels::of_color;
 use crate::image::ImageHeader;

@@ -57,7 +57,7 @@ impl Row {
         &self.block[self.bytes.clone()]
     }
 
-    /// The bytes of rows that follow one another in one block without a gap; nothing where these do not.
+    /// The bytes of rows that follow one another in one block without a gap; `None` if these do not.
     pub(crate) fn joined(rows: &[Row]) -> Option<&[u8]> {
         let follows =
             |two: &[Row]| Arc::ptr_eq(&two[0].block, &two[1].block) && two[0].bytes.end == two[1].bytes.start;

@@ -55,7 +55,7 @@ impl<'a> Schedule<'a> {
         Some(band)
     }
 
-    /// The rows of the level along a tile of a band, from the tile's first row to its last; nothing where the
+    /// The rows of the level along a tile of a band, from the tile's first row to its last; `None` if the
     /// border colour stands.
     pub(crate) fn rows(geometry: &Geometry, level: u8, band: u32) -> impl Iterator<Item = Option<u32>> {
         let (mode, height) = (geometry.address()[1], geometry.level(level).size[1]);
@@ -96,7 +96,7 @@ impl<'a> Schedule<'a> {
     }
 }
 
-/// The row inside the level that stands at `y`; nothing where the border colour does.
+/// The row inside the level that stands at `y`; `None` if the border colour does.
 pub(crate) fn row_at(mode: AddressMode, y: i64, height: u32) -> Option<u32> {
     (!is_border_color(mode, y, height)).then(|| fold(mode, y, height))
 }

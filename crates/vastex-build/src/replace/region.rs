@@ -28,7 +28,7 @@ pub(super) struct Strip {
 }
 
 /// Where `len` columns or rows of an image lie, from `at` on, in a level of `size`: across a wrapping edge
-/// they go on at 0. Nothing where they reach beyond the level, or round it onto themselves.
+/// they go on at 0. `None` if they reach beyond the level, or round it onto themselves.
 pub(super) fn strips(at: u32, len: u32, size: u32, mode: AddressMode) -> Option<Vec<Strip>> {
     let end = at.checked_add(len).filter(|_| at < size && len <= size)?;
     if end <= size {

@@ -72,9 +72,9 @@ impl Rules {
         self.shapes.iter().map(LayerShape::texel_bytes).sum::<usize>().max(1)
     }
 
-    /// The bytes that replacing takes at most with these images, and how many pieces of each are decoded ahead,
-    /// none where those would be too many bytes; an error where there are too many without them. `is_sparse`
-    /// says whether pages may lack tiles.
+    /// The bytes that replacing takes at most with these images, and how many pieces of each are decoded
+    /// ahead, none where those would be too many bytes; an error where there are too many without them.
+    /// `is_sparse` says whether pages may lack tiles.
     pub(crate) fn check_memory(
         &self,
         images: &[OpenImage<'_>],

@@ -245,7 +245,7 @@ impl Replacement<'_> {
         positions.filter(|&pos| self.before.has(pos) || made.is_some_and(|made| made.contains(pos))).collect()
     }
 
-    /// A page's tile with the new texels; nothing where it is the one that it has. `made` are pages of the
+    /// A page's tile with the new texels; `None` if it is the one that it has. `made` are pages of the
     /// level, of which some get their first tile.
     fn new_tile(
         &self,
@@ -267,7 +267,7 @@ impl Replacement<'_> {
         Ok((before.as_deref() != Some(&tile[..])).then(|| self.encoder.tile(tile)))
     }
 
-    /// A layer's part of a page's tile with the new texels; nothing where it stays as it is.
+    /// A layer's part of a page's tile with the new texels; `None` if it stays as it is.
     fn new_slice<'s>(
         &self,
         pos: PagePos,

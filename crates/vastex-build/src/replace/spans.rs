@@ -115,7 +115,7 @@ impl Axis {
         }
     }
 
-    /// The texel inside the level that `texel` stands for; nothing where the border colour stands.
+    /// The texel inside the level that `texel` stands for; `None` if the border colour stands.
     pub(super) fn inside(&self, texel: i64) -> Option<u32> {
         (!is_border_color(self.mode, texel, self.size)).then(|| fold(self.mode, texel, self.size))
     }

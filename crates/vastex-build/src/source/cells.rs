@@ -25,14 +25,15 @@ pub(super) trait Cells: Send + Sync {
     /// Texels of a cell of a level; those of the last column and row may be fewer.
     fn cell(&self, level: u32) -> [u32; 2];
 
-    /// Whether a level is made of the next finer one whenever a page of it is asked for. Its edges are clamped.
+    /// Whether a level is made of the next finer one whenever a page of it is asked for. Its edges are
+    /// clamped.
     fn is_reduced(&self, level: u32) -> bool {
         let _ = level;
         false
     }
 
-    /// Copies `size` texels of one cell of a level into `target`, whose rows are `stride` bytes apart. The level
-    /// is not reduced, and `first` its texel of the upper left corner.
+    /// Copies `size` texels of one cell of a level into `target`, whose rows are `stride` bytes apart. The
+    /// level is not reduced, and `first` its texel of the upper left corner.
     fn copy(
         &self,
         level: u32,
@@ -58,7 +59,8 @@ struct Run {
     len: u32,
 }
 
-/// A rectangle of a level that is not reduced, which may reach beyond its edges: rows of texels without padding.
+/// A rectangle of a level that is not reduced, which may reach beyond its edges: rows of texels without
+/// padding.
 pub(super) fn rectangle(
     cells: &(impl Cells + ?Sized),
     address: [AddressMode; 2],

@@ -121,7 +121,7 @@ impl TileSource for DirectorySource {
         None
     }
 
-    /// Goes by the names, sizes and times of all files, which are looked up at every call. Nothing where one
+    /// Goes by the names, sizes and times of all files, which are looked up at every call. `None` if one
     /// cannot be.
     fn identity(&self) -> Option<SourceKey> {
         identity(&self.directory).ok()

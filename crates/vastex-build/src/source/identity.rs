@@ -1,4 +1,5 @@
-//! What says that the files of a directory, or one file, are those that another run read: names, sizes and times.
+//! What says that the files of a directory, or one file, are those that another run read: names, sizes and
+//! times.
 //!
 //! No file is opened. A file that is overwritten with as many bytes within one tick of the file system's
 //! clock stays unnoticed, as it does to every program that goes by times.

@@ -1,5 +1,6 @@
-//! Texels of a level from those of an ancestor level, by bilinear interpolation of what is stored. Texels without data are left out: where
-//! the nearest of the four is one, so is what is made; else what is made is of the others.
+//! Texels of a level from those of an ancestor level, by bilinear interpolation of what is stored. Texels
+//! without data are left out: where the nearest of the four is one, so is what is made; else what is made is
+//! of the others.
 
 use crate::image::PixelFormat;
 use crate::texels::missing::{Missing, number as value, store};
@@ -68,7 +69,8 @@ pub(super) fn fill(
     }
 }
 
-/// A texel among four of which some are without data: `beside` and `below` say how far it lies from the first column and row.
+/// A texel among four of which some are without data: `beside` and `below` say how far it lies from the first
+/// column and row.
 fn fill_around(to: &mut [u8], four: [&[u8]; 4], [beside, below]: [f32; 2], missing: Missing) {
     let nearest = usize::from(beside >= 0.5) + 2 * usize::from(below >= 0.5);
     if missing.is(four[nearest]) {

@@ -28,8 +28,8 @@ impl<K: Clone + PartialEq, V> Kept<K, V> {
         Kept { capacity, slots: Mutex::default() }
     }
 
-    /// The cell of a name, which `decode` makes where it is not there. One that cannot be decoded is forgotten,
-    /// so that the next one who asks tries again.
+    /// The cell of a name, which `decode` makes where it is not there. One that cannot be decoded is
+    /// forgotten, so that the next one who asks tries again.
     pub(super) fn load(
         &self,
         name: &K,

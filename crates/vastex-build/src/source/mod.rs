@@ -1,8 +1,9 @@
-//! What others wrote, shown where it lies: tile directories and TIFF pyramids as sources of tiles, without a build.
+//! What others wrote, shown where it lies: tile directories and TIFF pyramids as sources of tiles, without a
+//! build.
 //!
-//! Both are [`cells`] on levels; [`pages`] puts pages and borders together from them and makes the levels that are
-//! missing. What a directory is, its layout's module of `image/grids` says ([`directory`]); which images of a TIFF
-//! file are levels, `image/tiff/file` ([`pyramid`]). What is kept decoded is in [`kept`].
+//! Both are [`cells`] on levels; [`pages`] puts pages and borders together from them and makes the levels
+//! that are missing. What a directory is, its layout's module of `image/grids` says ([`directory`]); which
+//! images of a TIFF file are levels, `image/tiff/file` ([`pyramid`]). What is kept decoded is in [`kept`].
 
 mod cells;
 mod directory;

@@ -1,9 +1,9 @@
-//! The pages of a source whose levels are read in cells: borders from the cells that lie around a page, levels
-//! that the source lacks from those that it has.
+//! The pages of a source whose levels are read in cells: borders from the cells that lie around a page,
+//! levels that the source lacks from those that it has.
 //!
-//! Pages and cells need not have the same size. Levels that are coarser than the coarsest cells are filtered when
-//! the source is opened, and kept; a finer one that is missing is filtered page by page. Which levels there are is
-//! [`Cells`]' business.
+//! Pages and cells need not have the same size. Levels that are coarser than the coarsest cells are filtered
+//! when the source is opened, and kept; a finer one that is missing is filtered page by page. Which levels
+//! there are is [`Cells`]' business.
 
 use std::sync::Arc;
 
@@ -190,8 +190,8 @@ impl<C: Cells> Pages<C> {
         texels
     }
 
-    /// A rectangle of a level that is filtered from the next finer one: the part within the level, and what lies
-    /// beyond its edges as the address modes say.
+    /// A rectangle of a level that is filtered from the next finer one: the part within the level, and what
+    /// lies beyond its edges as the address modes say.
     fn reduced(&self, level: u32, origin: [i64; 2], size: [u32; 2]) -> Result<Vec<u8>, InputFault> {
         let of_level = self.level_size(level);
         let is_inside = |axis: usize| {
@@ -224,8 +224,8 @@ impl<C: Cells> Pages<C> {
         Ok(texels)
     }
 
-    /// The same of one that reaches beyond an edge whose other side is seen there: line by line along that axis, each where it
-    /// lies within the level. Only borders reach there.
+    /// The same of one that reaches beyond an edge whose other side is seen there: line by line along that
+    /// axis, each where it lies within the level. Only borders reach there.
     fn reduced_across(
         &self,
         level: u32,

@@ -1,8 +1,9 @@
 //! TIFF pyramids as sources of tiles: any page of any level, straight from the file's own tiles.
 //!
-//! Vastex's levels halve. One that the file has not, as where each is a quarter of the one before, is filtered from
-//! the next finer one whenever a page of it is asked for, if that is at most [`MOST_REDUCED`] levels away, and else
-//! interpolated from the next coarser one. Levels that are coarser than the file's coarsest are made at opening.
+//! Vastex's levels halve. One that the file has not, as where each is a quarter of the one before, is
+//! filtered from the next finer one whenever a page of it is asked for, if that is at most [`MOST_REDUCED`]
+//! levels away, and else interpolated from the next coarser one. Levels that are coarser than the file's
+//! coarsest are made at opening.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,21 +21,22 @@ use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid};
 use crate::image::{InputFault, Notice, PixelFormat, Profile, TiffAbout};
 use crate::texels::missing::Missing;
 
-/// Levels by which one that is missing may be coarser than what it is filtered from, whenever a page of it is asked
-/// for: a page reads 4^3 as many texels.
+/// Levels by which one that is missing may be coarser than what it is filtered from, whenever a page of it is
+/// asked for: a page reads 4^3 as many texels.
 const MOST_REDUCED: u32 = 3;
 /// Bytes of a strip or tile, decoded, of which some are kept.
 const MOST_CHUNK_BYTES: u64 = 64 << 20;
 /// Texels of the coarsest level that are read at opening to make coarser ones.
 const MOST_COARSEST_TEXELS: u64 = 1 << 26;
 
-/// The tiles of a TIFF file, as pages of 128 or 256 texels: a Cloud Optimized GeoTIFF, an OME-TIFF, a pyramid of
-/// libvips or maketx, an SVS file of Aperio, or any tiled TIFF that is small enough to go without levels.
+/// The tiles of a TIFF file, as pages of 128 or 256 texels: a Cloud Optimized GeoTIFF, an OME-TIFF, a pyramid
+/// of libvips or maketx, an SVS file of Aperio, or any tiled TIFF that is small enough to go without levels.
 ///
-/// Level 0 is the file's first image. Values are those that `vastex build` stores of it, but colours stay as they
-/// are stored where the file has a colour profile. A tile that cannot be decoded is an error of the pages that need
-/// it, and is tried again when they are asked for again. Any number of threads read and decode at once. Holds up to
-/// 64 MiB of decoded tiles, or four tiles, and, in full, the levels that are coarser than the file's.
+/// Level 0 is the file's first image. Values are those that `vastex build` stores of it, but colours stay as
+/// they are stored where the file has a colour profile. A tile that cannot be decoded is an error of the
+/// pages that need it, and is tried again when they are asked for again. Any number of threads read and
+/// decode at once. Holds up to 64 MiB of decoded tiles, or four tiles, and, in full, the levels that are
+/// coarser than the file's.
 pub struct TiffSource {
     identity: Option<SourceKey>,
     pages: Pages<Levels>,
@@ -58,8 +60,8 @@ pub struct TiffLevel {
 }
 
 impl TiffSource {
-    /// Opens a file, or another image of one by its name ([`TiffOther::name`]), as in `slide.svs:label`. Reads its directories and, where
-    /// they do not go down to one texel, its coarsest level.
+    /// Opens a file, or another image of one by its name ([`TiffOther::name`]), as in `slide.svs:label`.
+    /// Reads its directories and, where they do not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
         TiffSource::open_as(path.as_ref(), &Shape::default())
     }
@@ -103,7 +105,8 @@ impl TiffSource {
         &self.others
     }
 
-    /// The bands that are shown, counted from 1: one, or those that are red, green and blue, and perhaps alpha.
+    /// The bands that are shown, counted from 1: one, or those that are red, green and blue, and perhaps
+    /// alpha.
     pub fn shown_bands(&self) -> Vec<u16> {
         let first = self.pages.cells.first();
         let picked = first.and_then(|image| image.shown_bands());
@@ -159,7 +162,7 @@ impl TileSource for TiffSource {
         None
     }
 
-    /// Goes by the file's name, size and time when it was opened. Nothing where they could not be looked up.
+    /// Goes by the file's name, size and time when it was opened. `None` if they could not be looked up.
     fn identity(&self) -> Option<SourceKey> {
         self.identity
     }
@@ -185,8 +188,8 @@ impl TileSource for TiffSource {
         None
     }
 
-    /// Tiles are read again, wherever the region lies. Where they lie in the file stays as it was when that was
-    /// opened, and so do the levels that it lacks.
+    /// Tiles are read again, wherever the region lies. Where they lie in the file stays as it was when that
+    /// was opened, and so do the levels that it lacks.
     fn changed(&self, _: &vastex_core::Region) {
         self.pages.cells.kept.forget();
     }

@@ -72,7 +72,7 @@ pub(crate) struct Conversion {
     /// Not compressed.
     layer: LayerFormat,
     curve: Curve,
-    /// The range of numbers that becomes 0 to 1; nothing where it is 0 to 1 already, or the layer holds them
+    /// The range of numbers that becomes 0 to 1; `None` if it is 0 to 1 already, or the layer holds them
     /// as they are.
     range: Option<[i64; 2]>,
     /// Whether the image has alpha and the layer keeps none.
@@ -80,7 +80,7 @@ pub(crate) struct Conversion {
 }
 
 impl Conversion {
-    /// To the texels from which a layer of `format` is made; nothing where the image has too many channels
+    /// To the texels from which a layer of `format` is made; `None` if the image has too many channels
     /// for it, or too few. `is_color` false takes numbers that are no colours as they are.
     pub(crate) fn new(header: &ImageHeader, format: LayerFormat, is_color: bool) -> Option<Conversion> {
         is_possible(header.format, format).then(|| Conversion::to(header, format, is_color))
@@ -120,8 +120,8 @@ impl Conversion {
             && image.chunks_exact(self.image.texel_bytes()).any(|texel| !texel.ends_with(sample.one()))
     }
 
-    /// The value by which the layer stores texels of the image that have the number `value`, which stands for no data; nothing where no
-    /// sample of the image can be that number.
+    /// The value by which the layer stores texels of the image that have the number `value`, which stands for
+    /// no data; `None` if no sample of the image can be that number.
     pub(crate) fn nodata(&self, value: NodataValue) -> Option<NodataValue> {
         let (value, sample) = (value.value(), self.image.sample());
         let value = match sample {

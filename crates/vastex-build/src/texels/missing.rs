@@ -1,7 +1,8 @@
-//! Which texels are without data, in rows of images and of layers: those whose colours all have one value, and among floats those that
-//! are no numbers.
+//! Which texels are without data, in rows of images and of layers: those whose colours all have one value,
+//! and among floats those that are no numbers.
 //!
-//! What has data and comes out as that value when it is mixed or converted is moved by the least that the format can tell.
+//! What has data and comes out as that value when it is mixed or converted is moved by the least that the
+//! format can tell.
 
 use half::f16;
 use vastex_core::{LayerFormat, NodataValue};

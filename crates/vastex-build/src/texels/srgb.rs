@@ -1,6 +1,6 @@
-//! The transfer curve of sRGB for whatever prepares data: `linear_from_srgb` decodes a colour as it is stored into
-//! the light that it stands for, `srgb_from_linear` encodes. No other file of this crate computes it; sampling on
-//! the CPU has its own (`vastex-wgpu`, `twins/sample.rs`).
+//! The transfer curve of sRGB for whatever prepares data: `linear_from_srgb` decodes a colour as it is stored
+//! into the light that it stands for, `srgb_from_linear` encodes. No other file of this crate computes it;
+//! sampling on the CPU has its own (`vastex-wgpu`, `twins/sample.rs`).
 //!
 //! Floats go through [`linear_from_srgb`] and [`srgb_from_linear`], which take 65,536 steps of either and
 //! give a float. Whole numbers go through [`SRGB`], whose light has 16 bits. Both round as they always did:

@@ -3,8 +3,8 @@
 //! - Integers stand for 0 to 1; every value comes back as it was. Values outside become the nearest end.
 //! - sRGB-encoded channels come as they are stored or as light, of which 16 bits are kept; alpha is never
 //!   encoded.
-//! - Floats stand for themselves, those of 16 bits exactly. NaN counts as 0, infinity as the largest number of
-//!   the format, so that one bad texel does not spread over a level; neither is ever made.
+//! - Floats stand for themselves, those of 16 bits exactly. NaN counts as 0, infinity as the largest number
+//!   of the format, so that one bad texel does not spread over a level; neither is ever made.
 
 use half::f16;
 use vastex_core::LayerFormat;

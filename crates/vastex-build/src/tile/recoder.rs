@@ -19,7 +19,8 @@ pub(crate) struct Recoder<'a> {
 }
 
 impl<'a> Recoder<'a> {
-    /// From tiles of `source` to those of the encoder's texture, which differs in the blocks of its layers at most.
+    /// From tiles of `source` to those of the encoder's texture, which differs in the blocks of its layers at
+    /// most.
     pub(crate) fn new(encoder: &'a TileEncoder, source: &'a Description) -> Recoder<'a> {
         let texture = encoder.description();
         let geometries = texture.layers.iter().map(|layer| texture.geometry.of_layer(layer.scale)).collect();

@@ -1,4 +1,5 @@
-//! Files that are no images, broken images and impossible options: a message that helps, and nothing left behind.
+//! Files that are no images, broken images and impossible options: a message that helps, and nothing left
+//! behind.
 
 use std::cell::Cell;
 use std::ops::ControlFlow;
@@ -13,7 +14,8 @@ use vastex_build::{BuildError, BuildOptions, Progress, build};
 
 const SIZE: [u32; 2] = [300, 200];
 
-/// Builds `name` in a directory of its own; says the error, which names the file, and that nothing else is there.
+/// Builds `name` in a directory of its own; says the error, which names the file, and that nothing else is
+/// there.
 #[track_caller]
 fn error_of(name: &str, bytes: &[u8], options: &BuildOptions) -> String {
     let dir = tempfile::tempdir().unwrap();
@@ -114,7 +116,8 @@ fn truncated_images_name_the_row() {
     assert!(error.contains("truncated: it ends near row 80 of 200"), "{error}");
 }
 
-/// The decoder finds out after the header, deep in its own code, and unwinds from there: again and again, in many threads.
+/// The decoder finds out after the header, deep in its own code, and unwinds from there: again and again, in
+/// many threads.
 #[test]
 fn jpeg_that_names_no_table() {
     let mut bytes = good_jpeg();

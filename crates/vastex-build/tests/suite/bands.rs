@@ -1,4 +1,5 @@
-//! TIFF files of more bands than a picture has: some of them are shown, built and cut out, exactly as they are stored.
+//! TIFF files of more bands than a picture has: some of them are shown, built and cut out, exactly as they
+//! are stored.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +20,8 @@ fn value(band: u16, x: u32, y: u32) -> u16 {
     (u32::from(band) * 9000 + x * 31 + y * 7) as u16
 }
 
-/// A TIFF file of seven bands of 16 bits, in strips of 16 rows: side by side or in planes, with names of two of them.
+/// A TIFF file of seven bands of 16 bits, in strips of 16 rows: side by side or in planes, with names of two
+/// of them.
 fn tiff(path: &Path, is_planar: bool) {
     let names = "<GDALMetadata><Item name=\"DESCRIPTION\" sample=\"0\" role=\"description\">coastal</Item>\
                  <Item name=\"OTHER\" sample=\"1\">no name</Item>\

@@ -1,5 +1,5 @@
-//! Small files that claim much: refused when they are opened or before anything is allocated for them, with a remedy that
-//! suits them; and what is known to cost much is told before it is done.
+//! Small files that claim much: refused when they are opened or before anything is allocated for them, with a
+//! remedy that suits them; and what is known to cost much is told before it is done.
 
 use std::cell::RefCell;
 use std::ops::ControlFlow;

@@ -307,7 +307,8 @@ fn profiles_for_other_things_are_told() {
     }
 }
 
-/// Cut off anywhere, or with any bytes replaced: it is converted by what is left, or told of, and never worse.
+/// Cut off anywhere, or with any bytes replaced: it is converted by what is left, or told of, and never
+/// worse.
 #[test]
 fn profiles_that_are_cut_off_or_nonsense() {
     let sound = rgb_profile("Adobe", ADOBE_GAMMA, ADOBE_RGB);

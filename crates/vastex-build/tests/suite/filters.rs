@@ -1,4 +1,5 @@
-//! Every kernel, meaning and address mode against the slow way in 64-bit floats, each level from the one that it is made of.
+//! Every kernel, meaning and address mode against the slow way in 64-bit floats, each level from the one that
+//! it is made of.
 
 use std::collections::BTreeMap;
 
@@ -64,8 +65,8 @@ fn levels(description: &Description, tiles: &[(PagePos, Vec<u8>)]) -> Vec<Level>
     (0..=geometry.coarsest()).map(level).collect()
 }
 
-/// Weights for a factor, from the texel `first` before the factor times the index on. Written down anew, as docs/format.md
-/// does.
+/// Weights for a factor, from the texel `first` before the factor times the index on. Written down anew, as
+/// docs/format.md does.
 pub(crate) fn weights(kernel: Kernel, factor: i64) -> (i64, Vec<f64>) {
     let sinc = |x: f64| (std::f64::consts::PI * x).sin() / (std::f64::consts::PI * x);
     let bessel = |x: f64| {
@@ -163,8 +164,8 @@ fn mixed(filter: LayerFilter, is_srgb: bool, around: &[(f64, Vec<f64>)]) -> Opti
     })
 }
 
-/// What texel `i` of a level is made of along one axis: each texel of the finer level, nothing for the border colour, with
-/// its weight.
+/// What texel `i` of a level is made of along one axis: each texel of the finer level, nothing for the border
+/// colour, with its weight.
 fn parts(
     mode: AddressMode,
     size: u32,
@@ -237,8 +238,8 @@ fn check_levels(path: &std::path::Path, filter: LayerFilter) {
                 let Some(expected) = mixed(filter, format.is_srgb(), &around) else { continue };
                 for (found, expected) in coarse.at(address, [x, y]).iter().zip(expected) {
                     let off = (found - expected.clamp(0.0, 1.0)).abs() * steps;
-                    // Light has 16 bits, and colour the least weight of 2^-20: both show where alpha is faint.
-                    // Sums of a hundred 32-bit floats are off by hundredths of a step of 16 bits.
+                    // Light has 16 bits, and colour the least weight of 2^-20: both show where alpha is
+                    // faint. Sums of a hundred 32-bit floats are off by hundredths of a step of 16 bits.
                     let most = match filter.meaning {
                         Meaning::LinearColor => 0.6,
                         _ if steps > 255.0 => 0.53,

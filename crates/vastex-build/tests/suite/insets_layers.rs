@@ -1,5 +1,5 @@
-//! Insets into textures of several layers, of layers compressed in blocks and across wrapping edges; and builds with insets
-//! that are interrupted.
+//! Insets into textures of several layers, of layers compressed in blocks and across wrapping edges; and
+//! builds with insets that are interrupted.
 
 use std::cell::Cell;
 use std::ops::ControlFlow;

@@ -22,7 +22,8 @@ fn linear(v: f64) -> f64 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The parts of a tile that are shown, as texel numbers: for the tail its boxes, else everything inside the level.
+/// The parts of a tile that are shown, as texel numbers: for the tail its boxes, else everything inside the
+/// level.
 fn shown(description: &Description, pos: PagePos) -> Vec<usize> {
     let geometry = &description.geometry;
     let (tile, border) = (geometry.tile(), geometry.border());

@@ -1,4 +1,5 @@
-//! The integration tests of the preparing part, in one program: images in, containers and tile directories out.
+//! The integration tests of the preparing part, in one program: images in, containers and tile directories
+//! out.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 mod bad_input;

@@ -1,4 +1,5 @@
-//! Images in memory: the same tiles as those of a container, whole, as they grow, and at a share of their size.
+//! Images in memory: the same tiles as those of a container, whole, as they grow, and at a share of their
+//! size.
 
 use std::ops::ControlFlow;
 use std::path::Path;

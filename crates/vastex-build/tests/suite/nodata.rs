@@ -1,5 +1,6 @@
-//! Texels without data: left out of coarser levels by every filter, against the slow way in 64-bit floats; and everywhere in the same way,
-//! if a file is built, read where it lies, decoded into memory, or replaced in part.
+//! Texels without data: left out of coarser levels by every filter, against the slow way in 64-bit floats;
+//! and everywhere in the same way, if a file is built, read where it lies, decoded into memory, or replaced
+//! in part.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

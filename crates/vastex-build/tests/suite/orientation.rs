@@ -15,7 +15,8 @@ fn png(size: [u32; 2], color: ColorType, depth: BitDepth, data: &[u8], orientati
     crate::common::files::png_with_chunk(&std::fs::read(file.path()).unwrap(), b"eXIf", &exif(orientation))
 }
 
-/// Where the texel in a stored row and column is seen, in EXIF's words: what side the first row is, and the first column.
+/// Where the texel in a stored row and column is seen, in EXIF's words: what side the first row is, and the
+/// first column.
 fn place(orientation: u8, [row, column]: [usize; 2], [width, height]: [usize; 2]) -> [usize; 2] {
     let (right, bottom) = (width - 1, height - 1);
     match orientation {

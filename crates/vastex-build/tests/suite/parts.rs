@@ -1,4 +1,5 @@
-//! Parts made one by one and joined give the very bytes of one build; what does not belong together is refused.
+//! Parts made one by one and joined give the very bytes of one build; what does not belong together is
+//! refused.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};

@@ -266,7 +266,8 @@ fn few_bytes_before_the_end_of_a_jpeg_are_stray_and_more_are_damage() {
     }
 }
 
-/// Nothing can tell of every flipped bit, as JPEG has no checksums. But no note says that a picture is whole which is not.
+/// Nothing can tell of every flipped bit, as JPEG has no checksums. But no note says that a picture is whole
+/// which is not.
 #[test]
 fn what_is_told_of_a_jpeg_with_a_flipped_bit_is_that_it_may_be_damaged() {
     for progressive in [false, true] {

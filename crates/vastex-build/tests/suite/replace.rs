@@ -166,7 +166,8 @@ fn only_pages_that_show_the_region_are_written() {
     };
     GREY.write(&part, [8, 8], &[7; 64]);
     let tiles = |mode, at| replace(&built(mode), at, &[&part], &options(), &()).unwrap().updated.tiles;
-    // One page of each of 5 levels, and the tail; at a corner of four pages, four of each level that has so many.
+    // One page of each of 5 levels, and the tail; at a corner of four pages, four of each level that has so
+    // many.
     assert_eq!(tiles(Clamp, [24, 24]), 5 + 1);
     assert_eq!(tiles(Clamp, [508, 508]), 4 * 4 + 1 + 1);
     // At the corner of the texture, those at the other sides too.

@@ -118,7 +118,8 @@ fn plain(images: &[Image]) -> Vec<Image> {
     images.iter().map(|image| Image { format: format(image), ..image.clone() }).collect()
 }
 
-/// How near the texels of a layer are to those of another container, over all pages finer than the tail, in dB.
+/// How near the texels of a layer are to those of another container, over all pages finer than the tail, in
+/// dB.
 fn psnr(number: usize, of: &(Description, Vec<(PagePos, Vec<u8>)>), plain: &Path) -> f64 {
     let ((description, tiles), (plain_description, plain)) = (of, crate::common::tiles(plain));
     let (mut sum, mut count) = (0.0, 0usize);

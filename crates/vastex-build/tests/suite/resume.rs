@@ -1,4 +1,5 @@
-//! A build that was interrupted anywhere, any number of times, whatever became of what it left, ends in the same bytes.
+//! A build that was interrupted anywhere, any number of times, whatever became of what it left, ends in the
+//! same bytes.
 
 use std::cell::Cell;
 use std::fs;

@@ -1,5 +1,5 @@
-//! A build that goes on, and parts that are joined, are of one and the same input, whatever files it is made of; and no file of
-//! an input is the output.
+//! A build that goes on, and parts that are joined, are of one and the same input, whatever files it is made
+//! of; and no file of an input is the output.
 
 use std::fs;
 use std::ops::ControlFlow;
@@ -76,7 +76,8 @@ fn options() -> BuildOptions {
     BuildOptions { page: 64, threads: 1, ..BuildOptions::default() }
 }
 
-/// Interrupts a build of `input`, changes a file, and expects that nobody goes on; and that it does when all is as it was.
+/// Interrupts a build of `input`, changes a file, and expects that nobody goes on; and that it does when all
+/// is as it was.
 #[track_caller]
 fn expect_told(sandbox: &Sandbox, input: &LayerInput, options: &BuildOptions, file: &str, change: &dyn Fn()) {
     let (kept, output) = (sandbox.keep(file), sandbox.at("out.vastex"));

@@ -1,4 +1,5 @@
-//! Builds that leave pages out: by a mask, where everything is transparent, and where a tile directory has no tiles.
+//! Builds that leave pages out: by a mask, where everything is transparent, and where a tile directory has no
+//! tiles.
 
 use std::path::Path;
 

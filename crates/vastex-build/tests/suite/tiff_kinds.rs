@@ -1,4 +1,5 @@
-//! TIFF files of signed numbers, with channels in planes, with colours multiplied by alpha, and such as claim too much.
+//! TIFF files of signed numbers, with channels in planes, with colours multiplied by alpha, and such as claim
+//! too much.
 
 use vastex_build::{Notice, PixelFormat, Sample, open};
 

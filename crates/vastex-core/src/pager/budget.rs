@@ -1,5 +1,6 @@
 //! The upload budget: a token bucket, so that uploads are even and a budget below one tile still gets there.
-//! And fair shares: whose turn it is where several pools share a budget, of uploads or of loads; a tie goes to the pool of the lower number.
+//! And fair shares: whose turn it is where several pools share a budget, of uploads or of loads; a tie goes
+//! to the pool of the lower number.
 
 /// Limits uploaded bytes: over any `n` frames at most `n * budget + max(one tile, 4 * budget)`.
 ///
@@ -24,8 +25,8 @@ impl UploadBucket {
         UploadBucket { per_frame, capacity, tokens: capacity }
     }
 
-    /// Another number of bytes a frame from the next frame on, for tiles of at most `tile_bytes`. What is left
-    /// in the bucket stays, as far as the new bucket holds it.
+    /// Another number of bytes a frame from the next frame on, for tiles of at most `tile_bytes`. What is
+    /// left in the bucket stays, as far as the new bucket holds it.
     pub(crate) fn set_per_frame(&mut self, per_frame: u64, tile_bytes: u64) {
         let tokens = self.tokens;
         *self = UploadBucket::new(per_frame, tile_bytes);

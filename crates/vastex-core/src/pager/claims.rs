@@ -1,5 +1,5 @@
-//! Who claims pages against what is out of view, and until when: prefetches and pins (tickets), and predictions. How often each page
-//! is claimed the residency counts (`residency/claimed`).
+//! Who claims pages against what is out of view, and until when: prefetches and pins (tickets), and
+//! predictions. How often each page is claimed the residency counts (`residency/claimed`).
 
 #[cfg(feature = "checks")]
 use rustc_hash::FxHashMap;

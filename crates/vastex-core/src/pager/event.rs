@@ -41,7 +41,8 @@ pub enum Event {
         /// Bytes that it has.
         bytes: u64,
     },
-    /// The bind groups that read a pool are others than before: whoever keeps one, or a render bundle that names it, makes that anew.
+    /// The bind groups that read a pool are others than before: whoever keeps one, or a render bundle that
+    /// names it, makes that anew.
     BindGroupsChanged {
         /// The pool.
         pool: PoolId,

@@ -69,13 +69,13 @@ pub struct Budgets {
 
 /// Decides what is loaded, what is evicted and how coarse the picture is, for the textures of all pools.
 ///
-/// Each frame: [`Pager::begin_frame`]; [`Pager::observe`] for the feedback that has arrived; the loader's results
-/// ([`Pager::tile_ready`], [`Pager::tile_failed`], [`Pager::tile_cancelled`]); then, until each returns `None`,
-/// [`Pager::poll_cancel`], [`Pager::poll_rerank`] and [`Pager::poll_request`] for the loader,
-/// [`Pager::poll_upload`] for the GPU with [`Pager::take_table_changes`] after it, and [`Pager::poll_event`] for
-/// the application. It never calls back, and nothing that it does can fail once a texture is in: too little
-/// memory makes the picture coarser. A frame allocates nothing in the steady state (docs/bench-decide.md has
-/// the times).
+/// Each frame: [`Pager::begin_frame`]; [`Pager::observe`] for the feedback that has arrived; the loader's
+/// results ([`Pager::tile_ready`], [`Pager::tile_failed`], [`Pager::tile_cancelled`]); then, until each
+/// returns `None`, [`Pager::poll_cancel`], [`Pager::poll_rerank`] and [`Pager::poll_request`] for the loader,
+/// [`Pager::poll_upload`] for the GPU with [`Pager::take_table_changes`] after it, and [`Pager::poll_event`]
+/// for the application. It never calls back, and nothing that it does can fail once a texture is in: too
+/// little memory makes the picture coarser. A frame allocates nothing in the steady state
+/// (docs/bench-decide.md has the times).
 #[derive(Debug)]
 pub struct Pager {
     budgets: Budgets,

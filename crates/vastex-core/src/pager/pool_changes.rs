@@ -46,8 +46,8 @@ impl Pager {
         }
     }
 
-    /// Sets the budgets that all pools share, from the next frame on. What is with the loader beyond a smaller
-    /// one comes all the same, and nothing else is asked for until it has.
+    /// Sets the budgets that all pools share, from the next frame on. What is with the loader beyond a
+    /// smaller one comes all the same, and nothing else is asked for until it has.
     pub fn set_budgets(&mut self, budgets: Budgets) {
         let tile_bytes = self.pools().map(|pager| pager.residency.tile_bytes()).max().unwrap_or(0);
         self.bucket.set_per_frame(budgets.upload_bytes_per_frame, tile_bytes);

@@ -1,8 +1,8 @@
 //! Which of two missing pages is loaded first. `load_order` keeps the list that is sorted by it.
 //!
-//! First comes what is at most two levels finer than what is on screen, so that a view that has nothing better
-//! sharpens step by step; then what is further ahead. Within each, by the pixels that would gain times the
-//! levels that they would gain; among equals the coarser page, then the one nearest the centre of what is
+//! First comes what is at most two levels finer than what is on screen, so that a view that has nothing
+//! better sharpens step by step; then what is further ahead. Within each, by the pixels that would gain times
+//! the levels that they would gain; among equals the coarser page, then the one nearest the centre of what is
 //! wanted. It is an order, never a wait: a free loader takes the next best.
 
 use rustc_hash::FxHashMap;

@@ -54,9 +54,9 @@ impl Pager {
     /// Loads what a view wants, at the mip bias in force for each pool and with the ancestors, as
     /// [`Pager::prefetch`] does a region: one ticket for each texture of which there are pages to load.
     ///
-    /// Fails where a pool could never hold its part, and then asks for nothing. What is wanted of textures that
-    /// there are not is left out. Costs a visit of each page and of its ancestors now, and in each frame while the
-    /// tickets are open.
+    /// Fails where a pool could never hold its part, and then asks for nothing. What is wanted of textures
+    /// that there are not is left out. Costs a visit of each page and of its ancestors now, and in each frame
+    /// while the tickets are open.
     pub fn prefetch_view(&mut self, feedback: &Feedback, urgency: Urgency) -> Result<Vec<Ticket>, AskError> {
         self.with_members(feedback, |pager, wanted| {
             let parts: Vec<_> =
@@ -79,8 +79,8 @@ impl Pager {
         self.owner_of(texture)?.ask(Ask::Pin, texture, region)
     }
 
-    /// Cancels a prefetch, or unpins. Returns true if the ticket was open. What has been loaded stays until its
-    /// slot is needed.
+    /// Cancels a prefetch, or unpins. Returns true if the ticket was open. What has been loaded stays until
+    /// its slot is needed.
     pub fn release(&mut self, ticket: Ticket) -> bool {
         self.pool_mut(ticket.pool()).is_some_and(|pager| pager.release(ticket))
     }
@@ -178,8 +178,8 @@ impl PoolPager {
         Ok(parts.map(|part| (part[0].texture(), part.to_vec())).collect())
     }
 
-    /// Calls `act` with each page that a view wants at the bias in force, and its ancestors, but for tails; with a page
-    /// as often as it is wanted, and the pixels.
+    /// Calls `act` with each page that a view wants at the bias in force, and its ancestors, but for tails;
+    /// with a page as often as it is wanted, and the pixels.
     fn for_pages_of_view(&self, feedback: &Feedback, mut act: impl FnMut(PageId, u32)) {
         let bias = self.bias_eighths();
         for wanted in feedback.pages.iter().filter(|wanted| self.textures.contains(wanted.page)) {

@@ -1,5 +1,5 @@
-//! What a ticket is, and when it ends: a prefetch of pages that an application will need, or a pin of pages that
-//! must stay.
+//! What a ticket is, and when it ends: a prefetch of pages that an application will need, or a pin of pages
+//! that must stay.
 //!
 //! | asked for | loaded | holds its pages | ends |
 //! |---|---|---|---|
@@ -7,8 +7,8 @@
 //! | pin | with what is in view, which it is counted as | against everything, at every mip bias | `Released` |
 //!
 //! With a page come its ancestors, so that a page which comes into view is not alone. A page that could not
-//! be had counts as answered. In which order tickets are served is decided in `explicit_plan`, which pages they
-//! hold in `claims`.
+//! be had counts as answered. In which order tickets are served is decided in `explicit_plan`, which pages
+//! they hold in `claims`.
 
 use rustc_hash::FxHashMap;
 use std::collections::{BTreeMap, VecDeque};

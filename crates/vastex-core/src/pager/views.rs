@@ -65,8 +65,8 @@ impl Pager {
         self.views.has(view)
     }
 
-    /// Removes a view: what only it wanted is out of view. Returns true if there was one; the main view stays.
-    /// Feedback of a view that there is no more is dropped.
+    /// Removes a view: what only it wanted is out of view. Returns true if there was one; the main view
+    /// stays. Feedback of a view that there is no more is dropped.
     pub fn remove_view(&mut self, view: ViewId) -> bool {
         let before = self.views.all.len();
         self.views.all.retain(|(known, _)| *known != view || view == ViewId::MAIN);
@@ -104,8 +104,9 @@ impl Pager {
     }
 
     /// Whether a view has been seen for a whole jitter cycle of its own since it last jumped, and all that it
-    /// wanted in that is resident at the bias in force, or could not be had; whatever other views want. Not for a
-    /// view that there is not, nor where there is no pool. Costs a visit of each page of the working sets.
+    /// wanted in that is resident at the bias in force, or could not be had; whatever other views want. Not
+    /// for a view that there is not, nor where there is no pool. Costs a visit of each page of the working
+    /// sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
         !self.pools.is_empty() && self.pools().all(|pager| pager.has_all_of(view))
     }

@@ -1,4 +1,5 @@
-//! How often each page is claimed against what is out of view. Who claims it, and until when, is the pager's business (`pager/claims`).
+//! How often each page is claimed against what is out of view. Who claims it, and until when, is the pager's
+//! business (`pager/claims`).
 
 use rustc_hash::{FxHashMap, FxHashSet};
 

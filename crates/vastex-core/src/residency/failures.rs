@@ -2,9 +2,9 @@
 //!
 //! A page that could not be had is tried again with back-off, so its record stays when the page leaves the
 //! view; otherwise a camera that sways would ask a dead source in each frame. It is forgotten when it was
-//! neither in view nor claimed when twice its last back-off has passed since the failure, and sooner where there are more such
-//! pages than [`MOST`]: a flight over a source that has died leaves no more behind. What is forgotten begins
-//! anew: the next failure is the first, and is reported.
+//! neither in view nor claimed when twice its last back-off has passed since the failure, and sooner where
+//! there are more such pages than [`MOST`]: a flight over a source that has died leaves no more behind. What
+//! is forgotten begins anew: the next failure is the first, and is reported.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

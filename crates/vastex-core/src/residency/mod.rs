@@ -20,17 +20,18 @@
 //! A page that has failed goes back to `Failed` where another would become `Absent`, so that its failures are
 //! not forgotten until a load succeeds, or it is out of view for long (`failures`).
 //!
-//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted while it is in the
-//! working set at the bias in force, nor while a descendant of it is resident; a tail never. Since the working set contains the
-//! ancestors of its pages and never fills the pool where the bias is solved, there is a page out of view; one that may not go yet
-//! is waited for. Pages of one content share a load and a slot (`slots`); that has one more holder with each, and is free when
-//! the last is evicted.
+//! A slot is chosen only when the bytes are here, so a load that fails leaks nothing. A page is not evicted
+//! while it is in the working set at the bias in force, nor while a descendant of it is resident; a tail
+//! never. Since the working set contains the ancestors of its pages and never fills the pool where the bias
+//! is solved, there is a page out of view; one that may not go yet is waited for. Pages of one content share
+//! a load and a slot (`slots`); that has one more holder with each, and is free when the last is evicted.
 //!
 //! A texture that is removed takes its pages with it, whatever their state; only what the loader has stays
 //! `Loading`, called off and unwanted, until that answers.
 //!
 //! The pager decides which pages are wanted and in which order; `victims` chooses the page that gives up its
-//! slot. This file makes the moves and counts them. To *call off* a load is to tell the loader that its tile has no use any more.
+//! slot. This file makes the moves and counts them. To *call off* a load is to tell the loader that its tile
+//! has no use any more.
 
 #[cfg(feature = "checks")]
 mod checks;
@@ -79,8 +80,8 @@ use crate::texture::textures::Textures;
 /// Frames within which a tile loaded again after its eviction counts as reloaded.
 const RELOAD_FRAMES: u64 = 60;
 
-/// Loads called off at once for which there is room from the start: that is seldom exceeded, so frames allocate
-/// nothing for more of them.
+/// Loads called off at once for which there is room from the start: that is seldom exceeded, so frames
+/// allocate nothing for more of them.
 const CANCELS: usize = 64;
 
 /// The state of a page, as an application sees it.

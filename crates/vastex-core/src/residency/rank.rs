@@ -1,9 +1,10 @@
 //! Ranks: where a load belongs in the loader's queue.
 //!
-//! A rank is the place of a page in the order of loading, within the band of what it is for. A record keeps the class of the rank
-//! that the loader was given. The loader gets a new rank at once when the band changes, for better or worse, and within a band
-//! when the class of the place improves. The classes are the places 0, 1, 2 to 3, 4 to 7 and so on, so that a load gets another
-//! rank a few times at most, however often the order is made anew.
+//! A rank is the place of a page in the order of loading, within the band of what it is for. A record keeps
+//! the class of the rank that the loader was given. The loader gets a new rank at once when the band changes,
+//! for better or worse, and within a band when the class of the place improves. The classes are the places 0,
+//! 1, 2 to 3, 4 to 7 and so on, so that a load gets another rank a few times at most, however often the order
+//! is made anew.
 
 /// Bits of a rank that are the place; those above are the band.
 const PLACE_BITS: u32 = 32;

@@ -53,7 +53,8 @@ pub struct Stats {
     pub waited_frames: u64,
     /// Feedback pixels of the last jitter cycle.
     pub pixels: u64,
-    /// Feedback pixels of the last jitter cycle whose wanted page, at mip bias 0, was resident when the newest feedback came; a tail always is.
+    /// Feedback pixels of the last jitter cycle whose wanted page, at mip bias 0, was resident when the
+    /// newest feedback came; a tail always is.
     pub pixels_at_wanted: u64,
     /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over
     /// the pixels.

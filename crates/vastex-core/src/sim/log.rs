@@ -1,7 +1,8 @@
 //! What a world's pager decided and told, as lines of text: for records that are compared over versions.
 //!
-//! The form of the lines stays whatever types and fields are called. A page is `texture:level/x,y`, with `,z` in volumes. Where a load
-//! stands among those that wait is said by its place in their order, since ranks themselves are numbers without meaning.
+//! The form of the lines stays whatever types and fields are called. A page is `texture:level/x,y`, with `,z`
+//! in volumes. Where a load stands among those that wait is said by its place in their order, since ranks
+//! themselves are numbers without meaning.
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Write};

@@ -30,7 +30,8 @@ pub struct PoolEstimate {
     pub in_view: u64,
     /// Pages in view with their ancestors: a quarter as many on each coarser level, a third more in all.
     pub with_ancestors: u64,
-    /// Slots for pages in view and their ancestors, with head room: a bias falls again only where the set fits 80 % of the slots.
+    /// Slots for pages in view and their ancestors, with head room: a bias falls again only where the set
+    /// fits 80 % of the slots.
     pub slots: u64,
     /// Bytes of a tile, all layers and the border.
     pub tile_bytes: u64,

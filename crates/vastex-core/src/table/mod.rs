@@ -62,7 +62,8 @@ impl TableEntry {
     }
 }
 
-/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTextureTable`] where that would be too large.
+/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTextureTable`] where that would be too
+/// large.
 pub trait PageTable: std::fmt::Debug {
     /// The entry of a page: the slot and level of the finest resident page that covers it.
     fn lookup(&self, pos: PagePos) -> TableEntry;

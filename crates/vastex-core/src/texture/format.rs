@@ -180,8 +180,8 @@ pub struct Layer {
     /// as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever the
     /// filter, and tiles do not fade in.
     pub is_mixable: bool,
-    /// The value of texels of which nothing is known, if there is one. Levels leave such texels out; who draws the layer should neither
-    /// draw them nor blend them with others.
+    /// The value of texels of which nothing is known, if there is one. Levels leave such texels out; who
+    /// draws the layer should neither draw them nor blend them with others.
     pub nodata: Option<NodataValue>,
 }
 

@@ -3,9 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-/// The value that stands for "nothing is known here" in a layer, as texels store it: 0 to 255 or 65,535 of whole numbers, else a number
-/// of a 32-bit float, infinite ones included. A texel is without data where all of its colours have the value. In layers of floats what is
-/// no number (NaN) is without data, too, and the value may be NaN itself.
+/// The value that stands for "nothing is known here" in a layer, as texels store it: 0 to 255 or 65,535 of
+/// whole numbers, else a number of a 32-bit float, infinite ones included. A texel is without data where all
+/// of its colours have the value. In layers of floats what is no number (NaN) is without data, too, and the
+/// value may be NaN itself.
 ///
 /// As a text it is the number, or `nan`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -1,9 +1,10 @@
-//! How the pages of a texture are numbered where something is kept for each of them: page tables, sets of pages, what pages
-//! have in common, the indexes of containers.
+//! How the pages of a texture are numbered where something is kept for each of them: page tables, sets of
+//! pages, what pages have in common, the indexes of containers.
 //!
-//! Pages are counted level after level and row by row, in one of two orders. An *entry* counts from the finest level on and
-//! leaves the tail out: shaders find a level by its first entry. A *number* counts in the order of [`Geometry::pages`]: the
-//! tail is 0, and the finest level comes last. What is kept for a page is the business of whoever keeps it.
+//! Pages are counted level after level and row by row, in one of two orders. An *entry* counts from the
+//! finest level on and leaves the tail out: shaders find a level by its first entry. A *number* counts in the
+//! order of [`Geometry::pages`]: the tail is 0, and the finest level comes last. What is kept for a page is
+//! the business of whoever keeps it.
 
 use crate::texture::geometry::Geometry;
 use crate::texture::page::PagePos;

@@ -64,8 +64,9 @@ impl Geometry {
         Box3 { origin: border.map(|b| -i64::from(b)), size: std::array::from_fn(|a| size[a] + 2 * border[a]) }
     }
 
-    /// The boxes of texels that the tile of a page holds, borders included: the level, the box in it, and where the box
-    /// begins in the tile. A page finer than the tail has one box, the tail one for each of its levels.
+    /// The boxes of texels that the tile of a page holds, borders included: the level, the box in it, and
+    /// where the box begins in the tile. A page finer than the tail has one box, the tail one for each of its
+    /// levels.
     pub fn tile_boxes(&self, pos: PagePos) -> impl Iterator<Item = (u8, Box3, [u32; 3])> + '_ {
         let is_tail = self.is_tail(pos);
         let levels = if is_tail { pos.level..=self.coarsest() } else { pos.level..=pos.level };

@@ -379,8 +379,8 @@ fn add_at_random(
     }
 }
 
-/// Crowds that are played where nothing says how many. Faults were found by crowds 554 to 5870 of campaigns, each of which
-/// is a test of its own below; the first hundreds are there for what is broken anew.
+/// Crowds that are played where nothing says how many. Faults were found by crowds 554 to 5870 of campaigns,
+/// each of which is a test of its own below; the first hundreds are there for what is broken anew.
 const CROWDS: u64 = 200;
 
 /// Where a search for a crowd that does not hold goes on.

@@ -76,8 +76,8 @@ fn texels(n: usize, len: usize, rng: &mut Rng) -> Vec<u8> {
     texels
 }
 
-/// Containers of every codec, format, address mode and shape, aligned ones, one that lacks pages, a volume, and one that was
-/// changed in place.
+/// Containers of every codec, format, address mode and shape, aligned ones, one that lacks pages, a volume,
+/// and one that was changed in place.
 pub(crate) fn containers() -> Result<Vec<Vec<u8>>> {
     use LayerFormat::*;
     let codecs = [Compression::None, Compression::Lz4, Compression::Zstd(1)];
@@ -114,7 +114,8 @@ fn replaced() -> Result<Vec<u8>> {
     Ok(fs::read(at("c.vastex"))?)
 }
 
-/// What is exported: a layer of every depth, in blocks and not, whole and with pages missing, and one that was changed.
+/// What is exported: a layer of every depth, in blocks and not, whole and with pages missing, and one that
+/// was changed.
 pub(crate) fn exports() -> Result<Vec<Vec<u8>>> {
     use LayerFormat::*;
     let wide = |kind: Kind| Kind { spec: GeometrySpec { size: [32, 16, 1], ..kind.spec }, ..kind };

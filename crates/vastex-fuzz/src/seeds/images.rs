@@ -20,8 +20,8 @@ pub(crate) fn images() -> Result<Vec<Vec<u8>>> {
     Ok(all)
 }
 
-/// Of every kind that can say what its colours are. They are apart since converting colours takes a hundred times as long as all
-/// else that is done with so small an image.
+/// Of every kind that can say what its colours are. They are apart since converting colours takes a hundred
+/// times as long as all else that is done with so small an image.
 pub(crate) fn profiles() -> Result<Vec<Vec<u8>>> {
     let (profile, rgb) = (profile()?, jpeg(SIZE, 3, false)?);
     let icc = [&b"p3\0\0"[..], &zlib(&profile)].concat();

@@ -1,4 +1,5 @@
-//! Sound inputs to start from, small and made here: containers, parts, images and tile directories of every kind that is read.
+//! Sound inputs to start from, small and made here: containers, parts, images and tile directories of every
+//! kind that is read.
 //!
 //! The modules `images`, `jpeg` and `tiffs` make by hand what the encoders do not write.
 

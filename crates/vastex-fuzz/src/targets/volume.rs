@@ -1,4 +1,5 @@
-//! Volumes: a directory of Zarr, and each file that looks like a volume. What opens must count its bricks and read, or say why not.
+//! Volumes: a directory of Zarr, and each file that looks like a volume. What opens must count its bricks and
+//! read, or say why not.
 
 use std::path::Path;
 

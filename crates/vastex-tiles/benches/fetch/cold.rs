@@ -1,8 +1,8 @@
 //! Tiles from a cold disk, by a loader: direct reads beside buffered ones, with so many reads at once.
 //!
-//! Buffered reads take a thread each of those that the loader is told to have; of direct ones the container says how many there may
-//! be, to a loader with its usual threads. `VASTEX_CONTAINER` names a container to read instead of the one that is made; its tiles
-//! must be aligned.
+//! Buffered reads take a thread each of those that the loader is told to have; of direct ones the container
+//! says how many there may be, to a loader with its usual threads. `VASTEX_CONTAINER` names a container to
+//! read instead of the one that is made; its tiles must be aligned.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,8 @@
 //! What fetching a tile costs beside what cannot be avoided: a bare positioned read, and a bare decoder.
 //!
-//! `cargo xtask bench fetch`. The two sides take turns, so that a noisy machine slows both; ratios are medians
-//! over the turns. Where there are direct reads, they are measured beside buffered ones from a cold disk, too.
+//! `cargo xtask bench fetch`. The two sides take turns, so that a noisy machine slows both; ratios are
+//! medians over the turns. Where there are direct reads, they are measured beside buffered ones from a cold
+//! disk, too.
 
 #![allow(clippy::print_stdout, clippy::unwrap_used, reason = "a benchmark")]
 

@@ -1,10 +1,10 @@
 //! Lanes: the sources that share a limit of reads, their requests, and how they have answered.
 //!
-//! A lane may have so many reads at once. It is *silent* when so many have gone overdue since it last answered, when so many that
-//! are overdue have not returned, or, while the loader is crowded, when one such read has not. The requests of a silent lane fail
-//! at once, so that they keep nothing from others. One read at a time tries whether the lane answers again: after a pause of a
-//! second, and twice as long after each such read in vain, up to about a minute. Any read that answers, however late, ends the
-//! silence.
+//! A lane may have so many reads at once. It is *silent* when so many have gone overdue since it last
+//! answered, when so many that are overdue have not returned, or, while the loader is crowded, when one such
+//! read has not. The requests of a silent lane fail at once, so that they keep nothing from others. One read
+//! at a time tries whether the lane answers again: after a pause of a second, and twice as long after each
+//! such read in vain, up to about a minute. Any read that answers, however late, ends the silence.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

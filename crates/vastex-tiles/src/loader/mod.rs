@@ -38,8 +38,8 @@ pub struct LoaderSettings {
     /// Reads that may be at work at once, at least 1, each on a thread. A read that suspends, or takes more
     /// than a quarter of a second, gives its place to another read, up to `reads_at_once` of its source; a
     /// read of a source whose reads block ([`TileSource::blocks`]) takes no place. While 256 reads are
-    /// without a place, each source has its part of 256 reads under way, one at least, or more where it answers
-    /// before its reads give their places. Has no effect where there are no threads.
+    /// without a place, each source has its part of 256 reads under way, one at least, or more where it
+    /// answers before its reads give their places. Has no effect where there are no threads.
     pub threads: usize,
     /// Reads of one source that may be under way at once, at least 1 and at least as many as there are
     /// threads. The limit of a source that has one ([`TileSource::read_limit`]) takes precedence.

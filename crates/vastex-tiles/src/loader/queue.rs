@@ -24,7 +24,8 @@ use super::{LoadError, Loaded, LoaderSettings};
 use crate::sources::TileSource;
 
 /// A source that comes in the place of others whose reads have not come back may begin a read while less than
-/// so many times the reads of one source have not. Beyond that it is tried with one read after a pause, which doubles.
+/// so many times the reads of one source have not. Beyond that it is tried with one read after a pause, which
+/// doubles.
 const TRIALS: usize = 2;
 
 /// Names a read that was begun; later ones have larger numbers.

@@ -1,5 +1,5 @@
-//! What turns pages into tiles: the trait of all sources, pixels in memory, sources that generate their tiles, and
-//! decorators that limit and stage the tiles of another source.
+//! What turns pages into tiles: the trait of all sources, pixels in memory, sources that generate their
+//! tiles, and decorators that limit and stage the tiles of another source.
 //!
 //! Sources that read files are the business of `container`, decorators that keep tiles that of `caches`.
 
@@ -95,9 +95,9 @@ impl SourceKey {
 /// panics on bad data: an error concerns one tile. `conformance`, in the crate `vastex-tiles`, checks an
 /// implementation.
 ///
-/// The bytes of a tile are its layers one after the other. Of each layer they are the texels of the boxes that
-/// [`Geometry::tile_boxes`](vastex_core::Geometry::tile_boxes) names for the page, borders included, row by
-/// row; of a layer of lower resolution, in its own texels.
+/// The bytes of a tile are its layers one after the other. Of each layer they are the texels of the boxes
+/// that [`Geometry::tile_boxes`](vastex_core::Geometry::tile_boxes) names for the page, borders included, row
+/// by row; of a layer of lower resolution, in its own texels.
 pub trait TileSource: MaybeSend + MaybeSync {
     /// The texture that the source holds. The same at every call.
     fn description(&self) -> &Arc<Description>;

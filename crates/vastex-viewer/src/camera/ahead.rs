@@ -26,8 +26,8 @@ impl Ahead {
 }
 
 impl Pose {
-    /// The pose in so many frames of a camera that had the poses `before` in the two last frames, the older one first, and goes on at the
-    /// same speed, turning and approaching as it did.
+    /// The pose in so many frames of a camera that had the poses `before` in the two last frames, the older
+    /// one first, and goes on at the same speed, turning and approaching as it did.
     pub fn expected(self, before: &[Pose; 2], frames: f64) -> Pose {
         let [Some(first), Some(second), Some(now)] = [before[0], before[1], self].map(place) else {
             return self;

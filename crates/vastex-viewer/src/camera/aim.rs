@@ -18,7 +18,8 @@ impl Aim {
     /// Straight down, north upwards.
     pub const DOWN: Aim = Aim { heading: 0.0, tilt: 0.0 };
 
-    /// In a direction clockwise from north, so far from straight down, both in radians: the nearest to it that a camera can have.
+    /// In a direction clockwise from north, so far from straight down, both in radians: the nearest to it
+    /// that a camera can have.
     pub fn new(heading: f64, tilt: f64) -> Aim {
         Aim { heading: heading.rem_euclid(std::f64::consts::TAU), tilt: tilt.clamp(0.0, MOST_TILT) }
     }
@@ -33,7 +34,8 @@ impl Aim {
         self.tilt
     }
 
-    /// Directions to the right, upwards in the picture and ahead, as columns: each by its parts to the east, to the north and upwards.
+    /// Directions to the right, upwards in the picture and ahead, as columns: each by its parts to the east,
+    /// to the north and upwards.
     pub(crate) fn local_from_view(self) -> DMat3 {
         let ((sin_heading, cos_heading), (sin_tilt, cos_tilt)) =
             (self.heading.sin_cos(), self.tilt.sin_cos());

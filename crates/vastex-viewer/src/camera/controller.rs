@@ -1,4 +1,5 @@
-//! Moves a camera, and keeps what f64 rounds away of each step for the next, so that many small steps end where their sum says.
+//! Moves a camera, and keeps what f64 rounds away of each step for the next, so that many small steps end
+//! where their sum says.
 
 use glam::DVec2;
 
@@ -12,7 +13,8 @@ pub enum Move {
     Drag(DVec2),
     /// The pointer took hold of a place, in view heights from the middle, and is at another one.
     Grab(DVec2, DVec2),
-    /// Turned to the right and tilted towards the horizon round the point in the middle of the view, in radians; not an image.
+    /// Turned to the right and tilted towards the horizon round the point in the middle of the view, in
+    /// radians; not an image.
     Orbit(DVec2),
     /// Looking straight down, north upwards; over a plane, north.
     Upright,
@@ -25,7 +27,8 @@ pub enum Move {
         /// Whether it is top and bottom.
         is_vertical: bool,
     },
-    /// Two fingers: dragged, then zoomed in by a factor towards a point, in view heights, the point from the middle.
+    /// Two fingers: dragged, then zoomed in by a factor towards a point, in view heights, the point from the
+    /// middle.
     Pinch(DVec2, f64, DVec2),
     /// Walked by a step and zoomed by a factor.
     Walk(DVec2, f64),
@@ -78,9 +81,10 @@ impl Controller {
         }
     }
 
-    /// Shows an image with so many pixels a texel, towards a point of a view of `view` pixels, in view heights from the middle; `image`
-    /// has the image's texels. At whole numbers and their reciprocals texels begin where pixels do, so that none is blended with
-    /// its neighbours. Does nothing in scenes with perspective.
+    /// Shows an image with so many pixels a texel, towards a point of a view of `view` pixels, in view
+    /// heights from the middle; `image` has the image's texels. At whole numbers and their reciprocals texels
+    /// begin where pixels do, so that none is blended with its neighbours. Does nothing in scenes with
+    /// perspective.
     pub fn magnify(&mut self, magnification: f64, point: DVec2, view: [u32; 2], image: [u32; 2]) {
         let Some(before) = self.pose.magnification(view, image) else { return };
         let aspect = |[width, height]: [u32; 2]| f64::from(width.max(1)) / f64::from(height.max(1));
@@ -106,8 +110,8 @@ impl Controller {
         }
     }
 
-    /// Brings what is seen at a place of the view to another one. Where no ground is there, or it cannot be brought there, the view is
-    /// dragged by as much.
+    /// Brings what is seen at a place of the view to another one. Where no ground is there, or it cannot be
+    /// brought there, the view is dragged by as much.
     fn grab(&mut self, from: DVec2, to: DVec2, aspects: Aspects) {
         let held = self.pose.ground_at(from).and_then(|ground| self.pose.seeing(ground.place, to));
         match held {

@@ -1,4 +1,5 @@
-//! The ground that a camera sees at a place of its view, without heights, and the camera that sees a point of it at another place. In f64.
+//! The ground that a camera sees at a place of its view, without heights, and the camera that sees a point of
+//! it at another place. In f64.
 //!
 //! Places of the view are told in view heights from its middle, x to the right and y downwards, as moves are.
 
@@ -13,8 +14,8 @@ fn view_ray(point: DVec2) -> DVec3 {
     DVec3::new(point.x * tangent, -point.y * tangent, 1.0)
 }
 
-/// The point of the unit sphere that a camera sees so high above it, from the one below the camera: to the east, to the north and upwards,
-/// and how far along the ray it is. Nothing beside the sphere.
+/// The point of the unit sphere that a camera sees so high above it, from the one below the camera: to the
+/// east, to the north and upwards, and how far along the ray it is. Nothing beside the sphere.
 fn on_sphere(altitude: f64, aim: Aim, point: DVec2) -> Option<(DVec3, f64)> {
     let ray = (aim.local_from_view() * view_ray(point)).normalize();
     // Along the ray, without a difference of large numbers that are nearly the same.
@@ -45,7 +46,7 @@ fn axes_of_plane(yaw: f64, pitch: f64) -> DMat3 {
 }
 
 impl Pose {
-    /// The point of the ground that is seen at a place of the view; nothing where none is, and of an image.
+    /// The point of the ground that is seen at a place of the view; `None` if none is, and of an image.
     pub(super) fn ground_at(&self, point: DVec2) -> Option<GroundPoint> {
         match *self {
             Pose::Image { .. } => None,
@@ -64,8 +65,8 @@ impl Pose {
         }
     }
 
-    /// The camera that looks in the same direction from the same height and sees a point of the ground at a place of the view. Nothing
-    /// where there is none.
+    /// The camera that looks in the same direction from the same height and sees a point of the ground at a
+    /// place of the view. Nothing where there is none.
     pub(super) fn seeing(self, ground: DVec3, point: DVec2) -> Option<Pose> {
         match self {
             Pose::Image { .. } => None,
@@ -101,8 +102,9 @@ impl Pose {
         }
     }
 
-    /// The camera turned to the right by `turn` and tilted towards the horizon by `tilt`, in radians, round the point in the middle of the
-    /// view, which stays where it is; round itself where no ground is there. An image is not turned so.
+    /// The camera turned to the right by `turn` and tilted towards the horizon by `tilt`, in radians, round
+    /// the point in the middle of the view, which stays where it is; round itself where no ground is there.
+    /// An image is not turned so.
     #[must_use]
     pub fn orbited(self, turn: f64, tilt: f64) -> Pose {
         let middle = self.ground_at(DVec2::ZERO);
@@ -134,8 +136,8 @@ impl Pose {
         }
     }
 
-    /// The camera that looks straight down, north upwards, on the point in the middle of its view, from as far as before; on a plane it
-    /// looks north, as steeply as before.
+    /// The camera that looks straight down, north upwards, on the point in the middle of its view, from as
+    /// far as before; on a plane it looks north, as steeply as before.
     #[must_use]
     pub fn uprighted(self) -> Pose {
         match self {

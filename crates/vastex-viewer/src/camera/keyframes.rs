@@ -9,10 +9,11 @@
 //! 4    image:x=6120.5,y=1310,zoom=24,turn=90
 //! ```
 //!
-//! The first line says what it is. A line `fps N` says how many pictures a second has (30 where none says so). Every other line has a time in
-//! seconds, later than that of the line before, and where the camera is then, as [`Pose::to_text`] writes it; all of them in one scene.
-//! Between two of them the camera goes smoothly, and passes through each; it never goes beyond what they say, so that two alike are a rest.
-//! Zooms and heights above a globe change by even factors, and angles by the shorter way round.
+//! The first line says what it is. A line `fps N` says how many pictures a second has (30 where none says
+//! so). Every other line has a time in seconds, later than that of the line before, and where the camera is
+//! then, as [`Pose::to_text`] writes it; all of them in one scene. Between two of them the camera goes
+//! smoothly, and passes through each; it never goes beyond what they say, so that two alike are a rest. Zooms
+//! and heights above a globe change by even factors, and angles by the shorter way round.
 
 use std::f64::consts::TAU;
 
@@ -31,7 +32,8 @@ const MOST_RATE: f64 = 1000.0;
 /// The latest time, in seconds, and the most lines with a time.
 const LATEST: f64 = 86_400.0;
 const MOST_KEYS: usize = 100_000;
-/// How far what is left out of a recording may lie from where the camera was: in halves of the view's height and in angles.
+/// How far what is left out of a recording may lie from where the camera was: in halves of the view's height
+/// and in angles.
 const TOLERANCE: f64 = 0.002;
 
 /// A text is no camera path.
@@ -59,8 +61,8 @@ pub struct CameraPath {
 type Channels = [f64; 5];
 
 impl CameraPath {
-    /// A path through poses at times in seconds, with `rate` pictures a second. Nothing where there is none, where times do not grow from
-    /// 0 on, or where poses are of several scenes.
+    /// A path through poses at times in seconds, with `rate` pictures a second. `None` if there is none,
+    /// where times do not grow from 0 on, or where poses are of several scenes.
     pub fn new(rate: f64, keys: Vec<(f64, Pose)>) -> Option<CameraPath> {
         let (_, first) = keys.first()?;
         let is_of_one_kind = keys.iter().all(|(_, pose)| kind(pose) == kind(first));
@@ -205,8 +207,9 @@ impl CameraPath {
         })
     }
 
-    /// The path of a camera that was at these poses at these times in seconds, with no more places than it takes to pass
-    /// close to all of them: to a five-hundredth of the view. Where poses of another scene begin, it ends. Nothing without a pose.
+    /// The path of a camera that was at these poses at these times in seconds, with no more places than it
+    /// takes to pass close to all of them: to a five-hundredth of the view. Where poses of another scene
+    /// begin, it ends. Nothing without a pose.
     pub fn recorded(rate: f64, seen: &[(f64, Pose)]) -> Option<CameraPath> {
         let (begin, first) = seen.first()?;
         let of_one_kind = seen.iter().take_while(|(_, pose)| kind(pose) == kind(first));
@@ -322,7 +325,8 @@ fn distance(pose: &Pose, a: &Channels, b: &Channels) -> f64 {
     (0..a.len()).map(|n| (apart(n) / scales[n]).abs()).fold(0.0, f64::max)
 }
 
-/// Slopes with which curves through values go smoothly and never beyond two neighbours (after Fritsch and Butland).
+/// Slopes with which curves through values go smoothly and never beyond two neighbours (after Fritsch and
+/// Butland).
 fn slopes(times: &[f64], values: &[Channels]) -> Vec<Channels> {
     let rise = |n: usize, c: usize| (values[n + 1][c] - values[n][c]) / (times[n + 1] - times[n]);
     let slope = |n: usize, c: usize| {

@@ -15,7 +15,8 @@ impl Orientation {
     /// As it is stored.
     pub const UPRIGHT: Orientation = Orientation { degrees: 0.0, is_mirrored: false };
 
-    /// Mirrored from left to right, if so, and then turned clockwise by so many degrees; by none where that is no number.
+    /// Mirrored from left to right, if so, and then turned clockwise by so many degrees; by none where that
+    /// is no number.
     pub fn new(degrees: f64, is_mirrored: bool) -> Orientation {
         // A remainder may be rounded up to the whole.
         let within = degrees.rem_euclid(360.0);

@@ -1,7 +1,7 @@
 //! The camera paths: deterministic, so that a picture can be had again.
 //!
-//! Each is a pure function of the frame index, lasts [`Path::frames`] and then holds its last pose. `spin` and `teleport`
-//! come back to earlier views.
+//! Each is a pure function of the frame index, lasts [`Path::frames`] and then holds its last pose. `spin`
+//! and `teleport` come back to earlier views.
 
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;

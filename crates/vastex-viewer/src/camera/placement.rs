@@ -20,14 +20,14 @@ pub struct ImagePlacement {
 }
 
 impl ImagePlacement {
-    /// The place in the image that is seen at a place of the picture, in texels and pixels from their first corners. It may lie beside the
-    /// image.
+    /// The place in the image that is seen at a place of the picture, in texels and pixels from their first
+    /// corners. It may lie beside the image.
     pub fn texel(&self, pixel: DVec2) -> DVec2 {
         self.centre + self.image_from_seen * (pixel - self.middle) / self.scale
     }
 
-    /// The place of the picture at which a place in the image is seen, in pixels and texels from their first corners. It may lie beside
-    /// the picture.
+    /// The place of the picture at which a place in the image is seen, in pixels and texels from their first
+    /// corners. It may lie beside the picture.
     pub fn pixel(&self, texel: DVec2) -> DVec2 {
         self.middle + self.seen_from_image * (texel - self.centre) * self.scale
     }
@@ -37,12 +37,14 @@ impl ImagePlacement {
         self.image_from_seen * DVec2::X
     }
 
-    /// The corners of a part of the picture as places in the image, in texels, from its first corner clockwise as it is seen.
+    /// The corners of a part of the picture as places in the image, in texels, from its first corner
+    /// clockwise as it is seen.
     pub fn corners(&self, low: DVec2, high: DVec2) -> [DVec2; 4] {
         [low, DVec2::new(high.x, low.y), high, DVec2::new(low.x, high.y)].map(|pixel| self.texel(pixel))
     }
 
-    /// The least and the largest column and row of the image that [`ImagePlacement::corners`] of a part of the picture lie at, in texels.
+    /// The least and the largest column and row of the image that [`ImagePlacement::corners`] of a part of
+    /// the picture lie at, in texels.
     pub fn bounds(&self, low: DVec2, high: DVec2) -> [DVec2; 2] {
         let corners = self.corners(low, high);
         [corners.into_iter().fold(corners[0], DVec2::min), corners.into_iter().fold(corners[0], DVec2::max)]
@@ -55,7 +57,8 @@ impl ImagePlacement {
 }
 
 impl Pose {
-    /// How an image of so many texels lies in a picture of so many pixels; nothing in scenes with perspective.
+    /// How an image of so many texels lies in a picture of so many pixels; nothing in scenes with
+    /// perspective.
     pub fn placement(&self, picture: [u32; 2], image: [u32; 2]) -> Option<ImagePlacement> {
         let Pose::Image { centre, orientation, .. } = *self else { return None };
         let size = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
@@ -66,8 +69,9 @@ impl Pose {
         Some(ImagePlacement { scale, centre, middle, image_from_seen, seen_from_image })
     }
 
-    /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows all of the image goes on to
-    /// do so. `view` and `image` are width over height. Nothing changes in scenes with perspective.
+    /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows
+    /// all of the image goes on to do so. `view` and `image` are width over height. Nothing changes in scenes
+    /// with perspective.
     #[must_use]
     pub fn with_orientation(self, orientation: Orientation, view: f64, image: f64) -> Pose {
         let Pose::Image { centre, zoom, .. } = self else { return self };

@@ -21,7 +21,8 @@ pub enum Pose {
         /// How the image is turned.
         orientation: Orientation,
     },
-    /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin, or over a terrain on it.
+    /// Standing over the rectangle of 2 by 2h/w at z = 0, whose centre is the origin, or over a terrain on
+    /// it.
     Plane {
         /// Where the camera is; z from the ground below it.
         eye: DVec3,
@@ -55,12 +56,14 @@ pub(crate) const METRE: f64 = 1.0 / 6_371_000.0;
 const LATITUDE_LIMIT: f64 = std::f64::consts::FRAC_PI_2 - 1e-9;
 
 impl Pose {
-    /// Looking at an image as it is stored: the uv in the middle of the view, and how much of the view all of the image fills.
+    /// Looking at an image as it is stored: the uv in the middle of the view, and how much of the view all of
+    /// the image fills.
     pub const fn image(centre: DVec2, zoom: f64) -> Pose {
         Pose::Image { centre, zoom, orientation: Orientation::UPRIGHT }
     }
 
-    /// Over the unit sphere, looking at its centre, north up: longitude and latitude in radians, altitude in radii.
+    /// Over the unit sphere, looking at its centre, north up: longitude and latitude in radians, altitude in
+    /// radii.
     pub const fn globe(longitude: f64, latitude: f64, altitude: f64) -> Pose {
         Pose::Globe { longitude, latitude, altitude, aim: Aim::DOWN }
     }
@@ -76,8 +79,8 @@ impl Pose {
         }
     }
 
-    /// The scene that it is a pose of. Those of plane and terrain are alike, and those of globe and planet: it is that of the two which is
-    /// displayed, else the first.
+    /// The scene that it is a pose of. Those of plane and terrain are alike, and those of globe and planet:
+    /// it is that of the two which is displayed, else the first.
     pub fn scene(&self, displayed: Scene) -> Scene {
         match self {
             Pose::Image { .. } => Scene::Image,
@@ -109,8 +112,8 @@ impl Pose {
 
     /// The same where the ground below the camera is higher than the surface would be without heights.
     ///
-    /// In single precision, as the meshes are whose corners it places; what is seen so near that this would show is drawn in fixed point,
-    /// from the pose itself.
+    /// In single precision, as the meshes are whose corners it places; what is seen so near that this would
+    /// show is drawn in fixed point, from the pose itself.
     pub(crate) fn clip_from_world_over(&self, view: f64, image: f64, ground: f32) -> Mat4 {
         let (view, image) = (view as f32, image as f32);
         match *self {
@@ -161,7 +164,8 @@ impl Pose {
         }
     }
 
-    /// Pixels of a picture along a texel of level 0 of an image of so many; nothing where perspective makes them differ.
+    /// Pixels of a picture along a texel of level 0 of an image of so many; `None` if perspective makes them
+    /// differ.
     pub fn magnification(&self, picture: [u32; 2], image: [u32; 2]) -> Option<f64> {
         let Pose::Image { zoom, orientation, .. } = *self else { return None };
         // What of the image fits into the picture at a zoom of 1.
@@ -170,15 +174,17 @@ impl Pose {
         Some(zoom * fitting(0).min(fitting(1)))
     }
 
-    /// Height of the view of an image, in widths of the image; 0 in scenes with perspective. `view` and `image` are width over height.
+    /// Height of the view of an image, in widths of the image; 0 in scenes with perspective. `view` and
+    /// `image` are width over height.
     pub(super) fn view_height(&self, view: f64, image: f64) -> f64 {
         let Pose::Image { zoom, orientation, .. } = *self else { return 0.0 };
         let extent = orientation.extent(DVec2::new(1.0, 1.0 / image));
         (extent.x / view).max(extent.y) / zoom
     }
 
-    /// The nearest pose of an image in which the corner of a pixel lies on the corner of the image's first texel, or would if there were
-    /// more of the image. One that is turned by no whole quarter stays as it is.
+    /// The nearest pose of an image in which the corner of a pixel lies on the corner of the image's first
+    /// texel, or would if there were more of the image. One that is turned by no whole quarter stays as it
+    /// is.
     pub(crate) fn aligned(self, picture: [u32; 2], image: [u32; 2]) -> Pose {
         let (Pose::Image { centre, zoom, orientation }, Some(scale)) =
             (self, self.magnification(picture, image))
@@ -210,8 +216,8 @@ impl Pose {
         }
     }
 
-    /// Directions of a camera over a globe, in the world: to the right, upwards in the picture and ahead. Of other cameras those of one that
-    /// looks down.
+    /// Directions of a camera over a globe, in the world: to the right, upwards in the picture and ahead. Of
+    /// other cameras those of one that looks down.
     pub(crate) fn axes(&self) -> [DVec3; 3] {
         let Pose::Globe { longitude, latitude, aim, .. } = *self else {
             return [DVec3::X, DVec3::Y, -DVec3::Z];
@@ -220,7 +226,8 @@ impl Pose {
         [axes.x_axis, axes.y_axis, axes.z_axis]
     }
 
-    /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near, in levels.
+    /// Where the camera is, as traces say it: over which point of the surface, and the logarithm of how near,
+    /// in levels.
     pub fn place(&self) -> [f32; 3] {
         let place = match *self {
             Pose::Image { centre, zoom, .. } => [centre.x, centre.y, zoom.log2()],
@@ -300,7 +307,8 @@ impl Pose {
         }
     }
 
-    /// Looking the other way: at what lies behind, on the other side of the globe, or at the image's opposite part.
+    /// Looking the other way: at what lies behind, on the other side of the globe, or at the image's opposite
+    /// part.
     pub fn turned_round(self) -> Pose {
         match self {
             Pose::Image { centre, zoom, orientation } => {
@@ -314,12 +322,14 @@ impl Pose {
         }
     }
 
-    /// The pose after a step of `step` (x to the right, y forward, as they are seen), in units that suit the height above what is seen: of an
-    /// image in its longer side over the zoom. `image` is the image's width over its height; other scenes have no use for it.
+    /// The pose after a step of `step` (x to the right, y forward, as they are seen), in units that suit the
+    /// height above what is seen: of an image in its longer side over the zoom. `image` is the image's width
+    /// over its height; other scenes have no use for it.
     pub fn walked(self, step: DVec2, image: f64) -> Pose {
         match self {
             Pose::Image { centre, zoom, orientation } => {
-                // Steps along columns and rows are of one length in texels, and turn into shares of the width and the height after that.
+                // Steps along columns and rows are of one length in texels, and turn into shares of the width
+                // and the height after that.
                 let shares = image.max(1.0) * DVec2::new(1.0 / image, 1.0);
                 let moved =
                     centre + orientation.image_from_seen() * DVec2::new(step.x, -step.y) * shares / zoom;

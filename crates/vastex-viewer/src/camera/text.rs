@@ -1,8 +1,9 @@
-//! The text form of a pose, to be written down and found again: an image in texels, the plane in halves of its width, the globe in degrees
-//! and metres.
+//! The text form of a pose, to be written down and found again: an image in texels, the plane in halves of
+//! its width, the globe in degrees and metres.
 //!
-//! `image:x=5400.5,y=2700,zoom=12`, `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`, `globe:lon=11.5,lat=46.4,alt=1200m`. An image that is turned
-//! has `,turn=90` as well, in degrees clockwise; one whose left and right are exchanged first has `,mirror=1`.
+//! `image:x=5400.5,y=2700,zoom=12`, `plane:x=0,y=-0.45,z=0.29,yaw=0,pitch=45`,
+//! `globe:lon=11.5,lat=46.4,alt=1200m`. An image that is turned has `,turn=90` as well, in degrees clockwise;
+//! one whose left and right are exchanged first has `,mirror=1`.
 
 use glam::{DVec2, DVec3};
 
@@ -20,7 +21,7 @@ use super::pose::{METRE, Pose};
 pub struct PoseTextError {
     /// The text.
     pub text: String,
-    /// What of it cannot be read; nothing where its kind is unknown.
+    /// What of it cannot be read; `None` if its kind is unknown.
     pub place: Option<String>,
 }
 

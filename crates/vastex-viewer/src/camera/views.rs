@@ -1,4 +1,5 @@
-//! What a picture shows: one view of the scene, or two of them side by side, each a view of its own to the textures.
+//! What a picture shows: one view of the scene, or two of them side by side, each a view of its own to the
+//! textures.
 
 use glam::DVec2;
 
@@ -12,8 +13,8 @@ pub enum Views {
     One,
     /// What two eyes see, the left one's on the left.
     Stereo,
-    /// What lies ahead, and on the right what a mirror shows: what lies behind, or on the other side. It is looked at in every
-    /// fourth frame.
+    /// What lies ahead, and on the right what a mirror shows: what lies behind, or on the other side. It is
+    /// looked at in every fourth frame.
     Mirror,
 }
 

@@ -23,7 +23,7 @@ pub struct HudData {
     pub in_flight_bytes: u64,
     /// How views say what they want, and how else they could on this device.
     pub feedback: FeedbackMode,
-    /// How texels are blended; nothing where that follows the magnification. The host's.
+    /// How texels are blended; `None` if that follows the magnification. The host's.
     pub filter: Option<Filter>,
     /// What is drawn in the place of the picture, if anything is. The host's.
     pub overlay: Option<Overlay>,
@@ -46,7 +46,7 @@ pub struct HudPool {
     pub records: Vec<PoolRecord>,
     /// Frames that the graphs are wide.
     pub frames: u64,
-    /// How its mip bias is decided; nothing where there is never one.
+    /// How its mip bias is decided; `None` if there is never one.
     pub rule: Option<BiasRule>,
     /// Whether a person gave it its size. The host's.
     pub is_sized_by_hand: bool,
@@ -81,7 +81,8 @@ pub struct MachineThumbnail {
 }
 
 impl HudData {
-    /// What the textures say. What only a host knows is as it is by default. Costs a visit of every page that has a state.
+    /// What the textures say. What only a host knows is as it is by default. Costs a visit of every page that
+    /// has a state.
     pub fn of(textures: &Textures) -> HudData {
         let (inspect, stats) = (textures.inspect(), textures.stats());
         let mut records: BTreeMap<PoolId, Vec<PoolRecord>> = BTreeMap::new();

@@ -1,4 +1,5 @@
-//! A strip chart of the last frames: a few lines or bars over one another, the newest at the right, with what they are at the pointer.
+//! A strip chart of the last frames: a few lines or bars over one another, the newest at the right, with what
+//! they are at the pointer.
 
 use egui::{
     Color32, Mesh, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2,
@@ -40,14 +41,16 @@ impl Series<'_> {
     }
 }
 
-/// What the top of a graph stands for, so that all values are in it: the least of 1, 2 and 5 times a power of ten.
+/// What the top of a graph stands for, so that all values are in it: the least of 1, 2 and 5 times a power of
+/// ten.
 pub(super) fn round_top(values: impl IntoIterator<Item = f32>, least: f32) -> f32 {
     let most = values.into_iter().filter(|value| value.is_finite()).fold(least, f32::max);
     let power = 10f32.powf(most.max(f32::MIN_POSITIVE).log10().floor());
     [1.0, 2.0, 5.0, 10.0].map(|times| times * power).into_iter().find(|top| *top >= most).unwrap_or(most)
 }
 
-/// Draws a graph that is `frames` wide and so high, with what each line is now above it. `name` is for those who hear it.
+/// Draws a graph that is `frames` wide and so high, with what each line is now above it. `name` is for those
+/// who hear it.
 pub(super) fn graph(ui: &mut Ui, name: &str, height: f32, frames: u64, series: &[Series<'_>]) {
     ui.horizontal_wrapped(|ui| {
         ui.spacing_mut().item_spacing.x = 4.0;

@@ -61,7 +61,7 @@ pub(super) fn show(ui: &mut Ui, data: &HudData, changes: &mut Vec<HudChange>) {
     ui.label(RichText::new(text).small().weak());
 }
 
-/// A number of kibibytes. Says whether it was changed.
+/// A number of kibibytes. Returns true if it was changed.
 fn budget(ui: &mut Ui, name: &str, kib: &mut f64, what: &str) -> bool {
     let before = *kib;
     ui.horizontal(|ui| {

@@ -1,4 +1,5 @@
-//! Views of the machine: which is drawn in the place of the picture, small ones to click on, and why a pixel shows what it shows.
+//! Views of the machine: which is drawn in the place of the picture, small ones to click on, and why a pixel
+//! shows what it shows.
 
 use egui::{
     Color32, CursorIcon, Pos2, Rect, RichText, Role, Sense, Stroke, StrokeKind, Ui, WidgetInfo, pos2, vec2,

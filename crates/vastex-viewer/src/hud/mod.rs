@@ -1,9 +1,11 @@
-//! What the machine does, beside the picture (feature `egui`): how full each pool is and was, what would help one that is too small, how
-//! long frames take, what lies where, and why a pixel shows what it shows. Rules, budgets and sizes are changed here.
+//! What the machine does, beside the picture (feature `egui`): how full each pool is and was, what would help
+//! one that is too small, how long frames take, what lies where, and why a pixel shows what it shows. Rules,
+//! budgets and sizes are changed here.
 //!
-//! All of it is drawn by one call from plain data ([`HudData`]), which [`HudData::of`] takes from the textures and a host completes; what a
-//! person changes is given back as [`HudChange`]s for the host to carry out. Nothing here knows a window, a device or a clock, and nothing
-//! here moves by itself: where no frame is drawn, none becomes due.
+//! All of it is drawn by one call from plain data ([`HudData`]), which [`HudData::of`] takes from the
+//! textures and a host completes; what a person changes is given back as [`HudChange`]s for the host to carry
+//! out. Nothing here knows a window, a device or a clock, and nothing here moves by itself: where no frame is
+//! drawn, none becomes due.
 
 mod data;
 mod frame_times;
@@ -57,7 +59,8 @@ pub struct Hud {
 }
 
 impl Hud {
-    /// Shows the panel at the left of what is free in `ui`. Gives back what a person changed, in the order of the panel.
+    /// Shows the panel at the left of what is free in `ui`. Gives back what a person changed, in the order of
+    /// the panel.
     pub fn show(&mut self, ui: &mut Ui, data: &HudData) -> Vec<HudChange> {
         let mut changes = Vec::new();
         let fill = ui.visuals().panel_fill.gamma_multiply(0.95);

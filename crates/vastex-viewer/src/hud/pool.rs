@@ -1,4 +1,5 @@
-//! One pool: how full it is and was, what came and went, what would help where it is too small, and its size and rule.
+//! One pool: how full it is and was, what came and went, what would help where it is too small, and its size
+//! and rule.
 
 use egui::{Color32, ComboBox, DragValue, Frame, RichText, Ui};
 use vastex::BiasRule;

@@ -1,7 +1,7 @@
 //! What keys and the pointer mean: moves of the camera and other actions.
 //!
-//! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and carries the [`Action`]s
-//! out. Times are told as how long ago the host began.
+//! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and
+//! carries the [`Action`]s out. Times are told as how long ago the host began.
 
 mod controls;
 mod held;
@@ -22,13 +22,15 @@ const DOUBLE_CLICK: (Duration, f64) = (Duration::from_millis(400), 6.0);
 const ORBIT_PER_HEIGHT: f64 = 2.0;
 /// Factor of a notch of the wheel.
 const WHEEL_FACTOR: f64 = 1.25;
-/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer is let go, no faster than
-/// the second speed, and ends below the third. By friction the speed falls by so much of itself in a second.
+/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer
+/// is let go, no faster than the second speed, and ends below the third. By friction the speed falls by so
+/// much of itself in a second.
 const FASTEST_STILL: f64 = 0.15;
 const FASTEST_GLIDE: f64 = 6.0;
 const SLOWEST_GLIDE: f64 = 0.01;
 const FRICTION: f64 = 5.0;
-/// The time over which that speed is measured, at most and at least: events that waited for a frame come all at once.
+/// The time over which that speed is measured, at most and at least: events that waited for a frame come all
+/// at once.
 const MEASURED: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(50)];
 /// What a short press is worth, and the longest that one frame is worth.
 const SHORT_PRESS: Duration = Duration::from_millis(80);
@@ -121,11 +123,11 @@ pub enum Action {
     Move(Move),
     /// The first pose again.
     Reset,
-    /// The pointer, or a finger, was pressed and let go in the same place: there, in pixels from the top left of the view. Comes before a
-    /// [`Action::DoubleClick`], too.
+    /// The pointer, or a finger, was pressed and let go in the same place: there, in pixels from the top left
+    /// of the view. Comes before a [`Action::DoubleClick`], too.
     Click(DVec2),
-    /// The second of two clicks on the same place; the first came as [`Action::Click`]. A host that has no other use for it does what
-    /// [`Action::Reset`] says.
+    /// The second of two clicks on the same place; the first came as [`Action::Click`]. A host that has no
+    /// other use for it does what [`Action::Reset`] says.
     DoubleClick,
     /// Measuring, or not any more.
     Measure,
@@ -252,7 +254,8 @@ impl Input {
         self.glide = DVec2::ZERO;
     }
 
-    /// What goes on by itself since that was asked last: what keys that are held are worth, or a drag that was let go.
+    /// What goes on by itself since that was asked last: what keys that are held are worth, or a drag that
+    /// was let go.
     pub fn motion(&mut self, now: Duration) -> Option<Move> {
         if !self.is_moving() {
             return None;

@@ -18,12 +18,14 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The values of a layer that are seen at a pose: of the part of an image that is in view (of its bounds where it is turned), in other
-    /// scenes of all of it. They are of the channels that the colour map shows; what stands for no data is left out. `picture` is the size
-    /// of the view in pixels, `image` that of the image, of which the texture may have fewer texels.
+    /// The values of a layer that are seen at a pose: of the part of an image that is in view (of its bounds
+    /// where it is turned), in other scenes of all of it. They are of the channels that the colour map shows;
+    /// what stands for no data is left out. `picture` is the size of the view in pixels, `image` that of the
+    /// image, of which the texture may have fewer texels.
     ///
-    /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory. Takes 9,216 texels of what is
-    /// held for the CPU, some milliseconds. Nothing where the texture is gone, or no part of the image is in view.
+    /// Values come from a level of some 512x288 texels in view, or a coarser one where that is not in memory.
+    /// Takes 9,216 texels of what is held for the CPU, some milliseconds. `None` if the texture is gone, or
+    /// no part of the image is in view.
     pub fn of_view(
         textures: &Textures,
         (layer, color_map): (LayerId, &ColorMap),
@@ -44,7 +46,8 @@ impl Histogram {
         if low.x >= high.x || low.y >= high.y {
             return None;
         }
-        // Somewhat finer than the places and no finer: the tiles of every pixel of a large view would take longer than a frame.
+        // Somewhat finer than the places and no finer: the tiles of every pixel of a large view would take
+        // longer than a frame.
         let texels_a_place = (high - low) * texels / size(PLACES);
         let level = (texels_a_place / 4.0).min_element().log2().floor().clamp(0.0, 31.0) as u8;
         let mut sampler = textures.cpu().sampler(layer)?;
@@ -80,13 +83,13 @@ impl Histogram {
         self.channels.len()
     }
 
-    /// The least and the largest value of all channels; nothing where there is no value.
+    /// The least and the largest value of all channels; `None` if there is no value.
     pub fn extent(&self) -> Option<[f32; 2]> {
         self.between(0.0, 1.0)
     }
 
-    /// The values below which these shares of a channel's values lie, of 0 to 1: of all channels the least of the first, and the largest
-    /// of the second. Nothing where there is no value.
+    /// The values below which these shares of a channel's values lie, of 0 to 1: of all channels the least of
+    /// the first, and the largest of the second. `None` if there is no value.
     pub fn between(&self, low: f64, high: f64) -> Option<[f32; 2]> {
         let at = |values: &Vec<f32>, share: f64| {
             let last = values.len().checked_sub(1)?;
@@ -97,7 +100,8 @@ impl Histogram {
         Some([lows.min_by(f32::total_cmp)?, highs.max_by(f32::total_cmp)?])
     }
 
-    /// How many values of a channel lie between each edge and the next, of edges in rising order. Values at an edge count as above it.
+    /// How many values of a channel lie between each edge and the next, of edges in rising order. Values at
+    /// an edge count as above it.
     pub fn counts(&self, channel: usize, edges: &[f32]) -> Vec<usize> {
         let Some(values) = self.channels.get(channel) else { return Vec::new() };
         let below = |edge: f32| values.partition_point(|value| *value < edge);

@@ -1,7 +1,8 @@
 //! Why one pixel shows what it shows: asked in one frame, answered in a later one, never waited for.
 //!
-//! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes. What is stored below the pointer is answered
-//! at once ([`texel_at`]), as are the values that are in view ([`Histogram`]) and a small picture of all ([`Thumbnail`]).
+//! A question draws the feedback of one pixel, a window of 1x1, and brings back its 16 bytes. What is stored
+//! below the pointer is answered at once ([`texel_at`]), as are the values that are in view ([`Histogram`])
+//! and a small picture of all ([`Thumbnail`]).
 
 mod histogram;
 mod texel;
@@ -16,8 +17,8 @@ pub use histogram::Histogram;
 pub use texel::{InspectedTexel, texel_at};
 pub use thumbnail::Thumbnail;
 
-/// Asks why a pixel of a scene shows what it shows, counted from the top left of a picture of so many pixels, to a camera at this pose.
-/// Moves the camera there, between two frames.
+/// Asks why a pixel of a scene shows what it shows, counted from the top left of a picture of so many pixels,
+/// to a camera at this pose. Moves the camera there, between two frames.
 pub fn ask<S: StageScene + ?Sized>(
     gpu: &Gpu,
     textures: &mut Textures,
@@ -34,7 +35,8 @@ pub fn ask<S: StageScene + ?Sized>(
     })
 }
 
-/// The answers that have arrived since the last call, in the order of the questions; to be called once in each frame.
+/// The answers that have arrived since the last call, in the order of the questions; to be called once in
+/// each frame.
 pub fn answers(textures: &mut Textures) -> Result<Vec<ExplainedPixel>, Error> {
     let mut answers = Vec::new();
     while let Some(answer) = textures.pixels().poll()? {

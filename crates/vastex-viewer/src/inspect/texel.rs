@@ -15,14 +15,16 @@ pub struct InspectedTexel {
     pub texel: [u32; 2],
     /// The level of the value: the one that is drawn, or a coarser one where that is not in memory.
     pub level: u8,
-    /// The channels as they are stored: whole numbers of 8 or 16 bits, or floats. Without an alpha that hides nothing.
+    /// The channels as they are stored: whole numbers of 8 or 16 bits, or floats. Without an alpha that hides
+    /// nothing.
     pub values: Vec<f64>,
     /// Whether they are floats.
     is_float: bool,
 }
 
-/// The texel of a layer below a pixel of a picture of an image, in pixels from the top left; nothing beside the image, and in scenes with
-/// perspective. `image` is the image's size, of which the texture may have fewer texels.
+/// The texel of a layer below a pixel of a picture of an image, in pixels from the top left; nothing beside
+/// the image, and in scenes with perspective. `image` is the image's size, of which the texture may have
+/// fewer texels.
 pub fn texel_at(
     textures: &Textures,
     layer: LayerId,

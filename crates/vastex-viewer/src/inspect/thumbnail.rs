@@ -17,15 +17,16 @@ pub struct Thumbnail {
     pub pixels: Vec<[u8; 4]>,
     /// Columns and rows of cells of equal size, which cover the image.
     pub cells: [usize; 2],
-    /// Of each cell, row by row, the finest level that is on the GPU of its middle, counted in levels of the image that is shown; of
-    /// several layers the coarsest of these.
+    /// Of each cell, row by row, the finest level that is on the GPU of its middle, counted in levels of the
+    /// image that is shown; of several layers the coarsest of these.
     pub levels: Vec<u8>,
 }
 
 impl Thumbnail {
-    /// Draws the layers that are shown, of an image of `image` columns and rows whatever the layers have of their own, in `size` pixels; of
-    /// several layers in as many times fewer. Takes what is in memory of a level of about that size, and waits for nothing. Costs about 0.7
-    /// microseconds on one core for each pixel of `size`: 160x80 of them take some 9 milliseconds, however many layers there are.
+    /// Draws the layers that are shown, of an image of `image` columns and rows whatever the layers have of
+    /// their own, in `size` pixels; of several layers in as many times fewer. Takes what is in memory of a
+    /// level of about that size, and waits for nothing. Costs about 0.7 microseconds on one core for each
+    /// pixel of `size`: 160x80 of them take some 9 milliseconds, however many layers there are.
     pub fn of_layers(
         textures: &Textures,
         layers: &Layers,

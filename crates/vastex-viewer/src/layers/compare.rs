@@ -6,22 +6,24 @@ use std::fmt;
 use std::str::FromStr;
 use std::time::Duration;
 
-/// How the uppermost layer that is seen is compared with those beneath it; by default not at all. Without effect where fewer than two
-/// layers are seen.
+/// How the uppermost layer that is seen is compared with those beneath it; by default not at all. Without
+/// effect where fewer than two layers are seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CompareMode {
     /// The layer is seen everywhere.
     #[default]
     Off,
-    /// The layer is seen to the right of a line from top to bottom, at this share of the picture's width from the left, 0 to 1.
+    /// The layer is seen to the right of a line from top to bottom, at this share of the picture's width from
+    /// the left, 0 to 1.
     Swipe(f32),
-    /// The layer is seen for this time in seconds, 0.05 to 60, then for the same time it is not. Pages of all layers are loaded.
+    /// The layer is seen for this time in seconds, 0.05 to 60, then for the same time it is not. Pages of all
+    /// layers are loaded.
     Flicker(f32),
-    /// All layers that are seen, side by side in panes of one width, the lowest on the left: each pane shows the same part of the image, so
-    /// that texels are where they are in the other panes.
+    /// All layers that are seen, side by side in panes of one width, the lowest on the left: each pane shows
+    /// the same part of the image, so that texels are where they are in the other panes.
     Beside,
-    /// How far the layer's colours are from those beneath, in display values (sRGB-encoded), so many times as large, 0.01 to 1000: black where they
-    /// are equal.
+    /// How far the layer's colours are from those beneath, in display values (sRGB-encoded), so many times as
+    /// large, 0.01 to 1000: black where they are equal.
     Difference(f32),
 }
 
@@ -53,7 +55,8 @@ impl CompareMode {
         CompareMode::ALL[(kind + 1) % CompareMode::ALL.len()]
     }
 
-    /// What is seen of it at a time that grows from picture to picture: what flickers, as a line at one of the edges.
+    /// What is seen of it at a time that grows from picture to picture: what flickers, as a line at one of
+    /// the edges.
     #[must_use]
     pub fn at(self, time: Duration) -> CompareMode {
         match self {
@@ -65,7 +68,7 @@ impl CompareMode {
         }
     }
 
-    /// How long after a time something else is seen; nothing where nothing changes by itself.
+    /// How long after a time something else is seen; `None` if nothing changes by itself.
     pub fn changes_after(self, time: Duration) -> Option<Duration> {
         let CompareMode::Flicker(seconds) = self else { return None };
         let period = f64::from(seconds.max(0.05));
@@ -73,8 +76,8 @@ impl CompareMode {
         Some(Duration::from_secs_f64(left.clamp(0.0, 60.0)))
     }
 
-    /// The share of the picture's width to the left of which the layer is not seen, and by how much its difference is magnified, 0 for
-    /// none.
+    /// The share of the picture's width to the left of which the layer is not seen, and by how much its
+    /// difference is magnified, 0 for none.
     pub(super) fn told(self) -> [f32; 2] {
         match self {
             CompareMode::Off | CompareMode::Flicker(_) | CompareMode::Beside => [0.0, 0.0],

@@ -21,8 +21,8 @@ pub struct ShownLayer {
     pub opacity: f32,
     /// Whether it is drawn. Pages of a hidden layer are not asked for.
     pub is_visible: bool,
-    /// How its texels are blended; by the textures' own filter where none is named. Values that may not be mixed are not, whatever is
-    /// named.
+    /// How its texels are blended; by the textures' own filter where none is named. Values that may not be
+    /// mixed are not, whatever is named.
     pub filter: Option<Filter>,
 }
 
@@ -70,8 +70,9 @@ pub enum LayersError {
 
 /// Shown layers, the lowest first, and what shaders sample them by.
 ///
-/// A single opaque layer is sampled by itself, in a text that is made for it. Several are sampled through one bind group, hidden ones
-/// too, so that showing and hiding makes no pipeline anew; what is asked for is what the visible ones need.
+/// A single opaque layer is sampled by itself, in a text that is made for it. Several are sampled through one
+/// bind group, hidden ones too, so that showing and hiding makes no pipeline anew; what is asked for is what
+/// the visible ones need.
 #[derive(Clone, Debug)]
 pub struct Layers {
     /// Those that lie over one another, then the parts of a planet.
@@ -80,7 +81,7 @@ pub struct Layers {
     planet: Option<PlanetText>,
     heights: Option<LayerId>,
     is_single: bool,
-    /// All layers, and the heights; nothing where there is one layer alone.
+    /// All layers, and the heights; `None` if there is one layer alone.
     group: Option<GroupId>,
     /// What is seen of them, where that is less and more than one texture.
     seen: Option<GroupId>,
@@ -98,8 +99,8 @@ impl Layers {
 
     /// Layers on a surface that `heights` displace, if there are any.
     ///
-    /// Fails where there is none or where there are more than [`MOST_LAYERS`], where a texture is not there, and where there are more pools
-    /// or layers of them than a shader of the device can read.
+    /// Fails where there is none or where there are more than [`MOST_LAYERS`], where a texture is not there,
+    /// and where there are more pools or layers of them than a shader of the device can read.
     pub fn new(
         textures: &mut Textures,
         layers: Vec<ShownLayer>,
@@ -108,8 +109,8 @@ impl Layers {
         Layers::of(textures, layers, None, heights)
     }
 
-    /// Layers of the ground of a planet, its lights and its clouds, if there are any, and what stands for its heights. Together there are at
-    /// most [`MOST_LAYERS`] of them; otherwise as [`Layers::new`].
+    /// Layers of the ground of a planet, its lights and its clouds, if there are any, and what stands for its
+    /// heights. Together there are at most [`MOST_LAYERS`] of them; otherwise as [`Layers::new`].
     pub fn on_planet(
         textures: &mut Textures,
         ground: Vec<ShownLayer>,
@@ -157,10 +158,11 @@ impl Layers {
         self.layers.len()
     }
 
-    /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows it, after
-    /// [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead, since its text or its pipelines are
-    /// others: where the filter is another, where colour maps do not share them ([`ColorMap::shares_pipelines`]), and where the list becomes a single opaque layer or ceases to be one. Nothing changes where
-    /// there is no such layer.
+    /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows
+    /// it, after [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead,
+    /// since its text or its pipelines are others: where the filter is another, where colour maps do not
+    /// share them ([`ColorMap::shares_pipelines`]), and where the list becomes a single opaque layer or
+    /// ceases to be one. Nothing changes where there is no such layer.
     pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
         let Some(place) = self.layers.get_mut(n) else { return Ok(false) };
         let before = std::mem::replace(place, ShownLayer { layer: place.layer, ..shown });
@@ -185,11 +187,11 @@ impl Layers {
         Ok(is_other || was_single != is_single)
     }
 
-    /// Compares the uppermost layer that is seen with those beneath it, from the next frame on after [`crate::SceneRenderer::set_layers`].
-    /// Nothing is compiled for it, and no other pages are wanted.
+    /// Compares the uppermost layer that is seen with those beneath it, from the next frame on after
+    /// [`crate::SceneRenderer::set_layers`]. Nothing is compiled for it, and no other pages are wanted.
     ///
-    /// [`CompareMode::Flicker`] shows the layer all the time: a host that draws frame after frame passes [`CompareMode::at`] of its time,
-    /// and draws again after [`CompareMode::changes_after`].
+    /// [`CompareMode::Flicker`] shows the layer all the time: a host that draws frame after frame passes
+    /// [`CompareMode::at`] of its time, and draws again after [`CompareMode::changes_after`].
     pub fn compare(&mut self, mode: CompareMode) {
         self.compare_mode = mode;
     }
@@ -199,12 +201,14 @@ impl Layers {
         self.compare_mode
     }
 
-    /// Whether two layers or more are seen, so that the uppermost of them can be compared with those beneath it.
+    /// Whether two layers or more are seen, so that the uppermost of them can be compared with those beneath
+    /// it.
     pub fn can_compare(&self) -> bool {
         self.over_one_another().iter().filter(|shown| shown.is_seen()).count() > 1
     }
 
-    /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers' textures stay.
+    /// Gives back what a list takes of the textures, where nothing is drawn with it any more. The layers'
+    /// textures stay.
     pub fn remove(self, textures: &mut Textures) {
         for group in self.group.into_iter().chain(self.seen) {
             textures.remove(group);
@@ -223,7 +227,8 @@ impl Layers {
         Ok(textures.kinds(self.sampled())?.with_filters(&filters))
     }
 
-    /// The format of pictures: of a single layer as its colours are encoded, of several one that light is encoded for.
+    /// The format of pictures: of a single layer as its colours are encoded, of several one that light is
+    /// encoded for.
     pub fn picture_format(&self) -> wgpu::TextureFormat {
         match self.is_single {
             true => self.inspected().color_map.picture_format(),
@@ -231,7 +236,8 @@ impl Layers {
         }
     }
 
-    /// The layer that is asked about where one of several is meant: the uppermost that is seen, else the lowest.
+    /// The layer that is asked about where one of several is meant: the uppermost that is seen, else the
+    /// lowest.
     pub fn inspected(&self) -> &ShownLayer {
         &self.layers[self.inspected_number()]
     }
@@ -253,12 +259,14 @@ impl Layers {
         if is_beside { seen().count() as u32 } else { 1 }
     }
 
-    /// Width and height of each pane of a picture, in pixels; what is left at its right edge shows the background.
+    /// Width and height of each pane of a picture, in pixels; what is left at its right edge shows the
+    /// background.
     pub fn pane_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
         [(width / self.panes()).max(1), height]
     }
 
-    /// The layers in the order of the panes, the leftmost first: one for each pane, the layer that is inspected where there is one pane.
+    /// The layers in the order of the panes, the leftmost first: one for each pane, the layer that is
+    /// inspected where there is one pane.
     pub fn in_panes(&self) -> impl Iterator<Item = &ShownLayer> {
         let is_beside = self.panes() > 1;
         let inspected = self.inspected_number();
@@ -268,7 +276,8 @@ impl Layers {
         self.over_one_another().iter().enumerate().filter(is_in_one).map(|(_, shown)| shown)
     }
 
-    /// The layer that is asked about at a share of a pane's width, from the left edge of the picture: the uppermost that is seen there.
+    /// The layer that is asked about at a share of a pane's width, from the left edge of the picture: the
+    /// uppermost that is seen there.
     pub fn inspected_at(&self, across: f64) -> &ShownLayer {
         if self.panes() > 1 {
             let last = self.panes() as usize - 1;
@@ -310,7 +319,8 @@ impl Layers {
         })
     }
 
-    /// Texels of each layer's texture, of the heights' and of what is wanted together: as a group has them, those of its largest texture.
+    /// Texels of each layer's texture, of the heights' and of what is wanted together: as a group has them,
+    /// those of its largest texture.
     pub(crate) fn sizes(&self, textures: &Textures) -> [[u32; 2]; MOST_LAYERS + 2] {
         let size = |layer: LayerId| {
             let Ok(texture) = textures.texture(layer.texture()) else { return [1; 2] };

@@ -1,6 +1,7 @@
 //! How the values of a layer become colours.
 //!
-//! The shaders' part of it is `scene_colour` in surface.wgsl; its twin for pictures that the CPU makes is here.
+//! The shaders' part of it is `scene_colour` in surface.wgsl; its twin for pictures that the CPU makes is
+//! here.
 
 mod compare;
 mod list;
@@ -66,7 +67,8 @@ pub(crate) struct LayerUniform {
     channels: u32,
     map: u32,
     id: u32,
-    /// The share of the picture's width to the left of which it is not drawn, and by how much its difference from what lies beneath is magnified.
+    /// The share of the picture's width to the left of which it is not drawn, and by how much its difference
+    /// from what lies beneath is magnified.
     pub(crate) begins: f32,
     pub(crate) difference: f32,
     nodata: f32,
@@ -89,8 +91,8 @@ const NODATA_VALUE: u32 = 512;
 const ALPHA: u8 = 3;
 
 impl ColorMap {
-    /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the layer that an image
-    /// without layers has, called `color`.
+    /// One channel is grey, three or four are a colour. Two are red and green, but grey with alpha in the
+    /// layer that an image without layers has, called `color`.
     pub fn new(layer: &Layer, range: Option<[f32; 2]>) -> ColorMap {
         let channels = match layer.format.channels() {
             1 => Channels::Grey,
@@ -120,12 +122,14 @@ impl ColorMap {
         }
     }
 
-    /// With a value that stands for none, in what shaders sample. What the layer says of it is not followed: [`Nodata::of`] does that.
+    /// With a value that stands for none, in what shaders sample. What the layer says of it is not followed:
+    /// [`Nodata::of`] does that.
     pub fn with_nodata(self, nodata: Nodata) -> ColorMap {
         ColorMap { nodata, ..self }
     }
 
-    /// The values that are shown of what is sampled, those of one channel three times; nothing where there is no data.
+    /// The values that are shown of what is sampled, those of one channel three times; `None` if there is no
+    /// data.
     pub fn values_of(&self, sampled: [f32; 4]) -> Option<[f32; 3]> {
         let values = self.bands.map(|band| sampled[usize::from(band)]);
         let within = self.scale().within(self.nodata());
@@ -151,8 +155,8 @@ impl ColorMap {
         self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata
     }
 
-    /// Whether what is made to draw one draws the other, too: both are of the same channels in the same meaning, and of both or of neither
-    /// a value stands for no data.
+    /// Whether what is made to draw one draws the other, too: both are of the same channels in the same
+    /// meaning, and of both or of neither a value stands for no data.
     pub fn shares_pipelines(&self, other: &ColorMap) -> bool {
         self.constants(true) == other.constants(true)
     }
@@ -211,7 +215,8 @@ impl ColorMap {
             + &Palette::wgsl()
     }
 
-    /// What pipelines with surface.wgsl are made with, for a target that is given light or else display values.
+    /// What pipelines with surface.wgsl are made with, for a target that is given light or else display
+    /// values.
     pub(crate) fn constants(&self, takes_light: bool) -> [(&'static str, f64); 3] {
         [
             ("SCENE_LOOK", f64::from(self.look())),
@@ -258,7 +263,8 @@ impl ColorMap {
         self.palette
     }
 
-    /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format then does.
+    /// Twin of `scene_colour` in surface.wgsl on ground that is so light, and of what the picture's format
+    /// then does.
     pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
         let is_nodata = self.values_of(value).is_none();
         let shown = self.bands.map(|band| self.tone.shade(value[usize::from(band)]));

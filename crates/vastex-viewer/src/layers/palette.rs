@@ -1,6 +1,7 @@
 //! Colour maps: how one value from 0 to 1 becomes a colour, as a display value.
 //!
-//! Each is a polynomial of the sixth degree, the same on the CPU and in the shaders, which are generated from the numbers here.
+//! Each is a polynomial of the sixth degree, the same on the CPU and in the shaders, which are generated from
+//! the numbers here.
 
 use std::fmt::Write;
 
@@ -68,7 +69,8 @@ impl Palette {
         })
     }
 
-    /// The function `palette_color(map, value)` of shaders, where `map` is the number that a palette is as `u32`.
+    /// The function `palette_color(map, value)` of shaders, where `map` is the number that a palette is as
+    /// `u32`.
     pub(super) fn wgsl() -> String {
         let mut text =
             "fn palette_color(map: u32, value: f32) -> vec3<f32> {\n    let v = clamp(value, 0.0, 1.0);\n"

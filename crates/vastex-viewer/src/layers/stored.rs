@@ -4,8 +4,8 @@ use vastex::LayerFormat;
 
 use super::{linear_from_srgb, srgb_from_linear};
 
-/// How the values that shaders sample of a format go with those that are stored: whole numbers are sampled as 0 to 1, sRGB-encoded ones
-/// as the light that they stand for.
+/// How the values that shaders sample of a format go with those that are stored: whole numbers are sampled as
+/// 0 to 1, sRGB-encoded ones as the light that they stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredScale {
     /// The largest whole number; nothing for floats, which are sampled as they are.
@@ -48,8 +48,9 @@ impl StoredScale {
         StoredScale { is_srgb: false, ..self }
     }
 
-    /// How near to the sampled value of a stored one others count as the same: a millionth of it for floats, and half a step of whole numbers,
-    /// so that it does not matter how exactly a device decodes them. Twin of `scene_nodata_within` in surface.wgsl.
+    /// How near to the sampled value of a stored one others count as the same: a millionth of it for floats,
+    /// and half a step of whole numbers, so that it does not matter how exactly a device decodes them. Twin
+    /// of `scene_nodata_within` in surface.wgsl.
     pub(super) fn within(&self, sampled: f32) -> f32 {
         match self.kind() {
             Self::BYTES => 0.5 / 255.0,

@@ -8,8 +8,8 @@ pub(super) fn member(n: usize) -> String {
     format!("layer{n}")
 }
 
-/// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one, whether they are members of
-/// a group, and whether they are on a planet.
+/// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one,
+/// whether they are members of a group, and whether they are on a planet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LayersText {
     /// Layers.
@@ -54,7 +54,8 @@ impl LayersText {
         LayersText { planet: Some(parts), ..LayersText::list(1 + parts.count()) }
     }
 
-    /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and `layer_look`.
+    /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and
+    /// `layer_look`.
     pub fn wgsl(self) -> String {
         let looks = match self.is_single {
             true => "fn layer_look(look: Look, n: u32) -> Look {\n    return look;\n}\n".to_owned(),
@@ -139,7 +140,8 @@ impl LayersText {
         self.count - self.planet.map_or(0, PlanetText::count)
     }
 
-    /// What is seen of a planet: its ground, what shines on it at night, and clouds, which are seen and throw shadows beside where they are.
+    /// What is seen of a planet: its ground, what shines on it at night, and clouds, which are seen and throw
+    /// shadows beside where they are.
     fn on_planet(self, way: &str, parts: PlanetText) -> String {
         let (night, clouds) = (self.over_one_another(), self.count - 1);
         let sampled = |n: usize| self.call("sample", way, n, &format!("layered[{n}].id"));
@@ -164,8 +166,8 @@ impl LayersText {
     }
 }
 
-/// A statement for a layer that is seen. It is asked of the pixel first, so that the condition does not depend on a uniform alone
-/// (ARCHITECTURE.md, "Where the text bends to a driver").
+/// A statement for a layer that is seen. It is asked of the pixel first, so that the condition does not
+/// depend on a uniform alone (ARCHITECTURE.md, "Where the text bends to a driver").
 fn where_seen(n: usize, condition: &str, then: &str) -> String {
     format!(
         "    if ((!(look.ddx.x > 1e30)) & (layered[{n}].opacity > 0.0)){condition} {{\n        {then};\n    }}\n"

@@ -8,8 +8,8 @@ pub enum Curve {
     /// A straight line.
     #[default]
     Linear,
-    /// A logarithm, `ln(1000 x + 1) / ln 1001`, by which a hundredth of the range is a third of the shades: for values of which few are
-    /// far larger than most, as in pictures of the sky.
+    /// A logarithm, `ln(1000 x + 1) / ln 1001`, by which a hundredth of the range is a third of the shades:
+    /// for values of which few are far larger than most, as in pictures of the sky.
     Log,
 }
 

@@ -5,7 +5,8 @@ use std::str::FromStr;
 
 use vastex::{Layer, NodataValue};
 
-/// The largest number of a channel in a text: a layer has at most four, but a file from which a host takes some may have more.
+/// The largest number of a channel in a text: a layer has at most four, but a file from which a host takes
+/// some may have more.
 const MOST_CHANNELS: u8 = 255;
 
 /// Which channels of a layer are shown, counted from 0. As a text they are counted from 1: `2`, or `3,2,1`.
@@ -65,10 +66,11 @@ impl FromStr for Bands {
     }
 }
 
-/// The value that stands for "nothing is known here", where a layer has one. What has it is not drawn, and counts in no histogram.
+/// The value that stands for "nothing is known here", where a layer has one. What has it is not drawn, and
+/// counts in no histogram.
 ///
-/// A texel is without data where all channels that are shown have the value (of floats within a millionth of it, of whole numbers within half
-/// a step), or are no numbers or infinite.
+/// A texel is without data where all channels that are shown have the value (of floats within a millionth of
+/// it, of whole numbers within half a step), or are no numbers or infinite.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Nodata {
     /// That of the layer ([`Layer::nodata`]), as files say it.
@@ -83,8 +85,8 @@ pub enum Nodata {
 }
 
 impl Nodata {
-    /// The value, or none, that is meant for a layer. Blocks hold values roughly, so in a layer that is compressed in blocks none stands for no
-    /// data unless it is said.
+    /// The value, or none, that is meant for a layer. Blocks hold values roughly, so in a layer that is
+    /// compressed in blocks none stands for no data unless it is said.
     #[must_use]
     pub fn of(self, layer: &Layer) -> Nodata {
         let of_layer = layer.nodata.filter(|_| !layer.format.is_compressed()).map(NodataValue::value);
@@ -105,7 +107,8 @@ impl Nodata {
         }
     }
 
-    /// Whether a value stands for none, or one that is so near to it. Twin of `scene_is_nodata` in surface.wgsl.
+    /// Whether a value stands for none, or one that is so near to it. Twin of `scene_is_nodata` in
+    /// surface.wgsl.
     pub(super) fn is(self, value: f32, within: f32) -> bool {
         match self {
             Nodata::OfLayer | Nodata::None => false,

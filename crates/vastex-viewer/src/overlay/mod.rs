@@ -1,6 +1,7 @@
 //! Views of the machine: what sampling goes by, drawn in the place of the picture.
 //!
-//! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback. docs/overlays.md says how to read them.
+//! Some colour the surface, some draw a plan of the page table, of the slots or of the feedback.
+//! docs/overlays.md says how to read them.
 
 mod small;
 
@@ -85,8 +86,9 @@ enum Drawn {
     Plan(wgpu::RenderPipeline),
 }
 
-/// Draws one overlay of a scene; of several layers, for the one that is inspected ([`crate::Layers::inspected`]). Made anew
-/// where the scene's renderer is, and where another layer is inspected: until then it draws nothing.
+/// Draws one overlay of a scene; of several layers, for the one that is inspected
+/// ([`crate::Layers::inspected`]). Made anew where the scene's renderer is, and where another layer is
+/// inspected: until then it draws nothing.
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
@@ -126,8 +128,8 @@ impl OverlayRenderer {
         self.overlay
     }
 
-    /// Takes in what the overlay shows of this frame beside the bind group of its texture. Before the frame's own feedback is drawn, or
-    /// after it is submitted, with the scene's eye where it is in this frame.
+    /// Takes in what the overlay shows of this frame beside the bind group of its texture. Before the frame's
+    /// own feedback is drawn, or after it is submitted, with the scene's eye where it is in this frame.
     pub fn look(
         &mut self,
         device: &wgpu::Device,
@@ -162,7 +164,7 @@ impl OverlayRenderer {
         Ok(())
     }
 
-    /// Draws it; nothing where the texture was removed.
+    /// Draws it; `None` if the texture was removed.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -224,8 +226,8 @@ fn columns(slots: usize, picture: [u32; 2], tile: [u32; 2]) -> u32 {
     (least..).find(fits).unwrap_or(least) // there is one: with more and more columns a row becomes as low as one likes
 }
 
-/// What overlay/wgsl/atlas.wgsl reads: how many slots there are and in how many columns, then for each how many pages its tile is
-/// of, and what they are; 0 where it is free.
+/// What overlay/wgsl/atlas.wgsl reads: how many slots there are and in how many columns, then for each how
+/// many pages its tile is of, and what they are; 0 where it is free.
 fn slots_texture(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

@@ -22,8 +22,8 @@ pub struct SmallOverlay {
 }
 
 impl SmallOverlay {
-    /// Prepares an overlay of what a renderer draws, for a picture of a format, by way of light or not, as the renderer's own are. Made
-    /// anew where the renderer is. Fails where the texture was removed.
+    /// Prepares an overlay of what a renderer draws, for a picture of a format, by way of light or not, as
+    /// the renderer's own are. Made anew where the renderer is. Fails where the texture was removed.
     pub fn new(
         gpu: &Gpu,
         textures: &Textures,
@@ -71,7 +71,8 @@ impl SmallOverlay {
         &self.shown
     }
 
-    /// Draws it as the pools and tables are now, between two frames: moves the camera of the renderer, and submits a pass of its own.
+    /// Draws it as the pools and tables are now, between two frames: moves the camera of the renderer, and
+    /// submits a pass of its own.
     pub fn draw(
         &mut self,
         gpu: &Gpu,

@@ -1,4 +1,5 @@
-//! How the uppermost layer is compared with those beneath it, for a person to change: in a panel, and by a line in the picture.
+//! How the uppermost layer is compared with those beneath it, for a person to change: in a panel, and by a
+//! line in the picture.
 
 use egui::{Area, Color32, Context, CursorIcon, Id, Rect, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2};
 
@@ -32,8 +33,9 @@ pub(super) fn compare_controls(ui: &mut Ui, mode: &mut CompareMode) {
     ui.add(slider);
 }
 
-/// Paints the line of [`CompareMode::Swipe`] over a picture that is so many physical pixels wide, within `free`, the part of it that no
-/// panel covers, and lets a person drag it. Says whether it was moved. Nothing is painted in other modes.
+/// Paints the line of [`CompareMode::Swipe`] over a picture that is so many physical pixels wide, within
+/// `free`, the part of it that no panel covers, and lets a person drag it. Returns true if it was moved.
+/// Nothing is painted in other modes.
 pub fn swipe_line(context: &Context, free: Rect, width: u32, mode: &mut CompareMode) -> bool {
     let CompareMode::Swipe(at) = mode else { return false };
     let points = width.max(1) as f32 / context.pixels_per_point();

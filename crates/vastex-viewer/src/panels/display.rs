@@ -1,4 +1,5 @@
-//! How layers become colours, for a person to change: which are shown, and of each its range, curve, exponent, colour map and opacity.
+//! How layers become colours, for a person to change: which are shown, and of each its range, curve,
+//! exponent, colour map and opacity.
 
 use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
@@ -9,7 +10,8 @@ use crate::inspect::Histogram;
 use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, Palette, StoredScale};
 use crate::surface::LayerOptions;
 
-/// The share of the values in view, in percent, that is left out at each end by the automatic range of the first click.
+/// The share of the values in view, in percent, that is left out at each end by the automatic range of the
+/// first click.
 const CLIPPED: f64 = 0.5;
 
 /// A texture that is shown.
@@ -26,7 +28,8 @@ pub struct PanelTexture {
 pub struct ShownTextures<'a> {
     /// The textures that are shown together, the lowest first; [`LayerOptions::texture`] counts them.
     pub textures: &'a [PanelTexture],
-    /// The layers that are shown, the lowest first, for the panel to change; the first one of each texture where there is none.
+    /// The layers that are shown, the lowest first, for the panel to change; the first one of each texture
+    /// where there is none.
     pub shown: &'a mut Vec<LayerOptions>,
     /// How the uppermost of them is compared with those beneath it, for the panel to change.
     pub compare_mode: &'a mut CompareMode,
@@ -62,7 +65,8 @@ impl DisplayPanel {
         self.follows
     }
 
-    /// The range that leaves the outermost values in view out, in what shaders sample; nothing where there are no values.
+    /// The range that leaves the outermost values in view out, in what shaders sample; `None` if there are no
+    /// values.
     pub fn automatic_range(&self, histogram: &Histogram, scale: StoredScale) -> Option<[f32; 2]> {
         let clipped = self.clipped / 100.0;
         let [low, high] = histogram.between(clipped, 1.0 - clipped)?;
@@ -70,7 +74,8 @@ impl DisplayPanel {
         Some(stored.map(|value| scale.sampled(value)))
     }
 
-    /// Shows the panel. Says whether anything of [`ShownTextures::shown`] or [`ShownTextures::compare_mode`] is another than before.
+    /// Shows the panel. Returns true if anything of [`ShownTextures::shown`] or
+    /// [`ShownTextures::compare_mode`] is another than before.
     pub fn show(&mut self, ui: &mut Ui, told: &mut ShownTextures<'_>) -> bool {
         let ShownTextures { textures, shown, compare_mode, histogram } = told;
         let before = (shown.clone(), **compare_mode);
@@ -345,8 +350,8 @@ fn described<'a>(textures: &'a [PanelTexture], options: &LayerOptions) -> Option
     textures.get(options.texture)?.layers.iter().find(is_meant)
 }
 
-/// What a person knows a layer by: where there are several textures, by its texture's name as well, and by that alone where it is the only
-/// layer of it.
+/// What a person knows a layer by: where there are several textures, by its texture's name as well, and by
+/// that alone where it is the only layer of it.
 fn name_in(textures: &[PanelTexture], texture: usize, layer: &str) -> String {
     match textures.get(texture) {
         Some(of) if textures.len() > 1 && of.layers.len() < 2 => of.name.clone(),

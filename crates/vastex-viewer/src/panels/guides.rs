@@ -1,4 +1,5 @@
-//! Guides over the picture of an image: lines between its texels and their values where they are large, and how long a texel is.
+//! Guides over the picture of an image: lines between its texels and their values where they are large, and
+//! how long a texel is.
 
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use glam::DVec2;
@@ -27,11 +28,11 @@ pub struct ImageView {
     pub image: [u32; 2],
 }
 
-/// Paints the guides of an image within `free`, the part of the picture that no panel covers. The scale bar is a length in the world where
-/// `texel_size` says how large texels are there, else so many texels.
+/// Paints the guides of an image within `free`, the part of the picture that no panel covers. The scale bar
+/// is a length in the world where `texel_size` says how large texels are there, else so many texels.
 ///
-/// `value` answers what is stored below a physical pixel. It is asked once for each texel in view, and only where texels are at least 44
-/// points wide: at most some thousand times.
+/// `value` answers what is stored below a physical pixel. It is asked once for each texel in view, and only
+/// where texels are at least 44 points wide: at most some thousand times.
 pub fn paint_guides(
     painter: &Painter,
     free: Rect,
@@ -93,7 +94,8 @@ impl Placed {
         pos2(x as f32, y as f32)
     }
 
-    /// The columns and the rows of the image that are in a part of the window: the first one, and one past the last.
+    /// The columns and the rows of the image that are in a part of the window: the first one, and one past
+    /// the last.
     fn seen(&self, part: Rect) -> [[u32; 2]; 2] {
         let picture = DVec2::from(self.picture.map(f64::from));
         let pixel = |point: Pos2| {
@@ -132,8 +134,8 @@ fn paint_grid(painter: &Painter, placed: &Placed, seen: [[u32; 2]; 2]) {
     }
 }
 
-/// Writes what is stored of a texel into it, a channel in a line, where there is room; of another level than 0 nothing is written, for its
-/// values are not the texel's.
+/// Writes what is stored of a texel into it, a channel in a line, where there is room; of another level than
+/// 0 nothing is written, for its values are not the texel's.
 fn paint_values(painter: &Painter, middle: Pos2, side: f32, texel: &InspectedTexel) {
     let lines = texel.lines();
     if texel.level > 0 || side < LEAST_OF_VALUES[1] * lines.len() as f32 + 2.0 {
@@ -150,7 +152,8 @@ fn paint_values(painter: &Painter, middle: Pos2, side: f32, texel: &InspectedTex
     painter.galley(place, galley, Color32::WHITE);
 }
 
-/// How long a level bar is: in the world where the size of a texel is known, else in texels; and how many times all is magnified.
+/// How long a level bar is: in the world where the size of a texel is known, else in texels; and how many
+/// times all is magnified.
 fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: Option<&TexelSize>) {
     let texels_a_point = placed.pixels_per_point / placed.image_placement.scale;
     // Texels need not be as high as they are wide.
@@ -215,7 +218,8 @@ mod tests {
         // No more than there is of the image.
         let placed = Placed::new(&ImageView { pose: Pose::first(crate::Scene::Image), ..view }, 1.0).unwrap();
         assert_eq!(placed.seen(Rect::EVERYTHING), [[0, 100], [0, 50]]);
-        // Turned by a quarter, columns of the picture are rows of the image: 60 pixels of it are 3 columns, 100 are 5 rows.
+        // Turned by a quarter, columns of the picture are rows of the image: 60 pixels of it are 3 columns,
+        // 100 are 5 rows.
         let turned = view.pose.with_orientation(Orientation::new(90.0, false), 100.0 / 60.0, 2.0);
         let placed = Placed::new(&ImageView { pose: turned, ..view }, 2.0).unwrap();
         assert!((placed.image_placement.scale - 20.0).abs() < 1e-9);

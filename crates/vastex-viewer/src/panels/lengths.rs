@@ -37,8 +37,8 @@ pub struct TexelSize {
 }
 
 impl TexelSize {
-    /// Of a size in a unit as files name it: one of length (`µm`, `metre`, ...), `degree`, or any other that has a name. Nothing where the
-    /// size is not positive, or the name longer than names of units are.
+    /// Of a size in a unit as files name it: one of length (`µm`, `metre`, ...), `degree`, or any other that
+    /// has a name. `None` if the size is not positive, or the name longer than names of units are.
     pub fn new(size: [f64; 2], unit: &str) -> Option<TexelSize> {
         let is_size = |side: f64| side.is_finite() && side > 0.0;
         if !size.into_iter().all(is_size) || unit.chars().nth(MOST_OF_UNIT).is_some() {
@@ -50,8 +50,9 @@ impl TexelSize {
         Some(TexelSize { size: DVec2::from(size) * metres.unwrap_or(1.0), unit, magnification: None })
     }
 
-    /// The same of an image that was taken through an objective that magnifies so many times: what is seen of it is told beside the scale
-    /// bar, as slide viewers tell it, where a pixel of the screen counts as one of the camera.
+    /// The same of an image that was taken through an objective that magnifies so many times: what is seen of
+    /// it is told beside the scale bar, as slide viewers tell it, where a pixel of the screen counts as one
+    /// of the camera.
     #[must_use]
     pub fn with_magnification(self, magnification: Option<f64>) -> TexelSize {
         TexelSize { magnification, ..self }
@@ -87,7 +88,7 @@ impl TexelSize {
         }
     }
 
-    /// A surface in words, to four digits; nothing where texels are not measured by lengths.
+    /// A surface in words, to four digits; `None` if texels are not measured by lengths.
     pub(super) fn told_area(&self, area: f64) -> Option<String> {
         if self.unit.is_some() {
             return None;
@@ -96,7 +97,8 @@ impl TexelSize {
         Some(format!("{} {name}²", four_digits(area / (metres * metres))))
     }
 
-    /// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how it is told; nothing of what is no length.
+    /// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how it is told;
+    /// nothing of what is no length.
     pub(super) fn round(&self, most: f64) -> Option<(f64, String)> {
         let unit = match &self.unit {
             Some(unit) => (unit.clone(), 1.0),
@@ -132,7 +134,8 @@ fn four_digits(number: f64) -> String {
     }
 }
 
-/// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how many digits it has after its point.
+/// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how many digits it has
+/// after its point.
 pub(super) fn round_length(most: f64) -> Option<(f64, usize)> {
     if !(1e-15..1e15).contains(&most) {
         return None;

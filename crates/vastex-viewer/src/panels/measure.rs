@@ -23,7 +23,7 @@ pub struct Measure {
 pub struct Measured {
     /// In texels, or in metres or degrees and the like where a texel's size is known.
     pub length: f64,
-    /// In the same squared; nothing where the line is open.
+    /// In the same squared; `None` if the line is open.
     pub area: Option<f64>,
 }
 
@@ -41,13 +41,13 @@ impl Measure {
         self.is_closed = self.points.len() > 2;
     }
 
-    /// Opens a closed line again, or takes its last point away. Says whether there was any.
+    /// Opens a closed line again, or takes its last point away. Returns true if there was any.
     pub fn undo(&mut self) -> bool {
         std::mem::take(&mut self.is_closed) || self.points.pop().is_some()
     }
 
-    /// What the line measures; nothing of fewer than two points. Where a closed line crosses itself, parts gone round
-    /// the other way are subtracted.
+    /// What the line measures; nothing of fewer than two points. Where a closed line crosses itself, parts
+    /// gone round the other way are subtracted.
     pub fn measured(&self, texel_size: Option<&TexelSize>) -> Option<Measured> {
         let (first, last) = (self.points.first()?, self.points.last()?);
         if self.points.len() < 2 {

@@ -41,7 +41,7 @@ impl Messages {
         self.told.drain(..surplus);
     }
 
-    /// What is said of a topic is no longer so. Says whether anything was.
+    /// What is said of a topic is no longer so. Returns true if anything was.
     pub fn forget(&mut self, topic: &str) -> bool {
         let count = self.told.len();
         self.told.retain(|message| message.topic != topic);
@@ -53,7 +53,8 @@ impl Messages {
         self.told.is_empty()
     }
 
-    /// Shows them at the top of `free`, the part of the window that no panel covers, each with a button that dismisses it.
+    /// Shows them at the top of `free`, the part of the window that no panel covers, each with a button that
+    /// dismisses it.
     pub fn show(&mut self, context: &Context, free: Rect) {
         if self.is_empty() {
             return;

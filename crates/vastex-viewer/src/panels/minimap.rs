@@ -1,4 +1,5 @@
-//! The whole image, small, in a corner of a view that shows a part of it: which part that is, and what of the image is in memory.
+//! The whole image, small, in a corner of a view that shows a part of it: which part that is, and what of the
+//! image is in memory.
 
 use egui::{
     Area, Color32, ColorImage, Context, Id, Pos2, Rect, Sense, Shape, Stroke, StrokeKind, TextureHandle,
@@ -41,9 +42,10 @@ impl Minimap {
         self.taken = None;
     }
 
-    /// Shows the map in the top left corner of `free`, the part of the window that no panel covers, where the view shows a part of the image and
-    /// there is room. `take` makes a thumbnail of so many pixels; it is called when a map is first seen, and three times a second until the view has settled. Gives
-    /// back where the camera shall be when a person clicks on the map or drags over it.
+    /// Shows the map in the top left corner of `free`, the part of the window that no panel covers, where the
+    /// view shows a part of the image and there is room. `take` makes a thumbnail of so many pixels; it is
+    /// called when a map is first seen, and three times a second until the view has settled. Gives back where
+    /// the camera shall be when a person clicks on the map or drags over it.
     pub fn show(
         &mut self,
         context: &Context,
@@ -130,8 +132,8 @@ impl Minimap {
     }
 }
 
-/// The corners of the part of the picture in which the image is seen, in shares of the image, clockwise as they are seen; nothing where
-/// all of the image is in view, or none.
+/// The corners of the part of the picture in which the image is seen, in shares of the image, clockwise as
+/// they are seen; nothing where all of the image is in view, or none.
 fn seen_part(view: &ImageView) -> Option<[DVec2; 4]> {
     let placed = view.pose.placement(view.picture, view.image)?;
     let size = |sides: [u32; 2]| DVec2::from(sides.map(|side| f64::from(side.max(1))));

@@ -1,8 +1,9 @@
-//! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, how a planet is lit, what keys do, where the
-//! camera is, a map of the image, and guides and shapes over it, what went wrong.
+//! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, how a
+//! planet is lit, what keys do, where the camera is, a map of the image, and guides and shapes over it, what
+//! went wrong.
 //!
-//! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host shows the change. Nothing here
-//! knows a window or a device.
+//! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host
+//! shows the change. Nothing here knows a window or a device.
 
 mod compare;
 mod display;
@@ -34,7 +35,8 @@ pub use planet::planet_controls;
 pub use position::{Bookmark, PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
 
-/// The controls below a node that have no name, for tests: what a person can use and a screen reader could not tell.
+/// The controls below a node that have no name, for tests: what a person can use and a screen reader could
+/// not tell.
 #[cfg(test)]
 pub(crate) fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
     use egui::accesskit::{Action, Role};

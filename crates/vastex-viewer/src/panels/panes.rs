@@ -1,5 +1,5 @@
-//! Panes beside each other ([`crate::layers::CompareMode::Beside`]): the line between two, what each shows, and where the pointer is in the
-//! others.
+//! Panes beside each other ([`crate::layers::CompareMode::Beside`]): the line between two, what each shows,
+//! and where the pointer is in the others.
 
 use egui::{Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
@@ -41,8 +41,8 @@ impl Panes {
         own.intersect(free)
     }
 
-    /// Paints lines between the panes, the title of each at its top, and, in all panes but the pointer's own, a cross where the pointer is.
-    /// Paints nothing where there is one pane.
+    /// Paints lines between the panes, the title of each at its top, and, in all panes but the pointer's own,
+    /// a cross where the pointer is. Paints nothing where there is one pane.
     pub fn paint(&self, painter: &Painter, free: Rect, titles: &[String], pointer: Option<DVec2>) {
         if self.count < 2 {
             return;

@@ -6,7 +6,8 @@ use egui::{Slider, Ui};
 
 use crate::surface::{LayerOptions, PlanetLight, PlanetOptions};
 
-/// Shows how a planet is lit and what is seen of its parts, and changes it in place. Says whether anything is to be another.
+/// Shows how a planet is lit and what is seen of its parts, and changes it in place. Returns true if anything
+/// is to be another.
 pub fn planet_controls(ui: &mut Ui, planet: &mut PlanetOptions) -> bool {
     let before = planet.clone();
     let PlanetOptions { night, clouds, light } = planet;

@@ -51,7 +51,8 @@ pub struct PositionPanel {
 }
 
 impl PositionPanel {
-    /// Shows where the camera is over an image of `size` texels, and the bookmarks. Gives back what a person wants.
+    /// Shows where the camera is over an image of `size` texels, and the bookmarks. Gives back what a person
+    /// wants.
     pub fn show(
         &mut self,
         ui: &mut Ui,
@@ -184,7 +185,8 @@ fn readable(text: &str) -> String {
     words.join(",")
 }
 
-/// The pose that a text means to a camera at `from`: that of its two numbers, as near as the camera is, or the one that it spells out.
+/// The pose that a text means to a camera at `from`: that of its two numbers, as near as the camera is, or
+/// the one that it spells out.
 fn pose_of(text: &str, from: &Pose, size: [u32; 2]) -> Result<Pose, String> {
     let numbers: Option<Vec<f64>> = text
         .split([',', ' '])

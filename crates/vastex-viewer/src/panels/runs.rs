@@ -1,5 +1,5 @@
-//! Lines of points as far as they are in view: cut at its edges in doubles, so that what is left lies where it belongs however far away
-//! the ends are, and a painter gets no more than what is seen.
+//! Lines of points as far as they are in view: cut at its edges in doubles, so that what is left lies where
+//! it belongs however far away the ends are, and a painter gets no more than what is seen.
 
 use egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, pos2};
 use glam::DVec2;
@@ -23,7 +23,8 @@ pub(super) struct Runs {
 }
 
 impl Runs {
-    /// Of a line that has no place yet, in a part of the window. What is in view beyond `most` points is left out.
+    /// Of a line that has no place yet, in a part of the window. What is in view beyond `most` points is left
+    /// out.
     pub(super) fn new(view: Rect, most: usize) -> Runs {
         let view = view.expand(BEYOND);
         let place = |point: Pos2| DVec2::new(point.x.into(), point.y.into());
@@ -75,7 +76,8 @@ impl Runs {
         self.is_at_last = end == to;
     }
 
-    /// The part of a segment that is in view, as Liang and Barsky cut it; nothing where none is, or where a place is no number.
+    /// The part of a segment that is in view, as Liang and Barsky cut it; `None` if none is, or where a place
+    /// is no number.
     fn within(&self, from: DVec2, to: DVec2) -> Option<[DVec2; 2]> {
         let step = to - from;
         let (mut enters, mut leaves) = (0.0f64, 1.0f64);

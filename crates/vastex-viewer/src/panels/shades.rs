@@ -1,4 +1,5 @@
-//! A picture of values and of the shades that they become: a histogram with handles at black and white, above a strip of colours.
+//! A picture of values and of the shades that they become: a histogram with handles at black and white, above
+//! a strip of colours.
 
 use egui::{Color32, CursorIcon, Id, Pos2, Rect, Response, Sense, Stroke, StrokeKind, Ui, Vec2, WidgetInfo};
 
@@ -9,8 +10,8 @@ const HEIGHT: f32 = 90.0;
 const STRIP: f32 = 12.0;
 const COLUMNS: usize = 96;
 
-/// Draws the histogram of stored values with the colours that they become, and lets a person drag black and white. `range` is in stored
-/// values; says whether it was changed.
+/// Draws the histogram of stored values with the colours that they become, and lets a person drag black and
+/// white. `range` is in stored values; says whether it was changed.
 pub(super) fn shades(
     ui: &mut Ui,
     histogram: Option<&Histogram>,

@@ -1,4 +1,5 @@
-//! Shapes over the picture of an image: points, lines and polygons, with names and colours, as GeoJSON has them (see `geojson`).
+//! Shapes over the picture of an image: points, lines and polygons, with names and colours, as GeoJSON has
+//! them (see `geojson`).
 
 mod geojson;
 
@@ -15,23 +16,24 @@ pub use geojson::{GeoJson, ShapesError};
 
 /// Radius of a point, and the width that a shape has at least to be painted as more than a dot; in points.
 const DOT: f32 = 3.5;
-/// The width in points below which one shape is painted for all whose middles lie in the same cell of [`DOT`] points: of a million cells of a
-/// tissue, seen from afar, a few are told apart.
+/// The width in points below which one shape is painted for all whose middles lie in the same cell of [`DOT`]
+/// points: of a million cells of a tissue, seen from afar, a few are told apart.
 const LEAST_OF_ALL: f64 = 12.0;
 /// The width in points from which on a shape's name is beside it, and how long names are at most, about.
 const LEAST_OF_NAME: f64 = 48.0;
 const LONGEST_NAME: f32 = 700.0;
 /// Points of outlines that are looked at together, by the box around them.
 const TOGETHER: usize = 256;
-/// Points of outlines that are painted at once, at most: what is painted has to fit into a buffer of a device.
+/// Points of outlines that are painted at once, at most: what is painted has to fit into a buffer of a
+/// device.
 const MOST_PAINTED: usize = 1 << 18;
 
 /// Shapes over an image, in texels of level 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Shapes {
     outlines: Vec<Outline>,
-    /// The points of all outlines, one after another; their names; and boxes around each [`TOGETHER`] points of one. So many shapes are
-    /// gone as fast as few are.
+    /// The points of all outlines, one after another; their names; and boxes around each [`TOGETHER`] points
+    /// of one. So many shapes are gone as fast as few are.
     points: Vec<DVec2>,
     names: String,
     boxes: Vec<Bounds>,
@@ -84,7 +86,8 @@ impl Bounds {
 }
 
 impl Shapes {
-    /// Reads GeoJSON. `texel_of` tells the place in the image, in texels from its top left corner, of a position in the text.
+    /// Reads GeoJSON. `texel_of` tells the place in the image, in texels from its top left corner, of a
+    /// position in the text.
     ///
     /// Fails as [`GeoJson::read`] and [`GeoJson::shapes`] do.
     pub fn from_geojson(text: &str, texel_of: impl Fn(DVec2) -> DVec2) -> Result<Shapes, ShapesError> {
@@ -119,9 +122,10 @@ impl Shapes {
         }
     }
 
-    /// Paints what is in view over the picture of its image, within `free`, the part of it that no panel covers. What is narrower than a
-    /// few points is a dot, where there is none yet, and of lines as many points are painted as are in view and told apart, and of all
-    /// about a quarter of a million at most. Costs some nanoseconds for each shape, and each 256 points of one, that is not in view.
+    /// Paints what is in view over the picture of its image, within `free`, the part of it that no panel
+    /// covers. What is narrower than a few points is a dot, where there is none yet, and of lines as many
+    /// points are painted as are in view and told apart, and of all about a quarter of a million at most.
+    /// Costs some nanoseconds for each shape, and each 256 points of one, that is not in view.
     pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView) {
         let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
         let sight = Sight::new(painter, free, &placed);
@@ -141,7 +145,8 @@ impl Shapes {
         }
     }
 
-    /// Paints the line through the points of an outline, `room` of them at most, and says how many more there may be.
+    /// Paints the line through the points of an outline, `room` of them at most, and says how many more there
+    /// may be.
     fn paint_line(&self, outline: &Outline, sight: &Sight<'_>, room: usize) -> usize {
         let mut runs = Runs::new(sight.free, room);
         let points = self.points_of(outline);
@@ -193,7 +198,8 @@ struct Sight<'a> {
     pixels_per_point: f64,
     /// Points along a texel.
     scale: f64,
-    /// The part of the image that is in view with some room around it, in texels; of one that is turned, the part around that.
+    /// The part of the image that is in view with some room around it, in texels; of one that is turned, the
+    /// part around that.
     seen: Bounds,
 }
 
@@ -224,7 +230,8 @@ fn is_within(rect: Rect, place: DVec2) -> bool {
     place.x >= low.x.into() && place.y >= low.y.into() && place.x <= high.x.into() && place.y <= high.y.into()
 }
 
-/// Which cells of a part of the window, and of as much around it as a narrow shape reaches into it, have a shape already.
+/// Which cells of a part of the window, and of as much around it as a narrow shape reaches into it, have a
+/// shape already.
 struct Crowd {
     corner: DVec2,
     columns: usize,
@@ -241,7 +248,8 @@ impl Crowd {
         Crowd { corner, columns, rows, is_taken: vec![false; columns * rows] }
     }
 
-    /// Whether the cell of a place has no shape yet, which it then has. Nothing is seen of what lies beside all cells.
+    /// Whether the cell of a place has no shape yet, which it then has. Nothing is seen of what lies beside
+    /// all cells.
     fn has_room(&mut self, place: DVec2) -> bool {
         let cell = ((place - self.corner) / f64::from(DOT)).floor();
         if !(0.0..self.columns as f64).contains(&cell.x) || !(0.0..self.rows as f64).contains(&cell.y) {

@@ -15,7 +15,8 @@ pub struct Canvas {
 }
 
 impl Canvas {
-    /// For pictures of `size` pixels and of the 8-bit format `picture`. Takes 8 bytes a pixel, and 8 more where it is drawn as light.
+    /// For pictures of `size` pixels and of the 8-bit format `picture`. Takes 8 bytes a pixel, and 8 more
+    /// where it is drawn as light.
     pub fn new(gpu: &Gpu, size: [u32; 2], picture: wgpu::TextureFormat, kind: TargetKind) -> Canvas {
         let colour = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("picture"),

@@ -1,7 +1,8 @@
-//! The one way a frame is drawn: poses, what the views want, the update of the textures, the picture, and its encoding.
+//! The one way a frame is drawn: poses, what the views want, the update of the textures, the picture, and its
+//! encoding.
 //!
-//! A kind of scene is a type with [`StageScene`]. A program brings the poses and the target; when a frame is due, and what time it is, is
-//! the program's business.
+//! A kind of scene is a type with [`StageScene`]. A program brings the poses and the target; when a frame is
+//! due, and what time it is, is the program's business.
 
 use vastex::{Error, FeedbackMode, Sampled, Textures, ViewId};
 
@@ -18,7 +19,8 @@ pub trait StageScene {
     /// What the shaders of the scene sample, and so whose bind group the methods that draw are given.
     fn sampled(&self) -> Sampled;
 
-    /// Moves a camera to a pose, for a picture of so many pixels, in whatever is submitted to the queue from here on.
+    /// Moves a camera to a pose, for a picture of so many pixels, in whatever is submitted to the queue from
+    /// here on.
     fn place(
         &self,
         camera: &Self::Camera,
@@ -31,7 +33,8 @@ pub trait StageScene {
     /// Draws what a camera wants to see, into a pass of [`vastex::ViewMut::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
-    /// Draws what a camera sees: every pixel of the target. In [`vastex::ViewMut::main_pass`] it says what it wants.
+    /// Draws what a camera sees: every pixel of the target. In [`vastex::ViewMut::main_pass`] it says what it
+    /// wants.
     fn draw_picture(
         &self,
         camera: &Self::Camera,
@@ -57,7 +60,8 @@ pub struct StageView<'a, S: StageScene + ?Sized> {
 pub enum Pictures {
     /// In every frame.
     Always,
-    /// Where pictures say what they want ([`FeedbackMode::Inline`]); otherwise something else is shown, or nothing.
+    /// Where pictures say what they want ([`FeedbackMode::Inline`]); otherwise something else is shown, or
+    /// nothing.
     ForFeedback,
     /// In no frame.
     Never,
@@ -88,8 +92,9 @@ pub struct PartTime {
 }
 
 impl<S: StageScene + ?Sized> Frame<'_, S> {
-    /// Records a frame: places the cameras, has the views say what they want, updates the textures, and draws. `tell` may say in
-    /// another way what is wanted, after the cameras are in place. What is given back is to be submitted before the next frame.
+    /// Records a frame: places the cameras, has the views say what they want, updates the textures, and
+    /// draws. `tell` may say in another way what is wanted, after the cameras are in place. What is given
+    /// back is to be submitted before the next frame.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -101,8 +106,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         self.record_marked(gpu, textures, scene, target, tell, |_, _| {})
     }
 
-    /// The same, where `mark` is told in front of the commands of each part of the frame which part that is: `feedback`, `picture`, and
-    /// nothing at the end. It may add commands of its own that measure them.
+    /// The same, where `mark` is told in front of the commands of each part of the frame which part that is:
+    /// `feedback`, `picture`, and nothing at the end. It may add commands of its own that measure them.
     pub fn record_marked(
         &self,
         gpu: &Gpu,
@@ -153,8 +158,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
     }
 }
 
-/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. Draws nothing where
-/// what the scene samples was removed.
+/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. Draws
+/// nothing where what the scene samples was removed.
 pub fn draw_again<S: StageScene + ?Sized>(
     encoder: &mut wgpu::CommandEncoder,
     textures: &Textures,

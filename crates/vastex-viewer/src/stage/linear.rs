@@ -1,7 +1,8 @@
 //! A target of linear light in half floats, and the pass that encodes it into the 8 bits that are shown.
 //!
-//! What is blended is blended as light there, whatever the formats of the layers are and of the picture. One opaque layer has nothing to
-//! blend and is drawn straight into the picture ([`TargetKind::Direct`]), which is faster.
+//! What is blended is blended as light there, whatever the formats of the layers are and of the picture. One
+//! opaque layer has nothing to blend and is drawn straight into the picture ([`TargetKind::Direct`]), which
+//! is faster.
 
 /// What scenes are drawn into.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -13,8 +14,8 @@ pub enum TargetKind {
 }
 
 impl TargetKind {
-    /// The faster way that is right for so many layers: a single one has nothing to be blended with. Direct wherever the adapter does
-    /// not blend into half floats.
+    /// The faster way that is right for so many layers: a single one has nothing to be blended with. Direct
+    /// wherever the adapter does not blend into half floats.
     pub fn for_layers(adapter: &wgpu::Adapter, layers: usize) -> TargetKind {
         let features = adapter.get_texture_format_features(LinearTarget::FORMAT);
         let is_blended = features.flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE);
@@ -31,8 +32,8 @@ impl TargetKind {
     }
 }
 
-/// Whether a target of a format is given light: half floats hold it and sRGB formats encode it. Others store display values as
-/// they are given them.
+/// Whether a target of a format is given light: half floats hold it and sRGB formats encode it. Others store
+/// display values as they are given them.
 pub fn takes_light(format: wgpu::TextureFormat) -> bool {
     format.is_srgb() || format == LinearTarget::FORMAT
 }

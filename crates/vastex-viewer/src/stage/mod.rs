@@ -1,4 +1,5 @@
-//! How every kind of scene is drawn: the frame, its targets, the uniform buffer of a pass, and how pictures are read back.
+//! How every kind of scene is drawn: the frame, its targets, the uniform buffer of a pass, and how pictures
+//! are read back.
 
 mod canvas;
 mod frame;

@@ -28,8 +28,8 @@ pub struct TextureRead {
 }
 
 impl TextureRead {
-    /// Adds a copy of a texture, of so many bytes a pixel, to the encoder's commands and submits them. The texture needs
-    /// [`wgpu::TextureUsages::COPY_SRC`].
+    /// Adds a copy of a texture, of so many bytes a pixel, to the encoder's commands and submits them. The
+    /// texture needs [`wgpu::TextureUsages::COPY_SRC`].
     pub fn submit(
         gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,
@@ -63,8 +63,8 @@ impl TextureRead {
         }
     }
 
-    /// The bytes row by row without padding, once they are here; nothing before. They come while the device is polled, which
-    /// every frame of the textures does; [`wgpu::Device::poll`] does it for those who wait.
+    /// The bytes row by row without padding, once they are here; nothing before. They come while the device
+    /// is polled, which every frame of the textures does; [`wgpu::Device::poll`] does it for those who wait.
     pub fn take(&self) -> Option<Result<Vec<u8>, ReadBackError>> {
         match self.state.load(Ordering::Acquire) {
             WAITING => None,

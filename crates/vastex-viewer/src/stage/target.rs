@@ -25,14 +25,16 @@ impl<'a> Target<'a> {
         Target { picture, depth, linear }
     }
 
-    /// Encodes what was drawn, where the target is one of light. To be recorded after the last pass that draws.
+    /// Encodes what was drawn, where the target is one of light. To be recorded after the last pass that
+    /// draws.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(linear) = self.linear {
             linear.encode(encoder, self.picture);
         }
     }
 
-    /// A pass that begins with the background, in the values that the target is given, its alpha 0, which says "not covered".
+    /// A pass that begins with the background, in the values that the target is given, its alpha 0, which
+    /// says "not covered".
     pub fn begin<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, background: Vec4) -> wgpu::RenderPass<'e> {
         let [r, g, b, _] = background.as_dvec4().to_array();
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

@@ -1,13 +1,15 @@
-//! How long the GPU takes for the parts of a frame, by its own clock: told some frames later, and never waited for.
+//! How long the GPU takes for the parts of a frame, by its own clock: told some frames later, and never
+//! waited for.
 
 use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings, GpuTimerQueryResult};
 
 use super::frame::PartTime;
 use crate::gpu::Gpu;
 
-/// Measures the parts of frames on one device. On a device without timestamps it measures nothing, and costs nothing.
+/// Measures the parts of frames on one device. On a device without timestamps it measures nothing, and costs
+/// nothing.
 pub struct GpuTimer {
-    /// Nothing where the device has no timestamps between passes.
+    /// `None` if the device has no timestamps between passes.
     profiler: Option<GpuProfiler>,
     /// The part whose end is still to come.
     open: Option<GpuProfilerQuery>,
@@ -39,8 +41,8 @@ impl GpuTimer {
         self.profiler.is_some()
     }
 
-    /// In front of the commands of a part, and with nothing behind the last of them: what [`crate::stage::Frame::record_marked`] calls.
-    /// Parts of the same name in one frame count together.
+    /// In front of the commands of a part, and with nothing behind the last of them: what
+    /// [`crate::stage::Frame::record_marked`] calls. Parts of the same name in one frame count together.
     pub fn mark(&mut self, encoder: &mut wgpu::CommandEncoder, part: Option<&str>) {
         let Some(profiler) = &self.profiler else { return };
         if let Some(open) = self.open.take() {
@@ -49,7 +51,8 @@ impl GpuTimer {
         self.open = part.map(|part| profiler.begin_query(part, encoder));
     }
 
-    /// At the end of a frame's commands, in the encoder that is submitted last: brings the times of the frame back.
+    /// At the end of a frame's commands, in the encoder that is submitted last: brings the times of the frame
+    /// back.
     pub fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.mark(encoder, None);
         if let Some(profiler) = &mut self.profiler {
@@ -57,7 +60,7 @@ impl GpuTimer {
         }
     }
 
-    /// After the frame was submitted: takes in what has come of earlier ones. Says whether any has.
+    /// After the frame was submitted: takes in what has come of earlier ones. Returns true if any has.
     pub fn end_frame(&mut self) -> bool {
         let Some(profiler) = &mut self.profiler else { return false };
         // A part that was left open counts in no frame.

@@ -49,7 +49,8 @@ pub(crate) enum Placed {
     FixedRelief(FixedReliefView),
 }
 
-/// What shaders are told of a camera, and the bind group that tells them. Made by [`crate::SceneRenderer::new_camera`].
+/// What shaders are told of a camera, and the bind group that tells them. Made by
+/// [`crate::SceneRenderer::new_camera`].
 #[derive(Debug)]
 pub struct CameraBinding {
     uniform: Uniform,
@@ -88,8 +89,9 @@ impl CameraBinding {
         CameraBinding { view, ..self }
     }
 
-    /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a planet is lit; the ids of what is wanted
-    /// together, of the colours and of the heights; how values become colours; the size of a pane of the picture.
+    /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
+    /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
+    /// become colours; the size of a pane of the picture.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,

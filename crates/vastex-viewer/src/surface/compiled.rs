@@ -1,5 +1,5 @@
-//! The shader modules and pipelines that scenes of one device were drawn with, so that a scene like one before it is drawn without
-//! compiling anything.
+//! The shader modules and pipelines that scenes of one device were drawn with, so that a scene like one
+//! before it is drawn without compiling anything.
 //!
 //! What a scene is drawn with is the business of `scene_pipelines`.
 
@@ -81,7 +81,8 @@ impl CompiledScenes {
         place.get_or_init(|| shader_module(device, Some("scene"), text(key))).clone()
     }
 
-    /// A pipeline, which `compile` makes where it is not there. Nobody else waits for that but who wants the same one.
+    /// A pipeline, which `compile` makes where it is not there. Nobody else waits for that but who wants the
+    /// same one.
     pub(super) fn pipeline(
         &self,
         key: &(ModuleKey, PipelineKey),

@@ -1,4 +1,5 @@
-//! What is asked to be shown of textures: which layers, which range of their values, and how they lie on a surface.
+//! What is asked to be shown of textures: which layers, which range of their values, and how they lie on a
+//! surface.
 
 use vastex::{Filter, Layer, LayerId, TextureId, Textures};
 
@@ -13,7 +14,8 @@ use crate::layers::{
 use crate::scene::Scene;
 use crate::stage::TargetKind;
 
-/// How one layer is asked to be shown: by default the first of the first texture, opaque, with values as its format has them.
+/// How one layer is asked to be shown: by default the first of the first texture, opaque, with values as its
+/// format has them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayerOptions {
     /// Which of the textures that are shown together it is of, counted from 0.
@@ -22,11 +24,11 @@ pub struct LayerOptions {
     pub name: Option<String>,
     /// The channels of it that are shown.
     pub bands: Bands,
-    /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers; by default the layer's own. What has it is
-    /// not drawn.
+    /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers; by default
+    /// the layer's own. What has it is not drawn.
     pub nodata: Nodata,
-    /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all channels but
-    /// alpha; colours that are sRGB-encoded count as the light that they stand for.
+    /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all
+    /// channels but alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
     /// The curve within the range.
     pub curve: Curve,
@@ -38,8 +40,8 @@ pub struct LayerOptions {
     pub opacity: f32,
     /// Whether it is drawn.
     pub is_visible: bool,
-    /// How its texels are blended. Where nothing is said, as the textures' own are; but not at all where a value stands for no data, which
-    /// would be mixed with what is known.
+    /// How its texels are blended. Where nothing is said, as the textures' own are; but not at all where a
+    /// value stands for no data, which would be mixed with what is known.
     pub filter: Option<Filter>,
 }
 
@@ -145,8 +147,8 @@ pub struct PlanetOptions {
 }
 
 impl PlanetOptions {
-    /// Whether a texture, counted from 0 among those that are shown together, is of a planet's lights or its clouds, and so of no other
-    /// scene.
+    /// Whether a texture, counted from 0 among those that are shown together, is of a planet's lights or its
+    /// clouds, and so of no other scene.
     pub fn is_of(&self, texture: usize) -> bool {
         [&self.night, &self.clouds].into_iter().flatten().any(|layer| layer.texture == texture)
     }
@@ -155,11 +157,13 @@ impl PlanetOptions {
 /// What is shown of a texture, or of several that lie over one another, each stretched over the same place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplayOptions {
-    /// The layers, the lowest first; where none is asked for, the first one of each texture, the first texture's lowest.
+    /// The layers, the lowest first; where none is asked for, the first one of each texture, the first
+    /// texture's lowest.
     pub layers: Vec<LayerOptions>,
     /// How the uppermost layer that is seen is compared with those beneath it.
     pub compare_mode: CompareMode,
-    /// How scenes with heights are displaced: the terrain always, the planet where there are any, the globe where anything is said of them.
+    /// How scenes with heights are displaced: the terrain always, the planet where there are any, the globe
+    /// where anything is said of them.
     pub heights: Heights,
     /// What the planet has beside that.
     pub planet: PlanetOptions,
@@ -191,8 +195,9 @@ impl DisplayOptions {
         matches!(scene, Scene::Terrain | Scene::Planet) || scene == Scene::Globe && self.heights.are_wanted()
     }
 
-    /// The heights of a scene that has any, beside the layer that is shown of `open` textures that are shown together. A planet without
-    /// heights is level, and so is one whose heights are of a texture that is yet to come.
+    /// The heights of a scene that has any, beside the layer that is shown of `open` textures that are shown
+    /// together. A planet without heights is level, and so is one whose heights are of a texture that is yet
+    /// to come.
     pub fn relief_of(
         &self,
         scene: Scene,
@@ -213,8 +218,8 @@ impl DisplayOptions {
         }
     }
 
-    /// Finds the layers in the textures that are shown together, of which there is one at least; so there is a layer at least. Those of a
-    /// planet's lights, clouds and heights are not among them.
+    /// Finds the layers in the textures that are shown together, of which there is one at least; so there is
+    /// a layer at least. Those of a planet's lights, clouds and heights are not among them.
     pub fn layers_of(
         &self,
         textures: &Textures,
@@ -248,8 +253,8 @@ impl DisplayOptions {
         Ok(PlanetLayers { night: of(&self.planet.night)?, clouds: of(&self.planet.clouds)? })
     }
 
-    /// A scene with what is asked to be shown of textures that are shown together. `layers` are those of [`DisplayOptions::layers_of`],
-    /// `known` heights that were found before, which are looked for once.
+    /// A scene with what is asked to be shown of textures that are shown together. `layers` are those of
+    /// [`DisplayOptions::layers_of`], `known` heights that were found before, which are looked for once.
     pub fn describe(
         &self,
         scene: Scene,

@@ -1,7 +1,9 @@
-//! The image and the globe in fixed point: what fixed.wgsl is told of a camera, and when it is needed, with heights too (`fixed_relief`).
+//! The image and the globe in fixed point: what fixed.wgsl is told of a camera, and when it is needed, with
+//! heights too (`fixed_relief`).
 //!
-//! Everything is worked out in f64 from the texel in the middle of the view. A mesh in uv, which is f32, is exact enough for a texture
-//! that is some ten thousand pixels wide where it is seen; beyond that its texels would stand, and tremble, beside their places.
+//! Everything is worked out in f64 from the texel in the middle of the view. A mesh in uv, which is f32, is
+//! exact enough for a texture that is some ten thousand pixels wide where it is seen; beyond that its texels
+//! would stand, and tremble, beside their places.
 
 use std::f64::consts::{PI, TAU};
 
@@ -55,7 +57,7 @@ pub(crate) fn is_needed(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) 
     pixels > MOST_PIXELS || size[0].max(size[1]) > MOST_TEXELS
 }
 
-/// The uv in the middle of the view; nothing where perspective has none.
+/// The uv in the middle of the view; `None` if perspective has none.
 pub(super) fn middle(pose: &Pose) -> Option<DVec2> {
     match *pose {
         Pose::Image { centre, .. } => Some(centre),
@@ -66,7 +68,8 @@ pub(super) fn middle(pose: &Pose) -> Option<DVec2> {
     }
 }
 
-/// A texture beside the one that is told of, where it has a size of its own; laid out as `LayerPlace` in surface.wgsl.
+/// A texture beside the one that is told of, where it has a size of its own; laid out as `LayerPlace` in
+/// surface.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub(crate) struct LayerPlace {
@@ -108,7 +111,8 @@ pub(super) fn told_aim(pose: &Pose) -> [f32; 4] {
     [sin_heading, cos_heading, sin_tilt, cos_tilt].map(|number| number as f32)
 }
 
-/// What is told of a camera over a texture of `size` texels, for pictures of so many pixels. For poses of the image and the globe.
+/// What is told of a camera over a texture of `size` texels, for pictures of so many pixels. For poses of the
+/// image and the globe.
 pub(crate) fn uniform(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> Option<FixedUniform> {
     let texels = DVec2::from(size.map(f64::from));
     let middle = middle(pose)? * texels;

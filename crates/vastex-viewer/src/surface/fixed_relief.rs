@@ -1,7 +1,9 @@
-//! Surfaces with heights in fixed point: what relief_fixed.wgsl is told of a camera, and which patches are drawn.
+//! Surfaces with heights in fixed point: what relief_fixed.wgsl is told of a camera, and which patches are
+//! drawn.
 //!
-//! Everything is worked out in f64 and told from the camera. Vertices stand on a grid of halvings of the texture and are counted in its
-//! steps. How high the ground below the camera is the shaders look up themselves; here it only says what is in view.
+//! Everything is worked out in f64 and told from the camera. Vertices stand on a grid of halvings of the
+//! texture and are counted in its steps. How high the ground below the camera is the shaders look up
+//! themselves; here it only says what is in view.
 
 use std::f64::consts::{PI, TAU};
 
@@ -27,8 +29,8 @@ const FINEST_UV: f64 = 1.0 / (1 << 20) as f64;
 pub(crate) struct PatchStart {
     high: [i32; 2],
     low: [u16; 2],
-    /// The binary logarithm of the steps along a quad, and of how much wider one is; whether there are half as many vertices on the upper
-    /// edge, and on the lower one.
+    /// The binary logarithm of the steps along a quad, and of how much wider one is; whether there are half
+    /// as many vertices on the upper edge, and on the lower one.
     shift: u8,
     merged: u8,
     is_halved: [u8; 2],
@@ -190,8 +192,8 @@ fn eye_from_local(aim: Aim) -> DMat4 {
 }
 
 impl ReliefSurface {
-    /// What a camera sees in fixed point that is so far above the ground as its pose says, of a texture of `size` texels in a picture of so
-    /// many pixels; nothing for the pose of an image.
+    /// What a camera sees in fixed point that is so far above the ground as its pose says, of a texture of
+    /// `size` texels in a picture of so many pixels; nothing for the pose of an image.
     pub(crate) fn seen_in_fixed_point(
         &self,
         textures: &Textures,
@@ -247,8 +249,8 @@ impl ReliefSurface {
         }
     }
 
-    /// Between which heights a patch lies, from those at its corners and its middle, as the CPU knows them, with room for what
-    /// rises between them: as much again, and as much as the patch is wide.
+    /// Between which heights a patch lies, from those at its corners and its middle, as the CPU knows them,
+    /// with room for what rises between them: as much again, and as much as the patch is wide.
     fn heights_near(&self, sampler: &mut CpuSampler<'_>, place: &PatchPlace, level: f32) -> [f64; 2] {
         let half = place.half.max(DVec2::splat(FINEST_UV));
         let mut found = [f64::INFINITY, f64::NEG_INFINITY];

@@ -1,8 +1,9 @@
 //! A grid over a whole globe that is dense below the camera, for places between orbit and the ground.
 //!
-//! Its lines are meridians and parallels, the nearer to the camera the closer together, so it is one mesh without seams, and in a plate
-//! carrée texture every quad is a rectangle. Everything is worked out in f64 and told from the camera, in altitudes, and from the texel
-//! below it: what is near has small numbers, which f32 holds exactly enough.
+//! Its lines are meridians and parallels, the nearer to the camera the closer together, so it is one mesh
+//! without seams, and in a plate carrée texture every quad is a rectangle. Everything is worked out in f64
+//! and told from the camera, in altitudes, and from the texel below it: what is near has small numbers, which
+//! f32 holds exactly enough.
 
 use std::f64::consts::{PI, TAU};
 
@@ -62,7 +63,8 @@ impl GlobePose {
 /// A globe as one camera sees it.
 #[derive(Clone, Debug)]
 pub struct GlobeGrid {
-    /// Positions from the camera, in altitudes, along east, north and up; in the place of uv texels of level 0 from `anchor`.
+    /// Positions from the camera, in altitudes, along east, north and up; in the place of uv texels of level
+    /// 0 from `anchor`.
     pub mesh: Mesh,
     /// The texel below the camera.
     pub anchor: [u32; 2],
@@ -71,7 +73,8 @@ pub struct GlobeGrid {
 }
 
 impl GlobeGrid {
-    /// For a texture of `size` texels, seen in a picture of `view` (width over height). Costs some 37,000 vertices.
+    /// For a texture of `size` texels, seen in a picture of `view` (width over height). Costs some 37,000
+    /// vertices.
     pub fn new(pose: &GlobePose, size: [u32; 2], view: f32) -> GlobeGrid {
         let below = pose.texel(size);
         let anchor = below.floor();
@@ -105,8 +108,8 @@ impl GlobeGrid {
     }
 }
 
-/// The point so far east and north of where the camera is above, from the camera, in altitudes along east, north and up. By way of
-/// half angles, so that of small ones nothing is lost.
+/// The point so far east and north of where the camera is above, from the camera, in altitudes along east,
+/// north and up. By way of half angles, so that of small ones nothing is lost.
 fn from_camera(pose: &GlobePose, east: f64, north: f64) -> DVec3 {
     let (sin_lat, cos_lat) = pose.latitude.sin_cos();
     let (sin_north, cos_there) = (north.sin(), (pose.latitude + north).cos());
@@ -174,7 +177,8 @@ mod tests {
         }
     }
 
-    /// What is below the camera moves by as much as the camera does, to the hundredth of a millimetre, at the other side it closes.
+    /// What is below the camera moves by as much as the camera does, to the hundredth of a millimetre, at the
+    /// other side it closes.
     #[test]
     fn near_vertices_are_exact_and_the_far_side_closes() {
         let pose = pose(1.5 * GlobePose::METRE);

@@ -1,7 +1,9 @@
-//! How a layer is shown, as a text: `NAME` and its settings, each after a colon, as `--layer` of the program takes them.
+//! How a layer is shown, as a text: `NAME` and its settings, each after a colon, as `--layer` of the program
+//! takes them.
 //!
-//! `height:range=0..0.2:map=viridis:opacity=0.5`. What is as it is by default is left out, the name of a texture's first layer too. A colon,
-//! a semicolon, a percent sign or a space in a name is written by its code, as in web addresses: `%3A`.
+//! `height:range=0..0.2:map=viridis:opacity=0.5`. What is as it is by default is left out, the name of a
+//! texture's first layer too. A colon, a semicolon, a percent sign or a space in a name is written by its
+//! code, as in web addresses: `%3A`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -112,8 +114,8 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
     Ok(())
 }
 
-/// The values for black and white, with a word between them: two different numbers. The first may be the larger one, which turns black and
-/// white round.
+/// The values for black and white, with a word between them: two different numbers. The first may be the
+/// larger one, which turns black and white round.
 pub fn range_of(text: &str, between: &str) -> Result<[f32; 2], String> {
     let ends = text
         .split_once(between)

@@ -1,13 +1,14 @@
-//! Which patches a surface with heights is drawn of: a quadtree over uv, finer where the camera is nearer, and between two
-//! sizes of patches one that turns into the other.
+//! Which patches a surface with heights is drawn of: a quadtree over uv, finer where the camera is nearer,
+//! and between two sizes of patches one that turns into the other.
 //!
-//! A patch is a grid of quads. With its distance from the camera a vertex moves to its neighbour of the next coarser grid, and is
-//! there before a patch is drawn in the coarser one, so that edges of neighbours have the same vertices. All of that follows
-//! from a vertex's own uv, never from its patch or its height; uv of vertices are exact (dyadic) numbers. How high the surface
-//! is there is `relief`'s business, and the shaders': `relief_uv` in relief.wgsl is `Patches::vertex`.
+//! A patch is a grid of quads. With its distance from the camera a vertex moves to its neighbour of the next
+//! coarser grid, and is there before a patch is drawn in the coarser one, so that edges of neighbours have
+//! the same vertices. All of that follows from a vertex's own uv, never from its patch or its height; uv of
+//! vertices are exact (dyadic) numbers. How high the surface is there is `relief`'s business, and the
+//! shaders': `relief_uv` in relief.wgsl is `Patches::vertex`.
 //!
-//! Patches are chosen in f64 and told as whole numbers ([`Cell`]); what shaders are told of them differs between surfaces in uv
-//! ([`Patch`]) and in fixed point (`fixed_relief`).
+//! Patches are chosen in f64 and told as whole numbers ([`Cell`]); what shaders are told of them differs
+//! between surfaces in uv ([`Patch`]) and in fixed point (`fixed_relief`).
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Mat4, Vec2, Vec3};
 
@@ -19,8 +20,8 @@ pub(crate) const QUADS: u32 = 16;
 pub(crate) const MOST_PATCHES: usize = 1 << 14;
 /// Shares of a patch's range between which its vertices move to the next coarser grid.
 pub(crate) const MORPH: [f32; 2] = [0.75, 0.98];
-/// Range of patches by their diagonal: at least what keeps neighbours within one level of each other, and vertices that a finer
-/// patch has too from moving, with MORPH; at most what makes too many of them.
+/// Range of patches by their diagonal: at least what keeps neighbours within one level of each other, and
+/// vertices that a finer patch has too from moving, with MORPH; at most what makes too many of them.
 const RANGES: [f32; 2] = [4.25, 12.0];
 /// Pixels between two vertices, about.
 const PIXELS_PER_QUAD: f32 = 8.0;
@@ -109,7 +110,8 @@ pub(crate) struct Patch {
     pub(crate) side: Vec2,
 }
 
-/// A patch: its column and row among those of its size, each halving of the largest ones doubling their number.
+/// A patch: its column and row among those of its size, each halving of the largest ones doubling their
+/// number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cell {
     /// The first of its columns.
@@ -117,7 +119,8 @@ pub(crate) struct Cell {
     pub(crate) row: u64,
     /// Halvings.
     pub(crate) depth: u32,
-    /// The binary logarithm of its columns: more than 0 near a pole of a globe in fixed point, where columns are narrow.
+    /// The binary logarithm of its columns: more than 0 near a pole of a globe in fixed point, where columns
+    /// are narrow.
     pub(crate) merged: u32,
 }
 
@@ -137,8 +140,9 @@ impl Cell {
         1 << self.merged
     }
 
-    /// The binary logarithm of columns that are together at most a quarter as wide as one at the equator, so that arcs round the pole are
-    /// straight enough, for patches that begin at an edge of the row and go on towards the pole: the upper one (0) or the lower one (1).
+    /// The binary logarithm of columns that are together at most a quarter as wide as one at the equator, so
+    /// that arcs round the pole are straight enough, for patches that begin at an edge of the row and go on
+    /// towards the pole: the upper one (0) or the lower one (1).
     pub(crate) fn merged_beyond(self, base: Base, edge: u64) -> u32 {
         let rows = f64::from(base.roots()[1]) * f64::from(self.depth).exp2();
         let cosine = ((self.row + edge) as f64 / rows * std::f64::consts::PI).sin();
@@ -255,8 +259,8 @@ impl Patches {
         2.0 / (self.range_per_side * QUADS as f32) * Vec2::new(1.0, columns / rows)
     }
 
-    /// The patches to be drawn for levels by the distance from `eye`, a place over the surface without heights: those in view. The nearest
-    /// come first where there are more than can be drawn.
+    /// The patches to be drawn for levels by the distance from `eye`, a place over the surface without
+    /// heights: those in view. The nearest come first where there are more than can be drawn.
     pub(crate) fn select(&self, eye: DVec3, frustum: &Frustum, heights: &mut HeightsOf<'_>) -> Vec<Cell> {
         let [columns, rows] = self.base.roots().map(u64::from);
         let mut selected = Vec::new();
@@ -280,8 +284,8 @@ impl Patches {
         let [origin, side] = cell.extent(self.base);
         let half = 0.5 * side;
         let middle = origin + half;
-        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged columns are no
-        // wider than one at the equator.
+        // No point of it is farther from its middle: the way there along the axes of uv is no shorter. Merged
+        // columns are no wider than one at the equator.
         let column = half.x / cell.columns() as f64;
         let radius = (DVec2::new(column, half.y) * self.base.extent().as_dvec2()).length();
         let nearest = eye.distance(self.base.point_f64(middle)) - radius;
@@ -362,8 +366,8 @@ mod tests {
         }
     }
 
-    /// The edges of all patches, piece by piece: what is not on the rim of the surface is there twice, once from either side,
-    /// bit by bit the same. On the globe the rim is the poles alone.
+    /// The edges of all patches, piece by piece: what is not on the rim of the surface is there twice, once
+    /// from either side, bit by bit the same. On the globe the rim is the poles alone.
     #[test]
     fn edges_of_neighbours_agree() {
         for (patches, eye) in cases() {
@@ -399,8 +403,8 @@ mod tests {
                 let distance = eye.distance(patches.base.point(uv));
                 let quad = patch.side.x / QUADS as f32;
                 let said = patches.spacing().x * distance;
-                // Finer near the eye, where heights have no more to say; twice as far apart at the far end of a range, and
-                // farther in patches whose siblings are nearer, and beyond the largest.
+                // Finer near the eye, where heights have no more to say; twice as far apart at the far end of
+                // a range, and farther in patches whose siblings are nearer, and beyond the largest.
                 let is_finest =
                     patch.side.x * (1 << patches.depth) as f32 <= 1.0 / patches.base.roots()[0] as f32;
                 let is_largest = patch.side.x * patches.base.roots()[0] as f32 == 1.0;

@@ -1,6 +1,7 @@
 //! The pipelines of scenes: what they have in common, and what differs between them.
 //!
-//! Which are made, and what is drawn by them, is `renderer`'s business and that of whoever draws other things.
+//! Which are made, and what is drawn by them, is `renderer`'s business and that of whoever draws other
+//! things.
 
 use super::fixed_relief::PatchStart;
 use super::mesh::Vertex;
@@ -12,8 +13,8 @@ use crate::stage::DEPTH_FORMAT;
 pub enum Corners {
     /// Points of a surface.
     Vertices,
-    /// Points of a closed surface, which is seen from outside: its far side is hidden, and would be shaded for nothing where a fragment
-    /// shader that writes something keeps depth from being tested before it.
+    /// Points of a closed surface, which is seen from outside: its far side is hidden, and would be shaded
+    /// for nothing where a fragment shader that writes something keeps depth from being tested before it.
     Outside,
     /// Patches, whose points are numbered.
     Patches,

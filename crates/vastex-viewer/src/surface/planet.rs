@@ -1,4 +1,5 @@
-//! How a planet is lit: where the sun stands, how high its mountains are made, how dense its air is, and how bright its lights are.
+//! How a planet is lit: where the sun stands, how high its mountains are made, how dense its air is, and how
+//! bright its lights are.
 //!
 //! What becomes of it in a picture is in planet.wgsl; which textures its lights and clouds are, `layers` say.
 
@@ -7,10 +8,12 @@ use glam::{DVec3, Vec3};
 use crate::camera::{FIELD_OF_VIEW, Pose};
 use crate::scene::direction_f64;
 
-/// How a planet is lit, and how much of its relief and its air is seen. Changing it compiles nothing, and loads nothing.
+/// How a planet is lit, and how much of its relief and its air is seen. Changing it compiles nothing, and
+/// loads nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlanetLight {
-    /// Longitude and latitude over which the sun stands, in degrees. Without a sun all is as light as it can be.
+    /// Longitude and latitude over which the sun stands, in degrees. Without a sun all is as light as it can
+    /// be.
     pub sun: Option<[f64; 2]>,
     /// By how much mountains are made higher than they are; 0 for a smooth ball.
     pub exaggeration: f32,
@@ -43,8 +46,8 @@ pub(super) struct PlanetUniform {
 }
 
 impl PlanetLight {
-    /// What is told of a planet that a camera sees in a picture of so many pixels. `sea` is 1 over the value above the sea's at which
-    /// nothing is sea, or 0 where there is none.
+    /// What is told of a planet that a camera sees in a picture of so many pixels. `sea` is 1 over the value
+    /// above the sea's at which nothing is sea, or 0 where there is none.
     pub(super) fn uniform(&self, pose: &Pose, [width, height]: [u32; 2], sea: f32) -> PlanetUniform {
         let [right, up, ahead] = pose.axes();
         let tangent = (FIELD_OF_VIEW / 2.0).tan();

@@ -1,8 +1,9 @@
-//! Heights that displace a scene's surface: which layer they are, how high they rise, and where the camera is above them.
+//! Heights that displace a scene's surface: which layer they are, how high they rise, and where the camera is
+//! above them.
 //!
-//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage for the light; colours
-//! and heights are a group, so that one feedback entry serves both. Which patches are drawn is `patches`' business, what shaders
-//! are told in fixed point that of `fixed_relief`.
+//! They are sampled in the vertex stage, at the level of the vertices' distance, and in the fragment stage
+//! for the light; colours and heights are a group, so that one feedback entry serves both. Which patches are
+//! drawn is `patches`' business, what shaders are told in fixed point that of `fixed_relief`.
 
 use glam::{Mat4, Vec2, Vec3};
 use vastex::{LayerFormat, LayerId, TextureId, Textures};
@@ -17,16 +18,17 @@ use crate::scene::Scene;
 pub struct Heights {
     /// Which of the textures that are shown together they are of, counted from 0; else the one that is shown.
     pub texture: Option<usize>,
-    /// Name of the layer; else the one called `height`, else the only one of a texture that was named, else what is shown, if that is one
-    /// channel.
+    /// Name of the layer; else the one called `height`, else the only one of a texture that was named, else
+    /// what is shown, if that is one channel.
     pub layer: Option<String>,
-    /// How high a value of 1 rises: in widths of the terrain, in radii of the globe. Else so that what the coarse levels say
-    /// rises by a twentieth.
+    /// How high a value of 1 rises: in widths of the terrain, in radii of the globe. Else so that what the
+    /// coarse levels say rises by a twentieth.
     pub scale: Option<f32>,
-    /// The value that is not displaced; else the lowest of the coarse levels. On a planet it is that of the sea, which covers what is lower.
+    /// The value that is not displaced; else the lowest of the coarse levels. On a planet it is that of the
+    /// sea, which covers what is lower.
     pub zero: Option<f32>,
-    /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two sizes meet: to see that tears
-    /// would be seen.
+    /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two
+    /// sizes meet: to see that tears would be seen.
     pub is_torn: bool,
 }
 
@@ -80,7 +82,8 @@ pub struct Relief {
     is_level: bool,
 }
 
-/// By how much heights rise that nobody has said a scale for: a twentieth of the globe's radius, of the terrain's width.
+/// By how much heights rise that nobody has said a scale for: a twentieth of the globe's radius, of the
+/// terrain's width.
 const RISE: f32 = 0.05;
 /// And of a planet: as the Earth's, from the deepest sea to the highest mountain.
 const PLANET_RISE: f32 = 1.0 / 320.0;
@@ -92,8 +95,8 @@ const WIDTH: f32 = 2.0;
 const PROBES: u32 = 64;
 
 impl Relief {
-    /// Finds the heights beside the layer that is shown, of `open` textures that are shown together, and has them kept for the CPU; best
-    /// before anything of the texture is loaded.
+    /// Finds the heights beside the layer that is shown, of `open` textures that are shown together, and has
+    /// them kept for the CPU; best before anything of the texture is loaded.
     pub fn new(
         textures: &mut Textures,
         open: &[TextureId],
@@ -123,7 +126,8 @@ impl Relief {
         })
     }
 
-    /// No heights: a layer that is shown stands for them, where a scene must have some, and displaces nothing.
+    /// No heights: a layer that is shown stands for them, where a scene must have some, and displaces
+    /// nothing.
     pub fn level(textures: &Textures, shown: LayerId) -> Result<Relief, HeightsError> {
         let [width, height, _] = textures.texture(shown.texture())?.description().geometry.size();
         Ok(Relief {
@@ -312,7 +316,8 @@ impl ReliefSurface {
         [heights[0].min(heights[1]), heights[0].max(heights[1])]
     }
 
-    /// How high the ground is below the camera, at the level at which it is drawn there, as far as that is known.
+    /// How high the ground is below the camera, at the level at which it is drawn there, as far as that is
+    /// known.
     pub(super) fn ground_below(&self, textures: &Textures, uniform: &ReliefUniform) -> f32 {
         if self.relief.is_level {
             return 0.0;

@@ -64,8 +64,8 @@ pub struct SceneRenderer {
 }
 
 impl SceneRenderer {
-    /// Prepares a scene for pictures of `format`. A list of layers is drawn as light: into half floats or an sRGB format; other
-    /// formats are given it encoded. Fails where a texture was removed.
+    /// Prepares a scene for pictures of `format`. A list of layers is drawn as light: into half floats or an
+    /// sRGB format; other formats are given it encoded. Fails where a texture was removed.
     pub fn new(
         gpu: &Gpu,
         textures: &Textures,
@@ -114,8 +114,8 @@ impl SceneRenderer {
         TargetKind::for_layers(adapter, if layers.is_single() { 1 } else { 2 })
     }
 
-    /// What the layers are like in frames from here on: those of the list that the renderer was made with, after [`Layers::set`]
-    /// said that it can stay.
+    /// What the layers are like in frames from here on: those of the list that the renderer was made with,
+    /// after [`Layers::set`] said that it can stay.
     pub fn set_layers(&mut self, queue: &wgpu::Queue, textures: &Textures, layers: &Layers) {
         self.layers = layers.clone();
         if let Some(told) = &self.told_layers {
@@ -162,8 +162,8 @@ impl SceneRenderer {
         f64::from(self.size[0]) / f64::from(self.size[1])
     }
 
-    /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has. Over heights it is as far
-    /// above the ground as the pose says, as far as `textures` know the ground.
+    /// Where the camera is in the frame that is about to be drawn, and how many pixels the picture has. Over
+    /// heights it is as far above the ground as the pose says, as far as `textures` know the ground.
     pub fn set_pose(&self, queue: &wgpu::Queue, textures: &Textures, pose: &Pose, picture: [u32; 2]) {
         self.place(&self.camera, queue, textures, pose, picture);
     }
@@ -173,8 +173,8 @@ impl SceneRenderer {
         CameraBinding::new(device, self.maker.camera_layout(), self.relief.is_some())
     }
 
-    /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`]; nothing where heights
-    /// displace the scene or several layers are on it.
+    /// Draws the level that each part of the texture needs, into a pass of [`vastex::Ahead::texture_space`];
+    /// `None` if heights displace the scene or several layers are on it.
     pub fn draw_spread(&self, pass: &mut wgpu::RenderPass<'_>, texture_group: &wgpu::BindGroup) {
         if let Some(spread) = self.spread.get_or_init(|| self.maker.spread()) {
             self.bind(&self.camera, pass, spread, texture_group);
@@ -240,8 +240,9 @@ impl SceneRenderer {
         }
     }
 
-    /// Pipelines that draw the same surface by another entry point of the fragment stage, `entry_mesh` and `entry_fixed` in the text: its
-    /// targets, and the layout of one more bind group, for a scene of one opaque layer.
+    /// Pipelines that draw the same surface by another entry point of the fragment stage, `entry_mesh` and
+    /// `entry_fixed` in the text: its targets, and the layout of one more bind group, for a scene of one
+    /// opaque layer.
     pub fn pipelines(
         &self,
         entry: &str,
@@ -251,9 +252,9 @@ impl SceneRenderer {
         self.maker.pipelines("place", entry, group, formats)
     }
 
-    /// Compiles the pipelines of picture and feedback that nothing was drawn with yet. A host that is to miss no frame when a
-    /// camera comes so near that a mesh is not exact any more calls this while nobody waits. Costs tens of milliseconds the first
-    /// time, then nothing.
+    /// Compiles the pipelines of picture and feedback that nothing was drawn with yet. A host that is to miss
+    /// no frame when a camera comes so near that a mesh is not exact any more calls this while nobody waits.
+    /// Costs tens of milliseconds the first time, then nothing.
     pub fn compile_all(&self) {
         self.picture.compile();
         self.wanted.compile();
@@ -262,13 +263,14 @@ impl SceneRenderer {
         }
     }
 
-    /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not compiled again, so a
-    /// frame in which this grows may have taken longer for it.
+    /// Pipelines that were compiled for scenes on a device so far. A pipeline that a scene before had is not
+    /// compiled again, so a frame in which this grows may have taken longer for it.
     pub fn pipelines_compiled(gpu: &Gpu) -> u32 {
         gpu.kept::<CompiledScenes>().compiled()
     }
 
-    /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; nothing where a mesh is exact enough.
+    /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; `None` if a mesh
+    /// is exact enough.
     pub fn anchor(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> Option<[u32; 2]> {
         match self.placed(textures, pose, picture).0 {
             Placed::Fixed(fixed) => Some(fixed.anchor()),
@@ -307,8 +309,8 @@ impl SceneRenderer {
         self.relief.is_some()
     }
 
-    /// A pipeline that draws a plan over the whole picture in the place of the scene, of the layer that is inspected; one more bind group,
-    /// if any. Fails where its texture was removed.
+    /// A pipeline that draws a plan over the whole picture in the place of the scene, of the layer that is
+    /// inspected; one more bind group, if any. Fails where its texture was removed.
     pub fn plan_pipeline(
         &self,
         textures: &Textures,
@@ -368,7 +370,8 @@ impl StageScene for SceneRenderer {
         pose: &Pose,
         picture: [u32; 2],
     ) {
-        // Panes beside each other are seen through one camera; what feedback has of the picture is all of one pane.
+        // Panes beside each other are seen through one camera; what feedback has of the picture is all of one
+        // pane.
         let pane = self.layers.pane_size(picture);
         let (placed, middle) = self.placed(textures, pose, pane);
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));

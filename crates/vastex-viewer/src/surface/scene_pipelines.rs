@@ -1,6 +1,7 @@
-//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is compiled when
-//! something is drawn with it for the first time, since most scenes are only ever drawn in one way, and compiling is most of what
-//! opening one takes; and not at all where the same device drew a scene like it (`compiled`).
+//! The pipelines of a scene: one for each way in which its surface is placed, of one shader module. Each is
+//! compiled when something is drawn with it for the first time, since most scenes are only ever drawn in one
+//! way, and compiling is most of what opening one takes; and not at all where the same device drew a scene
+//! like it (`compiled`).
 
 use std::sync::{Arc, OnceLock};
 
@@ -243,7 +244,8 @@ impl SceneProgram {
         SceneProgram { text, module, layouts }
     }
 
-    /// A pipeline that was compiled before or is now. The third bind group is that of a list of layers, else the key's.
+    /// A pipeline that was compiled before or is now. The third bind group is that of a list of layers, else
+    /// the key's.
     fn pipeline(
         &self,
         gpu: &Gpu,

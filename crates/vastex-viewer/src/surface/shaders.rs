@@ -1,10 +1,12 @@
-//! The shader texts of surfaces: which modules are joined, each beside Vastex's own text, which is the same for all pipelines.
+//! The shader texts of surfaces: which modules are joined, each beside Vastex's own text, which is the same
+//! for all pipelines.
 //!
-//! One text has every entry point of what is drawn with one bind group, so there are as few texts as there are kinds of what is
-//! sampled. What a pipeline is told beside that are constants that it is made with.
+//! One text has every entry point of what is drawn with one bind group, so there are as few texts as there
+//! are kinds of what is sampled. What a pipeline is told beside that are constants that it is made with.
 //!
-//! There are two surfaces, flat ones and those that heights displace, and each is placed in two ways: as a mesh in uv and in fixed point.
-//! What is drawn is the same for all of them, in modules in which `WAY` is replaced.
+//! There are two surfaces, flat ones and those that heights displace, and each is placed in two ways: as a
+//! mesh in uv and in fixed point. What is drawn is the same for all of them, in modules in which `WAY` is
+//! replaced.
 
 use super::patches::QUADS;
 use crate::layers::{ColorMap, LayersText};
@@ -69,7 +71,8 @@ pub fn layered(vastex: &str, layers: LayersText) -> String {
     joined(modules, vastex)
 }
 
-/// Of a scene with heights or of a planet, where any layer may stand for heights; `vastex` is the text for a group of `layer0` and so on and `height`.
+/// Of a scene with heights or of a planet, where any layer may stand for heights; `vastex` is the text for a
+/// group of `layer0` and so on and `height`.
 pub fn relief(vastex: &str, layers: LayersText) -> String {
     let mut modules = parts(layers);
     modules.extend(RELIEF.map(str::to_owned));

@@ -1,6 +1,7 @@
 //! How a texture lies on a surface: once, or again and again, from its corner or from elsewhere.
 //!
-//! What is beyond its edges is the address mode's business; how a shader says that its uv jumps, surface.wgsl's.
+//! What is beyond its edges is the address mode's business; how a shader says that its uv jumps,
+//! surface.wgsl's.
 
 use glam::{BVec2, Vec2};
 
@@ -9,10 +10,11 @@ use glam::{BVec2, Vec2};
 pub struct Tiling {
     /// How many times the texture lies along u and v of the surface.
     pub repeats: Vec2,
-    /// The uv of the texture at the surface's first corner; half a turn brings a globe's date line to its middle.
+    /// The uv of the texture at the surface's first corner; half a turn brings a globe's date line to its
+    /// middle.
     pub first: Vec2,
-    /// Along which axes the shader folds uv into 0 to 1, as it does that computes uv from an angle: it jumps there between
-    /// neighbouring pixels, and is sampled as uv that jumps. For axes that wrap.
+    /// Along which axes the shader folds uv into 0 to 1, as it does that computes uv from an angle: it jumps
+    /// there between neighbouring pixels, and is sampled as uv that jumps. For axes that wrap.
     pub folded: BVec2,
 }
 

@@ -1,4 +1,5 @@
-//! What a person does to the widget, in the words of the viewer's input: egui's events become moves of the camera.
+//! What a person does to the widget, in the words of the viewer's input: egui's events become moves of the
+//! camera.
 
 use std::time::Duration;
 
@@ -43,8 +44,8 @@ pub(super) struct Hands {
 }
 
 impl Hands {
-    /// Moves the camera by what was done since the last frame, over a picture and an image of so many pixels and texels. Says whether it
-    /// goes on by itself.
+    /// Moves the camera by what was done since the last frame, over a picture and an image of so many pixels
+    /// and texels. Returns true if it goes on by itself.
     pub(super) fn move_camera(
         &mut self,
         ui: &Ui,

@@ -1,7 +1,7 @@
 //! An image of any size as a widget of a program that uses egui and draws it with wgpu, as eframe does.
 //!
-//! The widget draws into a texture of its own, by the frame loop of `vastex`, and egui paints that. What a person does to it is in
-//! [`hands`].
+//! The widget draws into a texture of its own, by the frame loop of `vastex`, and egui paints that. What a
+//! person does to it is in [`hands`].
 
 mod hands;
 
@@ -42,10 +42,12 @@ pub enum VastexImageError {
     Vastex(#[from] vastex::Error),
 }
 
-/// An image of any size to pan and zoom in, for any program that shows egui by wgpu. The same value goes on from frame to frame.
+/// An image of any size to pan and zoom in, for any program that shows egui by wgpu. The same value goes on
+/// from frame to frame.
 ///
-/// Drag, a wheel, a pinch, arrow keys, `+` and `-` move; a double click and `0` show all of it; 1 to 9 show so many pixels a texel. Large
-/// texels are shown as they are. It asks egui for further frames while something is loading or moving, and for none after that.
+/// Drag, a wheel, a pinch, arrow keys, `+` and `-` move; a double click and `0` show all of it; 1 to 9 show
+/// so many pixels a texel. Large texels are shown as they are. It asks egui for further frames while
+/// something is loading or moving, and for none after that.
 ///
 /// ```no_run
 /// use std::sync::Arc;
@@ -118,7 +120,8 @@ impl VastexImage {
         self.textures.preparer()
     }
 
-    /// Shows the first layer of an image that was read, all of it, in the place of the one before. Neither reads nor waits.
+    /// Shows the first layer of an image that was read, all of it, in the place of the one before. Neither
+    /// reads nor waits.
     pub fn set_image(&mut self, prepared: Prepared) -> Result<(), VastexImageError> {
         let texture = self.textures.add(prepared).map_err(|refused| refused.error)?;
         let shown = Shown::new(&self.gpu, &self.textures, texture).inspect_err(|_| {
@@ -195,7 +198,8 @@ impl VastexImage {
         self.shown.as_ref().map(|shown| shown.size)
     }
 
-    /// The texel below a place of the window, in points, as it was drawn last, with its stored value; `None` beside the image.
+    /// The texel below a place of the window, in points, as it was drawn last, with its stored value; `None`
+    /// beside the image.
     pub fn texel_at(&self, place: Pos2) -> Option<InspectedTexel> {
         let ((canvas, _), shown) = (self.canvas.as_ref()?, self.shown.as_ref()?);
         let share = (place - self.place.min) / self.place.size();

@@ -1,4 +1,5 @@
-//! The widget in a program without a window: egui runs, its shapes are painted by egui-wgpu, and pixels are read back.
+//! The widget in a program without a window: egui runs, its shapes are painted by egui-wgpu, and pixels are
+//! read back.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,4 +1,5 @@
-//! Chunks of Blosc 1: blocks that are compressed one by one, each in as many streams as its values have bytes, or in one.
+//! Chunks of Blosc 1: blocks that are compressed one by one, each in as many streams as its values have
+//! bytes, or in one.
 
 use super::shuffle::{unshuffle, unshuffle_bits};
 use super::{blosclz, unpack};

@@ -1,4 +1,5 @@
-//! BloscLZ, the compressor that Blosc brings: literals and matches up to 8191 bytes back, or 65535 beyond those.
+//! BloscLZ, the compressor that Blosc brings: literals and matches up to 8191 bytes back, or 65535 beyond
+//! those.
 
 /// The distance at which two more bytes say the rest.
 const FAR: usize = 8191;

@@ -1,7 +1,8 @@
 //! From the bytes of a stored chunk to those of its values: the codecs that Zarr arrays are written with.
 //!
-//! Every codec decodes into memory of a size known before: that of the chunk's values, or a little more where another codec
-//! follows. What claims to be longer is refused, so a hostile chunk takes no more memory than a sound one.
+//! Every codec decodes into memory of a size known before: that of the chunk's values, or a little more where
+//! another codec follows. What claims to be longer is refused, so a hostile chunk takes no more memory than a
+//! sound one.
 
 mod blosc;
 mod blosclz;

@@ -29,8 +29,8 @@ fn planes<const WIDTH: usize>(count: usize, input: &[u8], output: &mut [u8]) {
     }
 }
 
-/// Puts the bits of values of `width` bytes together again. Values are taken eight at a time; where their number is no multiple
-/// of eight, nothing was moved.
+/// Puts the bits of values of `width` bytes together again. Values are taken eight at a time; where their
+/// number is no multiple of eight, nothing was moved.
 pub(super) fn unshuffle_bits(width: usize, input: &[u8], output: &mut [u8]) {
     let count = input.len() / width.max(1);
     if width == 0 || count == 0 || !count.is_multiple_of(8) {

@@ -29,7 +29,7 @@ pub(crate) struct Layout {
 }
 
 impl Layout {
-    /// Bytes of all values; nothing where that is no number.
+    /// Bytes of all values; `None` if that is no number.
     pub(crate) fn bytes(&self) -> Option<u64> {
         let values = self.shape.iter().try_fold(1_u64, |product, side| product.checked_mul(*side));
         values?
@@ -37,7 +37,8 @@ impl Layout {
             .filter(|bytes| bytes.checked_add(self.offset).is_some())
     }
 
-    /// Values of a chunk along each axis: whole layers, rows of them, or parts of rows, so that it is one run.
+    /// Values of a chunk along each axis: whole layers, rows of them, or parts of rows, so that it is one
+    /// run.
     pub(crate) fn chunk(&self) -> Vec<u64> {
         let mut chunk = vec![1; self.shape.len()];
         let mut bytes = self.dtype.bytes() as u64;

@@ -1,4 +1,5 @@
-//! Values one after the other in a file: NIfTI and raw files. They are read in place, or from memory where the file is compressed.
+//! Values one after the other in a file: NIfTI and raw files. They are read in place, or from memory where
+//! the file is compressed.
 
 mod array;
 mod nifti;

@@ -1,5 +1,5 @@
-//! NIfTI, versions 1 and 2: one file, gzipped or not, or a header with its image beside it. Values are as they are stored: what
-//! `scl_slope` makes of them is said, not applied, and no orientation either.
+//! NIfTI, versions 1 and 2: one file, gzipped or not, or a header with its image beside it. Values are as
+//! they are stored: what `scl_slope` makes of them is said, not applied, and no orientation either.
 
 use std::fs::File;
 use std::io::{self, Read};

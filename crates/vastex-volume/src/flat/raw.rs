@@ -1,6 +1,7 @@
 //! Raw volumes: values and nothing else, with a description beside them.
 //!
-//! `NAME.raw` is described by `NAME.raw.toml`; either can be named. What is an image and what a volume is told by `depth`.
+//! `NAME.raw` is described by `NAME.raw.toml`; either can be named. What is an image and what a volume is
+//! told by `depth`.
 //!
 //! | key | is | without it |
 //! |---|---|---|
@@ -70,7 +71,7 @@ fn one() -> u64 {
     1
 }
 
-/// The raw file that a path names, itself or by its description; nothing where it is no raw file.
+/// The raw file that a path names, itself or by its description; `None` if it is no raw file.
 fn find(path: &Path) -> Option<PathBuf> {
     let is_raw = |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("raw"));
     let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));

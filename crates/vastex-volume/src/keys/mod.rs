@@ -1,7 +1,8 @@
 //! Bytes under keys: where the files of a Zarr hierarchy lie.
 //!
-//! A [`KeyStore`] is read by ranges of the value of a key, so that a directory, an archive and, later, a server are read
-//! by the same code. A key that is not there is an answer, not an error: an absent chunk has the fill value.
+//! A [`KeyStore`] is read by ranges of the value of a key, so that a directory, an archive and, later, a
+//! server are read by the same code. A key that is not there is an answer, not an error: an absent chunk has
+//! the fill value.
 
 mod directory;
 mod positioned;
@@ -53,13 +54,14 @@ pub(crate) trait KeyStore: Send + Sync {
     /// The directory or the archive, for messages.
     fn name(&self) -> &str;
 
-    /// Bytes of a value; nothing where there is no such key.
+    /// Bytes of a value; `None` if there is no such key.
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>>;
 
     /// Keys of values below a prefix, at any depth, at most `most` of them.
     fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing>;
 
-    /// The names right below a prefix that have something below them in turn, in order, at most `most` of them.
+    /// The names right below a prefix that have something below them in turn, in order, at most `most` of
+    /// them.
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>>;
 }
 

@@ -78,7 +78,7 @@ pub(super) fn find_end(tail: &[u8]) -> Option<usize> {
     })
 }
 
-/// What the record at the end says; nothing where it leads to the one of a large archive.
+/// What the record at the end says; `None` if it leads to the one of a large archive.
 pub(super) fn read_end(end: &[u8]) -> Option<Place> {
     let (entries, bytes, offset) = (u16_at(end, 10)?, u32_at(end, 12)?, u32_at(end, 16)?);
     let is_whole = entries != u16::MAX && bytes != u32::MAX && offset != u32::MAX;

@@ -75,7 +75,8 @@ pub(super) fn fitting(mut axes: Vec<Axis>, count: usize, oddities: &mut Vec<Stri
     axes
 }
 
-/// Finds out which axis is what. Axes that mean nothing known are read at 0, which is said where they are longer than that.
+/// Finds out which axis is what. Axes that mean nothing known are read at 0, which is said where they are
+/// longer than that.
 pub(crate) fn assign(
     axes: &[Axis],
     shape: &[u64],

@@ -95,7 +95,8 @@ fn level_of(array: ZarrArray, axes: AxisMap) -> LevelArray {
     LevelArray { dtype: meta.dtype, grid, source: Arc::new(array) }
 }
 
-/// Opens the arrays of all datasets. Those that are not there, or cannot be read, are left out while any is left.
+/// Opens the arrays of all datasets. Those that are not there, or cannot be read, are left out while any is
+/// left.
 async fn open_datasets(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,

@@ -7,12 +7,13 @@ use crate::volume::Convention;
 pub(super) struct Stored {
     pub(super) path: String,
     pub(super) size: [u64; 3],
-    /// Nothing where nothing says so.
+    /// `None` if nothing says so.
     pub(super) scale: Option<[f64; 3]>,
     pub(super) translation: [f64; 3],
 }
 
-/// Puts the finest level first, by size; says so where that was not the order. Gives the order, as places in the list.
+/// Puts the finest level first, by size; says so where that was not the order. Gives the order, as places in
+/// the list.
 pub(super) fn sorted(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<usize> {
     let voxels = |place: &usize| levels[*place].size.iter().map(|side| u128::from(*side)).product::<u128>();
     let mut order: Vec<usize> = (0..levels.len()).collect();
@@ -35,7 +36,8 @@ pub(super) fn sorted(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<usize
     kept
 }
 
-/// Scales for all levels: where one is not given, it follows from the sizes, as a whole factor where one fits.
+/// Scales for all levels: where one is not given, it follows from the sizes, as a whole factor where one
+/// fits.
 pub(super) fn scales(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<[f64; 3]> {
     let first = levels[0].scale.unwrap_or([1.0; 3]);
     let mut scales = Vec::new();
@@ -66,8 +68,8 @@ fn factor(fine: u64, coarse: u64) -> f64 {
     if fits { whole } else { ratio }
 }
 
-/// What translations are of. Where a coarser level lies by half of what its voxels are larger beside the finer one, they are of
-/// middles; else of corners, but for one level of a version that states middles.
+/// What translations are of. Where a coarser level lies by half of what its voxels are larger beside the
+/// finer one, they are of middles; else of corners, but for one level of a version that states middles.
 pub(super) fn convention(scales: &[[f64; 3]], translations: &[[f64; 3]], states_middles: bool) -> Convention {
     let mut is_seen = false;
     for n in 1..scales.len() {

@@ -1,4 +1,5 @@
-//! OME-Zarr, 0.1 to 0.5 and drafts of 0.6: what its metadata mean, read tolerantly. Whatever was odd is said, with what was made of it.
+//! OME-Zarr, 0.1 to 0.5 and drafts of 0.6: what its metadata mean, read tolerantly. Whatever was odd is said,
+//! with what was made of it.
 
 mod axes;
 mod image;

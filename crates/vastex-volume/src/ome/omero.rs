@@ -11,7 +11,8 @@ pub(super) struct Omero {
     pub(super) label: Option<String>,
     /// Red, green and blue.
     pub(super) color: Option<[u8; 3]>,
-    /// The stored values that are shown as dark and as bright, within the bounds that the file gives; the first is below the second.
+    /// The stored values that are shown as dark and as bright, within the bounds that the file gives; the
+    /// first is below the second.
     pub(super) window: Option<[f64; 2]>,
     /// Whether it is shown at first.
     pub(super) is_active: Option<bool>,

@@ -68,7 +68,8 @@ impl StackAbout {
         }
     }
 
-    /// Of so many pages, by a description. Where its numbers make another number of pages, all are layers, and that is said.
+    /// Of so many pages, by a description. Where its numbers make another number of pages, all are layers,
+    /// and that is said.
     pub(super) fn read(description: &str, count: u64, oddities: &mut Vec<String>) -> StackAbout {
         let trimmed = description.trim_start_matches('\u{feff}').trim_start();
         let found = if trimmed.starts_with("ImageJ=") {

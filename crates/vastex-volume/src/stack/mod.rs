@@ -1,4 +1,5 @@
-//! TIFF stacks: pages of one size, which are layers, channels and times as OME-XML or ImageJ's description say, else layers.
+//! TIFF stacks: pages of one size, which are layers, channels and times as OME-XML or ImageJ's description
+//! say, else layers.
 
 mod about;
 mod pages;

@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use super::DType;
 
-/// The bytes of a fill value, little-endian, in the first bytes of eight; and whether the text could be taken as it is. What is
-/// no value of the kind becomes the nearest one, or 0.
+/// The bytes of a fill value, little-endian, in the first bytes of eight; and whether the text could be taken
+/// as it is. What is no value of the kind becomes the nearest one, or 0.
 pub(crate) fn fill_of(value: &Value, dtype: DType) -> ([u8; 8], bool) {
     match dtype.bounds() {
         Some((least, most)) => match whole(value) {

@@ -44,7 +44,8 @@ impl VolumeAbout {
     }
 }
 
-/// A stored level. Voxel `i` of it fills `origin + i * scale` to `origin + (i + 1) * scale` of the world, along each axis.
+/// A stored level. Voxel `i` of it fills `origin + i * scale` to `origin + (i + 1) * scale` of the world,
+/// along each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLevel {
     /// Where it lies below the volume's path; empty where it is the volume's only array.

@@ -1,8 +1,9 @@
-//! Bricks with borders, put together of chunks that have none: chunk by chunk, so that each is decoded once for all bricks that want it.
+//! Bricks with borders, put together of chunks that have none: chunk by chunk, so that each is decoded once
+//! for all bricks that want it.
 //!
-//! A brick is a box of `side` voxels of a level, with `border` more on each side, so that a filter finds its neighbours. Beyond the
-//! faces of the level its last voxels are repeated; absent chunks are the fill value. Bricks whose payload lies in absent chunks alone
-//! hold nothing, and are told before anything is read.
+//! A brick is a box of `side` voxels of a level, with `border` more on each side, so that a filter finds its
+//! neighbours. Beyond the faces of the level its last voxels are repeated; absent chunks are the fill value.
+//! Bricks whose payload lies in absent chunks alone hold nothing, and are told before anything is read.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -43,10 +44,11 @@ pub struct BrickPos {
 /// A brick that was put together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Brick {
-    /// Values of `outer` voxels along each side, little-endian, x fastest. Voxels of the payload that lie beyond the level repeat its
-    /// last ones, as borders do.
+    /// Values of `outer` voxels along each side, little-endian, x fastest. Voxels of the payload that lie
+    /// beyond the level repeat its last ones, as borders do.
     pub values: Vec<u8>,
-    /// Whether no chunk of its payload is stored, so that it holds the fill value alone; then `values` is empty.
+    /// Whether no chunk of its payload is stored, so that it holds the fill value alone; then `values` is
+    /// empty.
     pub is_absent: bool,
 }
 
@@ -78,10 +80,10 @@ struct Pending {
 type Key = (usize, Vec<u64>);
 
 impl Volume {
-    /// Reads bricks, and delivers each as soon as it is whole. Chunks are read in the order in which the bricks that are named want
-    /// them, each once, whatever the number of bricks, channels and times that it serves. Takes the memory of all bricks named and of
-    /// one chunk; a call whose bricks take more than 1 GiB is refused. Fails at the first chunk that cannot be read: what was delivered
-    /// before is right.
+    /// Reads bricks, and delivers each as soon as it is whole. Chunks are read in the order in which the
+    /// bricks that are named want them, each once, whatever the number of bricks, channels and times that it
+    /// serves. Takes the memory of all bricks named and of one chunk; a call whose bricks take more than 1
+    /// GiB is refused. Fails at the first chunk that cannot be read: what was delivered before is right.
     pub async fn read_bricks(
         &self,
         layout: BrickLayout,
@@ -243,7 +245,8 @@ fn chunks_of(array: &LevelArray, layout: BrickLayout, pos: &BrickPos) -> Vec<[u6
     places
 }
 
-/// Repeats the first and the last voxels of the level beyond its faces: along x, then y, then z, so that corners follow.
+/// Repeats the first and the last voxels of the level beyond its faces: along x, then y, then z, so that
+/// corners follow.
 fn repeat_edges(array: &LevelArray, layout: BrickLayout, pos: &BrickPos, width: usize, values: &mut [u8]) {
     let outer = layout.outer() as usize;
     for axis in 0..3 {

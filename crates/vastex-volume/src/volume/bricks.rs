@@ -1,4 +1,5 @@
-//! How many bricks a volume has, and how many of them hold nothing but the fill value, as far as that is known without reading values.
+//! How many bricks a volume has, and how many of them hold nothing but the fill value, as far as that is
+//! known without reading values.
 
 use rustc_hash::FxHashSet;
 
@@ -16,7 +17,8 @@ struct Effort {
     keys: usize,
     /// Bricks that are marked, those included that were marked before.
     marks: u64,
-    /// Bricks of a level up to which each has a bit; beyond that, those that are marked are kept by their numbers.
+    /// Bricks of a level up to which each has a bit; beyond that, those that are marked are kept by their
+    /// numbers.
     bits: u64,
 }
 
@@ -30,13 +32,13 @@ const MOST_NUMBERS: usize = 1 << 24;
 pub struct BrickCount {
     /// How many there are.
     pub bricks: u64,
-    /// How many have no stored chunk; nothing where finding out takes more than was allowed.
+    /// How many have no stored chunk; `None` if finding out takes more than was allowed.
     pub absent: Option<u64>,
 }
 
 impl Volume {
-    /// Counts bricks of 64x64x64 voxels. Listings and indices of shards are read up to some ten thousand chunks a level; `thorough`
-    /// reads them whatever their number, up to some ten millions.
+    /// Counts bricks of 64x64x64 voxels. Listings and indices of shards are read up to some ten thousand
+    /// chunks a level; `thorough` reads them whatever their number, up to some ten millions.
     pub async fn count_bricks(&self, thorough: bool) -> Result<BrickCount, VolumeError> {
         let effort = if thorough { THOROUGH } else { AT_HAND };
         let mut count = BrickCount { bricks: 0, absent: Some(0) };
@@ -94,7 +96,7 @@ impl Marks {
     }
 }
 
-/// Bricks that overlap one of these chunks; nothing where that takes more than was allowed.
+/// Bricks that overlap one of these chunks; `None` if that takes more than was allowed.
 fn present(array: &LevelArray, chunks: &[Vec<u64>], effort: Effort) -> Option<u64> {
     let grid = &array.grid;
     let axes = [Some(grid.axes.x), Some(grid.axes.y), grid.axes.z, grid.axes.channel, grid.axes.time];

@@ -24,9 +24,9 @@ pub enum VolumeCropError {
     Cancelled,
 }
 
-/// Writes the values of a region as they are stored, as an array of NumPy of the shape (z, y, x), little-endian. `progress` is told
-/// how many rows are done, of how many, and may stop it. Takes the memory of 64 MiB of rows and of the chunks that are kept.
-/// What is written before an error is of no use.
+/// Writes the values of a region as they are stored, as an array of NumPy of the shape (z, y, x),
+/// little-endian. `progress` is told how many rows are done, of how many, and may stop it. Takes the memory
+/// of 64 MiB of rows and of the chunks that are kept. What is written before an error is of no use.
 pub fn crop(
     volume: &Volume,
     region: &VolumeRegion,
@@ -50,7 +50,8 @@ pub fn crop(
     output.flush().map_err(VolumeCropError::Output)
 }
 
-/// The region in parts that follow one another in the output: whole layers up to the next layer of chunks where they fit, else rows.
+/// The region in parts that follow one another in the output: whole layers up to the next layer of chunks
+/// where they fit, else rows.
 fn bands<'a>(volume: &'a Volume, region: &'a VolumeRegion) -> impl Iterator<Item = VolumeRegion> + 'a {
     let row = region.size[0] * volume.about.dtype.bytes() as u64;
     let rows = (BAND_BYTES / row).max(1);

@@ -66,8 +66,9 @@ impl Volume {
         None
     }
 
-    /// The values of a box, little-endian, x fastest, then y, then z. Chunks that it overlaps are decoded whole and kept for a
-    /// while; absent ones are the fill value. Takes the memory of the box and of one chunk beside what is kept.
+    /// The values of a box, little-endian, x fastest, then y, then z. Chunks that it overlaps are decoded
+    /// whole and kept for a while; absent ones are the fill value. Takes the memory of the box and of one
+    /// chunk beside what is kept.
     pub async fn read(&self, region: &VolumeRegion) -> Result<Vec<u8>, VolumeError> {
         self.check(region)?;
         let width = self.about.dtype.bytes();
@@ -152,7 +153,7 @@ impl Part {
         }
     }
 
-    /// Copies it; nothing where the chunk has not the bytes.
+    /// Copies it; `None` if the chunk has not the bytes.
     fn copy(
         &self,
         chunk: &Chunk,

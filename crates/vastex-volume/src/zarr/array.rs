@@ -20,7 +20,7 @@ pub(crate) struct ZarrArray {
     shards: ShardIndices,
 }
 
-/// Opens the array under a key; nothing where there is none.
+/// Opens the array under a key; `None` if there is none.
 pub(crate) async fn open_array(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,

@@ -22,7 +22,7 @@ impl ChunkKeys {
         key
     }
 
-    /// The coordinates of a key below that of the array; nothing where it is no chunk's of so many axes.
+    /// The coordinates of a key below that of the array; `None` if it is no chunk's of so many axes.
     pub(crate) fn coords(self, key: &str, axes: usize) -> Option<Vec<u64>> {
         let rest = match self.has_c {
             true => key.strip_prefix('c')?.strip_prefix(self.separator)?,

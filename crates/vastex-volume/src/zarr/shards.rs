@@ -1,7 +1,7 @@
 //! Indices of shards: where the chunks of a shard lie in it, and which are absent.
 //!
-//! They are kept up to a number of bytes, those used longest ago go first. An index is read without holding the lock, so that
-//! threads wait for no other's read; two that want the same one at once read it twice.
+//! They are kept up to a number of bytes, those used longest ago go first. An index is read without holding
+//! the lock, so that threads wait for no other's read; two that want the same one at once read it twice.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,7 +25,7 @@ pub(super) struct ShardIndex {
 }
 
 impl ShardIndex {
-    /// Where a chunk lies in its shard; nothing where it is absent.
+    /// Where a chunk lies in its shard; `None` if it is absent.
     pub(super) fn entry(&self, place: usize) -> Option<(u64, u64)> {
         self.entries.get(place).copied().flatten()
     }
@@ -69,7 +69,7 @@ struct Kept {
 }
 
 impl ShardIndices {
-    /// The index of the shard under a key, read where it is not kept; nothing where there is no such shard.
+    /// The index of the shard under a key, read where it is not kept; `None` if there is no such shard.
     pub(super) async fn get(
         &self,
         keys: &dyn KeyStore,

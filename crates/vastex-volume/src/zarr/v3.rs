@@ -75,7 +75,8 @@ pub(super) fn read(value: &Value) -> Result<ArrayMeta, VolumeFault> {
     meta.check().map(|()| meta)
 }
 
-/// Chunks within a shard, and how many there are along each axis of the array. `inner` has the axes as `order` has them.
+/// Chunks within a shard, and how many there are along each axis of the array. `inner` has the axes as
+/// `order` has them.
 fn inner_chunks(inner: &[u64], order: &[usize], outer: &[u64]) -> Result<(Vec<u64>, Vec<u64>), VolumeFault> {
     let mut chunk = vec![0; outer.len()];
     if inner.len() != outer.len() {

@@ -1,4 +1,5 @@
-//! The fixtures that `fixtures/make.py` writes, as archives and as directories, and the arrays that they must read as.
+//! The fixtures that `fixtures/make.py` writes, as archives and as directories, and the arrays that they must
+//! read as.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};

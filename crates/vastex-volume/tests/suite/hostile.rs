@@ -1,4 +1,5 @@
-//! Damaged and lying volumes: every one is refused with a message that names the path, or read; none takes more than it may.
+//! Damaged and lying volumes: every one is refused with a message that names the path, or read; none takes
+//! more than it may.
 
 use std::path::{Path, PathBuf};
 

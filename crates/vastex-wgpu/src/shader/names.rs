@@ -1,11 +1,13 @@
-//! Names of a group's members in the names of functions: `vastex_sample_grad` with `color` is `vastex_sample_color_grad`.
+//! Names of a group's members in the names of functions: `vastex_sample_grad` with `color` is
+//! `vastex_sample_color_grad`.
 
 use std::collections::BTreeSet;
 
 use super::{NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, TELL, TEXTURE_SPACE, VIEW};
 use crate::error::GpuError;
 
-/// Words that WGSL keeps to itself, as far as they could be a member's name; so no field of a struct can be called so.
+/// Words that WGSL keeps to itself, as far as they could be a member's name; so no field of a struct can be
+/// called so.
 const RESERVED: &str = "alias alignas alignof array async attribute auto await become break case cast catch class column_major common \
     compile compile_fragment concept const const_assert const_cast consteval constexpr constinit continue continuing crate debugger \
     decltype default delete demote demote_to_helper diagnostic discard do dynamic_cast else enable enum explicit export extends extern \

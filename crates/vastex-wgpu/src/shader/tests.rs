@@ -1,4 +1,5 @@
-//! What the texts of every kind must be: valid, without what they do not need, and of the names that are promised.
+//! What the texts of every kind must be: valid, without what they do not need, and of the names that are
+//! promised.
 
 use super::*;
 use crate::bind::layout_entries;
@@ -105,7 +106,8 @@ fn what_members_have_in_common_is_in_the_text_once() {
     assert!(text.lines().count() < 2 * alone.lines().count());
 }
 
-/// Each member takes the taps of its own filter, and what is asked for all together is asked for as the one with the most taps needs it.
+/// Each member takes the taps of its own filter, and what is asked for all together is asked for as the one
+/// with the most taps needs it.
 #[test]
 fn members_of_a_group_have_the_taps_of_their_filters() {
     let of = |filter| kind(Atlas::Float, filter, TableKind::Direct);

@@ -1,4 +1,5 @@
-//! The changes of one frame to the direct tables of a pool, as the GPU reads them: words of 32 bits, laid out as tables/changes.wgsl says.
+//! The changes of one frame to the direct tables of a pool, as the GPU reads them: words of 32 bits, laid out
+//! as tables/changes.wgsl says.
 
 use vastex_core::{ChangeRule, TableChange, shader_constants};
 
@@ -80,7 +81,8 @@ fn level_words(table: &DirectTable, level: u8) -> [u32; LEVEL] {
     [x, y, z, first, at.pages[0], at.pages[1], at.pages[2]]
 }
 
-/// Entries that the shader walks for a page of `level`: of each level from `up_to` down as many as any page has there.
+/// Entries that the shader walks for a page of `level`: of each level from `up_to` down as many as any page
+/// has there.
 fn entries_below(table: &DirectTable, level: u8, up_to: u8) -> u32 {
     let page = table.geometry.level(level);
     let below = |at: u8| -> u64 {

@@ -12,7 +12,8 @@ use crate::shader;
 /// Bytes of a buffer for changes at least.
 const LEAST_ROOM: u64 = 4096;
 
-/// Carries out changes of page tables; one for all pools of a device. Cheap to keep, costly to make: it compiles a shader.
+/// Carries out changes of page tables; one for all pools of a device. Cheap to keep, costly to make: it
+/// compiles a shader.
 #[derive(Debug)]
 pub struct PoolTableChanger {
     /// For tables in buffers.
@@ -65,7 +66,8 @@ impl TableBuffer {
     }
 }
 
-/// Where the changes of a frame are sent to; made anew, twice as large, where it is too small. One submission may use it once.
+/// Where the changes of a frame are sent to; made anew, twice as large, where it is too small. One submission
+/// may use it once.
 #[derive(Debug, Default)]
 pub(super) struct Room(Option<wgpu::Buffer>);
 

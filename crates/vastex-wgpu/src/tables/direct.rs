@@ -23,7 +23,8 @@ pub(super) struct DirectTables {
     memory: Memory,
     /// The memory is another than what was last submitted.
     is_moved: bool,
-    /// Entries of arenas that are written to no more perhaps, but which commands may see until the next update.
+    /// Entries of arenas that are written to no more perhaps, but which commands may see until the next
+    /// update.
     left: Vec<u32>,
 }
 
@@ -273,8 +274,8 @@ fn batch_of(directory: &Directory, due: &[Due<'_>]) -> Batch {
     batch
 }
 
-/// The same done by the CPU. The levels by which a table grows are hidden, to be sent by and by; what is written anew or elsewhere is
-/// not.
+/// The same done by the CPU. The levels by which a table grows are hidden, to be sent by and by; what is
+/// written anew or elsewhere is not.
 fn change_words(directory: &mut Directory, texture: &mut WordTexture, due: &[Due<'_>], is_anew: bool) {
     if is_anew {
         texture.mark_all();

@@ -1,10 +1,12 @@
-//! Which ranges of a pool's arena the direct tables of its textures have. On the CPU alone: what lies there is written elsewhere.
+//! Which ranges of a pool's arena the direct tables of its textures have. On the CPU alone: what lies there
+//! is written elsewhere.
 //!
-//! The coarse levels of a table, of few entries together, have a range from the beginning; each finer level gets one of its own when it is
-//! wanted. So a table that grows leaves what it has where it lies.
+//! The coarse levels of a table, of few entries together, have a range from the beginning; each finer level
+//! gets one of its own when it is wanted. So a table that grows leaves what it has where it lies.
 //!
-//! Room for all levels is reserved when a table comes: where it could not be had, the table is refused. A level that is wanted later
-//! thus always finds a range, if need be once all ranges have been given anew, largest first, which leaves no gaps.
+//! Room for all levels is reserved when a table comes: where it could not be had, the table is refused. A
+//! level that is wanted later thus always finds a range, if need be once all ranges have been given anew,
+//! largest first, which leaves no gaps.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +23,8 @@ const FEW_ENTRIES: u64 = 128;
 pub(super) struct Directory {
     pub(super) arena: Arena,
     pub(super) tables: BTreeMap<TextureNumber, DirectTable>,
-    /// Tables with ranges of which nothing was written, or a placement that nobody was told: all others need no look.
+    /// Tables with ranges of which nothing was written, or a placement that nobody was told: all others need
+    /// no look.
     pub(super) touched: BTreeSet<TextureNumber>,
     /// Tables with ranges where shaders are not to look yet.
     pub(super) hidden: BTreeSet<TextureNumber>,
@@ -169,7 +172,8 @@ impl Directory {
         self.tables.values_mut().for_each(DirectTable::forget_written);
     }
 
-    /// Entries of all tables as they are now, whether there are pages for them or not; for what is said of memory.
+    /// Entries of all tables as they are now, whether there are pages for them or not; for what is said of
+    /// memory.
     #[cfg(test)]
     pub(super) fn taken(&self) -> u64 {
         self.tables
@@ -208,7 +212,8 @@ impl DirectTable {
         Some(of.range.first + within as u32)
     }
 
-    /// `former` are the lengths of the arenas that commands may still see, but for that in which the tables lie.
+    /// `former` are the lengths of the arenas that commands may still see, but for that in which the tables
+    /// lie.
     pub(super) fn placement(&self, former: &[u32]) -> Placement {
         let tail = self.tail.level();
         let mut placement = Placement::without_entries(tail);
@@ -247,7 +252,8 @@ impl DirectTable {
     }
 }
 
-/// The finest level that a table begins with: with coarser ones it has few entries. `None` if everything is tail.
+/// The finest level that a table begins with: with coarser ones it has few entries. `None` if everything is
+/// tail.
 fn first_level(geometry: &Geometry) -> Option<u8> {
     let finer_than_tail = 0..geometry.tail().first_level();
     let numbering = PageNumbering::new(geometry);

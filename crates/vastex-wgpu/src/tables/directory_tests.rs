@@ -25,7 +25,8 @@ fn geometries(largest: u32) -> Vec<Geometry> {
     images.map(|(w, h)| Geometry::new(GeometrySpec::image(w, h)).unwrap()).collect()
 }
 
-/// What must hold of a directory: every table has each of its levels once, whole, where nobody else has anything.
+/// What must hold of a directory: every table has each of its levels once, whole, where nobody else has
+/// anything.
 fn check(directory: &Directory) {
     let mut owners: BTreeMap<u32, u32> = BTreeMap::new();
     let mut reserved = 0;
@@ -36,7 +37,8 @@ fn check(directory: &Directory) {
         let placement = table.placement(&[]);
         assert_eq!(placement.finest, table.finest());
         assert!(placement.least_length() <= directory.arena.capacity());
-        // In a shorter arena all levels from the one that is looked up on have their entries, and the range of the next one is not in it.
+        // In a shorter arena all levels from the one that is looked up on have their entries, and the range
+        // of the next one is not in it.
         for (shorter, longer) in (10..26).flat_map(|log| (log..26).map(move |of| (1 << log, 1 << of))) {
             let placement = table.placement(&[longer, shorter]);
             let end =
@@ -132,7 +134,8 @@ fn two_thousand_textures_come_grow_and_go() {
     assert!(anew == 0 && peak > 900, "{anew} {peak}");
 }
 
-/// What WebGL 2's limits allow is full; so is less than that, where levels come for which free ranges are too small.
+/// What WebGL 2's limits allow is full; so is less than that, where levels come for which free ranges are too
+/// small.
 #[test]
 fn a_table_that_would_not_fit_at_its_full_size_is_refused_and_one_that_fits_always_grows() {
     let side = wgpu::Limits::downlevel_webgl2_defaults().max_texture_dimension_2d;

@@ -59,8 +59,8 @@ impl HashedTables {
         self.now.table = HashedTable::new(self.pages);
     }
 
-    /// Carries out changes, evictions before loads; `is_anew`: all that the table holds goes to other memory, and nothing that was written
-    /// before is followed any more.
+    /// Carries out changes, evictions before loads; `is_anew`: all that the table holds goes to other memory,
+    /// and nothing that was written before is followed any more.
     pub(super) fn apply(
         &mut self,
         changer: &PoolTableChanger,
@@ -138,7 +138,8 @@ impl HashedTables {
 }
 
 impl Copied {
-    /// Memory of its own for a table, which is sent for all commands submitted after this call; nothing reads it yet.
+    /// Memory of its own for a table, which is sent for all commands submitted after this call; nothing reads
+    /// it yet.
     fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

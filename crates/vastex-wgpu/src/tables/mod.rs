@@ -1,4 +1,5 @@
-//! The page tables of one pool, in one piece of GPU memory, and the array of records that says where each texture's lie.
+//! The page tables of one pool, in one piece of GPU memory, and the array of records that says where each
+//! texture's lie.
 //!
 //! # What a shader sees
 //!
@@ -8,19 +9,19 @@
 //! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastexi_hashed_page_POOL(page: vec2<u32>)`, the whole id, low and high half |
 //! | records | `texture_2d<u32>`, rgba32uint, one row a number | the same | param: `vastexi_param(number, n)`, `vastexi_records()` |
 //!
-//! Of a direct table a record holds `first_entry` for each level finer than the tail: [`Placement::first_entry`], absolute in the
-//! arena, or `0xffffffff` (VASTEXI_NONE) where the level has no entries yet. **The rule of a lookup**: take level
-//! `max(wanted, finest)` ([`Placement::finest`]), and the tail where that is not finer. What was recorded with an arena that has
-//! moved since sees a shorter one than
-//! [`Placement::least_length`], and takes the level of [`Placement::finest_in`] in the place of the finest. The entry
-//! is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
+//! Of a direct table a record holds `first_entry` for each level finer than the tail:
+//! [`Placement::first_entry`], absolute in the arena, or `0xffffffff` (VASTEXI_NONE) where the level has no
+//! entries yet. **The rule of a lookup**: take level `max(wanted, finest)` ([`Placement::finest`]), and the
+//! tail where that is not finer. What was recorded with an arena that has moved since sees a shorter one than
+//! [`Placement::least_length`], and takes the level of [`Placement::finest_in`] in the place of the finest.
+//! The entry is at `first_entry + (page.z * pages.y + page.y) * pages.x + page.x`.
 //!
-//! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length, so that they change
-//! together with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL` gives an entry or VASTEXI_NONE; the caller
-//! goes up the levels.
+//! A hashed table needs nothing of the record: how many buckets it has, and its seed, follow from its length,
+//! so that they change together with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL`
+//! gives an entry or VASTEXI_NONE; the caller goes up the levels.
 //!
-//! A number beyond `vastexi_records()` has no record, and a record may be of another id with the same number: shaders take the texture for
-//! unknown in both cases.
+//! A number beyond `vastexi_records()` has no record, and a record may be of another id with the same number:
+//! shaders take the texture for unknown in both cases.
 //!
 //! # What a frame does
 //!
@@ -36,12 +37,14 @@
 //! // where `applied.moved` (this pool) or `written.moved` (all pools): bind groups anew, `revision` is another
 //! ```
 //!
-//! Where `submitted` was not called after an `apply` (another step failed, and the commands were dropped) the next one writes
-//! everything anew, from what `resident` gives for each texture; nothing is to be remembered outside.
+//! Where `submitted` was not called after an `apply` (another step failed, and the commands were dropped) the
+//! next one writes everything anew, from what `resident` gives for each texture; nothing is to be remembered
+//! outside.
 //!
-//! Records and tables change in the same submission and are read when commands execute. So what was recorded ahead needs no new bind group
-//! when a table grows within its arena, and the range of a removed texture may be used again at once. When an arena, a hash table or the
-//! records move to larger memory, what they lay in before takes the same changes for [`RECORDED_AHEAD`] updates, that of the move included.
+//! Records and tables change in the same submission and are read when commands execute. So what was recorded
+//! ahead needs no new bind group when a table grows within its arena, and the range of a removed texture may
+//! be used again at once. When an arena, a hash table or the records move to larger memory, what they lay in
+//! before takes the same changes for [`RECORDED_AHEAD`] updates, that of the move included.
 
 mod batch;
 mod changer;
@@ -71,24 +74,26 @@ pub const RECORDED_AHEAD: u8 = 2;
 pub struct Placement {
     /// Finest level that has entries; the tail's first where none has. 0 of a hashed table.
     pub finest: u8,
-    /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a power of two, and the
-    /// finest level from which on all lies in one of that length. The first is for the longest of the arenas that commands may
-    /// still see, the second for the shortest, and for whatever is shorter than the first.
+    /// Where to look in an arena that is shorter than [`Placement::least_length`]: entries of an arena, a
+    /// power of two, and the finest level from which on all lies in one of that length. The first is for the
+    /// longest of the arenas that commands may still see, the second for the shortest, and for whatever is
+    /// shorter than the first.
     pub(crate) former: [(u32, u8); FORMER],
     /// Entries of the arena up to the end of the last range.
     end: u32,
     first_entry: [u32; shader_constants::MAX_LEVELS as usize],
 }
 
-/// Arenas that commands may still see beside the one in which the tables lie, as far as a record tells them apart.
+/// Arenas that commands may still see beside the one in which the tables lie, as far as a record tells them
+/// apart.
 const FORMER: usize = 2;
 
 impl Placement {
     /// Stands for the first entry of a level without entries.
     pub const NONE: u32 = u32::MAX;
 
-    /// First entry of a level, absolute in the arena, or [`Placement::NONE`]: of the tail's levels, of those that have no entries
-    /// yet, and of hashed tables.
+    /// First entry of a level, absolute in the arena, or [`Placement::NONE`]: of the tail's levels, of those
+    /// that have no entries yet, and of hashed tables.
     pub fn first_entry(&self, level: u8) -> u32 {
         self.first_entry.get(usize::from(level)).copied().unwrap_or(Placement::NONE)
     }
@@ -98,7 +103,8 @@ impl Placement {
         self.end.max(1).next_power_of_two()
     }
 
-    /// The finest level that a shader looks up in an arena of so many entries; the tail's first where it looks up none.
+    /// The finest level that a shader looks up in an arena of so many entries; the tail's first where it
+    /// looks up none.
     pub fn finest_in(&self, length: u32) -> u8 {
         let [(longer, of_longer), (_, of_others)] = self.former;
         match length {
@@ -108,7 +114,8 @@ impl Placement {
         }
     }
 
-    /// Of what has no direct table. `level` is the first of the tail, to which a lookup leads then; of a hashed table it says nothing.
+    /// Of what has no direct table. `level` is the first of the tail, to which a lookup leads then; of a
+    /// hashed table it says nothing.
     pub(crate) fn without_entries(level: u8) -> Placement {
         let first_entry = [Placement::NONE; shader_constants::MAX_LEVELS as usize];
         Placement { finest: level, former: [(1, level); FORMER], end: 0, first_entry }
@@ -143,18 +150,20 @@ pub struct PoolApplied {
     pub bytes: u64,
     /// Whether [`PoolTables::binding`] is another: bind groups are to be made anew after the submission.
     pub moved: bool,
-    /// Textures whose [`Placement`] may be another: their records are to be set before these commands are submitted.
+    /// Textures whose [`Placement`] may be another: their records are to be set before these commands are
+    /// submitted.
     pub placed: Vec<TextureNumber>,
 }
 
 impl PoolTables {
-    /// Tables with an entry for each page. Costs 4 KiB of GPU memory; on a device without storage buffers 8 KiB.
+    /// Tables with an entry for each page. Costs 4 KiB of GPU memory; on a device without storage buffers 8
+    /// KiB.
     pub fn direct(device: &wgpu::Device, mode: FeedbackMode) -> Result<PoolTables, GpuError> {
         Ok(PoolTables { kind: Kind::Direct(DirectTables::new(device, mode)?), is_submitted: true })
     }
 
-    /// Tables of what is resident in a pool of so many slots. Costs 48 bytes of GPU memory for each slot, rounded up to a power of two of
-    /// slots; 12 KiB at least.
+    /// Tables of what is resident in a pool of so many slots. Costs 48 bytes of GPU memory for each slot,
+    /// rounded up to a power of two of slots; 12 KiB at least.
     pub fn hashed(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -171,18 +180,20 @@ impl PoolTables {
         matches!(self.kind, Kind::Hashed { .. })
     }
 
-    /// Entries of the largest arena that a device allows, a power of two: 32 Mi with WebGPU's limits, 4 Mi with those of WebGL 2.
+    /// Entries of the largest arena that a device allows, a power of two: 32 Mi with WebGPU's limits, 4 Mi
+    /// with those of WebGL 2.
     pub fn most_entries(device: &wgpu::Device, mode: FeedbackMode) -> u64 {
         DirectTables::most_entries(device, mode)
     }
 
-    /// Entries that a direct table takes in an arena with all of its levels: of each level a power of two, so up to twice as many as it has
-    /// pages. 0 where everything is tail.
+    /// Entries that a direct table takes in an arena with all of its levels: of each level a power of two, so
+    /// up to twice as many as it has pages. 0 where everything is tail.
     pub fn full_entries(geometry: &Geometry) -> u64 {
         full_entries(geometry)
     }
 
-    /// Whether a texture's table fits at its full size beside those that are there, at theirs. A hashed one always does.
+    /// Whether a texture's table fits at its full size beside those that are there, at theirs. A hashed one
+    /// always does.
     pub fn has_room(&self, geometry: &Geometry) -> bool {
         match &self.kind {
             Kind::Direct(tables) => full_entries(geometry) <= tables.directory.room(),
@@ -190,8 +201,9 @@ impl PoolTables {
         }
     }
 
-    /// Takes in the table of a texture, in which every entry leads to the tail, which lies in `tail_slot`. A direct one has entries for
-    /// coarse levels only, 128 at most. The GPU hears of it with the next [`PoolTables::apply`].
+    /// Takes in the table of a texture, in which every entry leads to the tail, which lies in `tail_slot`. A
+    /// direct one has entries for coarse levels only, 128 at most. The GPU hears of it with the next
+    /// [`PoolTables::apply`].
     ///
     /// Fails, and changes nothing, where there is no [room](PoolTables::has_room).
     pub fn add(
@@ -216,8 +228,9 @@ impl PoolTables {
         }
     }
 
-    /// Forgets a texture; the entries that it had may be another's from the next [`PoolTables::apply`] on. So its record must be another by
-    /// then, with which shaders look up nothing. Costs a visit of each bucket of a hashed table, else nothing to speak of.
+    /// Forgets a texture; the entries that it had may be another's from the next [`PoolTables::apply`] on. So
+    /// its record must be another by then, with which shaders look up nothing. Costs a visit of each bucket
+    /// of a hashed table, else nothing to speak of.
     pub fn remove(&mut self, texture: TextureNumber) {
         match &mut self.kind {
             Kind::Direct(tables) => tables.directory.remove(texture),
@@ -229,8 +242,8 @@ impl PoolTables {
         }
     }
 
-    /// Lets the table of a texture be written anew by the next [`PoolTables::apply`], with what is resident by then, and with its tail in
-    /// `tail_slot`.
+    /// Lets the table of a texture be written anew by the next [`PoolTables::apply`], with what is resident
+    /// by then, and with its tail in `tail_slot`.
     pub fn begin_anew(&mut self, texture: TextureNumber, tail_slot: Slot) {
         match &mut self.kind {
             Kind::Direct(tables) => tables.directory.begin_anew(texture, tail_slot),
@@ -243,8 +256,9 @@ impl PoolTables {
         }
     }
 
-    /// Where a texture's entries lie once the commands of the last [`PoolTables::apply`] are done. To be asked for before
-    /// [`PoolTables::submitted`] where shaders are to be told: the arenas that are followed are those of that submission.
+    /// Where a texture's entries lie once the commands of the last [`PoolTables::apply`] are done. To be
+    /// asked for before [`PoolTables::submitted`] where shaders are to be told: the arenas that are followed
+    /// are those of that submission.
     pub fn placement(&self, texture: TextureNumber) -> Placement {
         match &self.kind {
             Kind::Direct(tables) => tables.placement(texture),
@@ -252,17 +266,19 @@ impl PoolTables {
         }
     }
 
-    /// Records what keeps the tables true: the changes of all textures of the pool in a frame, in the order in which they were decided, so
-    /// that those of a texture are in sequence. Commands recorded later in the encoder see the new tables.
+    /// Records what keeps the tables true: the changes of all textures of the pool in a frame, in the order
+    /// in which they were decided, so that those of a texture are in sequence. Commands recorded later in the
+    /// encoder see the new tables.
     ///
-    /// A table to which a page of a finer level comes than it has grows by itself: its new entries are filled on the GPU, and are
-    /// told what is `resident`; on a device without storage buffers they are sent, by and by, coarse levels first, no more in a frame than
-    /// `budget` bytes of all pools, from which they are taken, and are looked up level by level.
+    /// A table to which a page of a finer level comes than it has grows by itself: its new entries are filled
+    /// on the GPU, and are told what is `resident`; on a device without storage buffers they are sent, by and
+    /// by, coarse levels first, no more in a frame than `budget` bytes of all pools, from which they are
+    /// taken, and are looked up level by level.
     ///
-    /// To be called once per submission, with or without changes, and [`PoolTables::submitted`] after that. Of a direct table it
-    /// sends 32 bytes for each change, 28 for each level of each texture that changes and 32 more, whatever a change covers; of a
-    /// hashed one 16 for each bucket that is another now, or all of it where it has grown; of either in a texture the pieces of
-    /// 64 words in which something is other.
+    /// To be called once per submission, with or without changes, and [`PoolTables::submitted`] after that.
+    /// Of a direct table it sends 32 bytes for each change, 28 for each level of each texture that changes
+    /// and 32 more, whatever a change covers; of a hashed one 16 for each bucket that is another now, or all
+    /// of it where it has grown; of either in a texture the pieces of 64 words in which something is other.
     #[expect(clippy::too_many_arguments, reason = "the device's three, and what a frame brings")]
     pub fn apply(
         &mut self,
@@ -313,8 +329,8 @@ impl PoolTables {
         }
     }
 
-    /// The commands of the last [`PoolTables::apply`] were submitted between two updates, which none of those counts that may lie
-    /// between the recording of commands and their submission.
+    /// The commands of the last [`PoolTables::apply`] were submitted between two updates, which none of those
+    /// counts that may lie between the recording of commands and their submission.
     pub fn submitted_between(&mut self) {
         self.is_submitted = true;
         match &mut self.kind {
@@ -323,7 +339,8 @@ impl PoolTables {
         }
     }
 
-    /// Nothing of what was decided since the last submission has come: the next [`PoolTables::apply`] begins anew with what is resident.
+    /// Nothing of what was decided since the last submission has come: the next [`PoolTables::apply`] begins
+    /// anew with what is resident.
     pub fn lost(&mut self) {
         self.is_submitted = false;
     }
@@ -368,7 +385,8 @@ impl PoolTables {
         }
     }
 
-    /// GPU memory of the tables, and of what they lay in before while that is followed; what changes are sent through comes on top.
+    /// GPU memory of the tables, and of what they lay in before while that is followed; what changes are sent
+    /// through comes on top.
     pub fn bytes(&self) -> u64 {
         match &self.kind {
             Kind::Direct(tables) => tables.bytes(),

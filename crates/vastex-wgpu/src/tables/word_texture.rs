@@ -1,7 +1,7 @@
 //! Page tables in a texture, for devices whose shaders have no storage buffers.
 //!
-//! Words lie there as in a buffer, row after row (wgsl/arena_texture.wgsl). The CPU has them too, and sends the pieces in which some have
-//! changed, all of a frame in one upload.
+//! Words lie there as in a buffer, row after row (wgsl/arena_texture.wgsl). The CPU has them too, and sends
+//! the pieces in which some have changed, all of a frame in one upload.
 
 use crate::device::{alive, guarded, staged, words_texture};
 use crate::error::GpuError;
@@ -21,7 +21,8 @@ pub(super) struct WordTexture {
     words: Vec<u32>,
     /// Of each piece, whether it is to be sent.
     is_changed: Vec<bool>,
-    /// Of each piece, whether nobody looks there yet, and it is not sent before it is [shown](WordTexture::show).
+    /// Of each piece, whether nobody looks there yet, and it is not sent before it is
+    /// [shown](WordTexture::show).
     is_hidden: Vec<bool>,
 }
 
@@ -79,7 +80,8 @@ impl WordTexture {
         Ok(larger)
     }
 
-    /// Writes all words from the beginning, for all commands submitted after this call. For a texture that nothing reads yet.
+    /// Writes all words from the beginning, for all commands submitted after this call. For a texture that
+    /// nothing reads yet.
     pub(super) fn write_all(&mut self, queue: &wgpu::Queue, words: &[u32]) {
         self.words[..words.len()].copy_from_slice(words);
         let bytes_per_row = Some(self.width * 4);
@@ -110,7 +112,8 @@ impl WordTexture {
         }
     }
 
-    /// Some whole pieces are not to be sent before they are shown. Returns false where they are no whole pieces: those are sent at once.
+    /// Some whole pieces are not to be sent before they are shown. Returns false where they are no whole
+    /// pieces: those are sent at once.
     pub(super) fn hide(&mut self, first: u32, count: u32) -> bool {
         let is_whole = first.is_multiple_of(PIECE) && count.is_multiple_of(PIECE);
         if is_whole {
@@ -126,8 +129,8 @@ impl WordTexture {
         }
     }
 
-    /// Sends of what is hidden as much as `budget` bytes are, which are taken from it, one piece at least where it is not 0.
-    /// Returns whether nothing of these words is hidden any more.
+    /// Sends of what is hidden as much as `budget` bytes are, which are taken from it, one piece at least
+    /// where it is not 0. Returns whether nothing of these words is hidden any more.
     pub(super) fn show(&mut self, first: u32, count: u32, budget: &mut u64) -> bool {
         for piece in first / PIECE..(first + count).div_ceil(PIECE) {
             let piece = piece as usize;
@@ -149,7 +152,8 @@ impl WordTexture {
         self.is_hidden.fill(false);
     }
 
-    /// Records copies of what is to be sent, to this texture and to those in which it lay `before`, and returns the bytes.
+    /// Records copies of what is to be sent, to this texture and to those in which it lay `before`, and
+    /// returns the bytes.
     pub(super) fn send(
         &mut self,
         device: &wgpu::Device,

@@ -11,7 +11,8 @@ impl Texture<'_> {
         self.fades.get(slot.index() as usize).map_or(0.0, |&share| f32::from(share) / 255.0)
     }
 
-    /// `vastexi_shown` and `vastexi_shown_beside`: what is shown at a position, of which `taken` says what there is of each tile.
+    /// `vastexi_shown` and `vastexi_shown_beside`: what is shown at a position, of which `taken` says what
+    /// there is of each tile.
     pub(super) fn shown(
         &self,
         position: Position,

@@ -1,4 +1,5 @@
-//! Twin of position.wgsl, and of what takes a place in fixed point: a place that is given as a whole-numbered anchor and an offset from it.
+//! Twin of position.wgsl, and of what takes a place in fixed point: a place that is given as a whole-numbered
+//! anchor and an offset from it.
 
 use vastex_core::AddressMode;
 use vastex_core::shader_constants::FIXED_REACH;
@@ -18,7 +19,8 @@ pub struct Coordinate {
     pub way: f32,
 }
 
-/// `vastexi_folded_texel`: the place `offset` texels after the beginning of texel `anchor`, folded into `size` texels.
+/// `vastexi_folded_texel`: the place `offset` texels after the beginning of texel `anchor`, folded into
+/// `size` texels.
 pub fn folded_texel(anchor: u32, offset: f32, size: u32, mode: AddressMode) -> Coordinate {
     let offset = offset.clamp(-(FIXED_REACH as f32), FIXED_REACH as f32);
     let (size, fraction) = (i64::from(size), offset - offset.floor());
@@ -46,12 +48,14 @@ impl Texture<'_> {
         }
     }
 
-    /// Where the finest resident page that covers a texel of level 0 at `wanted`, a level of the texture, has it.
+    /// Where the finest resident page that covers a texel of level 0 at `wanted`, a level of the texture, has
+    /// it.
     pub fn place_of_texel(&self, texel: [u32; 2], wanted: u8) -> Place {
         self.place_of(self.position_from_fixed(texel, [0.5; 2]), wanted)
     }
 
-    /// `vastex_feedback_fixed_grad`: a feedback pixel, from gradients in texels of level 0 along one pixel of the target.
+    /// `vastex_feedback_fixed_grad`: a feedback pixel, from gradients in texels of level 0 along one pixel of
+    /// the target.
     pub fn feedback_fixed_grad(
         &self,
         anchor: [u32; 2],
@@ -69,8 +73,8 @@ impl Texture<'_> {
 }
 
 impl Sampler<'_> {
-    /// `vastex_sample_fixed_grad`: the colour `offset` texels of level 0 after the beginning of texel `anchor`, from gradients
-    /// in texels along one pixel; linear, 0 to 1.
+    /// `vastex_sample_fixed_grad`: the colour `offset` texels of level 0 after the beginning of texel
+    /// `anchor`, from gradients in texels along one pixel; linear, 0 to 1.
     pub fn sample_fixed_grad(
         &self,
         anchor: [u32; 2],

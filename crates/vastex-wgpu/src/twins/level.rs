@@ -1,4 +1,5 @@
-//! Twin of lambda.wgsl, footprint.wgsl, footprint_round.wgsl and levels.wgsl: from gradients to what a pixel covers, and to a level.
+//! Twin of lambda.wgsl, footprint.wgsl, footprint_round.wgsl and levels.wgsl: from gradients to what a pixel
+//! covers, and to a level.
 
 use vastex_core::shader_constants::STEPS_PER_LEVEL;
 

@@ -15,7 +15,8 @@ pub struct Place {
     pub level: u8,
 }
 
-/// A texel of level 0, and how far into it; beyond an edge that is clamped or has a border colour, less than 0 or more than 1.
+/// A texel of level 0, and how far into it; beyond an edge that is clamped or has a border colour, less than
+/// 0 or more than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Position {
     pub(super) texel: [u32; 2],
@@ -82,8 +83,8 @@ impl Texture<'_> {
         self.place_in_slot(slot, self.tile_texel(position, level), level)
     }
 
-    /// `vastexi_tile_texel`: where a position lies in the tile of its page of a level, in texels of the texture. Beyond the edges it goes
-    /// as far as the border colour is mixed with nothing.
+    /// `vastexi_tile_texel`: where a position lies in the tile of its page of a level, in texels of the
+    /// texture. Beyond the edges it goes as far as the border colour is mixed with nothing.
     fn tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
         let (first, page_texel) = self.page_in_tile(position, level);
         let texel = self.page_texel(position, level);
@@ -94,7 +95,8 @@ impl Texture<'_> {
         })
     }
 
-    /// `vastexi_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the position is.
+    /// `vastexi_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the
+    /// position is.
     pub(super) fn free_tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
         let (first, _) = self.page_in_tile(position, level);
         let texel = self.page_texel(position, level);
@@ -112,7 +114,8 @@ impl Texture<'_> {
         })
     }
 
-    /// The first texel of the page that has a position: in its tile, and in the level. The tail's levels are pages of their own.
+    /// The first texel of the page that has a position: in its tile, and in the level. The tail's levels are
+    /// pages of their own.
     fn page_in_tile(&self, position: Position, level: u8) -> ([u32; 2], [u32; 2]) {
         if level >= self.geometry.tail().first_level() {
             let [x, y, _] = self.geometry.tile_texel_from_tail_texel(level, [0; 3]);

@@ -1,7 +1,8 @@
 //! The shaders' twins on the CPU, the head of each shader names the file of its twin.
 //!
-//! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`. Tests
-//! compare the two on the same inputs; a picture that is beyond a device's limits is compared with the twin alone.
+//! They are naive on purpose, so that they can be read beside the WGSL, and do the same arithmetic in `f32`.
+//! Tests compare the two on the same inputs; a picture that is beyond a device's limits is compared with the
+//! twin alone.
 
 mod fade;
 mod feedback;
@@ -19,8 +20,9 @@ use vastex_core::{Geometry, LevelRule, PageTable, TextureNumber};
 
 use crate::filter::Filter;
 
-/// A virtual texture as shaders know it: its record and page table, and of its pool and the view what bears on levels and on the layer.
-/// One whose values may not be mixed is as one of the filter [`Filter::Nearest`] that does not fade.
+/// A virtual texture as shaders know it: its record and page table, and of its pool and the view what bears
+/// on levels and on the layer. One whose values may not be mixed is as one of the filter [`Filter::Nearest`]
+/// that does not fade.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'a> {
     /// Its shape.
@@ -39,13 +41,14 @@ pub struct Texture<'a> {
     pub layer_scale: u32,
     /// Levels added in a feedback pass because its pixels are larger than the picture's.
     pub level_offset: f32,
-    /// How much of what was there before a tile came remains, of 255, by slot ([`crate::Fades::shares`]); of a slot beyond the end
-    /// nothing.
+    /// How much of what was there before a tile came remains, of 255, by slot ([`crate::Fades::shares`]); of
+    /// a slot beyond the end nothing.
     pub fades: &'a [u8],
 }
 
 impl<'a> Texture<'a> {
-    /// A texture without biases and with all its tiles there, drawn by a trilinear filter at full resolution; a layer that has it, too.
+    /// A texture without biases and with all its tiles there, drawn by a trilinear filter at full resolution;
+    /// a layer that has it, too.
     pub fn new(geometry: &'a Geometry, table: &'a dyn PageTable, number: TextureNumber) -> Texture<'a> {
         let rule = LevelRule::default().within(geometry);
         Texture {
@@ -61,7 +64,8 @@ impl<'a> Texture<'a> {
         }
     }
 
-    /// `vastexi_texture_by_uv`: the same for functions that take a uv, which want no level finer than uv can tell.
+    /// `vastexi_texture_by_uv`: the same for functions that take a uv, which want no level finer than uv can
+    /// tell.
     fn by_uv(&self) -> Texture<'a> {
         let least = crate::record::uv_finest(self.geometry);
         let LevelRule { bias, finest, coarsest } = self.rule;

@@ -4,7 +4,8 @@ use super::Texture;
 use super::lookup::{Place, Position};
 
 impl Texture<'_> {
-    /// Between which texels of the tile that has a position at a level four texels around a place are all in the tile.
+    /// Between which texels of the tile that has a position at a level four texels around a place are all in
+    /// the tile.
     pub(super) fn tile_bounds(&self, position: Position, level: u8) -> [[f32; 2]; 2] {
         if position.fraction.iter().any(|fraction| !(0.0..=1.0).contains(fraction)) {
             return [[0.0; 2]; 2];
@@ -25,8 +26,8 @@ impl Texture<'_> {
         [0, 1].map(|end| bounds.map(|bound| bound[end]))
     }
 
-    /// The place `offset` texels of level 0 from a position, whose own place and the bounds of whose tile are known, where it is in
-    /// that tile.
+    /// The place `offset` texels of level 0 from a position, whose own place and the bounds of whose tile are
+    /// known, where it is in that tile.
     pub(super) fn place_in_tile(
         &self,
         position: Position,

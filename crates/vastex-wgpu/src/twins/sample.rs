@@ -147,7 +147,8 @@ impl Sampler<'_> {
         )
     }
 
-    /// One texel of a tile, decoded. Borders are at least as wide as a filter reaches, so the place is in the tile.
+    /// One texel of a tile, decoded. Borders are at least as wide as a filter reaches, so the place is in the
+    /// tile.
     fn texel(&self, slot: Slot, tile_texel: [f32; 2]) -> [f32; 4] {
         let tile = self.texture.geometry.tile().map(|side| side / self.texture.layer_scale);
         let [x, y] = [0, 1].map(|a| (tile_texel[a].max(0.0) as usize).min(tile[a] as usize - 1));
@@ -156,7 +157,8 @@ impl Sampler<'_> {
     }
 }
 
-/// Weights of the four texels around a place that lies `at`, 0 to 1, between the middle two: the cubic of Catmull and Rom.
+/// Weights of the four texels around a place that lies `at`, 0 to 1, between the middle two: the cubic of
+/// Catmull and Rom.
 fn cubic_weights(at: f32) -> [f32; 4] {
     [
         at * (at * (1.0 - 0.5 * at) - 0.5),

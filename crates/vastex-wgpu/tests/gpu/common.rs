@@ -1,4 +1,5 @@
-//! A small world for GPU tests: a texture of noise, some pages of it resident, on the CPU and on the GPU alike.
+//! A small world for GPU tests: a texture of noise, some pages of it resident, on the CPU and on the GPU
+//! alike.
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -182,7 +183,8 @@ impl World {
         self.tell(gpu);
     }
 
-    /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a hashed page table.
+    /// A texture of one layer, about `share` of its pages resident, in shuffled slots; every other seed has a
+    /// hashed page table.
     pub(crate) fn new(
         gpu: &TestDevice,
         geometry: &Geometry,
@@ -338,7 +340,8 @@ fn image_of(
     Box::new(image)
 }
 
-/// A layer's part of a tile, of random texels: floats from 0 to 1, blocks of any content that means something.
+/// A layer's part of a tile, of random texels: floats from 0 to 1, blocks of any content that means
+/// something.
 fn noise(description: &Description, layer: &Layer, random: &mut Random) -> Vec<u8> {
     let bytes = description.layer_bytes(layer);
     let block = |random: &mut Random| match layer.format {

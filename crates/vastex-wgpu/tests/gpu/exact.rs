@@ -1,4 +1,5 @@
-//! 16-bit data comes back exact: every texel of every level, to the last bit, on devices that filter it and on those that do not.
+//! 16-bit data comes back exact: every texel of every level, to the last bit, on devices that filter it and
+//! on those that do not.
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, PagePos};

@@ -1,4 +1,5 @@
-//! Tiles that fade in: from exactly what was on screen before, to exactly what is there without fading, in every filter.
+//! Tiles that fade in: from exactly what was on screen before, to exactly what is there without fading, in
+//! every filter.
 
 use std::time::Duration;
 
@@ -16,7 +17,8 @@ fn with_fades(world: World) -> World {
     World { pool: world.pool.with_fades(&GPU.device), ..world }
 }
 
-/// The same world with tiles that have come at different times: some just now, some long ago, most in between.
+/// The same world with tiles that have come at different times: some just now, some long ago, most in
+/// between.
 pub(crate) fn faded(world: World, seed: u64) -> World {
     let mut world = with_fades(world);
     let slots: Vec<Slot> = world.changes.iter().map(|change| change.entry.slot()).collect();
@@ -106,7 +108,8 @@ fn what_is_all_there_is_shown_as_without_fading() {
         fades.send(&GPU.queue);
         for ((filter, harness), sharp) in filters.iter().zip(&harnesses).zip(&sharp) {
             let shown = harness.run(&world, &inputs);
-            // Where taps lie along an axis a driver may round otherwise in another program, by a bit of a texel's weight.
+            // Where taps lie along an axis a driver may round otherwise in another program, by a bit of a
+            // texel's weight.
             let rounded = matches!(filter, Filter::Anisotropic(_));
             let is_alike = |(a, b): (&Output, &Output)| {
                 rounded && (0..4).all(|c| (a.color[c] - b.color[c]).abs() < 0.002)

@@ -184,7 +184,8 @@ fn a_ring_never_waits_and_gives_frames_in_order() {
     }
     let mut found = Vec::new();
     let blank = pixels(&mut random, size[0] * size[1], 1);
-    // So many pages do not fit the first copy; what is left over comes with frames that find no room themselves.
+    // So many pages do not fit the first copy; what is left over comes with frames that find no room
+    // themselves.
     assert!(expected.iter().all(|feedback| feedback.pages.len() > 4096));
     for frame in 7..2000 {
         vastex_wgpu::poll(&gpu.device).unwrap();
@@ -222,8 +223,8 @@ fn submit(gpu: &TestDevice, encoder: wgpu::CommandEncoder) {
     finish(&gpu.device);
 }
 
-/// The feedback that has come, once there is so much. Another test on the device may have polled what this one submitted, and be about to
-/// say that it is done.
+/// The feedback that has come, once there is so much. Another test on the device may have polled what this
+/// one submitted, and be about to say that it is done.
 fn frames(filled: &mut Filled, least: usize) -> Vec<u64> {
     let begun = std::time::Instant::now();
     let mut frames = Vec::new();
@@ -252,7 +253,8 @@ fn commands_that_were_never_submitted_are_not_waited_for() {
     });
 }
 
-/// Whether the encoder, or the command buffer that it has become, is dropped, the place is free for the next frame.
+/// Whether the encoder, or the command buffer that it has become, is dropped, the place is free for the next
+/// frame.
 #[test]
 fn commands_that_are_dropped_give_their_place_back() {
     in_each_way(|filled, gpu| {
@@ -269,7 +271,8 @@ fn commands_that_are_dropped_give_their_place_back() {
     });
 }
 
-/// Commands that are kept hold up nobody. Submitted late, what they bring is older than what is known, and is dropped.
+/// Commands that are kept hold up nobody. Submitted late, what they bring is older than what is known, and is
+/// dropped.
 #[test]
 fn commands_that_are_kept_are_overtaken() {
     in_each_way(|filled, gpu| {
@@ -305,7 +308,8 @@ fn commands_that_are_kept_are_overtaken() {
 #[test]
 fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
     const LATENCY: usize = 3;
-    // A device of its own: whoever polls a shared one may be late with what it was told of this test's buffers.
+    // A device of its own: whoever polls a shared one may be late with what it was told of this test's
+    // buffers.
     let (gpu, size) = (&TestDevice::new(), [201, 67]);
     let (mut filled, mut random) = (Filled::new(gpu, size), Random(5));
     // Commands that the GPU has not come to are as those that are not submitted.
@@ -380,7 +384,8 @@ fn a_jitter_cycle_sees_what_the_full_picture_wants() {
                 differing += u32::from(*pixel != full.pixels[(y * picture[0] + x) as usize]);
             }
         }
-        // A quarter of the pixels are looked at; those on an edge between pages may be rounded to either side.
+        // A quarter of the pixels are looked at; those on an edge between pages may be rounded to either
+        // side.
         assert!(seen * 4 + 8 * (picture[0] + picture[1]) >= picture[0] * picture[1], "{seen} pixels seen");
         assert!(differing * 200 <= seen, "{picture:?}: {differing} of {seen} differ");
     }

@@ -1,4 +1,5 @@
-//! Places in fixed point on the GPU against their twins: the folding alone up to 2^31 texels, and what is sampled and wanted.
+//! Places in fixed point on the GPU against their twins: the folding alone up to 2^31 texels, and what is
+//! sampled and wanted.
 
 use std::collections::BTreeSet;
 

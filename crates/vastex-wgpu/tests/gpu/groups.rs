@@ -1,4 +1,5 @@
-//! A group samples each member as that is sampled alone, and its feedback is that of its shape without a tail.
+//! A group samples each member as that is sampled alone, and its feedback is that of its shape without a
+//! tail.
 
 use vastex_core::{
     AddressMode, Description, Dims, Geometry, GeometrySpec, Layer, LayerFormat, LevelRule, PageId, PagePos,

@@ -76,7 +76,8 @@ fn places_are_what_the_page_table_says() {
     assert!(seen_coarser > 100, "nothing was missing, so little was tried");
 }
 
-/// Of 2^22 texels a 32-bit uv tells every fourth one, so functions that take one want level 2 at least; through either kind of table.
+/// Of 2^22 texels a 32-bit uv tells every fourth one, so functions that take one want level 2 at least;
+/// through either kind of table.
 #[test]
 fn a_uv_wants_no_level_finer_than_it_can_tell() {
     let gpu = &*GPU;

@@ -1,4 +1,5 @@
-//! Feedback from the main pass beside that of a pass of its own: which surface is heard, and whose turn it is.
+//! Feedback from the main pass beside that of a pass of its own: which surface is heard, and whose turn it
+//! is.
 
 use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::{Geometry, GeometrySpec, LayerFormat};
@@ -12,8 +13,8 @@ use crate::common::{Bindings, GPU, World, storage};
 const PICTURE: [u32; 2] = [203, 77];
 const COLOUR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// Surfaces over the whole picture, in the order in which they are drawn: depth, opacity, and of how many answers each gives one by
-/// turns.
+/// Surfaces over the whole picture, in the order in which they are drawn: depth, opacity, and of how many
+/// answers each gives one by turns.
 pub(crate) const SURFACES: &str = include_str!("wgsl/surfaces.wgsl");
 
 /// The views that are drawn into a pass of its own, and whose main pass tells.
@@ -52,8 +53,8 @@ impl Stage {
         }
     }
 
-    /// What cells hear of surfaces in a frame: in a pass of its own, whose depth test leaves the nearest, and from a main pass without
-    /// any, whose fragments all run.
+    /// What cells hear of surfaces in a frame: in a pass of its own, whose depth test leaves the nearest, and
+    /// from a main pass without any, whose fragments all run.
     fn frame(&mut self, frame: u64, surfaces: &[[f32; 4]], reversed_depth: bool) -> [RawFeedback; 2] {
         let (device, queue) = (&GPU.device, &GPU.queue);
         let buffer = storage(&GPU, bytemuck::cast_slice(surfaces));

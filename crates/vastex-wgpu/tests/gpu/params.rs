@@ -63,7 +63,8 @@ fn records_are_what_was_set_wherever_they_lie() {
     assert_eq!(store.write(&GPU.device, &mut encoder).unwrap(), Default::default());
 }
 
-/// Commands that were recorded before see a record as it was then, or that there is none any more, whatever moves after it.
+/// Commands that were recorded before see a record as it was then, or that there is none any more, whatever
+/// moves after it.
 #[test]
 fn what_parts_stays_as_it_was_where_it_was_until_it_goes() {
     let mut store = ParamStore::new(&GPU.device, STRIDE).unwrap();
@@ -83,7 +84,8 @@ fn what_parts_stays_as_it_was_where_it_was_until_it_goes() {
     store.set(number(1), &[[2; 4]]);
     submit(&mut store);
     let first = bound(&store);
-    // Number 0 lies elsewhere; then all records move, since there are more of them; then it changes, and goes.
+    // Number 0 lies elsewhere; then all records move, since there are more of them; then it changes, and
+    // goes.
     store.part([number(0)]);
     store.set(number(0), &[[3; 4]]);
     let mut encoder = GPU.device.create_command_encoder(&Default::default());

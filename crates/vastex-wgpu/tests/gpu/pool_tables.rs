@@ -1,5 +1,6 @@
-//! The page tables of a pool, in an arena or as one hash table, stay equal to the CPU's images of them, whatever is added, loaded,
-//! evicted and removed, wherever they move; so does, for as long as is promised, what they lay in before.
+//! The page tables of a pool, in an arena or as one hash table, stay equal to the CPU's images of them,
+//! whatever is added, loaded, evicted and removed, wherever they move; so does, for as long as is promised,
+//! what they lay in before.
 
 use std::collections::VecDeque;
 
@@ -68,7 +69,8 @@ fn one_hash_table_follows_all_textures_of_its_pool() {
     }
 }
 
-/// What lay elsewhere leads to nothing that has left, though it may not know what has come; the pages that it leads to.
+/// What lay elsewhere leads to nothing that has left, though it may not know what has come; the pages that it
+/// leads to.
 pub(crate) fn check_former(pool: &Pool, words: &[u32], what: &str) -> usize {
     let mut pages = 0;
     for bucket in words.chunks_exact(3).filter(|bucket| bucket[1] != u32::MAX && bucket[2] != 0) {

@@ -1,4 +1,5 @@
-//! Page tables that become very large, finer while they are on their way, and small again; and what is sent for a hash table.
+//! Page tables that become very large, finer while they are on their way, and small again; and what is sent
+//! for a hash table.
 
 use std::collections::VecDeque;
 

@@ -1,4 +1,5 @@
-//! What shaders read of a pool's tables and of the records, through the modules that do so, from buffers and from textures.
+//! What shaders read of a pool's tables and of the records, through the modules that do so, from buffers and
+//! from textures.
 
 use vastex_core::{ChangeRule, Dims, PageId, PagePos, Slot, TableChange, TableEntry, TextureNumber};
 use vastex_wgpu::{FeedbackMode, ParamStore, PoolTableChanger, PoolTables, shader_module};

@@ -33,7 +33,8 @@ pub(crate) struct Pool {
     pub(crate) free: Vec<Slot>,
     pub(crate) random: Random,
     pub(crate) budget: u64,
-    /// Entries of the arenas that commands may see which were recorded after one of the last updates, the newest last.
+    /// Entries of the arenas that commands may see which were recorded after one of the last updates, the
+    /// newest last.
     pub(crate) seen: VecDeque<u32>,
 }
 
@@ -223,7 +224,8 @@ impl Pool {
         applied
     }
 
-    /// Whether placements that are asked for between two updates lead nobody astray whose commands may still be submitted then.
+    /// Whether placements that are asked for between two updates lead nobody astray whose commands may still
+    /// be submitted then.
     fn check_between(&mut self) {
         let length = match Memory::of(&self.tables) {
             Memory::Buffer(buffer) => (buffer.size() / 4) as u32,
@@ -340,7 +342,8 @@ impl Pool {
     }
 }
 
-/// Images and a volume, of 0 to 8000 pages, of sizes of no power of two and of other factors than 2 among them.
+/// Images and a volume, of 0 to 8000 pages, of sizes of no power of two and of other factors than 2 among
+/// them.
 pub(crate) fn geometries() -> Vec<Geometry> {
     let of = |spec: GeometrySpec, page| Geometry::new(GeometrySpec { page, border: 2, ..spec }).unwrap();
     vec![

@@ -1,5 +1,5 @@
-//! No function of the text for applications goes untested: each is reached from a shader by which these tests compare it with its
-//! twin, or with what it must give.
+//! No function of the text for applications goes untested: each is reached from a shader by which these tests
+//! compare it with its twin, or with what it must give.
 
 use std::collections::BTreeSet;
 
@@ -22,8 +22,8 @@ const SHADERS: [&str; 11] = [
     texture_space::SHADER,
     modes::SURFACES,
 ];
-/// What pictures of the pool, overlays in fixed point and reliefs call, which the tests of `apps/scenes` look at; and what only
-/// joins its derivatives to `vastex_sample_nearest_grad`.
+/// What pictures of the pool, overlays in fixed point and reliefs call, which the tests of `apps/scenes` look
+/// at; and what only joins its derivatives to `vastex_sample_nearest_grad`.
 const ELSEWHERE: [&str; 6] = [
     "vastex_inspect_fixed_grad",
     "vastex_inspect_slot",

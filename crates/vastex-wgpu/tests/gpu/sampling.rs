@@ -201,9 +201,9 @@ pub(crate) fn run<I: Pod, O: Pod>(
     read(gpu, &received)
 }
 
-/// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255 each; a single
-/// texel is exact, but for sRGB, which drivers approximate. What they decompress may differ by two such steps, but BC7 and
-/// BC6H, which are exact. BC6H has values up to 65504.
+/// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255
+/// each; a single texel is exact, but for sRGB, which drivers approximate. What they decompress may differ by
+/// two such steps, but BC7 and BC6H, which are exact. BC6H has values up to 65504.
 pub(crate) fn tolerance(format: LayerFormat, filter: Filter) -> f32 {
     use LayerFormat::{Bc6h, Bc7, Bc7Srgb};
     let weights = match filter {
@@ -218,8 +218,9 @@ pub(crate) fn tolerance(format: LayerFormat, filter: Filter) -> f32 {
     }
 }
 
-/// The input, and inputs so near to it that the GPU's arithmetic may not tell them apart: shifted by up to 1/500 of
-/// a texel and 1/5000 of a level. The tiles are noise, so a shift of that size shows only across an edge.
+/// The input, and inputs so near to it that the GPU's arithmetic may not tell them apart: shifted by up to
+/// 1/500 of a texel and 1/5000 of a level. The tiles are noise, so a shift of that size shows only across an
+/// edge.
 fn neighbourhood(geometry: &Geometry, input: &Input) -> Vec<([f32; 2], f32)> {
     let shift = |a: usize, n: f32| {
         input.uv[a] + n * (input.uv[a].abs() * 2.0 * f32::EPSILON + 0.002 / geometry.size()[a] as f32)
@@ -328,7 +329,8 @@ fn every_format_of_blocks_agrees_with_its_twin() {
     every_format_agrees_with_its_twin(LayerFormat::is_compressed);
 }
 
-/// By the filter that most use, and by another in turn: most formats are read in the same way, and by every filter elsewhere.
+/// By the filter that most use, and by another in turn: most formats are read in the same way, and by every
+/// filter elsewhere.
 fn every_format_agrees_with_its_twin(is_tried: impl Fn(LayerFormat) -> bool) {
     const MOST_USED: usize = 2;
     assert_eq!(Filter::KINDS[MOST_USED], Filter::Trilinear);

@@ -1,4 +1,5 @@
-//! A surface that closes on itself, its uv computed in the shader, shows no seam where uv jumps, and wants nothing coarse there.
+//! A surface that closes on itself, its uv computed in the shader, shows no seam where uv jumps, and wants
+//! nothing coarse there.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat, PageId};
 use vastex_wgpu::{FeedbackMode, Filter};
@@ -6,8 +7,9 @@ use vastex_wgpu::{FeedbackMode, Filter};
 use crate::common::{Bindings, GPU, World};
 use crate::drawing::{self, Drawing, SIDE};
 
-/// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so that a seam is
-/// within blocks of four pixels. `other_side` takes the gradients there from an angle that jumps on the right.
+/// A disc whose uv is the angle, which jumps on the left, and the distance from the pole near its middle, so
+/// that a seam is within blocks of four pixels. `other_side` takes the gradients there from an angle that
+/// jumps on the right.
 pub(crate) const DISC: &str = include_str!("wgsl/disc.wgsl");
 
 /// A pixel: its colour, and the level that it wants in eighths.
@@ -35,7 +37,8 @@ fn drawn(world: &World, filter: Filter, entry: &'static str) -> Vec<Pixel> {
     colors.into_iter().zip(wanted.into_iter().map(level)).collect()
 }
 
-/// Pixels that are not alike, but for those at the pole, where half of all angles meet in a block of four pixels.
+/// Pixels that are not alike, but for those at the pole, where half of all angles meet in a block of four
+/// pixels.
 fn unlike(a: &[Pixel], b: &[Pixel]) -> usize {
     let is_at_pole = |n: usize| {
         let [x, y] = [n as u32 % SIDE, n as u32 / SIDE].map(|at| at.abs_diff(SIDE / 2));

@@ -1,5 +1,5 @@
-//! The same in every stage: a vertex shader samples what a compute shader does, and what takes its gradients itself, in a fragment
-//! shader, what is given them.
+//! The same in every stage: a vertex shader samples what a compute shader does, and what takes its gradients
+//! itself, in a fragment shader, what is given them.
 
 use vastex_core::{AddressMode, Geometry, GeometrySpec, LayerFormat};
 use vastex_wgpu::{FeedbackMode, Filter};
@@ -11,8 +11,8 @@ use crate::sampling::{Harness, inputs, tolerance};
 /// A point for each input, whose vertex samples.
 pub(crate) const POINTS: &str = include_str!("wgsl/points.wgsl");
 
-/// A plane in perspective, along which a function that takes its gradients itself is called beside the one that is given them. What
-/// differs is shown: of colours how much, of feedback and of inspections whether.
+/// A plane in perspective, along which a function that takes its gradients itself is called beside the one
+/// that is given them. What differs is shown: of colours how much, of feedback and of inspections whether.
 pub(crate) const GROUND: &str = include_str!("wgsl/ground.wgsl");
 
 fn world(page: u32, filter: Filter) -> (World, Bindings) {

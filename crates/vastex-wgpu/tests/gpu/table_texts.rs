@@ -1,4 +1,5 @@
-//! The text by which a test asks a pool's hash table and the records, made of the modules that do so in every shader.
+//! The text by which a test asks a pool's hash table and the records, made of the modules that do so in every
+//! shader.
 
 use vastex_core::shader_constants;
 use vastex_wgpu::FeedbackMode;

@@ -5,7 +5,8 @@ use vastex_wgpu::{FeedbackMode, Filter, TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMA
 
 use crate::common::{Bindings, GPU, NUMBER, World};
 
-/// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the last one is beside it.
+/// A picture of 64x64 pixels. Each instance draws the whole texture into it, at so many times its size; the
+/// last one is beside it.
 pub(crate) const SHADER: &str = include_str!("wgsl/texture_space.wgsl");
 
 /// What is wanted when these instances are drawn.
@@ -65,7 +66,8 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
 
 #[test]
 fn levels_come_back_and_the_sharpest_of_what_overlaps_stays() {
-    // 256 texels over 28.8 pixels want level 3.15, over 115.2 pixels level 1.15 where they are in the picture.
+    // 256 texels over 28.8 pixels want level 3.15, over 115.2 pixels level 1.15 where they are in the
+    // picture.
     let geometry =
         Geometry::new(GeometrySpec { page: 16, border: 2, ..GeometrySpec::image(256, 256) }).unwrap();
     let positions = |instances| -> Vec<PagePos> {
@@ -77,7 +79,8 @@ fn levels_come_back_and_the_sharpest_of_what_overlaps_stays() {
     assert_eq!(far.len(), 4, "the pages of level 3: {far:?}");
     assert!(far.iter().all(|page| page.level == 3));
     let near = positions(1..2);
-    // A little more than the middle half of 8 by 8 pages of level 1, and what texels touch that lie across its edge.
+    // A little more than the middle half of 8 by 8 pages of level 1, and what texels touch that lie across
+    // its edge.
     let inner = |page: &PagePos| page.level == 1 && (2..6).contains(&page.x) && (2..6).contains(&page.y);
     assert_eq!(near.iter().filter(|page| inner(page)).count(), 16, "{near:?}");
     assert!(near.len() <= 36 && near.iter().all(|page| page.level == 1), "{near:?}");

@@ -1,5 +1,5 @@
-//! A texture that comes while frames are drawn, from a source that takes a second for each answer: the thread that draws neither
-//! reads it nor waits, and the picture stays as it is until the texture is there.
+//! A texture that comes while frames are drawn, from a source that takes a second for each answer: the thread
+//! that draws neither reads it nor waits, and the picture stays as it is until the texture is there.
 //!
 //! `cargo run -p vastex --example async_add -- [picture.png]`
 
@@ -80,7 +80,8 @@ pub(crate) fn show(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Resul
             frames_changed += u32::from(target.read()? != *before);
         }
         if let Some(added) = added {
-            // Both are of the same kind and so of the same pipelines: from the next frame on this one is drawn.
+            // Both are of the same kind and so of the same pipelines: from the next frame on this one is
+            // drawn.
             (ground, is_slow) = (added.map_err(|error: vastex::Error| error)?, true);
             renderer.texture = textures.shader_id(ground)?;
             renderer.look(queue, 1.0, size);

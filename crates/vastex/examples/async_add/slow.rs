@@ -1,4 +1,5 @@
-//! A source that takes its time: a landscape in other colours, each of whose answers takes some time. It counts who asks.
+//! A source that takes its time: a landscape in other colours, each of whose answers takes some time. It
+//! counts who asks.
 
 use std::future::Future;
 use std::pin::Pin;

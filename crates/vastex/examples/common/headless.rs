@@ -1,5 +1,5 @@
-//! What an application has instead of a window: a device, a picture in memory, a file; and a pipeline for rectangles. Nothing here is for
-//! Vastex, but for the features that the device is asked for.
+//! What an application has instead of a window: a device, a picture in memory, a file; and a pipeline for
+//! rectangles. Nothing here is for Vastex, but for the features that the device is asked for.
 
 use std::path::Path;
 
@@ -126,8 +126,8 @@ pub(crate) fn uniform(
     (buffer, layout, group)
 }
 
-/// A pipeline for rectangles of two triangles, of which the nearest is seen: by two entry points of a module, into targets of two formats,
-/// of colour and of depth.
+/// A pipeline for rectangles of two triangles, of which the nearest is seen: by two entry points of a module,
+/// into targets of two formats, of colour and of depth.
 pub(crate) fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,

@@ -1,10 +1,11 @@
 //! What it takes to put a virtual texture into a renderer that is there already.
 //!
-//! The renderer draws a textured rectangle on the ground into a picture, without a window. Every line that is there for
-//! Vastex says so; the rest, like what stands in `headless.rs` beside it, is any application's own.
+//! The renderer draws a textured rectangle on the ground into a picture, without a window. Every line that is
+//! there for Vastex says so; the rest, like what stands in `headless.rs` beside it, is any application's own.
 //!
-//! `cargo run -p vastex --example existing_renderer -- [image.vastex] [picture.png]`; without an image, a landscape that
-//! is generated where it is looked at (`landscape.rs`, of `painted.rs`, a source of tiles of one's own).
+//! `cargo run -p vastex --example existing_renderer -- [image.vastex] [picture.png]`; without an image, a
+//! landscape that is generated where it is looked at (`landscape.rs`, of `painted.rs`, a source of tiles of
+//! one's own).
 
 use std::sync::Arc;
 
@@ -37,12 +38,14 @@ pub(crate) fn main() -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Flies over the ground and stays until the picture is as sharp as it gets: its pixels, and how many frames it took.
+/// Flies over the ground and stays until the picture is as sharp as it gets: its pixels, and how many frames
+/// it took.
 pub(crate) fn render(source: Arc<dyn TileSource>, size: [u32; 2]) -> anyhow::Result<(Vec<u8>, u64)> {
     let target = Headless::new(size)?;
     let (device, queue) = (&target.device, &target.queue);
 
-    // Vastex: once. The pace makes a program without a window give the same pictures each time; a window leaves it out.
+    // Vastex: once. The pace makes a program without a window give the same pictures each time; a window
+    // leaves it out.
     let settings = Settings {
         binding: BindingPlace { group: 1, first: 0 },
         pace: Pace::LockStep { latency_frames: 1 },

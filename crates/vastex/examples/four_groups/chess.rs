@@ -82,7 +82,8 @@ const PROFILES: [&[f32]; 5] = [
 const POSITION: [&str; 8] =
     ["..r..rk.", "..q...pp", "pb..p...", "...p.p..", "...P....", ".P.QB..P", "P....PP.", "R...R.K."];
 
-/// The clip position of a place in the world, and the eye, for a picture of this size. Depth is 1 near the eye and 0 far away.
+/// The clip position of a place in the world, and the eye, for a picture of this size. Depth is 1 near the
+/// eye and 0 far away.
 pub(crate) fn eye([width, height]: [u32; 2]) -> (Mat4, Vec3) {
     let eye = Vec3::new(6.6, -7.2, 3.9);
     let view = look_at_mat4(eye, Vec3::new(0.75, 0.1, -0.1), Vec3::Z);
@@ -162,8 +163,8 @@ fn slab() -> Mesh {
     slab
 }
 
-/// A surface of revolution around z, smooth through the points of a profile, in so many steps from one to the next. `uv` is what
-/// of the image goes around, and along a unit of the profile.
+/// A surface of revolution around z, smooth through the points of a profile, in so many steps from one to the
+/// next. `uv` is what of the image goes around, and along a unit of the profile.
 fn turned(profile: &[f32], sides: u16, steps: u16, uv: [f32; 2]) -> Mesh {
     let points: Vec<Vec2> = profile.chunks_exact(2).map(Vec2::from_slice).collect();
     let point = |n: usize| points[n.min(points.len() - 1)];

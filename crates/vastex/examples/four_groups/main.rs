@@ -1,6 +1,7 @@
-//! A renderer that uses all four of WebGPU's bind groups itself: view, light, material, object. Vastex's bindings are merged into the
-//! material's, whose groups are kept and made anew when they must be; the feedback pass is begun by the renderer, as a render graph does;
-//! depth is reversed, drawn before the picture, and has four samples a pixel.
+//! A renderer that uses all four of WebGPU's bind groups itself: view, light, material, object. Vastex's
+//! bindings are merged into the material's, whose groups are kept and made anew when they must be; the
+//! feedback pass is begun by the renderer, as a render graph does; depth is reversed, drawn before the
+//! picture, and has four samples a pixel.
 //!
 //! All that is there for Vastex stands in this file and in `feedback.wgsl`.
 //!
@@ -62,7 +63,8 @@ pub(crate) fn images(sides: [u32; MATERIALS], page: u32) -> anyhow::Result<[Pain
     ])
 }
 
-/// Draws until everything is as sharp as it gets. `look` sees the textures of the materials at the beginning and after each update.
+/// Draws until everything is as sharp as it gets. `look` sees the textures of the materials at the beginning
+/// and after each update.
 pub(crate) fn draw(
     size: [u32; 2],
     sources: [Arc<dyn TileSource>; MATERIALS],
@@ -73,7 +75,8 @@ pub(crate) fn draw(
     anyhow::ensure!(device.limits() == wgpu::Limits::default(), "WebGPU's limits are enough");
     anyhow::ensure!(device.limits().max_bind_groups == 4, "of which none is left");
 
-    // Vastex: its bindings lie in the material's group behind the renderer's own, and depth is as in the renderer's passes.
+    // Vastex: its bindings lie in the material's group behind the renderer's own, and depth is as in the
+    // renderer's passes.
     let settings = Settings {
         binding: BindingPlace { group: MATERIAL_GROUP, first: OWN_BINDINGS },
         reversed_depth: true,

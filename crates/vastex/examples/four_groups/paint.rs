@@ -1,5 +1,5 @@
-//! The images of the materials: wood, an inlaid board, two marbles, lead. Each repeats without a seam, and leaves out on each level what
-//! is finer than its texels.
+//! The images of the materials: wood, an inlaid board, two marbles, lead. Each repeats without a seam, and
+//! leaves out on each level what is finer than its texels.
 
 use std::f32::consts::TAU;
 
@@ -89,7 +89,8 @@ fn line(from: f32, half_width: f32, texel: f32) -> f32 {
     (0.5 + (half_width - from) / edge).clamp(0.0, 1.0) * (2.0 * half_width / edge).min(1.0)
 }
 
-/// Smooth noise from 0 to 1, of waves from `cells` to the image's sides down to those of two texels, each a part as high as the one before.
+/// Smooth noise from 0 to 1, of waves from `cells` to the image's sides down to those of two texels, each a
+/// part as high as the one before.
 fn clouds(at: [f32; 2], mut cells: [u32; 2], width: f32, part: f32) -> f32 {
     let (mut sum, mut height) = (0.5, 1.0 - part);
     while cells.iter().all(|&cells| 2.0 * width * (cells as f32) < 1.0) && height > 0.004 {

@@ -1,5 +1,6 @@
-//! The host's renderer: a bind group for each of view, light, material and object, so that none is left; a shadow map, a depth prepass with
-//! reversed depth, four samples a pixel. It knows no Vastex but in that a material has bindings of whoever samples its textures.
+//! The host's renderer: a bind group for each of view, light, material and object, so that none is left; a
+//! shadow map, a depth prepass with reversed depth, four samples a pixel. It knows no Vastex but in that a
+//! material has bindings of whoever samples its textures.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -50,8 +51,8 @@ pub(crate) struct Renderer {
 }
 
 impl Renderer {
-    /// `text` is the scene's shader and what samples its textures, `entries` the bindings of that, `ids` say which texture each
-    /// material has.
+    /// `text` is the scene's shader and what samples its textures, `entries` the bindings of that, `ids` say
+    /// which texture each material has.
     pub(crate) fn new(
         target: &Headless,
         size: [u32; 2],
@@ -256,7 +257,8 @@ fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEn
     wgpu::BindGroupEntry { binding, resource }
 }
 
-/// A pass into samples that are resolved, if it has colour, with a depth that is cleared or, where that is nothing, there and not kept.
+/// A pass into samples that are resolved, if it has colour, with a depth that is cleared or, where that is
+/// nothing, there and not kept.
 fn begin<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     label: &str,

@@ -1,5 +1,6 @@
-//! Many materials: 200 virtual textures in one scene, some of them small and held whole, drawn with one pipeline for each kind and one bind
-//! group for each pool. Which texture an instance shows is an id among its data.
+//! Many materials: 200 virtual textures in one scene, some of them small and held whole, drawn with one
+//! pipeline for each kind and one bind group for each pool. Which texture an instance shows is an id among
+//! its data.
 //!
 //! `cargo run -p vastex --example many_materials -- [picture.png]`
 
@@ -82,8 +83,8 @@ pub(crate) fn uv_of(nth: usize) -> [f32; 4] {
     }
 }
 
-/// Adds the textures: of every four one with pages whose sides are powers of two, one with others, one with a hashed page table, and
-/// one that is held whole.
+/// Adds the textures: of every four one with pages whose sides are powers of two, one with others, one with a
+/// hashed page table, and one that is held whole.
 fn add(textures: &mut Textures) -> anyhow::Result<Vec<TextureId>> {
     let mut ids = Vec::new();
     for nth in 0..TEXTURES {
@@ -161,7 +162,8 @@ pub(crate) fn draw(size: [u32; 2]) -> anyhow::Result<Drawn> {
     anyhow::bail!("the view has not converged in {PATIENCE_FRAMES} frames: {:?}", textures.stats())
 }
 
-/// Draws every batch in two draws, as a renderer has several in a pool, and says how many bind groups were set.
+/// Draws every batch in two draws, as a renderer has several in a pool, and says how many bind groups were
+/// set.
 fn draw_all<'a>(
     pass: &mut wgpu::RenderPass<'_>,
     batches: &'a [Batch],

@@ -1,4 +1,5 @@
-//! Images that are an affine function of the place, on every level, each with a colour of its own: whatever samples one rightly gives that.
+//! Images that are an affine function of the place, on every level, each with a colour of its own: whatever
+//! samples one rightly gives that.
 
 use vastex::{GeometryError, GeometrySpec, LayerFormat};
 

@@ -1,7 +1,7 @@
 //! Feedback without a GPU: what a view wants, from where each of its pixels lies on a texture.
 //!
-//! The sample positions and the arithmetic are those of the feedback pass; only the surface is asked for instead of
-//! drawn. For traces, which a test makes without a device, and for what looks ahead.
+//! The sample positions and the arithmetic are those of the feedback pass; only the surface is asked for
+//! instead of drawn. For traces, which a test makes without a device, and for what looks ahead.
 
 use vastex_core::{
     AddressMode, Feedback, FeedbackCompactor, Geometry, HashedTextureTable, Slot, TextureNumber,
@@ -41,9 +41,10 @@ impl CpuFeedback {
         CpuFeedback { filter, ..self }
     }
 
-    /// What a picture of so many pixels wants in a frame. `uv` says where a point of the picture, in pixels from its top
-    /// left, lies on the surface; `None` if it shows none. Beyond 0 to 1 the surface goes on without the texture: what
-    /// lies there is not wanted, but tells its neighbours their derivatives, as it does on a GPU.
+    /// What a picture of so many pixels wants in a frame. `uv` says where a point of the picture, in pixels
+    /// from its top left, lies on the surface; `None` if it shows none. Beyond 0 to 1 the surface goes on
+    /// without the texture: what lies there is not wanted, but tells its neighbours their derivatives, as it
+    /// does on a GPU.
     pub fn of_view(
         &mut self,
         picture: [u32; 2],
@@ -52,7 +53,8 @@ impl CpuFeedback {
     ) -> Feedback {
         let view = FeedbackView::new(picture, FeedbackScale::Reduced, frame);
         let (block, jitter, covered) = (FeedbackScale::Reduced.block(), view.jitter(), view.covered());
-        // Derivatives are taken within blocks of 2x2 pixels, so the last may need a neighbour beyond the picture.
+        // Derivatives are taken within blocks of 2x2 pixels, so the last may need a neighbour beyond the
+        // picture.
         let stride = covered[0] as usize + 1;
         self.places.clear();
         for y in 0..=covered[1] {
@@ -78,8 +80,8 @@ impl CpuFeedback {
         feedback
     }
 
-    /// The difference of uv between neighbours, but for its sign; none where there is no neighbour. Where the texture closes
-    /// on itself they lie on the same side.
+    /// The difference of uv between neighbours, but for its sign; none where there is no neighbour. Where the
+    /// texture closes on itself they lie on the same side.
     fn difference(&self, here: [f32; 2], there: Option<[f32; 2]>) -> [f32; 2] {
         let Some(there) = there else { return [0.0; 2] };
         let address = self.geometry.address();

@@ -1,4 +1,5 @@
-//! Sampling and feedback on the CPU: queries that are answered from main memory, textures that are read for it, and views without a GPU.
+//! Sampling and feedback on the CPU: queries that are answered from main memory, textures that are read for
+//! it, and views without a GPU.
 
 mod feedback;
 mod sample;

@@ -1,8 +1,9 @@
-//! What a texture says at a point, asked on the CPU while the GPU draws it: for physics, for walking on terrain, for picking.
+//! What a texture says at a point, asked on the CPU while the GPU draws it: for physics, for walking on
+//! terrain, for picking.
 //!
-//! Queries never read a file nor wait. They are answered from tiles that are in main memory, by the finest there is, and say how
-//! fine that was. The arithmetic is that of the shaders' twins in `vastex-wgpu`. [`crate::CpuTexture`] is for those who would rather
-//! wait than have a coarser answer.
+//! Queries never read a file nor wait. They are answered from tiles that are in main memory, by the finest
+//! there is, and say how fine that was. The arithmetic is that of the shaders' twins in `vastex-wgpu`.
+//! [`crate::CpuTexture`] is for those who would rather wait than have a coarser answer.
 
 use std::cell::OnceCell;
 use std::fmt;
@@ -22,8 +23,8 @@ use crate::settings::Filter;
 pub struct CpuSample {
     /// What a shader would get: linear, 0 to 1 but for floats.
     pub value: [f32; 4],
-    /// The level of the answer: the one that was asked for, within those that there are, where its tiles are in memory; else a
-    /// coarser one. Between two levels the answer is blended of both.
+    /// The level of the answer: the one that was asked for, within those that there are, where its tiles are
+    /// in memory; else a coarser one. Between two levels the answer is blended of both.
     pub level: f32,
 }
 
@@ -66,9 +67,10 @@ impl<'a> CpuSampler<'a> {
         CpuSample { value, level }
     }
 
-    /// The texel of a level in which a texel of level 0 lies, as it is stored and blended with nothing, whatever the filter is; exact for
-    /// textures of any size. Texels beyond the texture are taken as the address modes say. [`CpuSample::level`] is the level of the
-    /// answer: `level`, within those that there are, where its tile is in memory; else a coarser one.
+    /// The texel of a level in which a texel of level 0 lies, as it is stored and blended with nothing,
+    /// whatever the filter is; exact for textures of any size. Texels beyond the texture are taken as the
+    /// address modes say. [`CpuSample::level`] is the level of the answer: `level`, within those that there
+    /// are, where its tile is in memory; else a coarser one.
     pub fn texel(&mut self, texel: [u32; 2], level: u8) -> CpuSample {
         self.tiles.make_room();
         let tiles = &self.tiles;
@@ -80,8 +82,8 @@ impl<'a> CpuSampler<'a> {
         CpuSample { value: sampler.sample_fixed_level(texel, [0.5; 2], level.into()), level: found.into() }
     }
 
-    /// The finest level at which a texel of level 0, one that the texture has, is on the GPU; levels that are always there count as the first of them.
-    /// Costs a look for each level, and decodes nothing.
+    /// The finest level at which a texel of level 0, one that the texture has, is on the GPU; levels that are
+    /// always there count as the first of them. Costs a look for each level, and decodes nothing.
     pub fn resident_level(&self, texel: [u32; 2]) -> u8 {
         let AtHand { state, paging, layer, .. } = &self.tiles;
         let (geometry, pager) = (&state.description.geometry, paging.pager());
@@ -101,7 +103,8 @@ const FOUND: usize = 16;
 /// Of those, as many as one query may need.
 const OF_ONE_QUERY: usize = 8;
 
-/// In the place of a page table: which tile in memory stands for a page. The slot of a tile is its place here.
+/// In the place of a page table: which tile in memory stands for a page. The slot of a tile is its place
+/// here.
 struct AtHand<'a> {
     cpu: &'a CpuTiles,
     paging: &'a Paging,

@@ -1,7 +1,7 @@
 //! Sampling on the CPU, from a source, by the same arithmetic as on the GPU.
 //!
-//! Every page counts as resident; a tile is read and decoded when it is first touched, and kept. For what a GPU cannot do
-//! (a picture beyond a device's limits) and for what tests compare with.
+//! Every page counts as resident; a tile is read and decoded when it is first touched, and kept. For what a
+//! GPU cannot do (a picture beyond a device's limits) and for what tests compare with.
 
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
@@ -34,8 +34,8 @@ pub struct CpuTexture {
 const NUMBER: Option<TextureNumber> = TextureNumber::new(0);
 
 impl CpuTexture {
-    /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level. Fails where the texture has more
-    /// pages than [`CpuTexture::MOST_PAGES`].
+    /// Layer number `layer` of a texture, which exists, at a mip bias in eighths of a level. Fails where the
+    /// texture has more pages than [`CpuTexture::MOST_PAGES`].
     pub fn new(
         source: Arc<dyn TileSource>,
         layer: usize,
@@ -81,7 +81,8 @@ impl CpuTexture {
         self
     }
 
-    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails where a tile cannot be had.
+    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails where a
+    /// tile cannot be had.
     pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> Result<[f32; 4], Error> {
         let description = self.source.description();
         let number = NUMBER.ok_or(Error::TailPending)?;

@@ -1,5 +1,5 @@
-//! The decoded tiles that queries on the CPU go through: the ones used last, within a budget of bytes, and those of layers that
-//! are kept for as long as they are in the pool.
+//! The decoded tiles that queries on the CPU go through: the ones used last, within a budget of bytes, and
+//! those of layers that are kept for as long as they are in the pool.
 //!
 //! Which tile answers a query is `sample`'s business.
 
@@ -118,8 +118,8 @@ impl CpuTiles {
         Some(texels.clone())
     }
 
-    /// A tile goes into a slot, its layers as `description` says. Textures of a pool share slots, so whichever it is for, the
-    /// layers that any of them keeps are kept.
+    /// A tile goes into a slot, its layers as `description` says. Textures of a pool share slots, so
+    /// whichever it is for, the layers that any of them keeps are kept.
     pub(crate) fn uploaded(
         &mut self,
         (pool, slot): (PoolId, Slot),

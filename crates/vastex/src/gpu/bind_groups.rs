@@ -1,4 +1,5 @@
-//! Bind groups: one for all textures of the same pools that are sampled through the same layers, whatever the view.
+//! Bind groups: one for all textures of the same pools that are sampled through the same layers, whatever the
+//! view.
 
 use std::collections::BTreeSet;
 
@@ -8,8 +9,8 @@ use vastex_wgpu::{Bound, Kinds, entries, layout_entries};
 use super::Gpu;
 use crate::ids::Sampled;
 
-/// The bind groups of each texture and group that there is, as [`BindGroups::get`] gives them. Those of textures that share a pool are
-/// one and the same.
+/// The bind groups of each texture and group that there is, as [`BindGroups::get`] gives them. Those of
+/// textures that share a pool are one and the same.
 #[derive(Debug, Default)]
 pub struct BindGroups {
     sets: Vec<BindSet>,
@@ -40,14 +41,16 @@ struct BindSet {
     kinds: Kinds,
     /// Nothing while the memory of a pool is given back, and where nobody has the set.
     group: Option<wgpu::BindGroup>,
-    /// Layers of textures, and groups, that have it. A set that nobody has is taken by the next that is like no other.
+    /// Layers of textures, and groups, that have it. A set that nobody has is taken by the next that is like
+    /// no other.
     owners: u32,
     revision: u64,
 }
 
 impl BindGroups {
-    /// The bind group of a texture's first layer, of a layer, or of a group; `None` if it was removed. As with
-    /// [`Textures::bind_group`](crate::Textures::bind_group), it may be another in the next frame, which is then told.
+    /// The bind group of a texture's first layer, of a layer, or of a group; `None` if it was removed. As
+    /// with [`Textures::bind_group`](crate::Textures::bind_group), it may be another in the next frame, which
+    /// is then told.
     pub fn get(&self, sampled: impl Into<Sampled>) -> Option<&wgpu::BindGroup> {
         self.set(sampled.into())?.group.as_ref()
     }
@@ -67,7 +70,8 @@ impl BindGroups {
 
     /// The place of a set, which is added where there is none.
     fn place(&mut self, pools: Vec<PoolId>, kinds: Kinds) -> usize {
-        // One that nobody has may still be kept by the application, which is told of the next there as of any other.
+        // One that nobody has may still be kept by the application, which is told of the next there as of any
+        // other.
         let is_it = |set: &BindSet| set.pools == pools && set.kinds.binds_like(&kinds);
         let found = self.sets.iter().position(is_it);
         let place = found.unwrap_or_else(|| {
@@ -92,7 +96,8 @@ impl Gpu {
         &self.bind_groups
     }
 
-    /// Gives the layers of a texture, or a group, their bind groups: each the pools of its text, and its kinds.
+    /// Gives the layers of a texture, or a group, their bind groups: each the pools of its text, and its
+    /// kinds.
     pub(super) fn bind(&mut self, number: TextureNumber, sampled: Vec<(Vec<PoolId>, Kinds)>) {
         let place_of = |(pools, kinds)| self.bind_groups.place(pools, kinds);
         let places: Vec<usize> = sampled.into_iter().map(place_of).collect();

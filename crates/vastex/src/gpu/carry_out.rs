@@ -1,5 +1,5 @@
-//! What the pager has decided is carried out, all of a frame at once: what can fail comes first, and touches nothing that a picture reads;
-//! then tiles, page tables, fades, biases and parameters change together.
+//! What the pager has decided is carried out, all of a frame at once: what can fail comes first, and touches
+//! nothing that a picture reads; then tiles, page tables, fades, biases and parameters change together.
 
 use vastex_core::{Pager, PoolId, TableChange, TextureNumber, Upload};
 use vastex_wgpu::PoolTables;
@@ -7,12 +7,14 @@ use vastex_wgpu::PoolTables;
 use super::Gpu;
 use crate::error::Error;
 
-/// What the pager has decided and the GPU has not been told. Empty between two frames, but where one failed midway.
+/// What the pager has decided and the GPU has not been told. Empty between two frames, but where one failed
+/// midway.
 #[derive(Debug, Default)]
 pub(super) struct Undone {
     /// In the order in which they were decided.
     pub(super) uploads: Vec<(PoolId, Upload)>,
-    /// Whether page tables were being changed, which was not submitted: they begin anew with what is resident.
+    /// Whether page tables were being changed, which was not submitted: they begin anew with what is
+    /// resident.
     has_tables: bool,
 }
 
@@ -39,9 +41,10 @@ impl Gpu {
         std::mem::take(&mut self.changes)
     }
 
-    /// Carries out the uploads that were taken and the page-table changes of exactly these, in one submission. Where it fails
-    /// nothing that a picture reads has changed, and the next call carries out the same and what has come to it. Beside updates
-    /// it is called between two, where something is to be seen at once.
+    /// Carries out the uploads that were taken and the page-table changes of exactly these, in one
+    /// submission. Where it fails nothing that a picture reads has changed, and the next call carries out the
+    /// same and what has come to it. Beside updates it is called between two, where something is to be seen
+    /// at once.
     pub(crate) fn carry_out(
         &mut self,
         pager: &Pager,
@@ -72,7 +75,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Forgets what was still to be done for a texture of a pool that was removed. An upload stays where another texture shares its slot.
+    /// Forgets what was still to be done for a texture of a pool that was removed. An upload stays where
+    /// another texture shares its slot.
     pub(super) fn forget_undone(&mut self, texture: TextureNumber, pool: PoolId, pager: &Pager) {
         if self.undone.uploads.iter().any(|(_, upload)| upload.page.texture() == texture) {
             let slots = pager.pool(pool).slots();

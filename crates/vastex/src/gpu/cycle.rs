@@ -1,14 +1,17 @@
-//! Which sample positions of the jitter cycle a view has shown: a position whose feedback is lost is looked at again before any other.
+//! Which sample positions of the jitter cycle a view has shown: a position whose feedback is lost is looked
+//! at again before any other.
 //!
-//! A view has been seen whole when its last feedbacks, as many as there are positions, showed every one of them. Before that nothing
-//! is known of some of its pixels, whatever the pager takes for converged.
+//! A view has been seen whole when its last feedbacks, as many as there are positions, showed every one of
+//! them. Before that nothing is known of some of its pixels, whatever the pager takes for converged.
 
 use std::collections::VecDeque;
 
-/// The sample positions that a view has shown. Where textures take turns over cycles, each turn is a position of its own.
+/// The sample positions that a view has shown. Where textures take turns over cycles, each turn is a position
+/// of its own.
 #[derive(Debug, Default)]
 pub(super) struct Cycle {
-    /// The number of the next pass that repeats none. Its position is what is left of the division by the cycle's length.
+    /// The number of the next pass that repeats none. Its position is what is left of the division by the
+    /// cycle's length.
     next: u64,
     /// Passes whose feedback was lost, the oldest first.
     lost: VecDeque<u64>,
@@ -27,7 +30,8 @@ impl Cycle {
         self.lost.front().copied().unwrap_or(self.next)
     }
 
-    /// The feedback of a pass that [`Cycle::pass`] has given is on its way, as that of a frame. What was lost meanwhile is drawn after it.
+    /// The feedback of a pass that [`Cycle::pass`] has given is on its way, as that of a frame. What was lost
+    /// meanwhile is drawn after it.
     pub(super) fn record(&mut self, frame: u64, pass: u64) {
         self.lost.retain(|&lost| lost != pass);
         self.next = self.next.max(pass + 1);
@@ -59,8 +63,8 @@ impl Cycle {
         self.come = 0;
     }
 
-    /// Whether each of so many positions is among the last feedbacks, as many as there are positions; also where the view is not drawn:
-    /// never, or not for so many frames.
+    /// Whether each of so many positions is among the last feedbacks, as many as there are positions; also
+    /// where the view is not drawn: never, or not for so many frames.
     pub(super) fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
         let is_drawn = self.next > 0 && self.recorded + length >= frame;
         let is_recent = |&seen: &u64| seen > 0 && seen + length > self.come;
@@ -91,7 +95,8 @@ mod tests {
 
     const LENGTH: u64 = 16;
 
-    /// Records a frame in each step; its feedback comes or is lost `late` frames afterwards, as `is_lost` says.
+    /// Records a frame in each step; its feedback comes or is lost `late` frames afterwards, as `is_lost`
+    /// says.
     fn play(late: u64, frames: u64, is_lost: impl Fn(u64) -> bool) -> (Cycle, Vec<(u64, bool)>) {
         let (mut cycle, mut passes, mut whole) = (Cycle::default(), Vec::new(), Vec::new());
         for frame in 0..frames {
@@ -110,7 +115,8 @@ mod tests {
         (cycle, whole)
     }
 
-    /// It says whole exactly where the last 16 that came showed all of the 16 positions, and does so soon after the last loss.
+    /// It says whole exactly where the last 16 that came showed all of the 16 positions, and does so soon
+    /// after the last loss.
     #[test]
     fn it_is_whole_when_every_position_has_come() {
         let patterns: [fn(u64) -> bool; 6] =

@@ -1,8 +1,9 @@
 //! Tiles that fade in, where [`crate::Settings::fade`] says so: which do, and how time passes for them.
 //!
-//! A tile fades in when it is uploaded for a page that comes into the page table with it; what was on screen before is what the page
-//! above it shows, so that nothing is kept for it. Any other tile shows at once: one that takes the place of its page's old one, since what
-//! was there is gone, and one that was in a slot already when a page of the same content came, since other pages show it.
+//! A tile fades in when it is uploaded for a page that comes into the page table with it; what was on screen
+//! before is what the page above it shows, so that nothing is kept for it. Any other tile shows at once: one
+//! that takes the place of its page's old one, since what was there is gone, and one that was in a slot
+//! already when a page of the same content came, since other pages show it.
 
 use std::collections::HashSet;
 use std::time::Duration;

@@ -1,7 +1,8 @@
-//! Feedback: how a view says what it wants, in a pass of its own or from its main pass, and how that is heard.
+//! Feedback: how a view says what it wants, in a pass of its own or from its main pass, and how that is
+//! heard.
 //!
-//! Which mode is taken is a setting of the whole ([`FeedbackMode`]); what an application calls is the same for all of them. The views
-//! themselves are `views`' business.
+//! Which mode is taken is a setting of the whole ([`FeedbackMode`]); what an application calls is the same
+//! for all of them. The views themselves are `views`' business.
 
 use vastex_core::{Feedback, ViewId};
 use vastex_wgpu::{
@@ -79,7 +80,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Fails where a view's feedback of a frame is under way already: two would be taken for one, and half of what each has seen be missed.
+    /// Fails where a view's feedback of a frame is under way already: two would be taken for one, and half of
+    /// what each has seen be missed.
     pub(super) fn check_once(&mut self, view: ViewId, frame: u64) -> Result<(), Error> {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let ViewState { path: Some(path), cycle, .. } = state else { return Ok(()) };
@@ -88,7 +90,8 @@ impl Gpu {
         if path.readback.is_under_way(frame) { Err(Error::FeedbackTwice { view, frame }) } else { Ok(()) }
     }
 
-    /// Whether a picture of this size needs another feedback path, which is made with [`Gpu::carry_out`] up to date.
+    /// Whether a picture of this size needs another feedback path, which is made with [`Gpu::carry_out`] up
+    /// to date.
     pub(crate) fn needs_feedback_path(&self, view: ViewId, picture: [u32; 2]) -> bool {
         let state = self.views.iter().find(|state| state.view == view);
         let fits = |path: &FeedbackPath| path.picture() == picture;
@@ -120,8 +123,8 @@ impl Gpu {
         if self.reversed_depth { 0.0 } else { 1.0 }
     }
 
-    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of frames. `cycle` is the number of
-    /// frames in which every pixel is looked at once.
+    /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of
+    /// frames. `cycle` is the number of frames in which every pixel is looked at once.
     pub(crate) fn arrived_feedback(&mut self, frame: u64, cycle: u32) -> Result<Vec<Feedback>, Error> {
         let arrived = match self.due {
             None => self.polled_feedback()?,
@@ -151,8 +154,8 @@ impl Gpu {
         Ok(arrived)
     }
 
-    /// What is due. Feedback whose commands were dropped is left out; that of commands which are not submitted yet comes in the first frame
-    /// in which they are.
+    /// What is due. Feedback whose commands were dropped is left out; that of commands which are not
+    /// submitted yet comes in the first frame in which they are.
     fn awaited_feedback(&mut self, frame: u64) -> Result<Vec<Feedback>, Error> {
         let Gpu { views, due: Some(due), device, queue, .. } = self else {
             return Ok(Vec::new());
@@ -180,7 +183,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
+    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is
+    /// on the GPU.
     pub(crate) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
         let length = u64::from(cycle);
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
@@ -201,14 +205,16 @@ impl Gpu {
         self.views.iter().filter_map(ViewState::oldest).min()
     }
 
-    /// The cells moved while the frame was drawn: an application that merges entries into bind groups of its own told nobody in it.
+    /// The cells moved while the frame was drawn: an application that merges entries into bind groups of its
+    /// own told nobody in it.
     fn look_again(&mut self, view: ViewId, frame: u64) {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             state.cycle.lose(frame);
         }
     }
 
-    /// Makes room for what a main view of so many pixels tells, where feedback is inline, so that bind groups stay when it is drawn.
+    /// Makes room for what a main view of so many pixels tells, where feedback is inline, so that bind groups
+    /// stay when it is drawn.
     pub(crate) fn fit_main_view(&mut self, picture: [u32; 2]) {
         let cells = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
         // What is too large is refused where it is drawn.
@@ -218,7 +224,8 @@ impl Gpu {
         }
     }
 
-    /// Makes a view's path where there is none for pictures of this size. Returns true if bind groups are others for it.
+    /// Makes a view's path where there is none for pictures of this size. Returns true if bind groups are
+    /// others for it.
     pub(super) fn fit_feedback_path(&mut self, view: ViewId, picture: [u32; 2]) -> Result<bool, Error> {
         if !self.needs_feedback_path(view, picture) {
             return Ok(false);

@@ -41,7 +41,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// What the text is made for that samples these. Fails where one is not there, and where they are more than the device can bind.
+    /// What the text is made for that samples these. Fails where one is not there, and where they are more
+    /// than the device can bind.
     fn kinds_of_members(&self, members: &[Member]) -> Result<Kinds, Error> {
         let member = |Member { name, layer, .. }: &Member| {
             let pool = self.pool_of(layer.number()).map_or(0, |pool| usize::from(pool.number()));

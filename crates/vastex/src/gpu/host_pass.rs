@@ -1,4 +1,5 @@
-//! Feedback passes that an application begins and ends itself, as render graphs do: what it needs for that, and what is recorded behind it.
+//! Feedback passes that an application begins and ends itself, as render graphs do: what it needs for that,
+//! and what is recorded behind it.
 
 use vastex_core::ViewId;
 use vastex_wgpu::FeedbackMode;
@@ -10,8 +11,8 @@ use crate::error::Error;
 
 /// What a feedback pass is begun with: from [`crate::ViewMut::begin_feedback`], for one pass of one frame.
 ///
-/// The pass has one colour attachment and one of depth, one sample each, and no other size than [`FeedbackPass::size`]. Its viewport is the
-/// whole of it, its scissor rectangle [`FeedbackPass::scissor`].
+/// The pass has one colour attachment and one of depth, one sample each, and no other size than
+/// [`FeedbackPass::size`]. Its viewport is the whole of it, its scissor rectangle [`FeedbackPass::scissor`].
 #[derive(Clone, Debug)]
 pub struct FeedbackPass {
     color: wgpu::TextureView,
@@ -28,18 +29,20 @@ impl FeedbackPass {
         &self.color
     }
 
-    /// Its depth buffer, of [`crate::Textures::FEEDBACK_DEPTH_FORMAT`]; to be cleared to [`FeedbackPass::clear_depth`], and not kept.
+    /// Its depth buffer, of [`crate::Textures::FEEDBACK_DEPTH_FORMAT`]; to be cleared to
+    /// [`FeedbackPass::clear_depth`], and not kept.
     pub fn depth(&self) -> &wgpu::TextureView {
         &self.depth
     }
 
-    /// Width and height of both in pixels: an eighth of the picture's, of [`ViewId::EXPECTED`] a sixteenth, rounded up.
+    /// Width and height of both in pixels: an eighth of the picture's, of [`ViewId::EXPECTED`] a sixteenth,
+    /// rounded up.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// First column and row, and how many of each: the scissor rectangle of this frame, without which pixels beyond the picture
-    /// ask as well.
+    /// First column and row, and how many of each: the scissor rectangle of this frame, without which pixels
+    /// beyond the picture ask as well.
     pub fn scissor(&self) -> [u32; 4] {
         self.scissor
     }
@@ -81,7 +84,8 @@ impl FeedbackPass {
 }
 
 impl Gpu {
-    /// Points a view at its target, for a pass that the application begins; `None` if the main pass says what it wants.
+    /// Points a view at its target, for a pass that the application begins; `None` if the main pass says what
+    /// it wants.
     pub(crate) fn begin_feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -110,7 +114,8 @@ impl Gpu {
         Ok(Some(FeedbackPass { color, depth, size, scissor, clear_depth, view_number }))
     }
 
-    /// Records what brings the feedback of a pass back that the application has begun, as that of the frame in which it did.
+    /// Records what brings the feedback of a pass back that the application has begun, as that of the frame
+    /// in which it did.
     pub(crate) fn end_feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -138,8 +143,8 @@ impl Gpu {
         }
     }
 
-    /// Fails where the pass of another view that shaders know by the same number is begun and not ended: its draws would see this view.
-    /// What that has drawn is given up.
+    /// Fails where the pass of another view that shaders know by the same number is begun and not ended: its
+    /// draws would see this view. What that has drawn is given up.
     pub(super) fn check_number_is_free(&mut self, view: ViewId) -> Result<(), Error> {
         let number = self.view_number(view);
         let mut others = self.views.iter_mut().filter(|state| state.view != view && state.number == number);

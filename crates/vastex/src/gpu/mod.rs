@@ -1,6 +1,8 @@
-//! What there is on the GPU, and how it changes: pools, page tables, groups, views and their feedback, and the way of tiles into slots.
+//! What there is on the GPU, and how it changes: pools, page tables, groups, views and their feedback, and
+//! the way of tiles into slots.
 //!
-//! Nothing is decided here, and nothing is read from a source. What a call needs to know of the pager it is given.
+//! Nothing is decided here, and nothing is read from a source. What a call needs to know of the pager it is
+//! given.
 
 mod bind_groups;
 mod carry_out;
@@ -177,8 +179,8 @@ impl Gpu {
         &self.pools
     }
 
-    /// Bytes of all page tables. Where they lie elsewhere since a short while that is twice: for commands that were recorded before,
-    /// what was there counts, too.
+    /// Bytes of all page tables. Where they lie elsewhere since a short while that is twice: for commands
+    /// that were recorded before, what was there counts, too.
     pub(crate) fn table_bytes(&self) -> u64 {
         let tables = self.pools.iter().filter_map(|pool| pool.tables()).map(vastex_wgpu::PoolTables::bytes);
         tables.sum::<u64>()

@@ -1,7 +1,7 @@
 //! The pools in GPU memory: which textures share one, and how pipelines see it.
 //!
-//! Textures share a pool where their tiles have the same size and their layers the same formats and resolutions, as the
-//! device holds them. What is in a pool is decided by its pager.
+//! Textures share a pool where their tiles have the same size and their layers the same formats and
+//! resolutions, as the device holds them. What is in a pool is decided by its pager.
 
 use std::sync::Arc;
 
@@ -86,8 +86,8 @@ struct PoolMemory {
 }
 
 impl PoolState {
-    /// Takes the memory of a pool for textures like `held`, at most `bytes`; where the device has not so much, half of it, and so on.
-    /// Returns true if that was so.
+    /// Takes the memory of a pool for textures like `held`, at most `bytes`; where the device has not so
+    /// much, half of it, and so on. Returns true if that was so.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -164,7 +164,8 @@ impl PoolState {
         Ok(PoolLayout::fit(&self.held, bytes, limits(device))?)
     }
 
-    /// The same pool with other slots, empty, for the same pipelines; its memory is taken where this one's is.
+    /// The same pool with other slots, empty, for the same pipelines; its memory is taken where this one's
+    /// is.
     pub(crate) fn resized(
         &self,
         device: &wgpu::Device,
@@ -295,8 +296,9 @@ fn memory(
     Ok(PoolMemory { pool, tables })
 }
 
-/// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a quarter, and so on.
-/// Returns true if it is less than was asked for; where none fits, the first error stands.
+/// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a
+/// quarter, and so on. Returns true if it is less than was asked for; where none fits, the first error
+/// stands.
 fn halved_until_it_fits<T>(
     bytes: u64,
     mut make: impl FnMut(u64) -> Result<T, Error>,

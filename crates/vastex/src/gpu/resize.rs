@@ -1,7 +1,7 @@
 //! Pools that grow and shrink while pictures are drawn, and keep their tiles.
 //!
-//! What stays and where it goes is the pager's decision (`vastex_core::Pager::resize_pool`); here the memory is taken and tiles and page
-//! tables follow.
+//! What stays and where it goes is the pager's decision (`vastex_core::Pager::resize_pool`); here the memory
+//! is taken and tiles and page tables follow.
 
 use vastex_core::{PoolId, PoolLayout, SlotMove};
 
@@ -15,8 +15,8 @@ pub struct PoolResize {
     pub before: u64,
     /// Its bytes now.
     pub bytes: u64,
-    /// Bytes that both took together while tiles were copied. They are the old pool's and the new one's, and the old one's are
-    /// given back when the GPU is done with the copies.
+    /// Bytes that both took together while tiles were copied. They are the old pool's and the new one's, and
+    /// the old one's are given back when the GPU is done with the copies.
     pub transient: u64,
 }
 
@@ -31,8 +31,8 @@ impl Gpu {
         self.pools[usize::from(pool.number())].resized(&self.device, &self.queue, slots)
     }
 
-    /// Copies the tiles that stay, and puts the new pool in the place of the old one. The page tables of its textures are to be begun anew,
-    /// which the next [`Gpu::carry_out`] does.
+    /// Copies the tiles that stay, and puts the new pool in the place of the old one. The page tables of its
+    /// textures are to be begun anew, which the next [`Gpu::carry_out`] does.
     pub(crate) fn replace_pool(
         &mut self,
         pool: PoolId,

@@ -52,7 +52,8 @@ impl Gpu {
         self.restore_groups()
     }
 
-    /// The tail of a texture, its page table and its record. The tail is as the pool holds tiles, and the newest that was to be uploaded.
+    /// The tail of a texture, its page table and its record. The tail is as the pool holds tiles, and the
+    /// newest that was to be uploaded.
     pub(crate) fn restore_texture(
         &mut self,
         texture: TextureNumber,

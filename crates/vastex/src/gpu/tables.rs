@@ -11,12 +11,12 @@ use crate::error::Error;
 /// Bytes that a frame sends of page tables that grow in textures.
 const GROWTH_BYTES: u64 = 1 << 20;
 
-/// What of page tables and records is to be told to the GPU beside the changes of a frame. Empty between two frames, but where one failed
-/// midway or something was set since.
+/// What of page tables and records is to be told to the GPU beside the changes of a frame. Empty between two
+/// frames, but where one failed midway or something was set since.
 #[derive(Debug, Default)]
 pub(super) struct TablesToTell {
-    /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from those that recorded
-    /// commands see.
+    /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from
+    /// those that recorded commands see.
     pub(super) pools: BTreeSet<PoolId>,
     /// Whether a record was set, or a table begun.
     pub(super) has_records: bool,
@@ -36,8 +36,8 @@ pub(super) struct Moved {
 }
 
 impl Gpu {
-    /// Records the page-table changes of exactly the uploads of this frame, and says what lies elsewhere then. Nothing that a picture reads
-    /// changes before the commands are submitted.
+    /// Records the page-table changes of exactly the uploads of this frame, and says what lies elsewhere
+    /// then. Nothing that a picture reads changes before the commands are submitted.
     pub(super) fn change_tables(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

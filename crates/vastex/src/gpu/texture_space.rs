@@ -16,7 +16,8 @@ pub(super) struct TextureSpacePath {
 }
 
 impl Gpu {
-    /// Draws the levels that the view needs of a texture, and says what it wants by the last of them that have come back.
+    /// Draws the levels that the view needs of a texture, and says what it wants by the last of them that
+    /// have come back.
     pub(crate) fn texture_space(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -15,8 +15,9 @@ use crate::ids::{LayerId, Sampled, TextureId};
 use crate::settings::Sampling;
 
 impl Gpu {
-    /// The kind of page table that a texture gets, once and for all: where a direct one with all its levels would not fit beside those of
-    /// its pool it is hashed. Fails where a direct one is asked for that no pool of the device can hold.
+    /// The kind of page table that a texture gets, once and for all: where a direct one with all its levels
+    /// would not fit beside those of its pool it is hashed. Fails where a direct one is asked for that no
+    /// pool of the device can hold.
     pub(crate) fn table_kind(&self, held: &Description, choice: TableChoice) -> Result<TableKind, Error> {
         let geometry = &held.geometry;
         let (entries, most) =
@@ -60,7 +61,8 @@ impl Gpu {
         self.pools.push(pool);
     }
 
-    /// Puts a texture into a pool. Its tail is an upload of the next [`Gpu::carry_out`], from which on shaders know it.
+    /// Puts a texture into a pool. Its tail is an upload of the next [`Gpu::carry_out`], from which on
+    /// shaders know it.
     pub(crate) fn add_texture(
         &mut self,
         (pool, tail_slot): (PoolId, Slot),
@@ -204,7 +206,8 @@ impl Gpu {
         PoolShaderOptions { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
     }
 
-    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. `None` if there is no such layer.
+    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. `None`
+    /// if there is no such layer.
     pub(super) fn kind_of(&self, layer: LayerId) -> Option<Kind> {
         let filter = self.sampling_of(layer)?.kind_filter;
         let pool = self.pool_of(layer.number())?;

@@ -1,7 +1,8 @@
-//! The way of tiles into their slots: through the queue, or from a belt that the loader's threads put them on (`vastex_wgpu::Belt`).
+//! The way of tiles into their slots: through the queue, or from a belt that the loader's threads put them on
+//! (`vastex_wgpu::Belt`).
 //!
-//! `vastex_tiles::StagedSource` has each tile put there when it is decoded, and nobody between the loader and the upload knows of it. What
-//! finds no room goes through the queue, so nothing waits for the belt.
+//! `vastex_tiles::StagedSource` has each tile put there when it is decoded, and nobody between the loader and
+//! the upload knows of it. What finds no room goes through the queue, so nothing waits for the belt.
 
 use std::sync::Arc;
 #[cfg(not(target_family = "wasm"))]
@@ -20,7 +21,8 @@ use crate::settings::Settings;
 #[cfg(not(target_family = "wasm"))]
 use crate::settings::{Pace, UploadMode};
 
-/// Bytes of rooms beside those of tiles in flight: of tiles that the GPU is copying, in frames' budgets of uploads, padded.
+/// Bytes of rooms beside those of tiles in flight: of tiles that the GPU is copying, in frames' budgets of
+/// uploads, padded.
 #[cfg(not(target_family = "wasm"))]
 const FRAMES_BEHIND: u64 = 6;
 
@@ -161,8 +163,8 @@ impl Gpu {
         self.uploads.begin_anew(&self.device, settings);
     }
 
-    /// Puts the tiles that were taken into their slots: by commands those that lie on the belt, through the queue, and so before these
-    /// commands, the others. Of several for one slot the last.
+    /// Puts the tiles that were taken into their slots: by commands those that lie on the belt, through the
+    /// queue, and so before these commands, the others. Of several for one slot the last.
     pub(super) fn copy_tiles(&self, encoder: &mut wgpu::CommandEncoder) -> Result<Vec<Copied>, Error> {
         let uploads = &self.undone.uploads;
         let mut copied = Vec::new();
@@ -205,7 +207,8 @@ impl Gpu {
         Ok(None)
     }
 
-    /// The source of a texture of a pool as the loader reads it, and the bytes that each of its tiles takes on its way.
+    /// The source of a texture of a pool as the loader reads it, and the bytes that each of its tiles takes
+    /// on its way.
     #[cfg(not(target_family = "wasm"))]
     pub(crate) fn staged(
         &self,

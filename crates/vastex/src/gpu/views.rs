@@ -1,7 +1,8 @@
 //! Views: the main view and any beside it, and what each is drawn with.
 //!
-//! Each has a feedback target, a way back and a number of its own by which shaders know it, so that several can be drawn in one encoder.
-//! How they say what they want is `feedback`'s business; what follows from it, the pager decides.
+//! Each has a feedback target, a way back and a number of its own by which shaders know it, so that several
+//! can be drawn in one encoder. How they say what they want is `feedback`'s business; what follows from it,
+//! the pager decides.
 
 use vastex_core::ViewId;
 use vastex_wgpu::Views;
@@ -19,9 +20,11 @@ pub(super) struct ViewState {
     /// By which shaders know it.
     pub(super) number: u32,
     pub(super) path: Option<FeedbackPath>,
-    /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of its pixels too.
+    /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of
+    /// its pixels too.
     pub(super) cycle: Cycle,
-    /// The frame of the pass that the application has begun and not ended, if there is one, and its number in the cycle.
+    /// The frame of the pass that the application has begun and not ended, if there is one, and its number in
+    /// the cycle.
     pub(super) begun: Option<(u64, u64)>,
 }
 
@@ -42,8 +45,8 @@ impl ViewState {
 }
 
 impl Gpu {
-    /// Makes what a view needs but its feedback target. What is only expected has the number of the main view, which is set anew wherever
-    /// either is drawn.
+    /// Makes what a view needs but its feedback target. What is only expected has the number of the main
+    /// view, which is set anew wherever either is drawn.
     pub(crate) fn begin_view(&mut self, view: ViewId) {
         let is_free = |number: &u32| self.views.iter().all(|state| state.number != *number);
         let free = (1..Views::MOST).find(is_free);

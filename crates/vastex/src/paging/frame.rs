@@ -15,7 +15,8 @@ impl Paging {
         self.frame += 1;
     }
 
-    /// What a view wants in this frame, as the application says it; said again before the frame is played, the last counts.
+    /// What a view wants in this frame, as the application says it; said again before the frame is played,
+    /// the last counts.
     pub(crate) fn ingest(&mut self, feedback: Feedback) {
         self.said.retain(|said| said.view != feedback.view);
         self.said.push(Feedback { frame: self.frame, ..feedback });

@@ -1,4 +1,5 @@
-//! What is wanted and what is loaded for it: the pager, which decides, the loader, which reads, and the tickets of explicit requests.
+//! What is wanted and what is loaded for it: the pager, which decides, the loader, which reads, and the
+//! tickets of explicit requests.
 //!
 //! Nothing here knows of a GPU. What the pager decides for the GPU is handed out by `frame`.
 
@@ -218,7 +219,8 @@ impl Paging {
         self.convergences.open(view)
     }
 
-    /// Ends what waits for views that have converged, where `is_seen_whole` says so of one too, or that are gone.
+    /// Ends what waits for views that have converged, where `is_seen_whole` says so of one too, or that are
+    /// gone.
     pub(crate) fn follow_views(&mut self, is_seen_whole: impl Fn(ViewId) -> Option<bool>) {
         let pager = &self.pager;
         self.convergences.follow(|view| match is_seen_whole(view) {
@@ -233,7 +235,8 @@ impl Paging {
         self.pager.view_cut(view, self.frame);
     }
 
-    /// The content of a region has changed: what the caches have of it is dropped, and what is resident is read again.
+    /// The content of a region has changed: what the caches have of it is dropped, and what is resident is
+    /// read again.
     pub(crate) fn invalidate(&mut self, texture: TextureNumber, region: &Region) -> u32 {
         if let Some(state) = self.texture(texture) {
             state.source.changed(region);

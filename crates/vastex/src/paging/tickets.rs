@@ -12,13 +12,15 @@ use vastex_core::{AskError, Feedback, Progress, Region, TextureNumber, TicketSta
 
 use super::Paging;
 
-/// What was asked for explicitly. Awaited, it says how it ended: for a pin, when all its pages were here for the first time.
+/// What was asked for explicitly. Awaited, it says how it ended: for a pin, when all its pages were here for
+/// the first time.
 ///
-/// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in [`crate::Textures::update`] alone, so
-/// whoever waits must not be who calls that: `block_on` on the thread that draws would never return. Let another thread wait
-/// while frames go on, look at
-/// [`Ticket::progress`] in each frame, or call [`crate::Textures::finish`], which runs the update itself. Dropping a ticket changes
-/// nothing; [`crate::Ahead::release`] lets go of what it stands for. Where the [`crate::Textures`] are dropped it ends as released.
+/// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in
+/// [`crate::Textures::update`] alone, so whoever waits must not be who calls that: `block_on` on the thread
+/// that draws would never return. Let another thread wait while frames go on, look at [`Ticket::progress`] in
+/// each frame, or call [`crate::Textures::finish`], which runs the update itself. Dropping a ticket changes
+/// nothing; [`crate::Ahead::release`] lets go of what it stands for. Where the [`crate::Textures`] are
+/// dropped it ends as released.
 #[derive(Clone, Debug)]
 #[must_use = "a pin lasts until its ticket is released"]
 pub struct Ticket {

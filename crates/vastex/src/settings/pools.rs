@@ -4,8 +4,8 @@ use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
 
 /// The settings of all pools.
 ///
-/// A pool's settings are those of `default_pool`, then those of each rule that suits its textures, in order: a later rule
-/// has the last word on what it names, and leaves the rest as it is.
+/// A pool's settings are those of `default_pool`, then those of each rule that suits its textures, in order:
+/// a later rule has the last word on what it names, and leaves the rest as it is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolSettings {
     /// Of every pool, where no rule says otherwise.
@@ -32,18 +32,18 @@ pub struct PoolRule {
 /// What can be set of a pool; nothing leaves it as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoolTuning {
-    /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see [`PoolEstimate`] (which is
-    /// 1 GiB at most) and
-    /// [`crate::Settings::picture`].
+    /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see
+    /// [`PoolEstimate`] (which is 1 GiB at most) and [`crate::Settings::picture`].
     pub bytes: Option<u64>,
     /// Whether the size is multiplied by the factor of the pool's scale group; unset, it is not.
     pub allow_size_scale: Option<bool>,
     /// The scale group, 0 to 2; unset, 0.
     pub scale_group: Option<u8>,
-    /// Whether the picture may become coarser where the pool is too small; unset, it may. Where it may not, what came first
-    /// is shown, and the rest by its ancestors.
+    /// Whether the picture may become coarser where the pool is too small; unset, it may. Where it may not,
+    /// what came first is shown, and the rest by its ancestors.
     pub residency_mip_bias: Option<bool>,
-    /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted share the largest.
+    /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted
+    /// share the largest.
     pub mip_bias_rule: Option<BiasRule>,
     /// The share of the slots that pins may take, tails included, in percent: at most 80; unset, 50.
     pub pin_share: Option<u32>,

@@ -1,7 +1,8 @@
-//! Compressed layers on a device that cannot decompress them: a decorator that decodes tiles as they are read.
+//! Compressed layers on a device that cannot decompress them: a decorator that decodes tiles as they are
+//! read.
 //!
-//! It works on the loader's threads, so a frame costs what it always does; the pool holds the decoded texels, of which
-//! fewer tiles fit.
+//! It works on the loader's threads, so a frame costs what it always does; the pool holds the decoded texels,
+//! of which fewer tiles fit.
 
 use std::sync::Arc;
 

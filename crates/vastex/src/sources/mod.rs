@@ -1,5 +1,5 @@
-//! What stands between an application's source and the loader: tiles decoded for the device, small textures read whole, and what
-//! is read of a texture before it is added.
+//! What stands between an application's source and the loader: tiles decoded for the device, small textures
+//! read whole, and what is read of a texture before it is added.
 
 mod decoded;
 mod preparer;

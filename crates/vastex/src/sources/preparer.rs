@@ -1,4 +1,5 @@
-//! Textures that are read before they are added: the tail, decoded for the device, and of small textures that are kept whole every level.
+//! Textures that are read before they are added: the tail, decoded for the device, and of small textures that
+//! are kept whole every level.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -13,9 +14,9 @@ use crate::settings::{Settings, TextureSettings};
 
 /// Reads what a texture needs before it can be added, on any thread: [`crate::Textures::preparer`] makes one.
 ///
-/// It knows the formats of the device and the settings, and holds neither the device nor the textures, but for the main memory
-/// that these keep encoded tiles in ([`Settings::ram_cache_bytes`]). Two are `==` where each may add what
-/// the other has prepared.
+/// It knows the formats of the device and the settings, and holds neither the device nor the textures, but
+/// for the main memory that these keep encoded tiles in ([`Settings::ram_cache_bytes`]). Two are `==` where
+/// each may add what the other has prepared.
 #[derive(Clone, Debug)]
 pub struct Preparer {
     features: wgpu::Features,
@@ -84,15 +85,17 @@ impl Preparer {
         Preparer { features, most_side, whole_bytes, ram: ram.clone(), read_time_out }
     }
 
-    /// Reads and decodes what [`crate::Textures::add`] needs of a texture: its coarsest levels, one tile; of one that is kept whole
-    /// ([`Settings::whole_bytes`]) all of its tiles, one after the other.
+    /// Reads and decodes what [`crate::Textures::add`] needs of a texture: its coarsest levels, one tile; of
+    /// one that is kept whole ([`Settings::whole_bytes`]) all of its tiles, one after the other.
     ///
-    /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on` does), by its
-    /// executor, or in a browser by the page's. The source is read and the tile decoded there, so a source whose reads block, as
-    /// those of files do, blocks that thread, and it should not be the one that draws. It has no time-out; to give up, drop the
-    /// future. Nothing else has to be called meanwhile, neither [`crate::Textures::update`] nor any other method.
+    /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on`
+    /// does), by its executor, or in a browser by the page's. The source is read and the tile decoded there,
+    /// so a source whose reads block, as those of files do, blocks that thread, and it should not be the one
+    /// that draws. It has no time-out; to give up, drop the future. Nothing else has to be called meanwhile,
+    /// neither [`crate::Textures::update`] nor any other method.
     ///
-    /// Fails for a volume, where a filter is asked for of a layer that there is not, and where the tile cannot be read or decoded.
+    /// Fails for a volume, where a filter is asked for of a layer that there is not, and where the tile
+    /// cannot be read or decoded.
     ///
     /// ```no_run
     /// # use std::sync::mpsc::{Receiver, channel};
@@ -119,7 +122,8 @@ impl Preparer {
         Ok(Prepared(Box::new(Inner { plan, tail, preparer: self.clone() })))
     }
 
-    /// As [`Preparer::read_with`], without a future: it waits for as long as reads may take, and in a browser not at all.
+    /// As [`Preparer::read_with`], without a future: it waits for as long as reads may take, and in a browser
+    /// not at all.
     pub fn read_blocking(
         &self,
         source: Arc<dyn TileSource>,
@@ -188,7 +192,8 @@ impl Prepared {
         self.0.preparer == *preparer
     }
 
-    /// What an add needs, its encoded tiles kept within `ram`; shared, so that one that fails can give the whole back.
+    /// What an add needs, its encoded tiles kept within `ram`; shared, so that one that fails can give the
+    /// whole back.
     pub(crate) fn parts(&self, ram: &Arc<RamBudget>) -> PreparedParts {
         let Plan { given, settings, stored, held, is_whole, source, .. } = &self.0.plan;
         let source = match *is_whole || Arc::ptr_eq(&self.0.preparer.ram, ram) {

@@ -1,5 +1,6 @@
-//! The tail of a texture that comes, without which there is nothing to show. Where it is waited for, that is no longer than reads
-//! may take; of a texture that is held whole, whose tail is many reads, no longer than each of them may take.
+//! The tail of a texture that comes, without which there is nothing to show. Where it is waited for, that is
+//! no longer than reads may take; of a texture that is held whole, whose tail is many reads, no longer than
+//! each of them may take.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -15,8 +16,8 @@ pub(crate) async fn read(source: &Arc<dyn TileSource>) -> Result<Bytes, Error> {
     Ok(tile.decode(source.description())?)
 }
 
-/// The texels of the tail, by a loader of its own, whose thread is left to itself where the source does not answer in time, as `clock`
-/// tells it.
+/// The texels of the tail, by a loader of its own, whose thread is left to itself where the source does not
+/// answer in time, as `clock` tells it.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn read_blocking(
     source: &Arc<dyn TileSource>,

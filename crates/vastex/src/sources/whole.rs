@@ -1,7 +1,8 @@
 //! Small textures, kept whole: a decorator that puts all levels of a small texture into its tail.
 //!
-//! What is all tail has one tile, which is resident from the beginning and stays: an ordinary texture with its levels beside one another,
-//! sampled by the same shaders, without a page table that anybody reads and without a page that anybody asks for.
+//! What is all tail has one tile, which is resident from the beginning and stays: an ordinary texture with
+//! its levels beside one another, sampled by the same shaders, without a page table that anybody reads and
+//! without a page that anybody asks for.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -12,8 +13,9 @@ use vastex_tiles::{
 };
 use vastex_wgpu::held_format;
 
-/// The description of the same texture with all levels in its tail, for pages as small as that allows; `None` if the tile would take
-/// more than `most_bytes` as a device with these features holds it, or have more than `most_side` texels per side.
+/// The description of the same texture with all levels in its tail, for pages as small as that allows; `None`
+/// if the tile would take more than `most_bytes` as a device with these features holds it, or have more than
+/// `most_side` texels per side.
 pub(crate) fn whole_description(
     stored: &Description,
     features: wgpu::Features,
@@ -53,8 +55,8 @@ fn held_bytes(description: &Description, features: wgpu::Features) -> u64 {
     held.tile_bytes() as u64
 }
 
-/// How long pages have kept one waiting: a clock that tells the longest time so far without a page, and stands still while they come
-/// sooner than that. What is overdue by it has had no page for so long.
+/// How long pages have kept one waiting: a clock that tells the longest time so far without a page, and
+/// stands still while they come sooner than that. What is overdue by it has had no page for so long.
 pub(crate) struct Progress {
     clock: Arc<dyn Clock>,
     since: Mutex<Since>,
@@ -124,7 +126,8 @@ impl WholeSource {
         Ok(whole)
     }
 
-    /// What a tile holds: a part of one level, or all of several. Borders are copied with what they border on.
+    /// What a tile holds: a part of one level, or all of several. Borders are copied with what they border
+    /// on.
     fn parts(&self, pos: PagePos) -> Vec<Part> {
         let (from, to) = (&self.source.description().geometry, &self.whole.geometry);
         let boxed = |level: u8| from.level_box_of_tail(level).size;
@@ -168,7 +171,8 @@ impl WholeSource {
     }
 }
 
-/// What is copied from a tile into the whole, in texels of the texture; a box begins on whole blocks of every layer.
+/// What is copied from a tile into the whole, in texels of the texture; a box begins on whole blocks of every
+/// layer.
 struct Part {
     from: [u32; 3],
     to: [u32; 3],
@@ -246,7 +250,8 @@ mod tests {
         whole_description(source.description(), wgpu::Features::empty(), most_bytes, 4096)
     }
 
-    /// A generated source makes its tail as it would make any: the whole of one must be the same, borders included.
+    /// A generated source makes its tail as it would make any: the whole of one must be the same, borders
+    /// included.
     #[test]
     fn the_whole_is_the_tail_that_the_source_would_have_made() {
         let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];

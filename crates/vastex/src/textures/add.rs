@@ -41,35 +41,40 @@ impl From<AddError> for Error {
 }
 
 impl Textures {
-    /// What reads textures for [`Textures::add`], on any thread. It may be made once and kept; a [`Preparer`] that was made before
-    /// [`Memory::restore`](crate::Memory::restore) is as good as another where the devices can hold the same.
+    /// What reads textures for [`Textures::add`], on any thread. It may be made once and kept; a [`Preparer`]
+    /// that was made before [`Memory::restore`](crate::Memory::restore) is as good as another where the
+    /// devices can hold the same.
     pub fn preparer(&self) -> Preparer {
         Preparer::new(self.gpu.device(), &self.settings, self.paging.ram())
     }
 
-    /// Adds a texture that [`Textures::preparer`] has read: makes a pool if none suits it, and its page table. Neither reads nor waits.
+    /// Adds a texture that [`Textures::preparer`] has read: makes a pool if none suits it, and its page
+    /// table. Neither reads nor waits.
     ///
-    /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the textures that make
-    /// room for it; until then pictures are as they were, and it is not to be drawn. Where an add fails, nothing has changed, and
-    /// the error gives back what was prepared: of other settings ([`Error::OtherSettings`]), to be prepared again; where the
-    /// device is lost, to be added after
-    /// [`Memory::restore`](crate::Memory::restore). Bind groups may be replaced, as [`Textures::bind_group`] says.
+    /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the
+    /// textures that make room for it; until then pictures are as they were, and it is not to be drawn. Where
+    /// an add fails, nothing has changed, and the error gives back what was prepared: of other settings
+    /// ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
+    /// [`Memory::restore`](crate::Memory::restore). Bind groups may be replaced, as [`Textures::bind_group`]
+    /// says.
     ///
-    /// Costs the beginning of a page table, which grows to 4 to 8 bytes for each page of the levels that are wanted. A texture of
-    /// more than 4 Mi pages has none of its own: such textures share their pool's hash table, of 48 bytes a slot. Layers that the
-    /// device cannot decompress are decoded when they are loaded, and take as much of the pool as their texels.
+    /// Costs the beginning of a page table, which grows to 4 to 8 bytes for each page of the levels that are
+    /// wanted. A texture of more than 4 Mi pages has none of its own: such textures share their pool's hash
+    /// table, of 48 bytes a slot. Layers that the device cannot decompress are decoded when they are loaded,
+    /// and take as much of the pool as their texels.
     pub fn add(&mut self, prepared: Prepared) -> Result<TextureId, AddError> {
         self.add_prepared(&prepared).map_err(|error| AddError { error, prepared })
     }
 
-    /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile: it waits for the
-    /// source, no longer than [`crate::Settings::read_time_out`] ([`Error::TailOverdue`]), or than that for each further page of
-    /// a texture that is held whole ([`crate::Settings::whole_bytes`]). In a browser, where nothing may be waited for, the tail
-    /// must be at hand ([`Error::TailPending`]), and no texture is held whole.
+    /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile:
+    /// it waits for the source, no longer than [`crate::Settings::read_time_out`] ([`Error::TailOverdue`]),
+    /// or than that for each further page of a texture that is held whole ([`crate::Settings::whole_bytes`]).
+    /// In a browser, where nothing may be waited for, the tail must be at hand ([`Error::TailPending`]), and
+    /// no texture is held whole.
     ///
-    /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes back: each further call
-    /// for a source that does not answer begins one more, so let some time pass between two. With settings of the texture's own:
-    /// [`Preparer::read_blocking`], then [`Textures::add`].
+    /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes
+    /// back: each further call for a source that does not answer begins one more, so let some time pass
+    /// between two. With settings of the texture's own: [`Preparer::read_blocking`], then [`Textures::add`].
     pub fn add_blocking(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
         let prepared = self.preparer().read_blocking(source, TextureSettings::default())?;
         self.add_prepared(&prepared)
@@ -102,7 +107,8 @@ impl Textures {
         self.add_to(pool, PagedTexture { description: stored, source, tail }, samplings)
     }
 
-    /// The pool for textures like this that are held whole, with room for one more: twice as much as it had where it is full.
+    /// The pool for textures like this that are held whole, with room for one more: twice as much as it had
+    /// where it is full.
     fn pool_of_whole(
         &mut self,
         stored: &Arc<Description>,
@@ -168,11 +174,12 @@ impl Textures {
 
     /// Removes a texture, or a group. Returns true if there was one.
     ///
-    /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM cache and, where it
-    /// was the last of its pool, the pool's memory are given back, as soon as the GPU and the loader are done with them. Groups
-    /// that it is in go with it ([`Event::GroupRemoved`]); the members of a group that is removed stay. Bind groups may be
-    /// replaced, as [`Textures::bind_group`] says; pipelines stay good. Nothing may be recorded from then on with what was kept
-    /// of its bind groups, and its id names nothing any more, in shaders neither, whatever is added later.
+    /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM
+    /// cache and, where it was the last of its pool, the pool's memory are given back, as soon as the GPU and
+    /// the loader are done with them. Groups that it is in go with it ([`Event::GroupRemoved`]); the members
+    /// of a group that is removed stay. Bind groups may be replaced, as [`Textures::bind_group`] says;
+    /// pipelines stay good. Nothing may be recorded from then on with what was kept of its bind groups, and
+    /// its id names nothing any more, in shaders neither, whatever is added later.
     pub fn remove(&mut self, sampled: impl Into<Sampled>) -> bool {
         match sampled.into() {
             Sampled::Group(group) => self.gpu.has_group(group) && self.remove_group(group.number()),

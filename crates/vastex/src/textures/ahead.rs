@@ -1,4 +1,5 @@
-//! Ahead of time: what an application asks for before a view wants it, explicitly, or as what a moving camera is expected to see.
+//! Ahead of time: what an application asks for before a view wants it, explicitly, or as what a moving camera
+//! is expected to see.
 //!
 //! What is in view comes first, whatever is asked for here (`vastex_core::Pager`).
 
@@ -19,7 +20,8 @@ pub struct Ahead<'a> {
 }
 
 impl Textures {
-    /// What is asked for before a view wants it: prefetches and pins, and what a moving camera is expected to see.
+    /// What is asked for before a view wants it: prefetches and pins, and what a moving camera is expected to
+    /// see.
     pub fn ahead(&mut self) -> Ahead<'_> {
         Ahead { textures: self }
     }
@@ -30,13 +32,15 @@ impl Ahead<'_> {
         self.textures.number(texture).ok_or(AskError::NoTexture(texture.number().number()))
     }
 
-    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where there is one, until
-    /// its deadline, as long as what is in view leaves slots. A deadline is the number of a frame, as
-    /// [`Inspect::frame`](crate::Inspect::frame) counts them. Levels are chosen by the region ([`Region::on_levels`]); their
-    /// ancestors come with them. What a camera will see is asked for more easily with [`Ahead::prefetch_view`].
+    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where
+    /// there is one, until its deadline, as long as what is in view leaves slots. A deadline is the number of
+    /// a frame, as [`Inspect::frame`](crate::Inspect::frame) counts them. Levels are chosen by the region
+    /// ([`Region::on_levels`]); their ancestors come with them. What a camera will see is asked for more
+    /// easily with [`Ahead::prefetch_view`].
     ///
-    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the texture's pool has
-    /// slots beside tails ([`AskError::TooManyPages`] says how many of each): nothing is asked for then.
+    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the
+    /// texture's pool has slots beside tails ([`AskError::TooManyPages`] says how many of each): nothing is
+    /// asked for then.
     ///
     /// ```no_run
     /// # use vastex::{Region, Urgency};
@@ -59,14 +63,14 @@ impl Ahead<'_> {
         self.textures.paging.prefetch(number, region, urgency)
     }
 
-    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a [`crate::CpuFeedback`] has found of
-    /// a camera that is yet to cut there. Of every texture, after everything in view, coarsest first, at the mip bias in force,
-    /// and kept as
-    /// [`Ahead::prefetch`] keeps a region. When the ticket is done, a cut to that view is sharp at once.
+    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a
+    /// [`crate::CpuFeedback`] has found of a camera that is yet to cut there. Of every texture, after
+    /// everything in view, coarsest first, at the mip bias in force, and kept as [`Ahead::prefetch`] keeps a
+    /// region. When the ticket is done, a cut to that view is sharp at once.
     ///
     /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails
-    /// ([`AskError::TooManyPages`]), and then asks for nothing. Textures that there are not are left out. Costs a visit of each
-    /// page now and in each frame while the ticket is open.
+    /// ([`AskError::TooManyPages`]), and then asks for nothing. Textures that there are not are left out.
+    /// Costs a visit of each page now and in each frame while the ticket is open.
     ///
     /// ```no_run
     /// # use vastex::{TicketState, Urgency};
@@ -87,32 +91,33 @@ impl Ahead<'_> {
         self.textures.paging.prefetch_view(feedback, urgency)
     }
 
-    /// Loads a region of a texture and keeps it, whatever the view wants, until its ticket is released: it counts as in view, at every mip
-    /// bias.
+    /// Loads a region of a texture and keeps it, whatever the view wants, until its ticket is released: it
+    /// counts as in view, at every mip bias.
     ///
-    /// Fails where there is no such texture, and where pins, tails included, would take more than their share of the pool's slots
-    /// ([`AskError::TooManyPins`], [`crate::PoolTuning::pin_share`]).
+    /// Fails where there is no such texture, and where pins, tails included, would take more than their share
+    /// of the pool's slots ([`AskError::TooManyPins`], [`crate::PoolTuning::pin_share`]).
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let number = self.number(texture)?;
         self.textures.paging.pin(number, region)
     }
 
-    /// Cancels a prefetch, or unpins. Returns true if there was anything to let go of: nothing of a ticket of other textures. What
-    /// has been loaded stays until its slot is needed.
+    /// Cancels a prefetch, or unpins. Returns true if there was anything to let go of: nothing of a ticket of
+    /// other textures. What has been loaded stays until its slot is needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
         self.textures.paging.release(ticket)
     }
 
-    /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of a camera that goes
-    /// on as it does, for as many frames ahead as a tile takes. To be called once per frame, before [`Textures::update`];
-    /// [`crate::CpuFeedback`] makes such a feedback without drawing anything. What is in view comes first, so a prediction
-    /// costs nothing where bandwidth is short.
+    /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of
+    /// a camera that goes on as it does, for as many frames ahead as a tile takes. To be called once per
+    /// frame, before [`Textures::update`]; [`crate::CpuFeedback`] makes such a feedback without drawing
+    /// anything. What is in view comes first, so a prediction costs nothing where bandwidth is short.
     pub fn expect(&mut self, feedback: &Feedback) {
         self.textures.paging.expect(feedback);
     }
 
-    /// How many frames ahead a camera should be expected: 2 that feedback takes, and the frames within which 95 % of the last tiles have
-    /// come after their request (4 before any has). Where a camera will be then, [`crate::prefetch::Motion`] works out.
+    /// How many frames ahead a camera should be expected: 2 that feedback takes, and the frames within which
+    /// 95 % of the last tiles have come after their request (4 before any has). Where a camera will be then,
+    /// [`crate::prefetch::Motion`] works out.
     pub fn frames(&self) -> u64 {
         FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
@@ -122,11 +127,12 @@ impl Ahead<'_> {
         !self.textures.paging.pager().is_short_of_bandwidth()
     }
 
-    /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is seen, but at a
-    /// quarter of the cost; its pages are loaded after everything in view. At most once per frame, with the bind groups that
-    /// `draw` is given. Where bandwidth is short for the view itself it draws nothing, and costs nothing; says whether it has
-    /// drawn. Not inside a pass of the main view that was begun and not ended, which shaders know by the same number
-    /// ([`Error::FeedbackNotEnded`]; that pass is then given up).
+    /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is
+    /// seen, but at a quarter of the cost; its pages are loaded after everything in view. At most once per
+    /// frame, with the bind groups that `draw` is given. Where bandwidth is short for the view itself it
+    /// draws nothing, and costs nothing; says whether it has drawn. Not inside a pass of the main view that
+    /// was begun and not ended, which shaders know by the same number ([`Error::FeedbackNotEnded`]; that pass
+    /// is then given up).
     ///
     /// ```no_run
     /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>, _camera: [f64; 3]) {}
@@ -152,17 +158,18 @@ impl Ahead<'_> {
         Ok(can)
     }
 
-    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the view wants by the last
-    /// of them that have come back, about two frames old: nothing in the first frames. Fails where there is no such texture. To
-    /// be given to [`ViewMut::want`](crate::ViewMut::want), or beside feedback to [`Ahead::expect`]; those of several textures
-    /// together, by [`Feedback::of_pages`].
+    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the
+    /// view wants by the last of them that have come back, about two frames old: nothing in the first frames.
+    /// Fails where there is no such texture. To be given to [`ViewMut::want`](crate::ViewMut::want), or
+    /// beside feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
     ///
     /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives
-    /// `vastex_texture_space_clip(uv)` as the position and the picture's clip position to its fragment shader, which returns
-    /// `vastex_texture_space(id, uv, clip, picture)`; into
-    /// [`Textures::TEXTURE_SPACE_FORMAT`], blended by [`Textures::TEXTURE_SPACE_BLEND`], without culling and without depth. `uv`
-    /// is 0 to 1. What is hidden is wanted as well. Of [`SurveySettings`] only the number of pages counts. Costs the GPU at most
-    /// 65,536 fragments, whatever the picture's size; to be called once per frame and texture, before [`Textures::update`].
+    /// `vastex_texture_space_clip(uv)` as the position and the picture's clip position to its fragment
+    /// shader, which returns `vastex_texture_space(id, uv, clip, picture)`; into
+    /// [`Textures::TEXTURE_SPACE_FORMAT`], blended by [`Textures::TEXTURE_SPACE_BLEND`], without culling and
+    /// without depth. `uv` is 0 to 1. What is hidden is wanted as well. Of [`SurveySettings`] only the number
+    /// of pages counts. Costs the GPU at most 65,536 fragments, whatever the picture's size; to be called
+    /// once per frame and texture, before [`Textures::update`].
     pub fn texture_space(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

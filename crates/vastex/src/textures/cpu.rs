@@ -18,20 +18,22 @@ impl Textures {
 }
 
 impl<'a> Cpu<'a> {
-    /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv, level)` does on the GPU,
-    /// with the same filter and address modes, and across pages. The level is taken as it is: neither the texture's bias nor its
-    /// pool's is added ([`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths) tells the latter, for who wants what is
+    /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv,
+    /// level)` does on the GPU, with the same filter and address modes, and across pages. The level is taken
+    /// as it is: neither the texture's bias nor its pool's is added
+    /// ([`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths) tells the latter, for who wants what is
     /// drawn).
     ///
     /// It never reads nor waits: the answer comes from the tiles of
-    /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache ([`crate::Settings::ram_cache_bytes`])
-    /// or from the tail, whichever is finest, and [`CpuSample::level`] says how fine that is. A tile in the pool answers if it is
-    /// kept, or has not left the RAM cache; one that was seen before answers as long as the RAM cache has it. `None` if the
-    /// texture was removed or has no such layer.
+    /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache
+    /// ([`crate::Settings::ram_cache_bytes`]) or from the tail, whichever is finest, and [`CpuSample::level`]
+    /// says how fine that is. A tile in the pool answers if it is kept, or has not left the RAM cache; one
+    /// that was seen before answers as long as the RAM cache has it. `None` if the texture was removed or has
+    /// no such layer.
     ///
-    /// Costs about a microsecond where decoded tiles are at hand; a tile that has to be decoded, once, as much as
-    /// the loader takes for it. Decoded tiles are held within [`crate::Settings::cpu_cache_bytes`]. For many points see
-    /// [`Cpu::sampler`].
+    /// Costs about a microsecond where decoded tiles are at hand; a tile that has to be decoded, once, as
+    /// much as the loader takes for it. Decoded tiles are held within [`crate::Settings::cpu_cache_bytes`].
+    /// For many points see [`Cpu::sampler`].
     ///
     /// ```no_run
     /// # fn walk(textures: &vastex::Textures, island: vastex::TextureId, uv: [f32; 2]) -> Option<()> {

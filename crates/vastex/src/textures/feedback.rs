@@ -1,4 +1,5 @@
-//! Feedback: how the main view says what it wants, in a pass of its own or from its main pass. Any other is a handle of its own (`views`).
+//! Feedback: how the main view says what it wants, in a pass of its own or from its main pass. Any other is a
+//! handle of its own (`views`).
 
 use vastex_core::ViewId;
 #[cfg(doc)]
@@ -9,17 +10,19 @@ use crate::error::Error;
 use crate::gpu::BindGroups;
 
 impl Textures {
-    /// Draws the main view's feedback pass of this frame, for a picture of so many pixels: `draw` draws the scene with a pipeline
-    /// whose vertex shader ends in `vastex_feedback_clip(view, clip)` and whose fragment shader returns
-    /// `vastex_feedback(id, view, uv)`, into
-    /// [`Textures::FEEDBACK_FORMAT`] and [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
+    /// Draws the main view's feedback pass of this frame, for a picture of so many pixels: `draw` draws the
+    /// scene with a pipeline whose vertex shader ends in `vastex_feedback_clip(view, clip)` and whose
+    /// fragment shader returns `vastex_feedback(id, view, uv)`, into [`Textures::FEEDBACK_FORMAT`] and
+    /// [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
     ///
-    /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted. Draws nothing where the mode is
-    /// [`FeedbackMode::Inline`]; [`Textures::main_pass`] does it then.
+    /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted.
+    /// Draws nothing where the mode is [`FeedbackMode::Inline`]; [`Textures::main_pass`] does it then.
     ///
-    /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of this frame is recorded already
-    /// ([`Error::FeedbackTwice`]), and where a pass of [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback) was not ended
-    /// ([`Error::FeedbackNotEnded`], once). Costs a target and its way back where the picture has another size than before.
+    /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of
+    /// this frame is recorded already ([`Error::FeedbackTwice`]), and where a pass of
+    /// [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback) was not ended
+    /// ([`Error::FeedbackNotEnded`], once). Costs a target and its way back where the picture has another
+    /// size than before.
     pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -44,13 +47,14 @@ impl Textures {
         self.gpu.feedback(encoder, view, picture, self.paging.frame(), draw)
     }
 
-    /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws it with. Where the mode is
-    /// [`FeedbackMode::Inline`], the picture says by itself what it wants: its fragment shaders call `vastex_tell(view, position, wanted)`, and it
-    /// begins at the first pixel of its target. Otherwise nothing but `draw` happens, so that an application that calls both this
-    /// and [`Textures::feedback`] serves every mode.
+    /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws
+    /// it with. Where the mode is [`FeedbackMode::Inline`], the picture says by itself what it wants: its
+    /// fragment shaders call `vastex_tell(view, position, wanted)`, and it begins at the first pixel of its
+    /// target. Otherwise nothing but `draw` happens, so that an application that calls both this and
+    /// [`Textures::feedback`] serves every mode.
     ///
-    /// To be called after [`Textures::update`], once per frame. Fails as [`Textures::feedback`] does, where the mode is
-    /// [`FeedbackMode::Inline`]; `draw` is not called then.
+    /// To be called after [`Textures::update`], once per frame. Fails as [`Textures::feedback`] does, where
+    /// the mode is [`FeedbackMode::Inline`]; `draw` is not called then.
     pub fn main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,8 +1,8 @@
-//! The frame loop: what is wanted, what has arrived, what changes on the GPU. There is one, and everything that shows a
-//! virtual texture calls it. How views say what they want is `feedback`'s business.
+//! The frame loop: what is wanted, what has arrived, what changes on the GPU. There is one, and everything
+//! that shows a virtual texture calls it. How views say what they want is `feedback`'s business.
 //!
-//! Nothing is decided here: the pager decides, the loader and the GPU carry out. What the GPU is to do in a frame is submitted by
-//! [`Gpu::carry_out`](crate::gpu::Gpu::carry_out), all of it at once.
+//! Nothing is decided here: the pager decides, the loader and the GPU carry out. What the GPU is to do in a
+//! frame is submitted by [`Gpu::carry_out`](crate::gpu::Gpu::carry_out), all of it at once.
 
 use std::time::Duration;
 #[cfg(not(target_family = "wasm"))]
@@ -19,21 +19,23 @@ use crate::error::Error;
 use crate::paging::Ticket;
 
 impl Textures {
-    /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never waits, unless the
-    /// pace is lock-step.
+    /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never
+    /// waits, unless the pace is lock-step.
     ///
-    /// To be called once per frame. What it changes it submits by itself, so that everything that is submitted after it shows the
-    /// new state, whenever it was recorded, and no command buffer of the application's has to be submitted for it: any may be dropped.
-    /// [Bind groups](Textures::bind_group) may be others afterwards.
+    /// To be called once per frame. What it changes it submits by itself, so that everything that is
+    /// submitted after it shows the new state, whenever it was recorded, and no command buffer of the
+    /// application's has to be submitted for it: any may be dropped. [Bind groups](Textures::bind_group) may
+    /// be others afterwards.
     ///
-    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted after one or two more,
-    /// but before the third, shows what is there then, and right. That holds where page tables have grown meanwhile or pools were
-    /// resized, too. In the place of a texture that was removed such commands show [`crate::Settings::unknown_color`]; all that
-    /// they show beside it is right.
+    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted
+    /// after one or two more, but before the third, shows what is there then, and right. That holds where
+    /// page tables have grown meanwhile or pools were resized, too. In the place of a texture that was
+    /// removed such commands show [`crate::Settings::unknown_color`]; all that they show beside it is right.
     ///
-    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table that grows; then
-    /// pictures are as they were, and the next call, in the next frame or at once, does what this one could not. What was
-    /// recorded before a call that failed is to be submitted before the next, or drawn anew.
+    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table
+    /// that grows; then pictures are as they were, and the next call, in the next frame or at once, does what
+    /// this one could not. What was recorded before a call that failed is to be submitted before the next, or
+    /// drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.paging.begin_frame();
         let played = self.play();
@@ -43,7 +45,8 @@ impl Textures {
         played
     }
 
-    /// What a frame does that may fail. The frame is over either way, so that the next has feedback of its own.
+    /// What a frame does that may fail. The frame is over either way, so that the next has feedback of its
+    /// own.
     fn play(&mut self) -> Result<(), Error> {
         self.observe()?;
         self.paging.exchange_with_loader();
@@ -57,7 +60,8 @@ impl Textures {
         self.paging.follow_views(|view| gpu.is_view_seen_whole(view, frame, cycle));
     }
 
-    /// The feedback that has arrived, or in lock-step that of the frame before the last; what all views wanted in a frame together.
+    /// The feedback that has arrived, or in lock-step that of the frame before the last; what all views
+    /// wanted in a frame together.
     fn observe(&mut self) -> Result<(), Error> {
         let cycle = self.paging.pager().feedback_cycle();
         let mut arrived = self.gpu.arrived_feedback(self.paging.frame(), cycle)?;
@@ -80,8 +84,9 @@ impl Textures {
         }
     }
 
-    /// Carries out the uploads that were taken and the page-table changes of exactly these. Where it fails nothing that a picture reads has
-    /// changed, and the next call carries out the same and what has come to it.
+    /// Carries out the uploads that were taken and the page-table changes of exactly these. Where it fails
+    /// nothing that a picture reads has changed, and the next call carries out the same and what has come to
+    /// it.
     pub(super) fn carry_out(&mut self) -> Result<(), Error> {
         self.carry_out_in(false)
     }
@@ -92,8 +97,8 @@ impl Textures {
         self.gpu.carry_out(self.paging.pager(), changes, is_update)
     }
 
-    /// Carries out what the last update failed to do. To be called before bind groups are made, since page tables may lie
-    /// elsewhere by then.
+    /// Carries out what the last update failed to do. To be called before bind groups are made, since page
+    /// tables may lie elsewhere by then.
     pub(super) fn catch_up(&mut self) -> Result<(), Error> {
         if self.gpu.is_done() { Ok(()) } else { self.carry_out() }
     }
@@ -117,22 +122,24 @@ impl Textures {
         self.paging.poll_event(is_seen_whole)
     }
 
-    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is on the GPU.
+    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is
+    /// on the GPU.
     pub(super) fn is_seen_whole(&self) -> bool {
         self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
     }
 
-    /// Says how much time passes from one frame to the next, for tiles that fade in ([`crate::Settings::fade`]): the
-    /// application's delta time. It holds from the next [`Textures::update`] on until something else is said; 1/60 of a second
-    /// where nothing is. Time does not pass otherwise, so that the same frames give the same pictures.
+    /// Says how much time passes from one frame to the next, for tiles that fade in
+    /// ([`crate::Settings::fade`]): the application's delta time. It holds from the next [`Textures::update`]
+    /// on until something else is said; 1/60 of a second where nothing is. Time does not pass otherwise, so
+    /// that the same frames give the same pictures.
     pub fn set_frame_time(&mut self, time: Duration) {
         self.gpu.set_frame_time(time);
     }
 
-    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how far it is then. For
-    /// loading screens and tools. Nothing is drawn meanwhile, what views want stays as it was, and frames are counted
-    /// ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket may pass. Events are there to be polled
-    /// afterwards. Not in a browser, where nothing may be waited for.
+    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how
+    /// far it is then. For loading screens and tools. Nothing is drawn meanwhile, what views want stays as it
+    /// was, and frames are counted ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket
+    /// may pass. Events are there to be polled afterwards. Not in a browser, where nothing may be waited for.
     ///
     /// Fails as an update does; the ticket is still open then.
     #[cfg(not(target_family = "wasm"))]

@@ -1,6 +1,8 @@
-//! Looking into the machine: which textures, pages and pools there are, how each stands, what the feedback pass sees.
+//! Looking into the machine: which textures, pages and pools there are, how each stands, what the feedback
+//! pass sees.
 //!
-//! For people and tools. What shaders can tell of a place is `vastex_inspect`'s business; questions about pixels are `pixels`'.
+//! For people and tools. What shaders can tell of a place is `vastex_inspect`'s business; questions about
+//! pixels are `pixels`'.
 
 use vastex_core::{
     BiasRule, Explanation, History, PageId, PageState, PoolId, SlotUsage, TextureNumber, WantedPage,
@@ -64,7 +66,8 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().state(page)
     }
 
-    /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; `None` if there is no such page.
+    /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; `None` if there
+    /// is no such page.
     pub fn explain(&self, page: PageId) -> Option<Explanation> {
         self.textures.paging.pager().explain(WantedPage { page, pixels: 1, eighth: 0 })
     }
@@ -74,8 +77,8 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().failed_pages().collect()
     }
 
-    /// What is in each slot of a texture's pool, that of other textures too; `None` if one is free. Empty where there is no
-    /// such texture.
+    /// What is in each slot of a texture's pool, that of other textures too; `None` if one is free. Empty
+    /// where there is no such texture.
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {
         let pool = self.textures.texture(texture).ok().and_then(|texture| texture.pool());
         pool.map_or_else(Vec::new, |pool| self.textures.paging.pager().pool(pool).slots())
@@ -86,14 +89,15 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().pools().find(|pager| pager.pool() == pool)?.bias_rule()
     }
 
-    /// What is in each slot of a pool; nothing where one is free. Empty where there is no such pool. Costs a visit of every page that has a
-    /// state.
+    /// What is in each slot of a pool; nothing where one is free. Empty where there is no such pool. Costs a
+    /// visit of every page that has a state.
     pub fn slots(&self, pool: PoolId) -> Vec<Option<SlotUsage>> {
         let pager = self.textures.paging.pager().pools().find(|pager| pager.pool() == pool);
         pager.map_or_else(Vec::new, |pager| pager.slots())
     }
 
-    /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people and tools, not for each frame.
+    /// What is in the pools, by texture and level. Costs a visit of every page that has a state: for people
+    /// and tools, not for each frame.
     pub fn pool_usage(&self) -> PoolDump {
         self.textures.dump_pool_usage()
     }
@@ -103,10 +107,11 @@ impl<'a> Inspect<'a> {
         self.textures.gpu.upload_stats()
     }
 
-    /// The feedback of the main view in this frame, drawn once more to be looked at: nothing follows from it. Its texture holds what
-    /// the shaders wrote, row by row: page id low, page id high, eighth, flag.
+    /// The feedback of the main view in this frame, drawn once more to be looked at: nothing follows from it.
+    /// Its texture holds what the shaders wrote, row by row: page id low, page id high, eighth, flag.
     ///
-    /// Submits a pass of its own, so the frame's own feedback must not be in an encoder that is not submitted yet.
+    /// Submits a pass of its own, so the frame's own feedback must not be in an encoder that is not submitted
+    /// yet.
     pub fn feedback_to_look_at(
         &self,
         picture: [u32; 2],
@@ -125,8 +130,9 @@ impl<'a> Inspect<'a> {
         self.textures.watch.telemetry()
     }
 
-    /// Fails with [`crate::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself; this is for frames that
-    /// do not get as far, as when a window gives no picture. Costs a buffer of 4 bytes.
+    /// Fails with [`crate::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself;
+    /// this is for frames that do not get as far, as when a window gives no picture. Costs a buffer of 4
+    /// bytes.
     pub fn check_device(&self) -> Result<(), Error> {
         self.textures.gpu.check_device()
     }

@@ -1,6 +1,8 @@
-//! GPU memory: pools that grow and shrink while pictures are drawn, budgets and rules that change, and a device that is lost.
+//! GPU memory: pools that grow and shrink while pictures are drawn, budgets and rules that change, and a
+//! device that is lost.
 //!
-//! What stays in a pool and where it goes is the pager's decision; the memory is taken, and tiles and page tables follow.
+//! What stays in a pool and where it goes is the pager's decision; the memory is taken, and tiles and page
+//! tables follow.
 
 use vastex_core::{BiasRule, PoolId};
 
@@ -14,7 +16,8 @@ pub struct Memory<'a> {
 }
 
 impl Textures {
-    /// The GPU's memory, and the device that it is on: sizes of pools, and what to do where the device is lost.
+    /// The GPU's memory, and the device that it is on: sizes of pools, and what to do where the device is
+    /// lost.
     pub fn memory(&mut self) -> Memory<'_> {
         Memory { textures: self }
     }
@@ -36,7 +39,8 @@ impl Textures {
         self.paging.resize_pool(pool, new.slots.slots(), &mut moves)?;
         self.cpu.moved(pool, &moves);
         let resize = self.gpu.replace_pool(pool, new, &moves)?;
-        // From here on the pool is the new one for the pager and for the GPU. Its tables follow; where that fails, in the next frame.
+        // From here on the pool is the new one for the pager and for the GPU. Its tables follow; where that
+        // fails, in the next frame.
         self.carry_out()?;
         let PoolResize { before, bytes, .. } = resize;
         tracing::info!(pool = %tiles, before, bytes, tiles = moves.len(), "a pool was resized");
@@ -45,14 +49,15 @@ impl Textures {
 }
 
 impl Memory<'_> {
-    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what no longer fits, which
-    /// becomes coarser at once, and what now fits, which sharpens as it is loaded.
+    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what
+    /// no longer fits, which becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
-    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where the device has no
-    /// memory for the new pool beside the old one ([`crate::GpuError::OutOfMemory`]), where `bytes` are too few for what is
-    /// pinned, and where everything is in view and may not become coarser; the pool is then as it was. Where there is no memory
-    /// for a page table after that, pictures are as they were, and the next
-    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew the page tables of the pool's textures.
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where
+    /// the device has no memory for the new pool beside the old one ([`crate::GpuError::OutOfMemory`]), where
+    /// `bytes` are too few for what is pinned, and where everything is in view and may not become coarser;
+    /// the pool is then as it was. Where there is no memory for a page table after that, pictures are as they
+    /// were, and the next [update](Textures::update) goes on with the new pool. Costs a copy of each tile on
+    /// the GPU, and anew the page tables of the pool's textures.
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
         let Some(old) = self.textures.gpu.pools().get(usize::from(pool.number())) else {
             return Err(Error::NoPool(pool));
@@ -66,9 +71,10 @@ impl Memory<'_> {
         self.textures.resize_to(pool, bytes)
     }
 
-    /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there are the ones that
-    /// have no size of their own ([`crate::PoolTuning::bytes`]). A pool that would change by less than a quarter stays as it is, so
-    /// that not every step of dragging a window copies tiles; see [`Memory::resize_pool`]. Says what was resized.
+    /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there
+    /// are the ones that have no size of their own ([`crate::PoolTuning::bytes`]). A pool that would change
+    /// by less than a quarter stays as it is, so that not every step of dragging a window copies tiles; see
+    /// [`Memory::resize_pool`]. Says what was resized.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
         self.textures.settings.picture = picture;
         self.textures.gpu.fit_main_view(picture);
@@ -86,9 +92,10 @@ impl Memory<'_> {
         Ok(resized)
     }
 
-    /// Sets how the mip bias of a pool is decided, between two frames; nothing for never one. The picture becomes coarser at once where
-    /// the new rule says so, and sharper as tiles come. Pools that are added later have the rule of their settings. Fails where
-    /// there is no such pool. Costs a visit of each page of the working set.
+    /// Sets how the mip bias of a pool is decided, between two frames; nothing for never one. The picture
+    /// becomes coarser at once where the new rule says so, and sharper as tiles come. Pools that are added
+    /// later have the rule of their settings. Fails where there is no such pool. Costs a visit of each page
+    /// of the working set.
     pub fn set_bias_rule(&mut self, pool: PoolId, rule: Option<BiasRule>) -> Result<(), Error> {
         if self.textures.gpu.pools().get(usize::from(pool.number())).is_none() {
             return Err(Error::NoPool(pool));
@@ -97,8 +104,9 @@ impl Memory<'_> {
         Ok(())
     }
 
-    /// Sets [`crate::Settings::upload_bytes_per_frame`] and [`crate::Settings::in_flight_bytes`] from the next frame on. Loads beyond a
-    /// smaller budget come all the same, and no others are begun until they have; tiles that wait on a belt then go through the queue.
+    /// Sets [`crate::Settings::upload_bytes_per_frame`] and [`crate::Settings::in_flight_bytes`] from the
+    /// next frame on. Loads beyond a smaller budget come all the same, and no others are begun until they
+    /// have; tiles that wait on a belt then go through the queue.
     pub fn set_budgets(&mut self, upload_bytes_per_frame: u64, in_flight_bytes: u64) {
         let Textures { settings, paging, gpu, .. } = &mut *self.textures;
         let before = (settings.upload_bytes_per_frame, settings.in_flight_bytes);
@@ -110,13 +118,15 @@ impl Memory<'_> {
         }
     }
 
-    /// Goes on with another device, after [`crate::GpuError::DeviceLost`]: makes the pools and page tables anew and puts
-    /// the tails there, which are in main memory, so that it waits for no source; in the next frames the tiles of the view come
-    /// again, from the RAM cache as far as it has them. Textures keep their ids, tickets and pins stay, as do levels that were set.
+    /// Goes on with another device, after [`crate::GpuError::DeviceLost`]: makes the pools and page tables
+    /// anew and puts the tails there, which are in main memory, so that it waits for no source; in the next
+    /// frames the tiles of the view come again, from the RAM cache as far as it has them. Textures keep their
+    /// ids, tickets and pins stay, as do levels that were set.
     ///
-    /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`] and
-    /// [`Textures::bind_group_layout`], its own buffers. Fails where the new device lacks what the settings ask for, and nothing has changed then;
-    /// and where it is lost as well, or cannot hold what the old one could: then it may be called again with another.
+    /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`]
+    /// and [`Textures::bind_group_layout`], its own buffers. Fails where the new device lacks what the
+    /// settings ask for, and nothing has changed then; and where it is lost as well, or cannot hold what the
+    /// old one could: then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         self.textures.gpu.check_device_for(device, &self.textures.settings)?;
         self.textures.watch.device_lost();

@@ -1,7 +1,9 @@
-//! The textures of one device, as an application has them: four parts, joined here and in the files of this folder.
+//! The textures of one device, as an application has them: four parts, joined here and in the files of this
+//! folder.
 //!
-//! What happens each frame is `frame`'s business. Each part keeps its state to itself, so a method here is a call or two. What few
-//! applications need, or few frames, is not a method of [`Textures`] but of a handle that one of its methods gives.
+//! What happens each frame is `frame`'s business. Each part keeps its state to itself, so a method here is a
+//! call or two. What few applications need, or few frames, is not a method of [`Textures`] but of a handle
+//! that one of its methods gives.
 
 mod add;
 mod ahead;
@@ -42,7 +44,8 @@ pub use views::{ViewMut, ViewRef, ViewSettings};
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
-/// Textures of the same tile size, and formats and resolutions of the layers, share a pool; the others have their own.
+/// Textures of the same tile size, and formats and resolutions of the layers, share a pool; the others have
+/// their own.
 pub struct Textures {
     settings: Settings,
     /// What is wanted and loaded.
@@ -56,8 +59,8 @@ pub struct Textures {
 }
 
 impl Textures {
-    /// No textures yet, on the application's own device. Fails where the device lacks what the settings ask for, and in a browser for
-    /// [`crate::Pace::LockStep`].
+    /// No textures yet, on the application's own device. Fails where the device lacks what the settings ask
+    /// for, and in a browser for [`crate::Pace::LockStep`].
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Textures, Error> {
         Ok(Textures {
             paging: Paging::new(&settings)?,

@@ -21,10 +21,12 @@ impl Textures {
 }
 
 impl Pixels<'_> {
-    /// Asks why a pixel of the main view shows what it shows. `pixel` counts from the top left of the picture; `draw` is what is given to
-    /// [`Textures::feedback`]. [`Pixels::poll`] has the answer some frames later.
+    /// Asks why a pixel of the main view shows what it shows. `pixel` counts from the top left of the
+    /// picture; `draw` is what is given to [`Textures::feedback`]. [`Pixels::poll`] has the answer some
+    /// frames later.
     ///
-    /// Draws a feedback pass of one pixel and brings back its 16 bytes, by a submission of its own; never waits.
+    /// Draws a feedback pass of one pixel and brings back its 16 bytes, by a submission of its own; never
+    /// waits.
     pub fn explain(
         &mut self,
         picture: [u32; 2],
@@ -40,13 +42,14 @@ impl Pixels<'_> {
         Ok(())
     }
 
-    /// The answer to the oldest question of [`Pixels::explain`], as the pager has it now; `None` if it has not arrived, or
-    /// nothing was asked. Never waits. To be called each frame, until it gives nothing.
+    /// The answer to the oldest question of [`Pixels::explain`], as the pager has it now; `None` if it has
+    /// not arrived, or nothing was asked. Never waits. To be called each frame, until it gives nothing.
     pub fn poll(&mut self) -> Result<Option<ExplainedPixel>, Error> {
         self.textures.watch.poll_explained(self.textures.paging.pager())
     }
 
-    /// The same, for which it waits; `None` if nothing was asked. Not for browsers, where nothing can be waited for.
+    /// The same, for which it waits; `None` if nothing was asked. Not for browsers, where nothing can be
+    /// waited for.
     pub fn wait(&mut self) -> Result<Option<ExplainedPixel>, Error> {
         self.textures.watch.wait_explained(
             self.textures.gpu.device(),
@@ -60,8 +63,9 @@ impl Pixels<'_> {
         self.textures.watch.asked_pixels()
     }
 
-    /// What every pixel of a picture wants, of each texture by itself, without acting on it: for statistics. Draws as
-    /// [`Textures::feedback`] does, whichever the mode, at full resolution, and waits for the answer.
+    /// What every pixel of a picture wants, of each texture by itself, without acting on it: for statistics.
+    /// Draws as [`Textures::feedback`] does, whichever the mode, at full resolution, and waits for the
+    /// answer.
     pub fn feedback_of_every(
         &mut self,
         picture: [u32; 2],

@@ -55,8 +55,9 @@ impl<'a> TextureRef<'a> {
         Some(LayerId::new(self.id, index))
     }
 
-    /// How the texels of a layer are blended, by its index in [`Description::layers`]: as was asked for when the texture was added, by
-    /// [`crate::Settings::filter`], or, where its values may not be mixed, not at all. `None` if there is no such layer.
+    /// How the texels of a layer are blended, by its index in [`Description::layers`]: as was asked for when
+    /// the texture was added, by [`crate::Settings::filter`], or, where its values may not be mixed, not at
+    /// all. `None` if there is no such layer.
     pub fn filter(&self, layer: usize) -> Option<Filter> {
         Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
     }
@@ -90,8 +91,9 @@ impl<'a> TextureRef<'a> {
 }
 
 impl TextureMut<'_> {
-    /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a clamp of levels and a bias of its
-    /// own, before the mip bias of its pool. The levels that there are and the bias that can be are the limits.
+    /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a clamp of
+    /// levels and a bias of its own, before the mip bias of its pool. The levels that there are and the bias
+    /// that can be are the limits.
     pub fn set_levels(&mut self, rule: LevelRule) {
         let number = self.id.number();
         self.textures.gpu.set_levels(number, rule);
@@ -103,10 +105,11 @@ impl TextureMut<'_> {
         self.textures.watch.set_name(self.id.number(), name.into());
     }
 
-    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool in main memory too,
-    /// decoded, so that what can be seen can be asked for, whatever the RAM cache still has; or no longer. Counts for tiles that
-    /// come from now on, so it is best said when the texture is added. Costs at most the layer's part of the pool once more, and
-    /// a copy of each tile that is uploaded. Returns true if there is such a layer.
+    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool
+    /// in main memory too, decoded, so that what can be seen can be asked for, whatever the RAM cache still
+    /// has; or no longer. Counts for tiles that come from now on, so it is best said when the texture is
+    /// added. Costs at most the layer's part of the pool once more, and a copy of each tile that is uploaded.
+    /// Returns true if there is such a layer.
     pub fn keep_for_cpu(&mut self, layer: usize, keep: bool) -> bool {
         let layer = LayerId::new(self.id, layer);
         let exists = self.textures.gpu.sampling_of(layer).is_some();
@@ -116,9 +119,9 @@ impl TextureMut<'_> {
         exists
     }
 
-    /// The content of a region has changed where it comes from: its resident tiles are read again and replaced where they
-    /// are, the old ones staying on screen until then. What caches keep of it is dropped; see [`crate::TileSource::changed`]. Says
-    /// how many pages the pager knew of.
+    /// The content of a region has changed where it comes from: its resident tiles are read again and
+    /// replaced where they are, the old ones staying on screen until then. What caches keep of it is dropped;
+    /// see [`crate::TileSource::changed`]. Says how many pages the pager knew of.
     pub fn invalidate(&mut self, region: &Region) -> u32 {
         let number = self.id.number();
         let known = self.textures.paging.invalidate(number, region);

@@ -18,8 +18,8 @@ impl Textures {
 }
 
 impl TraceControl<'_> {
-    /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position, or any other three
-    /// numbers that say best what it sees. See [`crate::prefetch::PrefetchSets`].
+    /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position,
+    /// or any other three numbers that say best what it sees. See [`crate::prefetch::PrefetchSets`].
     pub fn set_place(&mut self, place: Place) {
         self.textures.watch.set_place(self.textures.paging.frame(), place);
     }

@@ -1,6 +1,7 @@
 //! Views: the main view and any beside it, one at a time.
 //!
-//! Each has a feedback target, a way back and a number of its own, so that several can be drawn in one encoder.
+//! Each has a feedback target, a way back and a number of its own, so that several can be drawn in one
+//! encoder.
 
 use vastex_core::{Feedback, ViewId};
 
@@ -13,8 +14,8 @@ use crate::paging::Convergence;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ViewSettings {
-    /// How much a pixel of the view counts, beside 1 for one of the main view, when it is decided what is loaded first: 1/256 to
-    /// 256, and 1 by default. What a view wants comes however little it counts.
+    /// How much a pixel of the view counts, beside 1 for one of the main view, when it is decided what is
+    /// loaded first: 1/256 to 256, and 1 by default. What a view wants comes however little it counts.
     pub weight: f32,
 }
 
@@ -45,7 +46,8 @@ pub struct ViewMut<'a> {
 }
 
 impl Textures {
-    /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view wants is loaded.
+    /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view
+    /// wants is loaded.
     ///
     /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](ViewRef::number).
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
@@ -60,8 +62,9 @@ impl Textures {
         Ok(ViewRef { textures: self, id: view })
     }
 
-    /// A view, to be drawn or changed: [`ViewId::MAIN`], one that was added, or [`ViewId::EXPECTED`], by which
-    /// [`Ahead::feedback`](crate::Ahead::feedback) is drawn in a pass of the application's own. Fails where it was removed.
+    /// A view, to be drawn or changed: [`ViewId::MAIN`], one that was added, or [`ViewId::EXPECTED`], by
+    /// which [`Ahead::feedback`](crate::Ahead::feedback) is drawn in a pass of the application's own. Fails
+    /// where it was removed.
     pub fn view_mut(&mut self, view: ViewId) -> Result<ViewMut<'_>, Error> {
         self.check_view(view)?;
         if !self.gpu.has_view(view) {
@@ -82,9 +85,10 @@ impl ViewRef<'_> {
         self.textures.gpu.view_number(self.id)
     }
 
-    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted in that is in the pools at the
-    /// bias in force, or could not be had; whatever other views want. A second view at the place where the camera will cut to warms the
-    /// pools for it, and says so here. Costs a visit of each page of the working sets.
+    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, and all that it wanted
+    /// in that is in the pools at the bias in force, or could not be had; whatever other views want. A second
+    /// view at the place where the camera will cut to warms the pools for it, and says so here. Costs a visit
+    /// of each page of the working sets.
     pub fn is_converged(&self) -> bool {
         let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
         self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
@@ -98,7 +102,8 @@ impl ViewMut<'_> {
         self.textures.paging.set_view_weight(self.id, weight);
     }
 
-    /// The view has jumped: what it wanted before says nothing of what it wants from this frame on. What the others want stays.
+    /// The view has jumped: what it wanted before says nothing of what it wants from this frame on. What the
+    /// others want stays.
     pub fn cut(&mut self) {
         self.textures.paging.view_cut(self.id);
         self.textures.gpu.view_cut(self.id);
@@ -113,16 +118,17 @@ impl ViewMut<'_> {
         was_there
     }
 
-    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first. It moves on in
-    /// [`Textures::update`] alone.
+    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first.
+    /// It moves on in [`Textures::update`] alone.
     pub fn converged(&mut self) -> Convergence {
         self.textures.paging.converged_view(self.id)
     }
 
-    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a [`crate::survey::Survey`] has found, or
-    /// anything else that knows. It acts in the next [`Textures::update`], without the frames that feedback takes to come back;
-    /// said again before, the last counts. To be said once per frame, since what was not said for a jitter cycle is no longer
-    /// wanted, and only what was said for one can have converged.
+    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a
+    /// [`crate::survey::Survey`] has found, or anything else that knows. It acts in the next
+    /// [`Textures::update`], without the frames that feedback takes to come back; said again before, the last
+    /// counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and
+    /// only what was said for one can have converged.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -142,9 +148,9 @@ impl ViewMut<'_> {
         self.textures.paging.ingest(Feedback { view: self.id, ..feedback });
     }
 
-    /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most once per frame, by
-    /// shaders that are given [the view's number](ViewRef::number). A view need not be drawn in every frame: what it wanted in its last 16
-    /// feedbacks stays wanted.
+    /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most
+    /// once per frame, by shaders that are given [the view's number](ViewRef::number). A view need not be
+    /// drawn in every frame: what it wanted in its last 16 feedbacks stays wanted.
     pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -154,17 +160,17 @@ impl ViewMut<'_> {
         self.textures.draw_feedback(encoder, self.id, picture, draw)
     }
 
-    /// As [`ViewMut::feedback`], for a pass that the application begins itself, as a render graph does: points the view's shaders at its
-    /// feedback target, by a command in `encoder`, and says what the pass is begun with. To be recorded in front of the pass, and
-    /// [`ViewMut::end_feedback`] behind it, in the same encoder or in another that is submitted later; both are recorded before
-    /// [`Textures::update`], and submitted whenever.
-    /// `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). Of [`ViewId::EXPECTED`] it is the pass of
-    /// [`Ahead::feedback`](crate::Ahead::feedback), which is not worth drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead)
-    /// says so.
+    /// As [`ViewMut::feedback`], for a pass that the application begins itself, as a render graph does:
+    /// points the view's shaders at its feedback target, by a command in `encoder`, and says what the pass is
+    /// begun with. To be recorded in front of the pass, and [`ViewMut::end_feedback`] behind it, in the same
+    /// encoder or in another that is submitted later; both are recorded before [`Textures::update`], and
+    /// submitted whenever. `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). Of
+    /// [`ViewId::EXPECTED`] it is the pass of [`Ahead::feedback`](crate::Ahead::feedback), which is not worth
+    /// drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead) says so.
     ///
-    /// Fails where the picture has no pixels or too many, where the view's feedback of this frame is recorded already
-    /// ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass drew is given up, and the next
-    /// call begins anew.
+    /// Fails where the picture has no pixels or too many, where the view's feedback of this frame is recorded
+    /// already ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass
+    /// drew is given up, and the next call begins anew.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -196,14 +202,14 @@ impl ViewMut<'_> {
         self.textures.gpu.begin_feedback(encoder, view, picture, self.textures.paging.frame())
     }
 
-    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was called for. Fails
-    /// where there is no such pass.
+    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was
+    /// called for. Fails where there is no such pass.
     pub fn end_feedback(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.textures.gpu.end_feedback(encoder, self.id)
     }
 
-    /// Draws the view's picture, else as [`Textures::main_pass`] does that of the main one: at most once per frame, by shaders that are
-    /// given [the view's number](ViewRef::number).
+    /// Draws the view's picture, else as [`Textures::main_pass`] does that of the main one: at most once per
+    /// frame, by shaders that are given [the view's number](ViewRef::number).
     pub fn main_pass(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,11 +1,12 @@
-//! What is in the pools, and whose it is, for people and scripts: the first thing to look at when a pool is too small.
+//! What is in the pools, and whose it is, for people and scripts: the first thing to look at when a pool is
+//! too small.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// All pools, in the order of their numbers. Shown as text with `{}`, serialized under the names of its fields, which scripts
-/// rely on.
+/// All pools, in the order of their numbers. Shown as text with `{}`, serialized under the names of its
+/// fields, which scripts rely on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct PoolDump {

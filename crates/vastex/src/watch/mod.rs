@@ -1,4 +1,5 @@
-//! What is watched and kept for people and tools: telemetry, traces, names, questions about pixels, and what is told of pools.
+//! What is watched and kept for people and tools: telemetry, traces, names, questions about pixels, and what
+//! is told of pools.
 
 mod dump;
 mod pixels;

@@ -13,7 +13,8 @@ use crate::error::Error;
 #[derive(Debug, Default)]
 pub(super) struct Recorder {
     trace: Trace,
-    /// By number, the texture seen last under it, and its number in the trace: numbers are given out again, there they are not.
+    /// By number, the texture seen last under it, and its number in the trace: numbers are given out again,
+    /// there they are not.
     known: Vec<Option<(Arc<Description>, TextureNumber)>>,
     failed: Option<TraceRecordError>,
 }

@@ -23,12 +23,14 @@ impl PoolStats {
         self.bytes / u64::from(self.pager.slots.max(1))
     }
 
-    /// The slots that a view may take before it becomes coarser: 90 %, so that what comes into view finds room.
+    /// The slots that a view may take before it becomes coarser: 90 %, so that what comes into view finds
+    /// room.
     pub fn room(&self) -> u32 {
         (u64::from(self.pager.slots) * 9 / 10) as u32
     }
 
-    /// Whether all that is wanted now takes no more than 80 % of the slots, so that a mip bias that is still in force falls.
+    /// Whether all that is wanted now takes no more than 80 % of the slots, so that a mip bias that is still
+    /// in force falls.
     pub fn fits(&self) -> bool {
         u64::from(self.pager.wanted) * 5 <= u64::from(self.pager.slots) * 4
     }
@@ -39,7 +41,8 @@ impl PoolStats {
         bias_eighths > 0 && !self.fits() || wanted > slots
     }
 
-    /// The size of a pool, in bytes, in which all that is wanted now is shown without a mip bias: that takes 80 % of it, in whole MiB.
+    /// The size of a pool, in bytes, in which all that is wanted now is shown without a mip bias: that takes
+    /// 80 % of it, in whole MiB.
     pub fn bytes_wanted(&self) -> u64 {
         (u64::from(self.pager.wanted) * self.tile_bytes() * 5).div_ceil(4).next_multiple_of(1 << 20)
     }
@@ -58,12 +61,13 @@ pub struct FrameStats {
     pub pool_bytes: u64,
     /// Each pool, in the order of their numbers.
     pub pools: Vec<PoolStats>,
-    /// Bytes of all page tables in GPU memory. Where one grows or lies elsewhere that is twice for a while: what is being filled and, for
-    /// commands that were recorded before, what was there count, too.
+    /// Bytes of all page tables in GPU memory. Where one grows or lies elsewhere that is twice for a while:
+    /// what is being filled and, for commands that were recorded before, what was there count, too.
     pub table_bytes: u64,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
-    /// Tiles that fade in at the moment: a picture is the last of its view when that has converged and nothing fades.
+    /// Tiles that fade in at the moment: a picture is the last of its view when that has converged and
+    /// nothing fades.
     pub fading: usize,
     /// Bytes of feedback brought back so far.
     pub feedback_bytes_read: u64,

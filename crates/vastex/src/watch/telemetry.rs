@@ -1,7 +1,8 @@
-//! Telemetry: every pool after each of the last frames, with the tiers behind it, and the columns under which it is written down.
+//! Telemetry: every pool after each of the last frames, with the tiers behind it, and the columns under which
+//! it is written down.
 //!
-//! What the pager counts is `vastex_core`'s, what the tiers count `vastex_tiles`'; here both are put side by side, frame by
-//! frame. Programs and people read the columns by their names: see docs/telemetry.md.
+//! What the pager counts is `vastex_core`'s, what the tiers count `vastex_tiles`'; here both are put side by
+//! side, frame by frame. Programs and people read the columns by their names: see docs/telemetry.md.
 
 use std::fmt;
 
@@ -14,8 +15,8 @@ use vastex_tiles::{Tiers, TileSource};
 pub struct PoolRecord {
     /// What its pager says.
     pub pager: PoolFrame,
-    /// The tiers behind its textures: what they did since the record before, and what they hold. A source that several textures
-    /// share counts for each of them.
+    /// The tiers behind its textures: what they did since the record before, and what they hold. A source
+    /// that several textures share counts for each of them.
     pub tiers: Tiers,
 }
 

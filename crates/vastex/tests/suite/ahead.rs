@@ -1,5 +1,5 @@
-//! Frames that are recorded ahead of those that are submitted, while page tables grow, pages leave, pools are resized and textures come and
-//! go: every picture shows what is where it looks, and at last all of it.
+//! Frames that are recorded ahead of those that are submitted, while page tables grow, pages leave, pools are
+//! resized and textures come and go: every picture shows what is where it looks, and at last all of it.
 
 use std::collections::VecDeque;
 
@@ -137,7 +137,8 @@ fn place(nth: u32) -> Mapping {
     Mapping::new(SIZES[0], [0.15 + 0.22 * x, 0.2 + 0.28 * y], 2.2, 1.0, 0.1)
 }
 
-/// In a pool that is full a table grows, and what leaves slots then and thereafter is in view of commands that were recorded before.
+/// In a pool that is full a table grows, and what leaves slots then and thereafter is in view of commands
+/// that were recorded before.
 fn grows_in_a_full_pool(case: Case) {
     let (tiles, places) = if case.tables == TableChoice::Hashed { (520, 10) } else { (60, 4) };
     let mut screen = case.of_one(tiles);

@@ -1,5 +1,5 @@
-//! Command buffers that are dropped, recorded ahead, or submitted in parts: later pictures are right, and nothing is said to have converged
-//! that has not.
+//! Command buffers that are dropped, recorded ahead, or submitted in parts: later pictures are right, and
+//! nothing is said to have converged that has not.
 
 use vastex::{AddressMode, FeedbackMode, PoolSettings, Settings, ViewId};
 use vastex_wgpu::test_device::{compute_pipelines, polls};
@@ -159,9 +159,9 @@ fn the_device_is_polled_once_a_frame() {
 }
 
 impl Screen {
-    /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the picture, until all of it
-    /// is there: how many it took. `is_dropped` says of a frame and its part whether it is dropped, `look` looks after each
-    /// frame.
+    /// Frames of the view as it stands, each in a command buffer for the feedback pass and one for the
+    /// picture, until all of it is there: how many it took. `is_dropped` says of a frame and its part whether
+    /// it is dropped, `look` looks after each frame.
     pub(crate) fn settle(
         &mut self,
         is_dropped: impl Fn((u32, usize)) -> bool,

@@ -34,8 +34,8 @@ fn the_example_draws_ground_under_a_sky() {
     assert!(colours.len() > 200, "the ground has detail: {} colours", colours.len());
 }
 
-/// The light at a place of an image that is an affine function of the place, so that whatever samples it rightly gives that. No
-/// channel is so dark that a step of 8 bits is many of sRGB.
+/// The light at a place of an image that is an affine function of the place, so that whatever samples it
+/// rightly gives that. No channel is so dark that a step of 8 bits is many of sRGB.
 fn light([u, v]: [f32; 2]) -> [f32; 3] {
     [0.3 + 0.6 * u, 0.9 - 0.6 * v, 0.4 + 0.2 * (u + v)]
 }
@@ -85,7 +85,8 @@ fn it_draws_the_image_that_it_is_given_where_it_lies() {
     assert!(ground > 3000 && sky > 500, "{ground} of the ground, {sky} of the sky");
 }
 
-/// While a source takes its second, frames go on and none is another; then it is shown as if it had been there from the beginning.
+/// While a source takes its second, frames go on and none is another; then it is shown as if it had been
+/// there from the beginning.
 #[test]
 fn a_texture_comes_while_frames_are_drawn_and_nothing_waits_for_it() {
     let source: Arc<dyn TileSource> = shade([1000, 777]);

@@ -234,7 +234,8 @@ fn a_ticket_is_finished_without_frames() {
     }
 }
 
-/// The camera's view moves all the time, so that the whole never converges; the one beside it does, and says so.
+/// The camera's view moves all the time, so that the whole never converges; the one beside it does, and says
+/// so.
 #[test]
 fn one_view_converges_while_another_moves() {
     let mut screen = two_textures(settings());

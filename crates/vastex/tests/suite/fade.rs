@@ -1,5 +1,6 @@
-//! Tiles that fade in: while time stands still nothing on screen changes, whatever comes and goes; when it has passed the picture is
-//! what it is without fading, to the bit but for a rounding of anisotropic filters; in between it goes one way.
+//! Tiles that fade in: while time stands still nothing on screen changes, whatever comes and goes; when it
+//! has passed the picture is what it is without fading, to the bit but for a rounding of anisotropic filters;
+//! in between it goes one way.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -164,8 +165,8 @@ fn pages_that_come_and_go_in_a_pool_that_is_full_leave_nothing_behind() {
     assert!(pair.fading.picture() == pair.at_once.picture());
 }
 
-/// The picture of a view without fading, when all of it is there, and when nothing but the tail is; with the nearest filter it does not
-/// depend on the slots.
+/// The picture of a view without fading, when all of it is there, and when nothing but the tail is; with the
+/// nearest filter it does not depend on the slots.
 fn sharp_and_tail(mapping: &Mapping) -> [Vec<[u8; 4]>; 2] {
     let mut screen = Screen::new(&[source()], settings());
     screen.set_mapping(0, mapping);

@@ -1,5 +1,5 @@
-//! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done, pictures are meanwhile what
-//! they were, and what comes later is right.
+//! A device that refuses: whatever fails midway of `update` and `resize_pool` is not counted as done,
+//! pictures are meanwhile what they were, and what comes later is right.
 
 use vastex::{Error, Event, FeedbackMode, PoolId, TableChoice, Textures, ViewId};
 use vastex_wgpu::GpuError;
@@ -13,8 +13,8 @@ const FRAMES: u32 = 44;
 /// Frames before which the pool gets so many tiles.
 const RESIZES: [(u32, u64); 2] = [(17, 110), (30, 60)];
 
-/// Does something that may fail until it does not: once at each of its steps that can, before each of which `look` sees how things are. How
-/// often it failed.
+/// Does something that may fail until it does not: once at each of its steps that can, before each of which
+/// `look` sees how things are. How often it failed.
 fn fail_everywhere(
     screen: &mut Screen,
     mut act: impl FnMut(&mut Textures) -> Result<(), Error>,
@@ -71,7 +71,8 @@ fn fails_midway(case: Case) {
             if let Some(before) = &before {
                 assert!(is_caught_up || screen.picture() == *before, "{case:?}: frame {frame}");
             }
-            // What binds page tables meanwhile does first what the frame could not, such as to fill a table that lies elsewhere.
+            // What binds page tables meanwhile does first what the frame could not, such as to fill a table
+            // that lies elsewhere.
             if step == 2 {
                 let view = screen.textures.add_view(vastex::ViewSettings::default()).unwrap();
                 assert!(screen.textures.view_mut(view).is_ok_and(vastex::ViewMut::remove));

@@ -23,7 +23,8 @@ fn screen(mode: FeedbackMode) -> Screen {
     screen
 }
 
-/// Frames until nothing is missing; the sum of the levels that the pixels of each show, and the bytes of page tables that each sent.
+/// Frames until nothing is missing; the sum of the levels that the pixels of each show, and the bytes of page
+/// tables that each sent.
 fn play(screen: &mut Screen) -> Vec<(u32, u64)> {
     let (mut frames, mut most) = (Vec::new(), 0);
     for _ in 0..300 {

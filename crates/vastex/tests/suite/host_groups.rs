@@ -1,5 +1,6 @@
-//! The example of a renderer that uses four bind groups works as it stands: its picture is that of ordinary textures, it sets no
-//! group beyond the fourth, makes groups anew only when it is told to, and hears of the nearest surface alone.
+//! The example of a renderer that uses four bind groups works as it stands: its picture is that of ordinary
+//! textures, it sets no group beyond the fourth, makes groups anew only when it is told to, and hears of the
+//! nearest surface alone.
 
 #[path = "../../examples/four_groups/main.rs"]
 #[allow(dead_code, reason = "the test gives the argument that `main` reads")]

@@ -1,4 +1,5 @@
-//! Which texture a pixel shows: ids that are others from pixel to pixel, ids that name nothing any more, and numbers that are given again.
+//! Which texture a pixel shows: ids that are others from pixel to pixel, ids that name nothing any more, and
+//! numbers that are given again.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -29,7 +30,8 @@ fn of(mode: FeedbackMode, filter: Filter) -> Settings {
 
 /// What is seen of a view.
 struct Seen {
-    /// Once nothing is missing of what its feedback has found, which is all but corners of pages of a pixel or two.
+    /// Once nothing is missing of what its feedback has found, which is all but corners of pages of a pixel
+    /// or two.
     by_feedback: Vec<[u8; 4]>,
     /// Once nothing is missing of what every pixel wants.
     picture: Vec<[u8; 4]>,
@@ -177,7 +179,8 @@ fn an_id_that_names_nothing_shows_a_colour_that_is_set_and_asks_for_nothing() {
         let before = sharp(&mut screen).picture;
         assert!(before.iter().all(|pixel| *pixel != UNKNOWN), "{mode:?}: it is there");
         assert!(screen.textures.remove(gone));
-        // Its own, that of nobody, those of numbers that nobody has had, and of generations to come and long past.
+        // Its own, that of nobody, those of numbers that nobody has had, and of generations to come and long
+        // past.
         for id in [stale, 0, u32::MAX, 2047, known ^ (1 << 11), known ^ (1 << 31)] {
             names_nothing(&mut screen, id);
         }
@@ -204,8 +207,8 @@ fn column(picture: &[[u8; 4]], nth: usize) -> Vec<[u8; 4]> {
     picture.chunks(2 * half).flat_map(|row| row[nth * half..][..half].to_vec()).collect()
 }
 
-/// A texture is removed and another added, beside the first in its pool or in a pool of their own, while a frame is recorded and
-/// not submitted.
+/// A texture is removed and another added, beside the first in its pool or in a pool of their own, while a
+/// frame is recorded and not submitted.
 fn replaced_under_a_recorded_frame(mode: FeedbackMode, page: u32) {
     let replaced = || property(SIZES[1], page, AddressMode::Wrap);
     let mut screen = Screen::showing_all(with_unknown(mode), &telling(), |textures| {

@@ -1,5 +1,5 @@
-//! The example of many materials works as it stands: its picture is that of ordinary textures, and every pixel of each of its
-//! textures is what its image has there.
+//! The example of many materials works as it stands: its picture is that of ordinary textures, and every
+//! pixel of each of its textures is what its image has there.
 
 #[path = "../../examples/many_materials/main.rs"]
 #[allow(dead_code, reason = "the test gives the argument that `main` reads")]

@@ -1,4 +1,5 @@
-//! Layers whose values may not be mixed: each pixel shows one texel as it is stored, whatever the filter is, unless it is asked for.
+//! Layers whose values may not be mixed: each pixel shows one texel as it is stored, whatever the filter is,
+//! unless it is asked for.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -18,7 +19,8 @@ const SIZE: [u32; 2] = [700, 500];
 /// Texels of level 0 along a pixel: where the picture enlarges the texture, between two levels, and far away.
 const TEXELS: [f64; 3] = [0.3, 1.6, 5.0];
 
-/// Two layers of the same noise of nothing and all, another on every level; of the second it is numbers of objects.
+/// Two layers of the same noise of nothing and all, another on every level; of the second it is numbers of
+/// objects.
 struct Labels(Arc<Description>);
 
 impl Labels {
@@ -167,8 +169,8 @@ fn in_a_group_each_member_has_its_own_filter() {
     }
 }
 
-/// One answer for members that are not blended alike is that of the filter that needs the finest levels. The others look as they do alone;
-/// they have pages that are finer than what they show, by three levels at most.
+/// One answer for members that are not blended alike is that of the filter that needs the finest levels. The
+/// others look as they do alone; they have pages that are finer than what they show, by three levels at most.
 #[test]
 fn together_members_are_asked_for_what_the_finest_of_their_filters_needs() {
     let filter = Filter::KINDS[3];

@@ -1,5 +1,5 @@
-//! What the tests of recording ahead and of failures share: two textures of one pool side by side, seen from a camera that moves
-//! so fast that page tables grow and pages leave, and what each pixel may show.
+//! What the tests of recording ahead and of failures share: two textures of one pool side by side, seen from
+//! a camera that moves so fast that page tables grow and pages leave, and what each pixel may show.
 
 use std::fmt::Debug;
 use std::ops::Range;
@@ -33,7 +33,8 @@ impl Case {
         if self.tables == TableChoice::Hashed { 16 } else { 64 }
     }
 
-    /// Bytes of a pool for so many pages in the view of a direct table, and of as many as it takes for a hashed one to grow.
+    /// Bytes of a pool for so many pages in the view of a direct table, and of as many as it takes for a
+    /// hashed one to grow.
     pub(crate) fn pool_bytes(self, tiles: u64) -> u64 {
         let side = u64::from(self.page()) + 8;
         tiles * side * side * 4 * if self.tables == TableChoice::Hashed { 12 } else { 1 }
@@ -91,8 +92,8 @@ pub(crate) fn columns(nth: usize) -> Range<u32> {
     if nth == 0 { 0..half } else { half..PICTURE[0] }
 }
 
-/// How many pixels of a texture show something else than the texel where they are, at whatever level; those within 1/50 of an edge may be
-/// either.
+/// How many pixels of a texture show something else than the texel where they are, at whatever level; those
+/// within 1/50 of an edge may be either.
 pub(crate) fn wrong_pixels(picture: &[[u8; 4]], nth: usize, mapping: &Mapping) -> usize {
     wrong_among(picture, nth, mapping, &columns(nth))
 }
@@ -118,8 +119,8 @@ fn wrong_among(picture: &[[u8; 4]], nth: usize, mapping: &Mapping, columns: &Ran
     (0..).zip(picture).filter(|&(n, colour)| is_shown(n) && is_wrong((n, colour))).count()
 }
 
-/// Nothing is missing, telemetry has a record of each frame, and all of them together are what has happened. The settings keep
-/// that many records.
+/// Nothing is missing, telemetry has a record of each frame, and all of them together are what has happened.
+/// The settings keep that many records.
 #[track_caller]
 pub(crate) fn check_counts(screen: &Screen, what: &impl Debug) {
     let textures = &screen.textures;

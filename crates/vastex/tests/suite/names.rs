@@ -1,5 +1,5 @@
-//! Every type in a public signature can be named from `vastex` alone: what an application writes, stores and matches, without a
-//! dependency of its own on the other crates or on `wgpu`.
+//! Every type in a public signature can be named from `vastex` alone: what an application writes, stores and
+//! matches, without a dependency of its own on the other crates or on `wgpu`.
 
 use std::sync::Arc;
 

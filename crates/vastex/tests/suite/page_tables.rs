@@ -1,4 +1,5 @@
-//! Direct and hashed page tables through the frame loop, and textures of up to 2^31 texels per axis, which have the latter.
+//! Direct and hashed page tables through the frame loop, and textures of up to 2^31 texels per axis, which
+//! have the latter.
 
 use std::sync::Arc;
 
@@ -62,7 +63,8 @@ fn pictures_are_the_same_through_either_kind_in_every_frame() {
     assert!(hashed.pager.evicted > 100, "{:?}", hashed.pager);
 }
 
-/// Every pixel has the texel that whole-numbered arithmetic names, wherever it is; those within 1/100 of an edge are in doubt.
+/// Every pixel has the texel that whole-numbered arithmetic names, wherever it is; those within 1/100 of an
+/// edge are in doubt.
 fn check_texels(screen: &Screen, mapping: &Mapping, anchor: [u32; 2]) {
     let mut in_doubt = 0;
     for (n, colour) in (0..).zip(screen.picture()) {
@@ -148,7 +150,8 @@ fn memory_does_not_follow_the_size_of_the_texture() {
     }
 }
 
-/// Every table that was added could grow to its full size; the one that could not is hashed, and says so by its kinds.
+/// Every table that was added could grow to its full size; the one that could not is hashed, and says so by
+/// its kinds.
 #[test]
 fn a_texture_for_whose_table_its_pool_has_no_room_has_a_hashed_one() {
     let gpu = TestDevice::new();

@@ -1,7 +1,8 @@
-//! What README.md and the pages in docs/ show of Rust compiles: each of their snippets is quoted from here, and a test holds them equal.
+//! What README.md and the pages in docs/ show of Rust compiles: each of their snippets is quoted from here,
+//! and a test holds them equal.
 //!
-//! A region begins with `//# PAGE` and ends with `//#`. White space, comments and commas in front of a bracket are each place's
-//! own, so that a page may be laid out for reading.
+//! A region begins with `//# PAGE` and ends with `//#`. White space, comments and commas in front of a
+//! bracket are each place's own, so that a page may be laid out for reading.
 
 #![allow(
     dead_code,
@@ -53,7 +54,7 @@ fn readme(
     mut main_pass: wgpu::RenderPass<'_>,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    //# README.md
+    // # README.md
     let mut textures = vastex::Textures::new(&device, &queue, vastex::Settings::default())?;
     let earth = textures.add_blocking(vastex::open("earth.vastex")?)?;
 
@@ -69,7 +70,7 @@ fn readme(
     draw_scene(&mut main_pass, &pipeline, textures.bind_group(earth)?);
     queue.submit([encoder.finish()]);
     while let Some(event) = textures.poll_event() {}
-    //#
+    // #
     Ok(())
 }
 
@@ -78,30 +79,30 @@ fn readme_prepared(
     source: Arc<dyn TileSource>,
     prepared: Prepared,
 ) -> Result<(), Error> {
-    //# README.md
+    // # README.md
     let preparer = textures.preparer();
     let loading = spawn(async move { preparer.read(source).await });
     let clouds = textures.add(prepared)?;
-    //#
+    // #
     Ok(())
 }
 
 fn readme_sampled(textures: &Textures, island: TextureId, uv: [f32; 2]) -> anyhow::Result<()> {
     let missing = || anyhow::anyhow!("it has none");
-    //# README.md
+    // # README.md
     let height = textures.texture(island)?.layer("height").ok_or_else(missing)?;
     let ground = textures.cpu().sample(height, uv, 0.0);
-    //#
+    // #
     Ok(())
 }
 
 fn readme_group(mut textures: Textures, [earth, lights, clouds]: [TextureId; 3]) -> Result<(), Error> {
-    //# README.md
+    // # README.md
     let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
     let kinds = textures.kinds(planet)?;
     let shader = MY_SHADER.to_owned() + &textures.wgsl(&kinds);
     let ids = textures.bindings().ids(planet)?;
-    //#
+    // #
     Ok(())
 }
 
@@ -112,12 +113,12 @@ fn frame(
     scene: Scene,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    //# docs/in-your-engine.md
+    // # docs/in-your-engine.md
     textures.feedback(&mut encoder, [width, height], |pass, groups| scene.draw_wanted(pass, groups))?;
     textures.update()?;
     textures.main_pass(&mut encoder, [width, height], |encoder, groups| scene.draw(encoder, groups))?;
     queue.submit([encoder.finish()]);
-    //#
+    // #
     Ok(())
 }
 
@@ -126,7 +127,7 @@ fn pass_of_the_host(
     mut encoder: wgpu::CommandEncoder,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    //# docs/in-your-engine.md
+    // # docs/in-your-engine.md
     if let Some(begun) = textures.view_mut(ViewId::MAIN)?.begin_feedback(&mut encoder, [width, height])? {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(begun.color_attachment())],
@@ -138,20 +139,20 @@ fn pass_of_the_host(
         drop(pass);
         textures.view_mut(ViewId::MAIN)?.end_feedback(&mut encoder)?;
     }
-    //#
+    // #
     Ok(())
 }
 
 fn on_another_thread(mut textures: Textures) -> Result<Option<TextureId>, Error> {
     let mut clouds = None;
-    //# docs/in-your-engine.md
+    // # docs/in-your-engine.md
     let (preparer, (done, arrived)) = (textures.preparer(), std::sync::mpsc::channel());
     let source = vastex::open("clouds.vastex")?;
     std::thread::spawn(move || done.send(pollster::block_on(preparer.read(source))));
     if let Ok(read) = arrived.try_recv() {
         clouds = Some(textures.add(read?)?);
     }
-    //#
+    // #
     Ok(clouds)
 }
 
@@ -161,39 +162,39 @@ fn every_mode_of_feedback(
     (scene, earth): (SceneOfOne, TextureId),
     size: [u32; 2],
 ) -> Result<(), Error> {
-    //# docs/feedback.md
+    // # docs/feedback.md
     textures.feedback(&mut encoder, size, |pass, groups| scene.draw_wanted(pass, groups.get(earth)))?;
     textures.update()?;
     textures.main_pass(&mut encoder, size, |encoder, groups| scene.draw(encoder, groups.get(earth)))?;
-    //#
+    // #
     Ok(())
 }
 
 fn fading(mut textures: Textures, delta_time: Duration) {
-    //# docs/fading.md
+    // # docs/fading.md
     let settings = vastex::Settings { fade: Duration::from_millis(150), ..Default::default() };
     textures.set_frame_time(delta_time);
-    //#
+    // #
 }
 
 fn one_limit(mut textures: Textures, paths: Vec<PathBuf>) -> Result<(), Error> {
-    //# docs/settings.md
+    // # docs/settings.md
     let limit = vastex::source::ReadLimit::new(16);
     for path in paths {
         textures
             .add_blocking(Arc::new(vastex::source::LimitedSource::new(vastex::open(path)?, limit.clone())))?;
     }
-    //#
+    // #
     Ok(())
 }
 
 fn disk_cache(mut textures: Textures, directory: PathBuf) -> anyhow::Result<()> {
-    //# docs/disk-cache.md
+    // # docs/disk-cache.md
     let tier = Arc::new(vastex::source::DiskTier::open(directory, 4 << 30)?);
     let source = vastex::open("/net/archive/earth.vastex")?;
     let key = source.identity().unwrap_or(vastex::source::SourceKey::of("earth, 2nd edition"));
     let earth = textures.add_blocking(Arc::new(vastex::source::DiskCache::new(source, tier.clone(), key)))?;
-    //#
+    // #
     Ok(())
 }
 

@@ -1,4 +1,5 @@
-//! Textures that are read before they are added: what is read when and by whom, what an add changes, and what is refused.
+//! Textures that are read before they are added: what is read when and by whom, what an add changes, and what
+//! is refused.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};

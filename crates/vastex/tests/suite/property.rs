@@ -1,6 +1,6 @@
-//! The property image: every pixel of a picture says which texel it came from, and the pages that were asked for are
-//! counted. Both are compared with an oracle that is written from the definitions, in f64, and shares no code with the
-//! shaders or their twins.
+//! The property image: every pixel of a picture says which texel it came from, and the pages that were asked
+//! for are counted. Both are compared with an oracle that is written from the definitions, in f64, and shares
+//! no code with the shaders or their twins.
 
 use std::collections::BTreeMap;
 
@@ -105,8 +105,8 @@ fn pixels() -> impl Iterator<Item = [u32; 2]> {
     (0..PICTURE[1]).flat_map(|y| (0..PICTURE[0]).map(move |x| [x, y]))
 }
 
-/// Every pixel has the texel that the oracle names at the level of `level_of` (from the level shown); less than 1 % are
-/// in doubt.
+/// Every pixel has the texel that the oracle names at the level of `level_of` (from the level shown); less
+/// than 1 % are in doubt.
 fn check_texels(screen: &Screen, oracle: &Oracle<'_>, level_of: impl Fn(u8) -> u8) {
     let mut in_doubt = 0;
     for (pixel, colour) in pixels().zip(screen.picture()) {

@@ -1,4 +1,5 @@
-//! The frame loop tells the loader where ranks change: a page that was asked for ahead is read first when it comes into view.
+//! The frame loop tells the loader where ranks change: a page that was asked for ahead is read first when it
+//! comes into view.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, Condvar, Mutex};
@@ -67,7 +68,8 @@ fn a_page_that_was_asked_for_ahead_and_comes_into_view_is_read_before_others() {
     let texture = textures.add_blocking(source.clone()).unwrap();
     let all = Region::image(0..SIZE[0], 0..SIZE[1]).on_levels(0..=0);
     let _ahead = textures.ahead().prefetch(texture, &all, Urgency::default()).unwrap();
-    // Until the loader has them all, in an order in which a page at the end comes late, and one is being read.
+    // Until the loader has them all, in an order in which a page at the end comes late, and one is being
+    // read.
     let pages = 32 * 25;
     frames_until(&mut textures, &Feedback::default(), |textures| {
         textures.stats().pager.in_flight >= pages && !source.begun.lock().unwrap().is_empty()

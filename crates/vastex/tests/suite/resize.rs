@@ -1,4 +1,5 @@
-//! Pools that grow and shrink while pictures are drawn: the picture stays, tiles are not loaded again, bytes are kept to.
+//! Pools that grow and shrink while pictures are drawn: the picture stays, tiles are not loaded again, bytes
+//! are kept to.
 
 use crate::common::{Mapping, PICTURE, Screen, property, settings};
 use vastex::diagnostics::Integrator;

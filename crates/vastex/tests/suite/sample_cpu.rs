@@ -161,8 +161,8 @@ impl World {
         bytemuck::pod_collect_to_vec(&bytes)
     }
 
-    /// All answers are the GPU's, in one texture whose tiles both have. Weights of the GPU's filter have 8 bits, and
-    /// so have its results for texels of 8 bits.
+    /// All answers are the GPU's, in one texture whose tiles both have. Weights of the GPU's filter have 8
+    /// bits, and so have its results for texels of 8 bits.
     fn check(&self, inputs: &[[f32; 4]]) {
         let mut sampler = self.textures.cpu().sampler(self.texture).unwrap();
         let format = self.textures.texture(self.texture).unwrap().description().layers[0].format;

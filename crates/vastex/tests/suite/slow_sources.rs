@@ -1,6 +1,8 @@
-//! Sources that do not answer: the others' pictures come all the same, their own pages are reported, and the program can end.
+//! Sources that do not answer: the others' pictures come all the same, their own pages are reported, and the
+//! program can end.
 //!
-//! Reads that should come may be overdue on a slow machine; then they are tried again, so that nothing here depends on its speed.
+//! Reads that should come may be overdue on a slow machine; then they are tried again, so that nothing here
+//! depends on its speed.
 
 use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -185,7 +187,8 @@ fn lock_step_waits_for_the_time_out_and_no_longer() {
         let hung = Hung::new(how);
         let mut screen = screen(&hung, Settings { read_time_out: Duration::from_millis(50), ..settings() });
         let wanted = screen.feedback_of_every_pixel().pages;
-        // Enough frames for those to be tried again that a slow machine made overdue, and those that hang to fail again and again.
+        // Enough frames for those to be tried again that a slow machine made overdue, and those that hang to
+        // fail again and again.
         let is_sharp = (0..2000).any(|_| {
             screen.frame().unwrap();
             second_is_sharp(&screen, &wanted) && screen.textures.stats().converged

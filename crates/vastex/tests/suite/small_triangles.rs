@@ -1,6 +1,6 @@
-//! Triangles smaller than pixels, in perspective: they show and want what one rectangle in their place does. Interpolation over
-//! so small a triangle leaves the last bits of a gradient open: of the pixels 1 in 200 may be of the next level, of what pixels
-//! want 1 in 100, and texels are the same or neighbours.
+//! Triangles smaller than pixels, in perspective: they show and want what one rectangle in their place does.
+//! Interpolation over so small a triangle leaves the last bits of a gradient open: of the pixels 1 in 200 may
+//! be of the next level, of what pixels want 1 in 100, and texels are the same or neighbours.
 
 use std::collections::BTreeMap;
 

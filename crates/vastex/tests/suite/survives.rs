@@ -1,4 +1,5 @@
-//! What textures outlive: devices that can do less, restores that fail, updates that fail in one pool, groups that come and go.
+//! What textures outlive: devices that can do less, restores that fail, updates that fail in one pool, groups
+//! that come and go.
 
 use std::sync::Arc;
 

@@ -52,7 +52,8 @@ fn every_frame_has_a_record_of_every_pool_and_they_add_up() {
         assert_eq!((sum("uploads"), sum("evictions")), (totals.loaded, totals.evicted));
         assert_eq!((sum("upload_bytes"), sum("requests")), (totals.uploaded_bytes, totals.requests));
         assert!(sum("uploads") > 20 && sum("ram_misses") > 0);
-        // Each request is one read of the cache, and so is each tail; what was called off may have been read all the same.
+        // Each request is one read of the cache, and so is each tail; what was called off may have been read
+        // all the same.
         let tails = if pool.pool.number() == 0 { 2 } else { 1 };
         let reads = sum("ram_hits") + sum("ram_misses");
         assert!(reads >= totals.loaded + tails && reads <= totals.requests + tails, "{reads}: {totals:?}");

@@ -1,4 +1,5 @@
-//! Tiles by the belt and through the queue: the same pictures, within the same budgets, and nothing left behind.
+//! Tiles by the belt and through the queue: the same pictures, within the same budgets, and nothing left
+//! behind.
 
 use std::sync::Arc;
 use std::time::Duration;

@@ -15,7 +15,8 @@ const SIZE: [u32; 2] = [1000, 777];
 const SMALL: [u32; 2] = [96, 50];
 const FRAMES: u64 = 40;
 
-/// Two textures, each seen around a place of its own, with pages so small that a view needs its whole cycle to see them all.
+/// Two textures, each seen around a place of its own, with pages so small that a view needs its whole cycle
+/// to see them all.
 fn screen(pace: Pace) -> Screen {
     let sources = [8, 16].map(|page| property(SIZE, page, AddressMode::Clamp));
     let mut screen = Screen::new(&sources, Settings { pace, ..settings() });
@@ -86,7 +87,8 @@ fn a_view_says_once_in_a_frame_what_it_wants() {
                 matches!(twice, Err(Error::FeedbackTwice { view: ViewId::MAIN, .. })),
                 "{mode:?}: {twice:?}"
             );
-            // Where the first is dropped the second is as good; an application has done so for a window that gives no picture.
+            // Where the first is dropped the second is as good; an application has done so for a window that
+            // gives no picture.
             drop(recorded);
             let again = match mode {
                 FeedbackMode::Inline => screen.record_picture(PICTURE),

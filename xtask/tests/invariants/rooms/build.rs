@@ -12,7 +12,8 @@ pub(super) const ROOMS: &[Room] = &[
     ("pyramid", &["texels", "threads", "tile"]),
     ("replace/error", &["image", "threads"]),
     ("replace", &["image", "progress", "replace/error", "texels", "threads", "tile"]),
-    // What a caller is told of an inset is what a replacement says; the rest of a build knows nothing of replacing.
+    // What a caller is told of an inset is what a replacement says; the rest of a build knows nothing of
+    // replacing.
     ("build/error", &["image", "replace/error", "texels", "threads"]),
     ("build", &["build/error", "image", "progress", "pyramid", "texels", "threads", "tile"]),
     ("inset", &["build", "build/error", "image", "progress", "replace", "replace/error", "threads", "tile"]),

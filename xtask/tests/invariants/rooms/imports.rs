@@ -1,7 +1,7 @@
 //! Which file of a crate imports from which, read from its sources; and the circles of such arrows.
 //!
-//! A name is followed through re-exports to the file that defines it, so that neither `lib.rs` nor a folder's `mod.rs`
-//! hides an arrow. What only tests compile is left out.
+//! A name is followed through re-exports to the file that defines it, so that neither `lib.rs` nor a folder's
+//! `mod.rs` hides an arrow. What only tests compile is left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,7 +15,8 @@ const ROOTS: [&str; 2] = ["lib", "main"];
 /// A path in the code: the names between its `::`.
 type Path = Vec<String>;
 
-/// The files of a crate that are compiled into it. A file is named by its module: `pager/pool`; a root is `lib` or `main`.
+/// The files of a crate that are compiled into it. A file is named by its module: `pager/pool`; a root is
+/// `lib` or `main`.
 pub(super) struct Crate {
     files: BTreeMap<String, File>,
 }
@@ -168,7 +169,8 @@ fn absolute(here: &[String], path: &[String]) -> Option<Path> {
     }
 }
 
-/// Reads a tree of paths from `at` on, adds its leaves with the names that they get, and returns where it ends.
+/// Reads a tree of paths from `at` on, adds its leaves with the names that they get, and returns where it
+/// ends.
 fn tree(words: &[&str], mut at: usize, before: &[String], leaves: &mut Vec<(Path, String)>) -> usize {
     let mut path = before.to_vec();
     loop {

@@ -1,4 +1,5 @@
-//! Worlds of many textures in several pools: what the pager decided, frame by frame, whatever applications ask of them.
+//! Worlds of many textures in several pools: what the pager decided, frame by frame, whatever applications
+//! ask of them.
 
 use std::path::Path;
 

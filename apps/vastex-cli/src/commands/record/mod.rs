@@ -1,7 +1,8 @@
-//! `vastex record`: what this program decides, draws and reads, as text whose form stays, for `cargo xtask record`.
+//! `vastex record`: what this program decides, draws and reads, as text whose form stays, for `cargo xtask
+//! record`.
 //!
-//! Everything that knows types of Vastex for the sake of a record is here and in the simulated world's log; comparing is xtask's
-//! business, and knows lines alone.
+//! Everything that knows types of Vastex for the sake of a record is here and in the simulated world's log;
+//! comparing is xtask's business, and knows lines alone.
 
 mod crowds;
 mod frames;

@@ -28,7 +28,7 @@ fn decode(file: &Path) -> Result<Picture> {
     decode().with_context(|| file.display().to_string())
 }
 
-/// How many texels are others, by how much at most, and where the first is; nothing where none is.
+/// How many texels are others, by how much at most, and where the first is; `None` if none is.
 pub(super) fn difference(was: &Path, is: &Path) -> Result<Option<String>> {
     let (was, is) = (decode(was)?, decode(is)?);
     if was.size != is.size {

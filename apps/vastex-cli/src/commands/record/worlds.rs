@@ -1,4 +1,5 @@
-//! Worlds of one texture: what the pager decided, frame by frame; and what is learnt and replayed of the traces of their cameras.
+//! Worlds of one texture: what the pager decided, frame by frame; and what is learnt and replayed of the
+//! traces of their cameras.
 
 use std::fmt::Write;
 use std::path::Path;

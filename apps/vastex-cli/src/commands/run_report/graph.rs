@@ -1,4 +1,5 @@
-//! Graphs of figures by frame, as SVG that stands in a page: lines over a grid, a scale with round numbers, and a legend.
+//! Graphs of figures by frame, as SVG that stands in a page: lines over a grid, a scale with round numbers,
+//! and a legend.
 
 use super::page::escaped;
 

@@ -1,4 +1,5 @@
-//! `vastex render --report DIR`: a page about a run, with its pictures, what each frame did, settings, the source, and what went wrong.
+//! `vastex render --report DIR`: a page about a run, with its pictures, what each frame did, settings, the
+//! source, and what went wrong.
 
 mod graph;
 mod page;

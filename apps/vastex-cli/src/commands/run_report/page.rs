@@ -1,4 +1,5 @@
-//! The page of a run as HTML: one file with its pictures in it, which opens from a disk and asks for nothing else.
+//! The page of a run as HTML: one file with its pictures in it, which opens from a disk and asks for nothing
+//! else.
 
 /// What stands on the page.
 pub(super) struct Page {

@@ -1,6 +1,8 @@
-//! Textures of egui on their way to what draws: whole, for another painter, and what has changed since the last one drew.
+//! Textures of egui on their way to what draws: whole, for another painter, and what has changed since the
+//! last one drew.
 //!
-//! A window that is hidden is not drawn, while its panels go on to run: of what changes meanwhile no more is kept than a painter needs.
+//! A window that is hidden is not drawn, while its panels go on to run: of what changes meanwhile no more is
+//! kept than a painter needs.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,5 @@
-//! What the machine does, in the window: what the panel is told of it, and what becomes of what a person changes there.
+//! What the machine does, in the window: what the panel is told of it, and what becomes of what a person
+//! changes there.
 
 use std::collections::BTreeMap;
 
@@ -244,7 +245,8 @@ impl Viewer {
         }
     }
 
-    /// Makes the textures again, which say otherwise what is wanted. Their host opens the file again; the last picture stays until it is there.
+    /// Makes the textures again, which say otherwise what is wanted. Their host opens the file again; the
+    /// last picture stays until it is there.
     fn make_again(&mut self, mode: FeedbackMode) -> Result<(), vastex::Error> {
         let before = self.textures.inspect().settings().clone();
         let settings = Settings { feedback: Some(mode), picture: self.surface.size(), ..before };

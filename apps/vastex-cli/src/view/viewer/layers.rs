@@ -1,4 +1,5 @@
-//! What of the sources in the window is shown, and how: its layers, those of sources that lie over it, and how they are compared.
+//! What of the sources in the window is shown, and how: its layers, those of sources that lie over it, and
+//! how they are compared.
 
 use std::time::Duration;
 
@@ -62,7 +63,8 @@ impl Viewer {
         self.wake();
     }
 
-    /// Lays another source over what is displayed: the layers of it that the command line names, else its first one, over all others.
+    /// Lays another source over what is displayed: the layers of it that the command line names, else its
+    /// first one, over all others.
     pub(in super::super) fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<()> {
         self.finish_taking_over();
         let Some(displayed) = self.display.displayed() else { return Ok(()) };
@@ -112,8 +114,8 @@ impl Viewer {
     }
 }
 
-/// The layers that are shown once a texture more is there, after `count` others: as the command line has them, `asked`, where nobody has
-/// changed that, else those of the new one over all others.
+/// The layers that are shown once a texture more is there, after `count` others: as the command line has
+/// them, `asked`, where nobody has changed that, else those of the new one over all others.
 fn with_another(shown: &[LayerOptions], asked: &[LayerOptions], count: usize) -> Vec<LayerOptions> {
     let asked_of = |count: usize| asked.iter().filter(move |layer| layer.texture < count).cloned();
     let of_new: Vec<LayerOptions> = asked.iter().filter(|layer| layer.texture == count).cloned().collect();

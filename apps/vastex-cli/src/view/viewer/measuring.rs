@@ -25,7 +25,7 @@ impl Viewer {
         self.window.request_redraw();
     }
 
-    /// Ends measuring. Says whether anything was measured.
+    /// Ends measuring. Returns true if anything was measured.
     pub(in super::super) fn end_measuring(&mut self) -> bool {
         self.panel.measure.take().is_some()
     }

@@ -1,4 +1,5 @@
-//! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about is in `drawing`.
+//! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about
+//! is in `drawing`.
 
 mod drawing;
 mod hud;
@@ -40,8 +41,8 @@ use crate::commands::render;
 use crate::report;
 use hud::{Again, WindowHud};
 
-/// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some, and a
-/// whole jitter cycle belongs to a view.
+/// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
+/// and a whole jitter cycle belongs to a view.
 const UNSETTLED_FRAMES: u32 = 24;
 /// Between two frames of a window that shows nothing, or that only waits for tiles to be tried again.
 const SLOW: Duration = Duration::from_millis(250);
@@ -91,7 +92,8 @@ pub(super) struct Viewer {
     hud: WindowHud,
     /// That textures were made again, since the last time that they were.
     again: Option<Again>,
-    /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in which somebody may have.
+    /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in
+    /// which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
     /// What flickers does so by the time since then.
@@ -179,8 +181,8 @@ impl Viewer {
         self.set_opening(name, 0.0)
     }
 
-    /// A file is being opened, and so much of it is done, 0 to 1. What is displayed stays until there is something to see of it;
-    /// what has come of its preview is drawn.
+    /// A file is being opened, and so much of it is done, 0 to 1. What is displayed stays until there is
+    /// something to see of it; what has come of its preview is drawn.
     pub(super) fn set_opening(&mut self, name: &str, share: f64) -> Result<()> {
         self.opening = Some((name.to_owned(), share));
         self.catch_up()
@@ -210,8 +212,9 @@ impl Viewer {
         Ok(self.settings.scene)
     }
 
-    /// Displays the source that an opening brought: in the place of its preview as soon as it is as sharp, else at once. Says which
-    /// scene it is on: an image where it cannot go on the one that is displayed, as on a terrain without heights.
+    /// Displays the source that an opening brought: in the place of its preview as soon as it is as sharp,
+    /// else at once. Says which scene it is on: an image where it cannot go on the one that is displayed, as
+    /// on a terrain without heights.
     pub(super) fn show_source(&mut self, opening: u64, name: &str, source: PreparedSource) -> Result<Scene> {
         let source = self.displayed(opening, name, source)?;
         // A picture that says itself what it wants cannot be behind another one.
@@ -290,8 +293,8 @@ impl Viewer {
         }
     }
 
-    /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp again as soon as it is
-    /// uploaded.
+    /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp
+    /// again as soon as it is uploaded.
     pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
         self.finish_taking_over();
         self.shell.forget_device();
@@ -313,7 +316,8 @@ impl Viewer {
         self.display.displayed().map_or([1; 2], |source| source.size)
     }
 
-    /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it, and its value.
+    /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it,
+    /// and its value.
     pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
         self.pointer = pointer;
         let panes = self.panes();
@@ -389,7 +393,8 @@ impl Viewer {
         self.title.notify(notice.to_owned(), Instant::now());
     }
 
-    /// Says what went wrong, in the window until it is read; a second message of a topic takes the place of the first.
+    /// Says what went wrong, in the window until it is read; a second message of a topic takes the place of
+    /// the first.
     pub(super) fn tell(&mut self, topic: &str, message: &str) {
         self.messages.add(topic, message);
         self.window.request_redraw();

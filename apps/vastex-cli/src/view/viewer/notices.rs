@@ -96,7 +96,8 @@ impl Viewer {
         }
     }
 
-    /// Tells the answers that have arrived: in the panel, and of what a person asked for in words in the title and in full on stdout.
+    /// Tells the answers that have arrived: in the panel, and of what a person asked for in words in the
+    /// title and in full on stdout.
     pub(super) fn print_explained(&mut self) -> Result<()> {
         for ExplainedPixel { pixel, explanations } in inspect::answers(&mut self.textures)? {
             if let Some(at) = self.to_print.iter().position(|asked| *asked == pixel) {

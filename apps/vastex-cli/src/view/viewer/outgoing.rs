@@ -9,7 +9,8 @@ use super::Viewer;
 use crate::screenshot::Shot;
 
 impl Viewer {
-    /// What a picture shows of a source and of the files over it, so many times as large as the window; nothing where nothing is displayed.
+    /// What a picture shows of a source and of the files over it, so many times as large as the window;
+    /// `None` if nothing is displayed.
     pub(in super::super) fn shot(
         &self,
         (source, over): (&Path, &[PathBuf]),
@@ -32,7 +33,7 @@ impl Viewer {
         })
     }
 
-    /// What is shown, as a text; nothing where nothing is.
+    /// What is shown, as a text; `None` if nothing is.
     pub(in super::super) fn view_text(&self, pose: Pose) -> Option<String> {
         let displayed = self.display.displayed()?;
         let options = &self.settings.options;
@@ -46,7 +47,8 @@ impl Viewer {
     }
 }
 
-/// The layers that a text has to name, of so many textures: none where they are as they are where nothing is said.
+/// The layers that a text has to name, of so many textures: none where they are as they are where nothing is
+/// said.
 fn said(layers: &[LayerOptions], textures: usize) -> Vec<LayerOptions> {
     let usual = |layer: &LayerOptions| LayerOptions {
         range: layer.range.filter(|range| *range != [0.0, 1.0]),

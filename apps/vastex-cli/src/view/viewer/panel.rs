@@ -1,4 +1,5 @@
-//! The panel in the window: what it is told of what is displayed, and what becomes of what a person changes in it.
+//! The panel in the window: what it is told of what is displayed, and what becomes of what a person changes
+//! in it.
 
 use std::time::{Duration, Instant};
 
@@ -18,7 +19,7 @@ const EVERY: Duration = Duration::from_millis(300);
 
 /// Values that are in view.
 pub(super) struct Values {
-    /// Nothing where no part of the image is in view.
+    /// `None` if no part of the image is in view.
     histogram: Option<Histogram>,
     /// Of which of the shown layers.
     layer: usize,
@@ -63,7 +64,7 @@ impl Viewer {
         self.panel.show_or_hide_keys();
     }
 
-    /// Hides the keys and gestures. Says whether they were shown.
+    /// Hides the keys and gestures. Returns true if they were shown.
     pub(in super::super) fn hide_keys(&mut self) -> bool {
         self.panel.hide_keys()
     }

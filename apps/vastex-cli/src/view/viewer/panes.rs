@@ -1,5 +1,5 @@
-//! What lies over the picture: how it is divided where layers are side by side, which pane the pointer belongs to, what stands over each pane,
-//! and shapes of another file.
+//! What lies over the picture: how it is divided where layers are side by side, which pane the pointer
+//! belongs to, what stands over each pane, and shapes of another file.
 
 use std::sync::Arc;
 
@@ -28,8 +28,8 @@ impl Viewer {
         [self.panes().width, self.surface.size()[1]]
     }
 
-    /// A pixel of the picture as the camera sees it. Where a button or a finger is down, it belongs to the pane in which that went down;
-    /// else to the one below it.
+    /// A pixel of the picture as the camera sees it. Where a button or a finger is down, it belongs to the
+    /// pane in which that went down; else to the one below it.
     fn in_pane(&mut self, pixel: DVec2) -> DVec2 {
         let panes = self.panes();
         if !self.pane_is_held {

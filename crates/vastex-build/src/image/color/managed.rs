@@ -63,7 +63,7 @@ pub(super) fn changes_nothing(meaning: &Meaning, format: PixelFormat) -> bool {
 struct Managed {
     inner: Box<dyn RowReader>,
     header: ImageHeader,
-    /// Nothing where the profile changes nothing or cannot be followed.
+    /// `None` if the profile changes nothing or cannot be followed.
     pieces: Option<Pieces>,
     /// Notices of `inner` that are among the own ones.
     seen: usize,

@@ -60,7 +60,7 @@ fn is_high_dynamic_range(transfer: TransferCharacteristics) -> bool {
     matches!(transfer, TransferCharacteristics::Smpte2084 | TransferCharacteristics::Hlg)
 }
 
-/// A text in one line; nothing where it is empty.
+/// A text in one line; `None` if it is empty.
 fn text(text: &ProfileText) -> Option<String> {
     let found = match text {
         ProfileText::PlainString(text) => text,

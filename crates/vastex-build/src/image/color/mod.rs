@@ -68,7 +68,7 @@ impl Profile {
         Profile(Stored::Icc(bytes.into()))
     }
 
-    /// Nothing where PNG's chunks say nothing.
+    /// `None` if PNG's chunks say nothing.
     pub(super) fn curve(gamma: Option<u32>, chromaticities: Option<[[u32; 2]; 4]>) -> Option<Profile> {
         (gamma.is_some() || chromaticities.is_some())
             .then_some(Profile(Stored::Curve { gamma, chromaticities }))

@@ -322,7 +322,7 @@ impl Layout {
 }
 
 impl Decoding {
-    /// The block that a chunk of the picture holds; nothing where it is one of a coarser level.
+    /// The block that a chunk of the picture holds; `None` if it is one of a coarser level.
     fn block(&self, chunk: Chunk) -> Result<Option<Block>, BlockFault> {
         let block = decompress(chunk, &self.meta).map_err(BlockFault::Exr)?;
         if block.index.level != Vec2(0, 0) {

@@ -38,7 +38,7 @@ pub(crate) trait Grid: Send + Sync {
     /// Levels that the directory has, at least 1.
     fn levels(&self) -> u32;
 
-    /// The pages of a texture of that shape for which there are tiles; nothing where there are for all.
+    /// The pages of a texture of that shape for which there are tiles; `None` if there are for all.
     fn present(&self, geometry: &Geometry) -> Option<PageSet> {
         let _ = geometry;
         None
@@ -92,7 +92,7 @@ pub(super) fn open_directory(path: &Path) -> Result<Box<dyn RowReader>, InputFau
     reader(look_at_directory(path)?)
 }
 
-/// Opens the directory that a text file describes; nothing where the text is something else.
+/// Opens the directory that a text file describes; `None` if the text is something else.
 pub(super) fn open_description(path: &Path) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     look_at_description(path)?.map(reader).transpose()
 }

@@ -92,7 +92,7 @@ impl ProfileParts {
         }
     }
 
-    /// Nothing where there are none; without any bytes where some are missing.
+    /// `None` if there are none; without any bytes where some are missing.
     fn joined(self) -> Option<Profile> {
         let is_whole = (1..)
             .zip(&self.0)

@@ -103,8 +103,9 @@ impl JpegReader {
         })
     }
 
-    /// The same picture at an eighth of its size, a quarter or a half, with `side` texels or more along its longer axis, if
-    /// the picture is larger than that by as much; nothing where it is not, or where all of it is decoded all the same.
+    /// The same picture at an eighth of its size, a quarter or a half, with `side` texels or more along its
+    /// longer axis, if the picture is larger than that by as much; `None` if it is not, or where all of it is
+    /// decoded all the same.
     pub(super) fn reduced(mut self, side: u32) -> Option<JpegReader> {
         let longer = self.header.width.max(self.header.height);
         let of_eight = [1u8, 2, 4].into_iter().find(|&share| longer / 8 * u32::from(share) >= side);

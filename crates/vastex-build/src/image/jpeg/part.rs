@@ -1,9 +1,9 @@
 //! One JPEG in memory: a strip or tile of a TIFF file, with the tables that all of them share.
 //!
-//! A stream may say what its colours are, by a marker of Adobe's or JFIF's; where it does not, the file around it does.
-//! Guesses by the numbers of components, which libjpeg would make, are wrong for slides. So a new header is put before
-//! the scans: the tables, and one marker that says it in any case. libjpeg's arithmetic and its interpolation of
-//! colours are those of libjpeg-turbo.
+//! A stream may say what its colours are, by a marker of Adobe's or JFIF's; where it does not, the file
+//! around it does. Guesses by the numbers of components, which libjpeg would make, are wrong for slides. So a
+//! new header is put before the scans: the tables, and one marker that says it in any case. libjpeg's
+//! arithmetic and its interpolation of colours are those of libjpeg-turbo.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
@@ -19,7 +19,8 @@ const START_OF_SCAN: [u8; 2] = [0xff, 0xda];
 const MOST_SCANS: usize = 200;
 
 /// Decodes the first `size[1]` rows of a stream of `size[0]` columns and as many rows, or up to `most_rows`;
-/// else says what is wrong with it. Three channels become RGB; `is_ycbcr` says what they are where the stream does not.
+/// else says what is wrong with it. Three channels become RGB; `is_ycbcr` says what they are where the stream
+/// does not.
 pub(in crate::image) fn decode(
     tables: &[u8],
     stored: &[u8],
@@ -90,8 +91,8 @@ fn with_header(tables: &[u8], stored: &[u8], is_color: bool, is_ycbcr: bool) -> 
     Ok(stream)
 }
 
-/// Copies the segments that decoding needs, up to the end or to the first scan, which is returned with all that
-/// follows. Notes whether colours are said to be YCbCr, by Adobe's marker if there is one.
+/// Copies the segments that decoding needs, up to the end or to the first scan, which is returned with all
+/// that follows. Notes whether colours are said to be YCbCr, by Adobe's marker if there is one.
 fn copy_segments<'a>(bytes: &'a [u8], stream: &mut Vec<u8>, is_ycbcr: &mut Option<bool>) -> Option<&'a [u8]> {
     let mut rest = bytes.strip_prefix(&[0xff, 0xd8])?;
     loop {

@@ -1,4 +1,5 @@
-//! The rows of a TIFF file of more bands than a picture has, of which some are taken: strip by strip, or a row of tiles at a time.
+//! The rows of a TIFF file of more bands than a picture has, of which some are taken: strip by strip, or a
+//! row of tiles at a time.
 
 use super::file::TiffImage;
 use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader};

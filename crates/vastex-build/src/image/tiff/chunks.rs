@@ -1,5 +1,5 @@
-//! Rows of a TIFF file, for builds, from its strips or tiles decoded in order, several at once where there is help. Any tile in any
-//! order, for what is shown in place, is `file/chunk`'s.
+//! Rows of a TIFF file, for builds, from its strips or tiles decoded in order, several at once where there is
+//! help. Any tile in any order, for what is shown in place, is `file/chunk`'s.
 //!
 //! Each thread that decodes has a decoder of its own on the same file. What comes of them is put together to
 //! rows, in order, by the thread that reads.
@@ -196,8 +196,8 @@ type Run = Vec<Result<Chunk, InputFault>>;
 struct Decoding {
     chunks: Arc<Chunks>,
     file: Arc<File>,
-    /// The image by our own reader, which decodes what the decoders do not, JPEG as libjpeg does, and LZW that has no
-    /// end.
+    /// The image by our own reader, which decodes what the decoders do not, JPEG as libjpeg does, and LZW
+    /// that has no end.
     own: Option<TiffImage>,
     decoders: Spare<TiffDecoder>,
     buffers: Spare<Vec<u8>>,

@@ -3,8 +3,8 @@
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
 //! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
-//! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`],
-//! whose business files are whose tiles are read in any order.
+//! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by
+//! [`file`], whose business files are whose tiles are read in any order.
 
 mod bands;
 mod chunks;

@@ -1,4 +1,5 @@
-//! YCbCr to RGB for JPEG 2000 in TIFF, whose decoder hands out what is stored. Of JPEG tiles libjpeg does it (`jpeg/part`).
+//! YCbCr to RGB for JPEG 2000 in TIFF, whose decoder hands out what is stored. Of JPEG tiles libjpeg does it
+//! (`jpeg/part`).
 
 /// Turns full-range BT.601 YCbCr texels into RGB, in place, rounding to nearest.
 pub(super) fn rgb_from_ycbcr(texels: &mut [u8]) {

@@ -1,8 +1,9 @@
 //! The texels of a row as numbers that can be mixed, and what was mixed as texels again.
 //!
-//! Where a value stands for no data, a texel that has it weighs nothing: each texel has one number more, its weight, and sums are divided
-//! by the weights of what is known. A texel of which nothing is known is without data again, and so, with kernels that have weights below
-//! zero, is one of which less than half is known, since what they make of less may lie far outside.
+//! Where a value stands for no data, a texel that has it weighs nothing: each texel has one number more, its
+//! weight, and sums are divided by the weights of what is known. A texel of which nothing is known is without
+//! data again, and so, with kernels that have weights below zero, is one of which less than half is known,
+//! since what they make of less may lie far outside.
 
 use vastex_core::LayerFormat;
 

@@ -1,10 +1,11 @@
 //! How the texels of a level are made from those of a finer one: a kernel (how far a texel looks, and how it
-//! weighs what it sees), a meaning (what the values are), the level that it looks at, and a value of texels without data, if there is
-//! one, which are left out.
+//! weighs what it sees), a meaning (what the values are), the level that it looks at, and a value of texels
+//! without data, if there is one, which are left out.
 //!
 //! [`LayerFilter`] is the name of such a filter, as a container stores it. [`Filter`] is the same made ready
 //! for a format and a factor: either the integer arithmetic of [`quad`] on 2x2 texels, or the general one of
-//! [`separable`]. Weights stand in [`kernel`], what is done to values before and after in [`meaning`] and [`mixing`].
+//! [`separable`]. Weights stand in [`kernel`], what is done to values before and after in [`meaning`] and
+//! [`mixing`].
 //!
 //! Where rows come from, and what lies beyond the edges, is the pyramid's business.
 
@@ -29,8 +30,8 @@ pub(crate) use mixing::Mixing;
 pub(crate) use quad::Quad;
 use separable::Separable;
 
-/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS][/nodata=VALUE]`: `box-linear`,
-/// `kaiser@two`, `box/nodata=-9999`.
+/// How the levels of one layer are made. Written and read as `KERNEL[-MEANING][@LEVELS][/nodata=VALUE]`:
+/// `box-linear`, `kaiser@two`, `box/nodata=-9999`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerFilter {
     /// How far a texel looks, and how it weighs what it sees.
@@ -39,8 +40,8 @@ pub struct LayerFilter {
     pub meaning: Meaning,
     /// At which level it looks.
     pub from: LevelsFrom,
-    /// The value of texels without data, as the layer stores it, if there is one. They are left out of what is mixed, and are no texel that
-    /// is picked while there is another one.
+    /// The value of texels without data, as the layer stores it, if there is one. They are left out of what
+    /// is mixed, and are no texel that is picked while there is another one.
     pub nodata: Option<NodataValue>,
 }
 

@@ -2,12 +2,12 @@
 //! stored.
 //!
 //! - Channels of 8 or 16 bits: the mean of four values, halves rounded up, every channel by itself.
-//! - Linear colour: alpha is such a mean; the colours are weighted by alpha, halves rounded up. Where all four
-//!   texels are transparent, their colours count alike, so that colour under transparency survives.
-//! - sRGB colour: as linear colour, on values decoded to 16 bits and rounded; the mean is encoded to the nearest
-//!   of the 256 values.
-//! - Majority: the texel that is met most often, but none without data while there is another; of several the smallest, its bytes read
-//!   as a little-endian number.
+//! - Linear colour: alpha is such a mean; the colours are weighted by alpha, halves rounded up. Where all
+//!   four texels are transparent, their colours count alike, so that colour under transparency survives.
+//! - sRGB colour: as linear colour, on values decoded to 16 bits and rounded; the mean is encoded to the
+//!   nearest of the 256 values.
+//! - Majority: the texel that is met most often, but none without data while there is another; of several the
+//!   smallest, its bytes read as a little-endian number.
 //!
 //! Address modes are no business of this file: its rows have an even number of texels, the odd edge folded
 //! already.

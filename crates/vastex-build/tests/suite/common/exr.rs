@@ -7,7 +7,8 @@ use exr::prelude::{
     LayerAttributes, LineOrder, SmallVec, Vec2, WritableImage,
 };
 
-/// A file of one layer of such columns and rows. With `moved` its data window lies elsewhere than its display window.
+/// A file of one layer of such columns and rows. With `moved` its data window lies elsewhere than its display
+/// window.
 pub fn exr_of(
     size: [usize; 2],
     encoding: Encoding,

@@ -91,7 +91,8 @@ fn xyz_tag(value: [f64; 3]) -> Vec<u8> {
     [&b"XYZ \0\0\0\0"[..], &value.map(fixed).concat()].concat()
 }
 
-/// A display profile of three primaries and a curve; its white is adapted to D50, as the connection space wants it.
+/// A display profile of three primaries and a curve; its white is adapted to D50, as the connection space
+/// wants it.
 pub fn rgb_profile(name: &str, curve: Curve, points: Points) -> Vec<u8> {
     let bradford = [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
     let d50 = [0.9642, 1.0, 0.8249];

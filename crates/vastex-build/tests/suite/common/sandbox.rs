@@ -88,8 +88,8 @@ pub fn layer_texels(description: &Description, number: usize, tile: &[u8]) -> Ve
     decode_layer(description, number, &Bytes::copy_from_slice(tile)).to_vec()
 }
 
-/// Fails unless tiles beside each other decode to the same texels, in every layer, wherever they hold the same place of a
-/// level. Gives back how many pairs there were.
+/// Fails unless tiles beside each other decode to the same texels, in every layer, wherever they hold the
+/// same place of a level. Gives back how many pairs there were.
 pub fn assert_neighbours_agree(description: &Description, tiles: &[(PagePos, Vec<u8>)]) -> usize {
     let tile_of = |pos: PagePos| tiles.iter().find(|(at, _)| *at == pos).map(|(_, tile)| tile);
     let mut pairs = 0;

@@ -134,7 +134,8 @@ const RECORDED: [u64; 30] = [
     0xa36f2fe747e8c30c,
 ];
 
-/// The sum over rows is what a naive walk gives: each texel of the finest level is a mean of those that it covers.
+/// The sum over rows is what a naive walk gives: each texel of the finest level is a mean of those that it
+/// covers.
 fn sixteen_bits(name: &str, layout: Layout, color: ColorType, format: LayerFormat) {
     let sandbox = Sandbox::new();
     // A slope along x and another along y, light as it is: values of the whole range.

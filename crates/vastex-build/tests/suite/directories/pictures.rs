@@ -66,7 +66,8 @@ fn widened(texel: &[u16], most: u16) -> [u16; 4] {
     }
 }
 
-/// All levels of a container, page by page. Where a page has no tile its parent's texels stand, each four times.
+/// All levels of a container, page by page. Where a page has no tile its parent's texels stand, each four
+/// times.
 pub(crate) fn levels(container: &Path) -> Vec<Picture> {
     let (description, tiles) = tiles(container);
     let (geometry, format) = (&description.geometry, description.layers[0].format);

@@ -1,4 +1,5 @@
-//! Readers as the programs have them, written from the layouts' descriptions; they share nothing with the exporter.
+//! Readers as the programs have them, written from the layouts' descriptions; they share nothing with the
+//! exporter.
 //!
 //! Each gives the pictures of its levels, and fails where the program would not find or not take a tile.
 
@@ -6,7 +7,8 @@ use std::path::{Path, PathBuf};
 
 use crate::directories::pictures::Picture;
 
-/// The levels of a tree of square tiles, coarsest first, by what Gaia Sky looks for: `level<N>/tx_<column>_<row>.<ext>`.
+/// The levels of a tree of square tiles, coarsest first, by what Gaia Sky looks for:
+/// `level<N>/tx_<column>_<row>.<ext>`.
 pub(crate) fn gaia_sky(directory: &Path, name: &str, border: u32) -> Vec<Picture> {
     let manifest = std::fs::read_to_string(directory.join(format!("{name}.json"))).unwrap();
     assert!(manifest.contains(&format!("\"location\": \"$data/{name}\"")), "{manifest}");
@@ -42,7 +44,8 @@ pub(crate) fn celestia(context: &Path) -> Vec<Picture> {
     (0..count).map(|level| tree_level(level + split, side, 0, &|u, v| tile(level, u, v))).collect()
 }
 
-/// Puts tiles side by side. A border must repeat what lies beside it, around the globe but not over the poles.
+/// Puts tiles side by side. A border must repeat what lies beside it, around the globe but not over the
+/// poles.
 fn tree_level(depth: u32, side: u32, border: u32, tile: &dyn Fn(u32, u32) -> Picture) -> Picture {
     let (columns, rows, payload) = (2 << depth, 1 << depth, side - 2 * border);
     let mut level = Picture::new([columns * payload, rows * payload]);
@@ -106,7 +109,8 @@ pub(crate) fn deep_zoom(manifest: &Path) -> Vec<Picture> {
     (0..=finest).map(level).collect()
 }
 
-/// One level of the prototype's pages, without what is beyond the picture, which has `size` texels at that level.
+/// One level of the prototype's pages, without what is beyond the picture, which has `size` texels at that
+/// level.
 pub(crate) fn prototype(pages: &Path, lod: u32, size: [u32; 2]) -> Picture {
     let mut level = Picture::new(size);
     for y in 0..size[1].div_ceil(512) {

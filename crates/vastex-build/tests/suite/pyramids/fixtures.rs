@@ -1,4 +1,5 @@
-//! What GDAL, libvips, tifffile, maketx and a slide scanner's layout make of a picture, against builds of the same files.
+//! What GDAL, libvips, tifffile, maketx and a slide scanner's layout make of a picture, against builds of the
+//! same files.
 
 use std::fs::File;
 use std::path::PathBuf;

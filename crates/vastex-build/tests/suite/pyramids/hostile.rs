@@ -1,5 +1,5 @@
-//! Pyramids that lie: whatever they claim, there is an error that says where, or pages that are refused; never a panic, and
-//! never memory for what is not there.
+//! Pyramids that lie: whatever they claim, there is an error that says where, or pages that are refused;
+//! never a panic, and never memory for what is not there.
 
 use std::path::PathBuf;
 
@@ -31,7 +31,8 @@ impl File {
     }
 }
 
-/// A little-endian classic file of these directories, each a list of tag, kind, count and value, and of what follows.
+/// A little-endian classic file of these directories, each a list of tag, kind, count and value, and of what
+/// follows.
 fn handmade(directories: &[&[(u16, u16, u32, u32)]], next: &[u32], behind: &[u8]) -> Vec<u8> {
     let mut out = b"II\x2a\0\x08\0\0\0".to_vec();
     for (entries, next) in directories.iter().zip(next) {
@@ -62,7 +63,8 @@ fn grey(compression: u32, offset: u32, len: u32) -> Vec<(u16, u16, u32, u32)> {
     ]
 }
 
-/// Thousands of directories, chained and listed below the first one, take as many reads as the first two thousand.
+/// Thousands of directories, chained and listed below the first one, take as many reads as the first two
+/// thousand.
 #[test]
 fn thousands_of_directories_are_looked_at_as_far_as_is_reasonable() {
     const MANY: u32 = 20_000;

@@ -1,4 +1,5 @@
-//! Containers that keep the levels of a pyramid: the tiles that the pyramid is shown by, and what does not go with that.
+//! Containers that keep the levels of a pyramid: the tiles that the pyramid is shown by, and what does not go
+//! with that.
 
 use std::path::PathBuf;
 

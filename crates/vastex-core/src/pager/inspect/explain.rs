@@ -17,9 +17,11 @@ use crate::wanted::feedback::{Need, WantedPage};
 /// What keeps a page from being in a slot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wait {
-    /// The page is not asked for: no feedback of the last jitter cycle has named it, and nothing asked for it explicitly.
+    /// The page is not asked for: no feedback of the last jitter cycle has named it, and nothing asked for it
+    /// explicitly.
     Feedback,
-    /// The page is asked for after so many others, as loads that are under way end or as bytes in flight allow.
+    /// The page is asked for after so many others, as loads that are under way end or as bytes in flight
+    /// allow.
     Request {
         /// Pages that are asked for before this one.
         before: u32,
@@ -35,7 +37,8 @@ pub enum Wait {
         /// Whether that page is of an image or of a volume.
         dims: Dims,
     },
-    /// The page's tile is in main memory, and so many others are uploaded before it, as the upload budget allows.
+    /// The page's tile is in main memory, and so many others are uploaded before it, as the upload budget
+    /// allows.
     Upload {
         /// Tiles that are uploaded before this one.
         before: u32,
@@ -60,8 +63,8 @@ pub enum Step {
     Settled,
 }
 
-/// Why a pixel shows what it shows: the page that was wanted there, the page that is shown, what stands between
-/// the two, and since when. It is read off the pager's state, so a frame costs no more for it.
+/// Why a pixel shows what it shows: the page that was wanted there, the page that is shown, what stands
+/// between the two, and since when. It is read off the pager's state, so a frame costs no more for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// The pool.

@@ -41,7 +41,8 @@ pub struct TextureUsage {
     pub texture: TextureNumber,
     /// Pages whose tiles are in slots, its tail among them.
     pub pages: u32,
-    /// Pages whose tiles are in slots by level, finest first, levels without pages left out; the tail counts as its finest level.
+    /// Pages whose tiles are in slots by level, finest first, levels without pages left out; the tail counts
+    /// as its finest level.
     pub levels: Vec<(u8, u32)>,
 }
 

@@ -120,8 +120,8 @@ impl Window {
 }
 
 impl WorkingSet {
-    /// The pages that a view wanted in its last cycle, with their ancestors, at a bias in eighths of a level; `None`
-    /// where it has not been seen for a whole cycle since it jumped.
+    /// The pages that a view wanted in its last cycle, with their ancestors, at a bias in eighths of a level;
+    /// `None` where it has not been seen for a whole cycle since it jumped.
     pub(crate) fn pages_of(&self, view: ViewId, bias: u16) -> Option<impl Iterator<Item = PageId> + '_> {
         let index = self.index_of(view)?;
         self.windows[index].as_ref().filter(|window| window.is_known())?;

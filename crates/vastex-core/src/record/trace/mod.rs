@@ -105,7 +105,8 @@ impl Trace {
         self.add(pages.into(), None)
     }
 
-    /// Adds what a frame wanted, as [`Trace::add_frame`] does, and where the camera was; numbers that are none count as not known.
+    /// Adds what a frame wanted, as [`Trace::add_frame`] does, and where the camera was; numbers that are
+    /// none count as not known.
     pub fn add_frame_at(
         &mut self,
         pages: impl Into<Vec<WantedPage>>,

@@ -218,8 +218,8 @@ fn it_follows_the_pager_as_a_direct_table_does() {
     }
 }
 
-/// The textures of a pool want the same pages of each other's: their numbers alone tell them apart, and neither
-/// probes nor buckets are more for it.
+/// The textures of a pool want the same pages of each other's: their numbers alone tell them apart, and
+/// neither probes nor buckets are more for it.
 #[test]
 fn pages_of_many_textures_lie_as_evenly_as_those_of_one() {
     let geometry = endless();

@@ -1,8 +1,9 @@
 //! A geometry as bytes, both ways: the one form that a geometry has in files, containers and traces alike.
 //!
-//! There are two pieces, since containers keep them apart. The *shape* has dimensions, address modes, size, page, border and
-//! the factor of each level but the finest; the *placement* has two bytes, where texels lie and how the tail is aligned. A
-//! file that has no placement has the usual one. Where the pieces stand in a file is the file's business.
+//! There are two pieces, since containers keep them apart. The *shape* has dimensions, address modes, size,
+//! page, border and the factor of each level but the finest; the *placement* has two bytes, where texels lie
+//! and how the tail is aligned. A file that has no placement has the usual one. Where the pieces stand in a
+//! file is the file's business.
 
 use super::{AddressMode, Geometry, GeometryError, GeometrySpec, MAX_LEVELS, TexelPositions};
 use crate::texture::page::Dims;
@@ -93,9 +94,9 @@ impl GeometryParts {
 }
 
 impl Geometry {
-    /// The shape as bytes, numbers little-endian: dimensions (one byte), the address mode of each axis (one byte each), then
-    /// four bytes each for width, height, depth, page, border, the number of levels after the finest, and for each of these
-    /// the texels of the next finer level along x, y and z.
+    /// The shape as bytes, numbers little-endian: dimensions (one byte), the address mode of each axis (one
+    /// byte each), then four bytes each for width, height, depth, page, border, the number of levels after
+    /// the finest, and for each of these the texels of the next finer level along x, y and z.
     pub fn shape_bytes(&self) -> Vec<u8> {
         let spec = self.spec();
         let mut bytes = vec![match spec.dims {

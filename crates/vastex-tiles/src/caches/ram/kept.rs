@@ -1,7 +1,7 @@
 //! The tiles that the RAM caches of a budget keep, the order of their last uses, and which tile makes room.
 //!
-//! Uses are numbered over all caches. A tile was used in the last jitter cycle if the number of its last use is
-//! not below `cycle_from`, so the oldest tile of all tells whether any is older than the cycle.
+//! Uses are numbered over all caches. A tile was used in the last jitter cycle if the number of its last use
+//! is not below `cycle_from`, so the oldest tile of all tells whether any is older than the cycle.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -45,8 +45,8 @@ struct Cache {
     /// How many times content has changed.
     changes: u64,
     stats: TierStats,
-    /// Bytes of the tiles that were used in the last jitter cycle, those included that other caches have taken
-    /// the place of since.
+    /// Bytes of the tiles that were used in the last jitter cycle, those included that other caches have
+    /// taken the place of since.
     used_bytes: u64,
     /// Bytes that this cache has taken of what others used in the last jitter cycle.
     taken_bytes: u64,

@@ -227,8 +227,8 @@ proptest! {
         }
     }
 
-    /// What each cache has taken of the tiles that the others used in the last cycle is at most half of those,
-    /// as a list of all uses tells it.
+    /// What each cache has taken of the tiles that the others used in the last cycle is at most half of
+    /// those, as a list of all uses tells it.
     #[test]
     fn nobody_takes_more_than_half(
         tiles in 1u64..30,

@@ -1,7 +1,7 @@
 //! The header: two copies, of which the newest whole one says where everything else lies.
 //!
-//! A new version of a file is appended first; then the copy by which the file was not opened, as a rule the older, is overwritten
-//! with a higher sequence number. So a reader always finds one whole version.
+//! A new version of a file is appended first; then the copy by which the file was not opened, as a rule the
+//! older, is overwritten with a higher sequence number. So a reader always finds one whole version.
 
 use super::error::ContainerError;
 use super::layout::{

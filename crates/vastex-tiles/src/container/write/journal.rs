@@ -1,10 +1,10 @@
 //! The journal of a build: which tiles the partial file beside it has, so that a killed build can be resumed.
 //!
 //! After a head with fingerprints of everything that decides the bytes, and with the options by name, stands
-//! one small record for each appended tile, with the bytes of those tiles that are written to the partial file at its end only. A
-//! journal promises nothing: whoever resumes checks every tile, so that writing a journal needs no particular
-//! order and no waiting for the disk. A journal is of use on the machine and to the version of the program
-//! that wrote it.
+//! one small record for each appended tile, with the bytes of those tiles that are written to the partial
+//! file at its end only. A journal promises nothing: whoever resumes checks every tile, so that writing a
+//! journal needs no particular order and no waiting for the disk. A journal is of use on the machine and to
+//! the version of the program that wrote it.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, BufReader, Read, Seek, SeekFrom, Write};

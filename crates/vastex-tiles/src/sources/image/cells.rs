@@ -1,5 +1,5 @@
-//! Which parts of coarser levels are kept: those of the coarsest levels for good, since each of their texels is made of many; of the
-//! finer ones those that were used last.
+//! Which parts of coarser levels are kept: those of the coarsest levels for good, since each of their texels
+//! is made of many; of the finer ones those that were used last.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -40,8 +40,8 @@ struct Kept {
 }
 
 impl Cells {
-    /// Room for `most` bytes of levels that take `level_bytes`, the finest first. Levels that take half of the room together are kept
-    /// for good, as many as that are.
+    /// Room for `most` bytes of levels that take `level_bytes`, the finest first. Levels that take half of
+    /// the room together are kept for good, as many as that are.
     pub(super) fn new(level_bytes: &[u64], most: u64) -> Cells {
         let (mut lasting_bytes, mut lasting_from) = (0u64, level_bytes.len());
         for (level, bytes) in level_bytes.iter().enumerate().rev() {
@@ -72,7 +72,8 @@ impl Cells {
         Some(cell.clone())
     }
 
-    /// Keeps a cell, and drops those of fine levels that were not used for the longest time, as many as must go for it.
+    /// Keeps a cell, and drops those of fine levels that were not used for the longest time, as many as must
+    /// go for it.
     pub(super) fn insert(&self, pos: CellPos, cell: &Cell) {
         let kept = &mut *self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if pos.level >= self.lasting_from {

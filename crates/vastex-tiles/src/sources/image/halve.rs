@@ -1,7 +1,8 @@
-//! Rows of texels made half as wide and half as many: four texels become one, as a build makes levels by default.
+//! Rows of texels made half as wide and half as many: four texels become one, as a build makes levels by
+//! default.
 //!
-//! Whole numbers of 8 and 16 bits are mixed in whole numbers, halves rounded up; everything else in 32-bit floats. A test of
-//! `vastex-build` holds both against the filters of builds, byte by byte, in every format.
+//! Whole numbers of 8 and 16 bits are mixed in whole numbers, halves rounded up; everything else in 32-bit
+//! floats. A test of `vastex-build` holds both against the filters of builds, byte by byte, in every format.
 
 use std::sync::LazyLock;
 
@@ -11,13 +12,13 @@ use vastex_core::LayerFormat;
 /// What the values of an image are, and so how four of them become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reduction {
-    /// Colours: mixed as light where they are sRGB-encoded, and weighted by alpha. Of formats without alpha the same as
-    /// [`Reduction::Values`].
+    /// Colours: mixed as light where they are sRGB-encoded, and weighted by alpha. Of formats without alpha
+    /// the same as [`Reduction::Values`].
     Color,
     /// Numbers: the mean of each channel, as it is stored.
     Values,
-    /// Numbers of objects or classes: the one that is met most often; of several the smallest, its bytes read as a little-endian
-    /// number. The layer is sampled texel by texel.
+    /// Numbers of objects or classes: the one that is met most often; of several the smallest, its bytes read
+    /// as a little-endian number. The layer is sampled texel by texel.
     Labels,
 }
 
@@ -146,8 +147,9 @@ fn floats(format: LayerFormat, is_color: bool, to: &mut [u8], four: [&[u8]; 4]) 
     encode(format, values, to);
 }
 
-/// The channels of a texel of 16-bit whole numbers or of floats; what it has not is 0. What is no number counts as 0, and what is
-/// infinite as the largest number, so that one bad texel does not spread over a level.
+/// The channels of a texel of 16-bit whole numbers or of floats; what it has not is 0. What is no number
+/// counts as 0, and what is infinite as the largest number, so that one bad texel does not spread over a
+/// level.
 fn decode(format: LayerFormat, texel: &[u8]) -> [f32; 4] {
     let mut values = [0.0; 4];
     match format {

@@ -1,8 +1,8 @@
-//! An image whose pixels lie in main memory, as a source: the pixels are taken as they are, and coarser levels are made when they are
-//! asked for.
+//! An image whose pixels lie in main memory, as a source: the pixels are taken as they are, and coarser
+//! levels are made when they are asked for.
 //!
-//! A level is made of the next finer one in cells of 256x256 texels ([`cells`]), each by the filter that builds use ([`halve`]); a read
-//! puts its tile together from cells, or from the pixels themselves.
+//! A level is made of the next finer one in cells of 256x256 texels ([`cells`]), each by the filter that
+//! builds use ([`halve`]); a read puts its tile together from cells, or from the pixels themselves.
 
 mod cells;
 mod halve;
@@ -35,7 +35,8 @@ const USUAL_CACHE: u64 = 64 << 20;
 pub struct ImageOptions {
     /// Name of the layer.
     pub layer: String,
-    /// Bytes from the beginning of a row to that of the next; `None` where rows follow one another without a gap.
+    /// Bytes from the beginning of a row to that of the next; `None` where rows follow one another without a
+    /// gap.
     pub row_bytes: Option<usize>,
     /// What lies beyond the left and right edges, and beyond the upper and lower ones.
     pub address: [AddressMode; 2],
@@ -47,7 +48,8 @@ pub struct ImageOptions {
     pub page: u32,
     /// Texels of border on each side of a page.
     pub border: u32,
-    /// Bytes of coarser levels that are kept at most, 4 MiB at least. `None` for a 64th of the image, and 64 MiB at least.
+    /// Bytes of coarser levels that are kept at most, 4 MiB at least. `None` for a 64th of the image, and 64
+    /// MiB at least.
     pub cache_bytes: Option<u64>,
 }
 
@@ -110,11 +112,12 @@ pub enum ImageSourceError {
 
 /// An image whose pixels lie in main memory: shown like any other texture, however large it is.
 ///
-/// Neither opening it nor reading its finest level copies more than the tiles that are read. Coarser levels are made when they are
-/// asked for, as a build makes them, and are kept within [`ImageOptions::cache_bytes`]; so the first read of the coarsest ones, with
-/// which a texture is added, goes over all pixels once, on the thread that reads (about a second for some billions of bytes), and a read of
-/// a level that was dropped over those below it, the 64th part of a large image at most with the default. A read under way takes some cells
-/// of up to 512 KiB of each level besides.
+/// Neither opening it nor reading its finest level copies more than the tiles that are read. Coarser levels
+/// are made when they are asked for, as a build makes them, and are kept within
+/// [`ImageOptions::cache_bytes`]; so the first read of the coarsest ones, with which a texture is added, goes
+/// over all pixels once, on the thread that reads (about a second for some billions of bytes), and a read of
+/// a level that was dropped over those below it, the 64th part of a large image at most with the default. A
+/// read under way takes some cells of up to 512 KiB of each level besides.
 ///
 /// ```
 /// use vastex_tiles::{ImageSource, TileSource};
@@ -135,9 +138,10 @@ pub struct ImageSource {
 }
 
 impl ImageSource {
-    /// A picture of red, green, blue and alpha, a byte each, the colours sRGB-encoded as they are in image files and on screens; alpha
-    /// is not multiplied in. `pixels` is row after row, from the top left: a `Vec<u8>`, an `Arc<[u8]>`, a mapped file, or whatever else
-    /// gives bytes. It is kept as it is, and no copy is made.
+    /// A picture of red, green, blue and alpha, a byte each, the colours sRGB-encoded as they are in image
+    /// files and on screens; alpha is not multiplied in. `pixels` is row after row, from the top left: a
+    /// `Vec<u8>`, an `Arc<[u8]>`, a mapped file, or whatever else gives bytes. It is kept as it is, and no
+    /// copy is made.
     pub fn rgba8(
         width: u32,
         height: u32,
@@ -162,8 +166,8 @@ impl ImageSource {
         ImageSource::new(LayerFormat::R32Float, [width, height], Words(values), &ImageOptions::default())
     }
 
-    /// Pixels of any format that is not compressed, `size` columns and rows: a texel has its channels one after the other, each
-    /// little-endian. Takes no time and no memory for levels.
+    /// Pixels of any format that is not compressed, `size` columns and rows: a texel has its channels one
+    /// after the other, each little-endian. Takes no time and no memory for levels.
     pub fn new(
         format: LayerFormat,
         size: [u32; 2],
@@ -237,8 +241,8 @@ impl ImageSource {
         Some(Tile { codec: Codec::Raw, bytes: tile.into() })
     }
 
-    /// Copies a box of a level, as the address modes say, into rows that begin `stride` bytes apart. `None` where that takes cells that
-    /// are not kept and may not be made.
+    /// Copies a box of a level, as the address modes say, into rows that begin `stride` bytes apart. `None`
+    /// where that takes cells that are not kept and may not be made.
     fn copy(
         &self,
         level: u8,
@@ -347,7 +351,8 @@ impl LookedAt {
         let at = match self.0.iter().position(|(known, _)| *known == pos) {
             Some(at) => at,
             None => {
-                // Rows are looked at from the top down: a row of cells that is done with is not met again, but for folded edges.
+                // Rows are looked at from the top down: a row of cells that is done with is not met again,
+                // but for folded edges.
                 self.0.retain(|(known, _)| known.y + 1 >= pos.y);
                 self.0.push((pos, find()?));
                 self.0.len() - 1

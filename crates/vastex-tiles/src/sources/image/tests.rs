@@ -1,4 +1,5 @@
-//! Pixels in memory are a source like any other, and make each level of the next finer one, whatever is asked for first.
+//! Pixels in memory are a source like any other, and make each level of the next finer one, whatever is asked
+//! for first.
 
 use pollster::block_on;
 use proptest::prelude::*;

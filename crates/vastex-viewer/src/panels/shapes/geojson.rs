@@ -1,4 +1,5 @@
-//! Shapes as GeoJSON has them (RFC 7946): read in one go into lists of points, with no more of the text kept than is shown.
+//! Shapes as GeoJSON has them (RFC 7946): read in one go into lists of points, with no more of the text kept
+//! than is shown.
 
 mod members;
 
@@ -41,12 +42,14 @@ pub struct GeoJson {
 }
 
 impl GeoJson {
-    /// Reads a feature, a collection of them, or a geometry alone, as long as `goes_on`, which is asked before each feature, says so.
+    /// Reads a feature, a collection of them, or a geometry alone, as long as `goes_on`, which is asked
+    /// before each feature, says so.
     ///
-    /// Features are named by their properties `name` or `classification.name`, of which some sixty characters are kept, and coloured by
-    /// `stroke` (`#rrggbb`), `color` or `classification.color` (`[r, g, b]`), as QuPath and others write them. What has no geometry is left
-    /// out, and heights are. Fails where the text is no JSON, where a geometry is not what the standard says, where there is more than can be
-    /// shown, and where it shall not go on. Takes up to some times the bytes of the text.
+    /// Features are named by their properties `name` or `classification.name`, of which some sixty characters
+    /// are kept, and coloured by `stroke` (`#rrggbb`), `color` or `classification.color` (`[r, g, b]`), as
+    /// QuPath and others write them. What has no geometry is left out, and heights are. Fails where the text
+    /// is no JSON, where a geometry is not what the standard says, where there is more than can be shown, and
+    /// where it shall not go on. Takes up to some times the bytes of the text.
     pub fn read(text: &str, goes_on: impl Fn() -> bool) -> Result<GeoJson, ShapesError> {
         let mut reading = Reading { read: GeoJson::default(), failed: None, goes_on: &goes_on };
         let mut deserializer = serde_json::Deserializer::from_str(text);
@@ -68,13 +71,14 @@ impl GeoJson {
         }
     }
 
-    /// What the member `crs` calls the system of the coordinates, which files have that are older than the standard.
+    /// What the member `crs` calls the system of the coordinates, which files have that are older than the
+    /// standard.
     pub fn system(&self) -> Option<&str> {
         self.system.as_deref()
     }
 
-    /// The shapes in an image. `texel_of` tells the place there, in texels from its top left corner, of a position. Fails where that is too
-    /// far away for a number.
+    /// The shapes in an image. `texel_of` tells the place there, in texels from its top left corner, of a
+    /// position. Fails where that is too far away for a number.
     pub fn shapes(self, texel_of: impl Fn(DVec2) -> DVec2) -> Result<Shapes, ShapesError> {
         let GeoJson { mut shapes, features, .. } = self;
         shapes.points.iter_mut().for_each(|point| *point = texel_of(*point));

@@ -1,7 +1,8 @@
-//! `vastex.toml`: the settings of pools and of reading, laid over those that there are. [`PoolSettings`] and [`Settings`] say what
-//! they mean.
+//! `vastex.toml`: the settings of pools and of reading, laid over those that there are. [`PoolSettings`] and
+//! [`Settings`] say what they mean.
 //!
-//! Within a file the section of the platform comes after the rest, so it has the last word; of several files the later has.
+//! Within a file the section of the platform comes after the rest, so it has the last word; of several files
+//! the later has.
 
 mod reading;
 

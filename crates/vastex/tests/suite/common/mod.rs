@@ -1,4 +1,5 @@
-//! What the tests of the frame loop share: a screen that shows textures, each by an affine mapping of its own.
+//! What the tests of the frame loop share: a screen that shows textures, each by an affine mapping of its
+//! own.
 
 #![allow(unreachable_pub, reason = "a module of a test program")]
 
@@ -38,8 +39,8 @@ pub struct Mapping {
 }
 
 impl Mapping {
-    /// `centre` of the texture in the middle of the picture, turned by `angle` radians; a pixel is `texels` texels of
-    /// level 0 along x and `texels * stretch` along y.
+    /// `centre` of the texture in the middle of the picture, turned by `angle` radians; a pixel is `texels`
+    /// texels of level 0 along x and `texels * stretch` along y.
     pub fn new(size: [u32; 2], centre: [f64; 2], texels: f64, stretch: f64, angle: f64) -> Mapping {
         let [width, height] = size.map(f64::from);
         let x = [texels * angle.cos() / width, texels * angle.sin() / height];
@@ -305,7 +306,8 @@ impl Screen {
         encoder
     }
 
-    /// The picture of a frame, which may say what it wants; not yet submitted. Its target is the screen's, whatever the picture's size.
+    /// The picture of a frame, which may say what it wants; not yet submitted. Its target is the screen's,
+    /// whatever the picture's size.
     pub fn record_picture(&mut self, picture: [u32; 2]) -> wgpu::CommandEncoder {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (shown, colour) = (&self.shown, self.colour.create_view(&Default::default()));
@@ -329,8 +331,8 @@ impl Screen {
         panic!("not converged: {:?}", self.textures.stats());
     }
 
-    /// Loads what every pixel wants, of a view that has converged: feedback, which is of a part of the pixels, may miss corners
-    /// of pages of a pixel or two. Says what they want.
+    /// Loads what every pixel wants, of a view that has converged: feedback, which is of a part of the
+    /// pixels, may miss corners of pages of a pixel or two. Says what they want.
     pub fn complete(&mut self) -> Feedback {
         let wanted = self.feedback_of_every_pixel();
         let ahead = self.textures.ahead().prefetch_view(&wanted, Urgency::default()).unwrap();
@@ -362,7 +364,8 @@ impl Screen {
         self.read_copy(&buffer)
     }
 
-    /// The picture with what is bound now, which says nothing of what it wants, and a copy of it; not yet submitted.
+    /// The picture with what is bound now, which says nothing of what it wants, and a copy of it; not yet
+    /// submitted.
     pub fn record_copy(&self) -> (wgpu::CommandEncoder, wgpu::Buffer) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let view = self.colour.create_view(&Default::default());

@@ -1,4 +1,5 @@
-//! The shader texts of these tests, before Vastex's own is added. The list of all shader texts has them from here.
+//! The shader texts of these tests, before Vastex's own is added. The list of all shader texts has them from
+//! here.
 
 /// Pixels of the pictures that tests draw.
 pub const PICTURE: [u32; 2] = [160, 120];
@@ -40,7 +41,8 @@ pub fn fixed() -> String {
     })
 }
 
-/// The shader of the screen with other answers: `shown`, one for each column of the picture, and `wanted`, of `uv`.
+/// The shader of the screen with other answers: `shown`, one for each column of the picture, and `wanted`, of
+/// `uv`.
 fn columns(shown: [&str; 4], wanted: &str) -> String {
     let by_column = format!(
         "let uv = uv_from_pixel(placed);
@@ -87,8 +89,8 @@ pub fn halves() -> String {
     )
 }
 
-/// Each of two members, which are not blended alike, in a half of the picture, and what one of them wants by itself, or (2) both
-/// together.
+/// Each of two members, which are not blended alike, in a half of the picture, and what one of them wants by
+/// itself, or (2) both together.
 pub fn two_filters(wanted: usize) -> String {
     let shown = "let uv = uv_from_pixel(placed);
             let shown = array(vastex_sample_value(placed.ids.y, uv), vastex_sample_label(placed.ids.z, uv));
@@ -133,8 +135,9 @@ const CELLS: [u32; 2] = [125, 94];
 /// Vertices of a row of them; its first and last are there twice, so that one strip makes all rows.
 const OF_ROW: u32 = 2 * CELLS[0] + 4;
 
-/// The screen's shader on a quarter of the picture, with a uv that is interpolated: as one rectangle, or of many small triangles;
-/// with what is wanted by derivatives, or by `vastex_gradients`. Beside it the vertices of the strip.
+/// The screen's shader on a quarter of the picture, with a uv that is interpolated: as one rectangle, or of
+/// many small triangles; with what is wanted by derivatives, or by `vastex_gradients`. Beside it the vertices
+/// of the strip.
 pub fn quarter(is_small: bool, by_gradients: bool) -> (String, u32) {
     let rectangle = "let x = mix(mapping.columns.x, mapping.columns.y, f32(index & 1u));
     let y = f32(index >> 1u);";

@@ -1,5 +1,5 @@
-//! What a TIFF file says of its texels besides their values: where on the Earth they lie, how large they are, and
-//! through which magnification they were seen.
+//! What a TIFF file says of its texels besides their values: where on the Earth they lie, how large they are,
+//! and through which magnification they were seen.
 //!
 //! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of the
 //! first image. Nothing is reprojected; what makes no sense is left out.
@@ -48,8 +48,8 @@ pub struct TiffAbout {
 }
 
 impl TiffAbout {
-    /// What a TIFF file says, of whatever kind its image is; nothing where a file is none or cannot be read as one. Reads its first
-    /// directory.
+    /// What a TIFF file says, of whatever kind its image is; `None` if a file is none or cannot be read as
+    /// one. Reads its first directory.
     pub fn of_file(path: &Path) -> Option<TiffAbout> {
         let file = TiffFile::open(path).ok()??;
         let first = file.directory(file.first).ok()?;
@@ -63,8 +63,8 @@ impl TiffAbout {
 pub struct PixelSize {
     /// Width and height, both positive, in [`PixelSize::unit`].
     pub size: [f64; 2],
-    /// A unit of length as the file writes it: `µm` for slides; of a map `metre`, `degree`, or `unit` where the
-    /// file does not say which.
+    /// A unit of length as the file writes it: `µm` for slides; of a map `metre`, `degree`, or `unit` where
+    /// the file does not say which.
     pub unit: String,
 }
 
@@ -72,9 +72,9 @@ pub struct PixelSize {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct GeoPlace {
-    /// Coordinates of a point of level 0, from its column `x` and row `y`, counted in texels from the upper left
-    /// corner of the image: `[m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5]]`. Where the file places
-    /// texels by their middles, this is moved by half a texel.
+    /// Coordinates of a point of level 0, from its column `x` and row `y`, counted in texels from the upper
+    /// left corner of the image: `[m[0] * x + m[1] * y + m[2], m[3] * x + m[4] * y + m[5]]`. Where the file
+    /// places texels by their middles, this is moved by half a texel.
     pub from_texels: [f64; 6],
     /// The number of the coordinate system in EPSG's list.
     pub epsg: Option<u16>,
@@ -108,7 +108,8 @@ pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbou
     Ok((kind, about))
 }
 
-/// The bands of a texel, and their names among GDAL's metadata: `<Item name="DESCRIPTION" sample="0" role="description">Red</Item>`.
+/// The bands of a texel, and their names among GDAL's metadata: `<Item name="DESCRIPTION" sample="0"
+/// role="description">Red</Item>`.
 fn bands(file: &TiffFile, first: &Directory) -> Result<Vec<Option<String>>, InputFault> {
     let count = first.number(file, SAMPLES)?.unwrap_or(1).min(MOST_BANDS);
     let mut bands = vec![None; count as usize];
@@ -232,7 +233,7 @@ fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), 
     Ok(())
 }
 
-/// From texels to coordinates, counted from corners; nothing where the file does not say.
+/// From texels to coordinates, counted from corners; `None` if the file does not say.
 fn from_texels(file: &TiffFile, first: &Directory, is_point: bool) -> Result<Option<[f64; 6]>, InputFault> {
     let matrix = first.doubles(file, TRANSFORMATION, 16)?;
     let (scale, tie) = (first.doubles(file, PIXEL_SCALE, 3)?, first.doubles(file, TIEPOINT, 6)?);

@@ -1,4 +1,5 @@
-//! Which of an image's bands are shown, where it has more than a picture: all samples of a texel are bands, counted from 1.
+//! Which of an image's bands are shown, where it has more than a picture: all samples of a texel are bands,
+//! counted from 1.
 
 use super::image::{BLACK_IS_ZERO, Pick, TiffImage};
 use crate::image::InputFault;
@@ -53,7 +54,8 @@ impl TiffImage {
         self.pick.as_ref().filter(|pick| pick.is_asked).map(|pick| &*pick.bands)
     }
 
-    /// A strip or tile as it is stored but decoded, with these samples of each texel alone. Of planes only theirs are read.
+    /// A strip or tile as it is stored but decoded, with these samples of each texel alone. Of planes only
+    /// theirs are read.
     pub(crate) fn bands_of_chunk(&self, column: u32, row: u32, bands: &[u16]) -> Result<Vec<u8>, InputFault> {
         let sample = self.number.bytes();
         if !self.is_planar {

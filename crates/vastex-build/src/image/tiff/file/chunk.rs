@@ -1,4 +1,5 @@
-//! Decodes one strip or tile: read at its place, decompressed to exactly the bytes that it must have, put in order.
+//! Decodes one strip or tile: read at its place, decompressed to exactly the bytes that it must have, put in
+//! order.
 
 use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
 use super::{codecs, damaged, jpeg2000, predictor};

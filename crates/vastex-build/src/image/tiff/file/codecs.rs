@@ -1,5 +1,5 @@
-//! The numbers and names of all compressions of TIFF, and the decoders of those that know nothing of pixels: bytes to as many bytes
-//! as a strip or tile has.
+//! The numbers and names of all compressions of TIFF, and the decoders of those that know nothing of pixels:
+//! bytes to as many bytes as a strip or tile has.
 
 use std::io::Read;
 
@@ -83,7 +83,8 @@ fn stream(mut decoder: impl Read, bytes: &mut [u8], spare: usize) -> Result<(), 
             Err(error) => return Err(format!("after {filled} bytes of {}: {error}", bytes.len())),
         }
     }
-    // An end that is missing, or a checksum that is wrong, harms no texel: libtiff does not look there either.
+    // An end that is missing, or a checksum that is wrong, harms no texel: libtiff does not look there
+    // either.
     let mut rest = decoder.take(spare as u64 + 1);
     match std::io::copy(&mut rest, &mut std::io::sink()) {
         Ok(count) if count > spare as u64 => Err(too_much(bytes.len())),

@@ -1,4 +1,5 @@
-//! What one directory says of its image: its size, how it is cut, what its samples are and how they are compressed.
+//! What one directory says of its image: its size, how it is cut, what its samples are and how they are
+//! compressed.
 
 use std::sync::Arc;
 

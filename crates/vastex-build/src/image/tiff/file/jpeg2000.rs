@@ -1,7 +1,8 @@
 //! Strips and tiles that are JPEG 2000 codestreams, as slide scanners and GDAL write them.
 //!
-//! The decoder is told what to expect before it allocates anything: the size, the channels and the bits that a
-//! codestream says must be those of its directory, and its blocks, precincts and layers such as need no more memory than the texels do.
+//! The decoder is told what to expect before it allocates anything: the size, the channels and the bits that
+//! a codestream says must be those of its directory, and its blocks, precincts and layers such as need no
+//! more memory than the texels do.
 
 use hayro_jpeg2000::{DecodeSettings, DecoderContext, Image};
 
@@ -91,8 +92,8 @@ fn check(stored: &[u8], size: [u32; 2], channels: usize, bytes: usize) -> Result
     Ok(components.chunks_exact(3).any(|component| (component[1], component[2]) != (1, 1)))
 }
 
-/// Looks at how a codestream and its tiles are coded: nothing where blocks or precincts are so small, or layers so many, that a
-/// decoder would hold many times what it decodes, or where a segment is not whole.
+/// Looks at how a codestream and its tiles are coded: nothing where blocks or precincts are so small, or
+/// layers so many, that a decoder would hold many times what it decodes, or where a segment is not whole.
 fn check_coding(stored: &[u8], is_of_many: bool) -> Option<()> {
     const SOT: u16 = 0xff90;
     const SOD: u16 = 0xff93;
@@ -136,7 +137,8 @@ fn check_coding(stored: &[u8], is_of_many: bool) -> Option<()> {
     }
 }
 
-/// The style of coding from its number of decompositions on: sides of blocks, and of precincts where `style` says so, as powers of two.
+/// The style of coding from its number of decompositions on: sides of blocks, and of precincts where `style`
+/// says so, as powers of two.
 fn check_blocks(style: u8, coding: &[u8]) -> Option<()> {
     let is_fit = |exponent: u8| exponent >= LEAST_EXPONENT;
     let blocks = coding.get(1..3)?.iter().all(|exponent| is_fit((exponent & 15) + 2));
@@ -149,7 +151,8 @@ fn check_blocks(style: u8, coding: &[u8]) -> Option<()> {
 mod tests {
     use super::*;
 
-    /// The headers of a codestream of one tile-part: so many layers, sides of blocks and of precincts as powers of two.
+    /// The headers of a codestream of one tile-part: so many layers, sides of blocks and of precincts as
+    /// powers of two.
     fn headers(layers: u16, block: u8, precinct: Option<u8>) -> Vec<u8> {
         let style = u8::from(precinct.is_some());
         let sides: Vec<u8> = precinct.into_iter().flat_map(|side| [side << 4 | side; 2]).collect();

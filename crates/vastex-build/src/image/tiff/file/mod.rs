@@ -1,10 +1,11 @@
-//! A TIFF file by its directories: any strip or tile of any of its images, in any order, by any number of threads.
+//! A TIFF file by its directories: any strip or tile of any of its images, in any order, by any number of
+//! threads.
 //!
-//! [`TiffFile`] reads at places of its own and has no state, so nothing is locked. [`entry`] has the values of a
-//! directory, which are read when they are asked for; [`walk`] finds the directories, [`image`] what one of
-//! them says of its image, [`chunk`] decodes a strip or tile by [`codecs`], [`jpeg2000`] and [`predictor`].
-//! What a file says of its place on the Earth or of its pixels' size is in [`about`]. Whatever a file claims is
-//! compared with its length before anything is allocated for it.
+//! [`TiffFile`] reads at places of its own and has no state, so nothing is locked. [`entry`] has the values
+//! of a directory, which are read when they are asked for; [`walk`] finds the directories, [`image`] what one
+//! of them says of its image, [`chunk`] decodes a strip or tile by [`codecs`], [`jpeg2000`] and
+//! [`predictor`]. What a file says of its place on the Earth or of its pixels' size is in [`about`]. Whatever
+//! a file claims is compared with its length before anything is allocated for it.
 
 pub(crate) mod about;
 mod bands;
@@ -45,7 +46,7 @@ pub(crate) struct TiffFile {
 }
 
 impl TiffFile {
-    /// Opens a file; nothing where its first bytes are not those of TIFF.
+    /// Opens a file; `None` if its first bytes are not those of TIFF.
     pub(crate) fn open(path: &Path) -> Result<Option<Arc<TiffFile>>, InputFault> {
         TiffFile::of(Arc::new(open_file(path)?)).map(|file| file.map(Arc::new))
     }

@@ -7,8 +7,8 @@
 //! | libvips, maketx | directories of the chain, each half as large as the one before |
 //! | Aperio's SVS | directories of the chain that have tiles, often each a quarter as large along a side; the thumbnail, the label and the macro image have strips |
 //!
-//! Writers round sizes up or down, so a level is known by a side that is that of level 0, halved so many times, give
-//! or take less than two texels. An image of the first one's size is no level: stacks have many.
+//! Writers round sizes up or down, so a level is known by a side that is that of level 0, halved so many
+//! times, give or take less than two texels. An image of the first one's size is no level: stacks have many.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -31,11 +31,12 @@ const LABEL: u64 = 1;
 
 /// The images of a TIFF file.
 pub(crate) struct TiffPyramid {
-    /// By how many times level 0 was halved; nothing where the file has no such level. The first and the last
+    /// By how many times level 0 was halved; `None` if the file has no such level. The first and the last
     /// are there.
     pub(crate) levels: Vec<Option<TiffImage>>,
     pub(crate) others: Vec<TiffOther>,
-    /// The directories of `others`: what they say of colours and tables may be much, and is read where one of them is opened.
+    /// The directories of `others`: what they say of colours and tables may be much, and is read where one of
+    /// them is opened.
     other_directories: Vec<Directory>,
     pub(crate) about: TiffAbout,
 }
@@ -46,31 +47,34 @@ pub(crate) struct TiffPyramid {
 pub struct TiffOther {
     /// What it is: `thumbnail`, `label`, `macro`, `mask`, or `image` of which nothing is known.
     pub role: &'static str,
-    /// What it is opened by, after the file's path and a colon: its role, from the second of a role on with its number, as in `image2`.
+    /// What it is opened by, after the file's path and a colon: its role, from the second of a role on with
+    /// its number, as in `image2`.
     pub name: String,
     /// Its columns and rows, as far as the file says them.
     pub size: [u64; 2],
 }
 
 impl TiffOther {
-    /// The images of a TIFF file that are no levels of its first one; none where a file is none or cannot be read as one. Reads
-    /// directories.
+    /// The images of a TIFF file that are no levels of its first one; none where a file is none or cannot be
+    /// read as one. Reads directories.
     pub fn of_file(path: &Path) -> Vec<TiffOther> {
         let file = TiffFile::open(path).ok().flatten();
         file.and_then(|file| TiffPyramid::of(&file).ok()).map_or_else(Vec::new, |pyramid| pyramid.others)
     }
 }
 
-/// The file and the name of one of its images ([`TiffOther::name`]), or `bands=` and bands of it, that a path means, as in `slide.svs:label`
-/// and `landsat.tif:bands=5,4,3`: where nothing lies at the path itself, and a file at what stands before its last colon.
+/// The file and the name of one of its images ([`TiffOther::name`]), or `bands=` and bands of it, that a path
+/// means, as in `slide.svs:label` and `landsat.tif:bands=5,4,3`: where nothing lies at the path itself, and a
+/// file at what stands before its last colon.
 pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
     let (file, name) = path.to_str()?.rsplit_once(':')?;
     let file = Path::new(file);
     (!name.is_empty() && !path.exists() && file.is_file()).then_some((file, name))
 }
 
-/// How many bands the first image of a TIFF file has, where they are more than a picture shows and so some may be chosen, as in
-/// `landsat.tif:bands=5,4,3`; nothing of other files, and where it cannot be read. Reads its first directory.
+/// How many bands the first image of a TIFF file has, where they are more than a picture shows and so some
+/// may be chosen, as in `landsat.tif:bands=5,4,3`; nothing of other files, and where it cannot be read. Reads
+/// its first directory.
 pub fn bands_to_choose(path: &Path) -> Option<u16> {
     let file = image_in_file(path).map_or(path, |(file, _)| file);
     let image = TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?;
@@ -85,8 +89,8 @@ pub(crate) fn bands_in_path(path: &Path) -> Option<(&Path, &str)> {
 }
 
 impl TiffPyramid {
-    /// Opens a file, or another image of one ([`image_in_file`]); nothing where its first bytes are not those of TIFF. Reads directories,
-    /// but neither texels nor lists of tiles.
+    /// Opens a file, or another image of one ([`image_in_file`]); `None` if its first bytes are not those of
+    /// TIFF. Reads directories, but neither texels nor lists of tiles.
     pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
         let (file, name) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
         let Some(file) = TiffFile::open(file)? else { return Ok(None) };
@@ -132,8 +136,8 @@ impl TiffPyramid {
         Ok(pyramid)
     }
 
-    /// Takes a directory for a level, or lists it. What cannot be read of it is no level; nor is a page of the
-    /// chain that neither has tiles nor says that it is reduced: scans have pages of several sizes.
+    /// Takes a directory for a level, or lists it. What cannot be read of it is no level; nor is a page of
+    /// the chain that neither has tiles nor says that it is reduced: scans have pages of several sizes.
     fn add(
         &mut self,
         file: &Arc<TiffFile>,
@@ -181,8 +185,8 @@ impl TiffPyramid {
         Ok(())
     }
 
-    /// The image of a directory, which says so many columns and rows, and its level, where it is one that is not there yet. No more is read
-    /// of a directory of another size.
+    /// The image of a directory, which says so many columns and rows, and its level, where it is one that is
+    /// not there yet. No more is read of a directory of another size.
     fn level_of(
         &self,
         file: &Arc<TiffFile>,
@@ -206,8 +210,8 @@ impl TiffPyramid {
     }
 }
 
-/// How many times a size was halved, at least once: `next` times where that may be, as for the last texels of a
-/// chain; nothing where it is no such size.
+/// How many times a size was halved, at least once: `next` times where that may be, as for the last texels of
+/// a chain; `None` if it is no such size.
 fn halvings(full: [u32; 2], size: [u32; 2], next: usize) -> Option<usize> {
     let is_level = |level: usize| {
         let is_near = |axis: usize| {

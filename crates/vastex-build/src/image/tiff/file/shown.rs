@@ -126,8 +126,8 @@ impl TiffImage {
         Ok(texels)
     }
 
-    /// One plane of a strip or tile for whoever puts rows together: as far as it lies within the image, the samples
-    /// that are shown, as they are stored but in the machine's order.
+    /// One plane of a strip or tile for whoever puts rows together: as far as it lies within the image, the
+    /// samples that are shown, as they are stored but in the machine's order.
     pub(in crate::image::tiff) fn shown_part(
         &self,
         plane: u32,

@@ -1,4 +1,5 @@
-//! Which values stand for no data: what the names of filters say of it, and the section that says what they do not.
+//! Which values stand for no data: what the names of filters say of it, and the section that says what they
+//! do not.
 
 use vastex_core::{Description, NodataValue};
 
@@ -13,7 +14,8 @@ pub fn filter_without(name: &str, nodata: Option<NodataValue>) -> String {
     nodata.map_or_else(|| name.to_owned(), |nodata| format!("{name}{IN_NAME}{nodata}"))
 }
 
-/// The name of the filter that takes all texels, and the value that this one leaves out, if it leaves one out.
+/// The name of the filter that takes all texels, and the value that this one leaves out, if it leaves one
+/// out.
 pub fn nodata_of_filter(name: &str) -> (&str, Option<NodataValue>) {
     match name.rsplit_once(IN_NAME).map(|(base, value)| (base, value.parse())) {
         Some((base, Ok(nodata))) => (base, Some(nodata)),

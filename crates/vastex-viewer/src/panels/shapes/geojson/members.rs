@@ -68,8 +68,8 @@ impl TryFrom<Bare> for Geometry {
 }
 
 impl Geometry {
-    /// Hands out its lines, rings and points, and says of each whether it is closed; of collections as many within one another as `depth`
-    /// says.
+    /// Hands out its lines, rings and points, and says of each whether it is closed; of collections as many
+    /// within one another as `depth` says.
     pub(super) fn outlines(
         &self,
         depth: usize,
@@ -126,7 +126,7 @@ pub(super) struct Coordinates {
     points: Vec<DVec2>,
     /// Where each of the innermost lists ends.
     ends: Vec<usize>,
-    /// How many lists lie around each position; nothing where there is none.
+    /// How many lists lie around each position; `None` if there is none.
     lists: Option<usize>,
 }
 
@@ -338,7 +338,7 @@ impl<'de> Deserialize<'de> for Name {
     }
 }
 
-/// A colour as `#rrggbb` or as three numbers of 0 to 255; nothing where it is something else.
+/// A colour as `#rrggbb` or as three numbers of 0 to 255; `None` if it is something else.
 struct Color(Option<Color32>);
 
 impl<'de> Deserialize<'de> for Color {
@@ -376,7 +376,7 @@ impl<'de> Deserialize<'de> for Color {
     }
 }
 
-/// A whole number of 0 to 255; nothing where it is something else.
+/// A whole number of 0 to 255; `None` if it is something else.
 struct Byte(Option<u8>);
 
 impl<'de> Deserialize<'de> for Byte {
