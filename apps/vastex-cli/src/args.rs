@@ -134,7 +134,7 @@ pub(crate) enum Command {
     #[cfg(feature = "record")]
     #[command(subcommand, hide = true)]
     Record(RecordArgs),
-    /// Open a window with a scene to move about in
+    /// Look at an image of any size in a window, flat or on a globe, a planet or a terrain
     #[cfg(feature = "view")]
     View(Box<ViewArgs>),
 }
@@ -151,7 +151,7 @@ impl Args {
             Command::Export(args) => args.check(),
             Command::Render(args) => args.check(),
             #[cfg(feature = "view")]
-            Command::View(args) => args.scene.check(),
+            Command::View(args) => args.check(),
             _ => Ok(()),
         }
     }
@@ -183,9 +183,9 @@ pub(crate) const PLANET: &str = "planet:";
 /// What both `render` and `view` are told.
 #[derive(Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
-    /// A container, a tile directory, a TIFF pyramid, an image, which is built into --cache the first time,
-    /// or planet:BITS[:IMAGE], a generated planet of 2^BITS texels round the equator (8 to 31), with the
-    /// continents of IMAGE, any of these, if it is named
+    /// An image, which is built into --cache the first time; a container, a tile directory or a TIFF pyramid.
+    /// Or planet:BITS[:IMAGE], a map that is generated while it is looked at, of 2^BITS texels round the
+    /// equator (8 to 31) and with the continents of IMAGE, if that is named
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
@@ -194,7 +194,8 @@ pub(crate) struct SceneArgs {
     /// 1 where all of the image fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1.
     /// plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the plane's width, and degrees.
     /// globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground; also heading=DEGREES, clockwise
-    /// from north, and tilt=DEGREES, from straight down. The text decides the scene. After it may follow,
+    /// from north, and tilt=DEGREES, from straight down. The text decides the scene, but over a globe,
+    /// where --on planet puts it under its sun. After it may follow,
     /// each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode,
     /// and on=terrain
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]

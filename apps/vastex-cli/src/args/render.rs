@@ -165,7 +165,6 @@ impl RenderArgs {
                 "'{x},{y}' for '--explain <X,Y>': the picture has {width}x{height} pixels, counted from 0,0"
             )));
         }
-        const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
         if self.estimate.estimating().is_some() && self.scene.shown().displaces(self.scene.scene()) {
             return Err(conflict("--estimate knows surfaces without heights; leave it out, or the heights"));
         }
@@ -197,15 +196,21 @@ impl RenderArgs {
         if is_stdout {
             return Err(value_error("'-' for '--output <OUT.png>': to stdout pictures go with --format raw"));
         }
-        let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        if OTHERS.contains(&extension.as_str()) {
-            let output = output.display();
-            return Err(value_error(&format!(
-                "'{output}' for '--output <OUT.png>': the picture is written as PNG; give it the ending .png"
-            )));
-        }
-        Ok(())
+        check_is_png(output, "--output")
     }
+}
+
+/// Fails where the name of a picture promises another format than PNG.
+pub(super) fn check_is_png(output: &Path, option: &str) -> Result<(), clap::Error> {
+    const OTHERS: [&str; 9] = ["jpg", "jpeg", "tif", "tiff", "webp", "bmp", "gif", "exr", "vastex"];
+    let extension = output.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    if !OTHERS.contains(&extension.as_str()) {
+        return Ok(());
+    }
+    let output = output.display();
+    Err(value_error(&format!(
+        "'{output}' for '{option} <OUT.png>': the picture is written as PNG; give it the ending .png"
+    )))
 }
 
 fn parse_motion(text: &str) -> Result<CameraMotion, String> {

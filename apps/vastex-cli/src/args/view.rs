@@ -6,6 +6,7 @@ use clap::Args as ClapArgs;
 use vastex_viewer::input::CONTROLS;
 use vastex_viewer::layers::CompareMode;
 
+use super::render::check_is_png;
 use super::{MOST_FADE_MS, SceneArgs};
 
 /// What the program is called with, for some purposes.
@@ -100,4 +101,11 @@ pub(crate) struct ViewArgs {
     /// Close the window after so many frames of the source itself, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
+}
+
+impl ViewArgs {
+    pub(super) fn check(&self) -> Result<(), clap::Error> {
+        self.scene.check()?;
+        self.screenshot.as_deref().map_or(Ok(()), |output| check_is_png(output, "--screenshot"))
+    }
 }

@@ -9,7 +9,7 @@ mod guided;
 mod paint;
 mod parts;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -67,22 +67,19 @@ struct Sources {
 }
 
 /// Draws what the window would show, writes it, and ends.
-pub(crate) fn run(args: &ViewArgs, output: &std::path::Path) -> Result<ExitCode> {
+pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
     let scene = &args.scene;
     if !args.files.is_empty() {
         bail!("--screenshot shows one file; leave out the others, or lay them over it with --over");
     }
-    let is_source = |file: &PathBuf| match (file.canonicalize(), output.canonicalize()) {
-        (Ok(file), Ok(output)) => file == output,
-        _ => false,
-    };
-    if std::iter::once(&scene.source).chain(&scene.layers.over).any(is_source) {
+    let files = std::iter::once(&*scene.source).chain(scene.files_over()).chain(args.shapes.as_deref());
+    if files.into_iter().any(|file| open::is_file_of(file, output)) {
         bail!("{}: is the source as well as the output; choose another name", output.display());
     }
     let output = Output::at(output)?;
     let shot = Shot {
         source: scene.source.clone(),
-        over: scene.layers.over.clone(),
+        over: scene.files_over().map(Path::to_owned).collect(),
         scene: scene.scene(),
         pose: None,
         options: scene.shown(),

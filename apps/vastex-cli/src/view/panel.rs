@@ -220,7 +220,8 @@ impl Panel {
     /// `has_file` says that one is displayed, which another may lie over.
     fn files(&mut self, ui: &mut Ui, has_file: bool, asked: &mut Vec<Asked>) {
         ui.horizontal_wrapped(|ui| {
-            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
+            let buttons =
+                [("Open a file…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
             for (name, asks) in buttons {
                 if ui.button(name).clicked() {
                     asked.push(asks);
@@ -249,7 +250,7 @@ impl Panel {
             }
         });
         ui.horizontal_wrapped(|ui| {
-            let over = ui.add_enabled(has_file, Button::new("Lay over…"));
+            let over = ui.add_enabled(has_file, Button::new("Lay over a file…"));
             if over.on_hover_text("choose a file to lie over what is shown").clicked() {
                 asked.push(Asked::ChooseOver);
             }

@@ -20,10 +20,10 @@ fn every_layout_is_written_and_built_again() {
         assert_eq!(wraps, resampled, "planets wrap, images do not: {info}");
     }
     for layout in ["gaiasky", "deepzoom", "deepzoom/deepzoom.dzi"] {
-        for command in ["info", "verify"] {
-            let refused = sandbox.run(&[command, layout]).expect_code(1).stderr;
-            assert!(refused.contains(layout) && refused.contains("`vastex build`"), "{refused}");
-        }
+        let refused = sandbox.run(&["verify", layout]).expect_code(1).stderr;
+        assert!(refused.contains(layout) && refused.contains("`vastex build`"), "{refused}");
+        let info = sandbox.run(&["info", layout]).expect_code(0);
+        assert!(info.stdout.contains("tile"), "{info}");
     }
     sandbox.run(&["build", "celestia/celestia.ctx", "-o", "again.vastex"]).expect_code(0);
     sandbox.run(&["build", "deepzoom/deepzoom.dzi", "-o", "again.vastex"]).expect_code(0);

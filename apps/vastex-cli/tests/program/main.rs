@@ -21,6 +21,7 @@ mod learn;
 mod nodata;
 mod out;
 mod overlays;
+mod planet;
 mod record;
 mod replay;
 mod resume;

@@ -205,7 +205,7 @@ fn a_picture_of_the_window_needs_no_display() {
     run(&sandbox, "render image.vastex --on globe --size 100x80 -o globe-plain.png").expect_code(0);
     assert_eq!(differing(&sandbox.read_rgb("globe.png"), &sandbox.read_rgb("globe-plain.png")), 0);
     for (words, code, said) in [
-        ("view --screenshot image.vastex image.vastex", 1, "is the source as well as the output"),
+        ("view --screenshot image.vastex image.vastex", 2, "give it the ending .png"),
         ("view --screenshot a.png image.vastex image.png", 1, "shows one file"),
         ("view --screenshot nowhere/a.png image.vastex", 1, "its directory does not exist"),
         ("view --screenshot a.png nothing.png", 1, "nothing.png"),

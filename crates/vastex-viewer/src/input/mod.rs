@@ -392,11 +392,17 @@ impl Input {
         };
         let Some(motion) = motion else {
             let action = || {
-                if self.has_control && matches!(key, Key::Char('c' | 'C')) {
-                    return Some(Action::CopyView);
+                if let Some(scale) = self.magnification_of(key) {
+                    return Some(Action::Magnify(scale, point));
                 }
-                self.magnification_of(key)
-                    .map_or_else(|| action_of(key), |scale| Some(Action::Magnify(scale, point)))
+                match key {
+                    Key::Char('c' | 'C') if self.has_control => Some(Action::CopyView),
+                    Key::Char('q' | 'Q') if self.has_control => Some(Action::Quit),
+                    // What a letter does alone it does not do by accident with what other programs have on
+                    // it.
+                    Key::Char(_) if self.has_control => None,
+                    _ => action_of(key),
+                }
             };
             return (is_pressed && !is_repeat).then(action).flatten();
         };

@@ -138,6 +138,12 @@ fn digits_magnify_and_with_control_they_reduce() {
     assert_eq!(at(&mut input, key(Key::Char('1'), false), 0), None);
     at(&mut input, InputEvent::Control(true), 0);
     assert_eq!(at(&mut input, key(Key::Char('4'), true), 0), Some(Action::Magnify(0.25, point)));
+    // With control, letters do only what they are known for.
+    assert_eq!(at(&mut input, key(Key::Char('c'), true), 0), Some(Action::CopyView));
+    assert_eq!(at(&mut input, key(Key::Char('q'), true), 0), Some(Action::Quit));
+    for letter in ['v', 't', 'l', 'p', 'r', 'b'] {
+        assert_eq!(at(&mut input, key(Key::Char(letter), true), 0), None, "control and {letter}");
+    }
     at(&mut input, InputEvent::FocusLost, 0);
     assert_eq!(at(&mut input, key(Key::Char('9'), true), 0), Some(Action::Magnify(9.0, point)));
     assert_eq!(at(&mut input, key(Key::Char('0'), true), 0), Some(Action::Reset));
