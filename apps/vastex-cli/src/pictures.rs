@@ -79,7 +79,7 @@ pub(crate) struct NumberedName {
 
 impl NumberedName {
     /// The name, where it has a place for a number; `None` if it has none.
-    fn of(path: &Path) -> Result<Option<NumberedName>> {
+    pub(crate) fn of(path: &Path) -> Result<Option<NumberedName>> {
         let Some(name) = path.file_name().and_then(|name| name.to_str()) else { return Ok(None) };
         let mut found = None;
         for (at, _) in name.match_indices('%') {
@@ -106,6 +106,20 @@ impl NumberedName {
         }))
     }
 
+    /// Whether a file has a name that a picture may get.
+    pub(crate) fn may_name(&self, file: &Path) -> bool {
+        let directory = |path: &Path| {
+            let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+            path.canonicalize().ok()
+        };
+        let (here, there) = (directory(&self.directory), file.parent().and_then(directory));
+        let name = file.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let number =
+            name.strip_prefix(self.before.as_str()).and_then(|rest| rest.strip_suffix(self.after.as_str()));
+        let is_number = |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+        here.is_some() && here == there && number.is_some_and(is_number)
+    }
+
     fn path(&self, number: u64) -> PathBuf {
         let NumberedName { directory, before, digits, after } = self;
         directory.join(format!("{before}{number:0digits$}{after}"))
@@ -114,19 +128,29 @@ impl NumberedName {
 
 /// Pictures as bytes, one after the other.
 pub(crate) struct RawFrames {
-    writer: Box<dyn Write>,
-    name: String,
+    /// Opened for the first picture, so that what goes wrong before leaves an older file as it is.
+    writer: Option<Box<dyn Write>>,
+    path: PathBuf,
 }
 
 impl RawFrames {
     /// Into a file or a pipe, or into stdout for `-`.
     fn new(path: &Path) -> Result<RawFrames> {
-        if path.as_os_str() == "-" {
-            return Ok(RawFrames { writer: Box::new(io::stdout()), name: "stdout".into() });
+        let directory = path.parent().filter(|parent| !parent.as_os_str().is_empty());
+        if path.as_os_str() != "-" && directory.is_some_and(|directory| !directory.is_dir()) {
+            bail!("{}: cannot be written: its directory does not exist", path.display());
         }
-        let name = path.display().to_string();
-        let file = File::create(path).with_context(|| format!("{name}: cannot be written"))?;
-        Ok(RawFrames { writer: Box::new(BufWriter::new(file)), name })
+        Ok(RawFrames { writer: None, path: path.to_owned() })
+    }
+
+    fn writer(&mut self) -> io::Result<&mut Box<dyn Write>> {
+        if self.writer.is_none() {
+            self.writer = Some(match self.path.to_str() {
+                Some("-") => Box::new(io::stdout()),
+                _ => Box::new(BufWriter::new(File::create(&self.path)?)),
+            });
+        }
+        self.writer.as_mut().ok_or_else(|| io::ErrorKind::NotFound.into())
     }
 
     /// Writes all pixels, opaque: what the texture does not cover shows the background. Breaks where nobody
@@ -134,11 +158,12 @@ impl RawFrames {
     fn write(&mut self, picture: &Picture) -> Result<ControlFlow<()>> {
         let mut bytes = picture.rgba.clone();
         bytes.iter_mut().skip(3).step_by(4).for_each(|alpha| *alpha = 255);
-        match self.writer.write_all(&bytes).and_then(|()| self.writer.flush()) {
+        let written = self.writer().and_then(|writer| writer.write_all(&bytes).and_then(|()| writer.flush()));
+        match written {
             Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(ControlFlow::Break(())),
             written => written
                 .map(|()| ControlFlow::Continue(()))
-                .with_context(|| format!("{}: cannot be written", self.name)),
+                .with_context(|| format!("{}: cannot be written", self.path.display())),
         }
     }
 }
@@ -156,6 +181,11 @@ mod tests {
         assert_eq!(paths("100%-%03d"), ["100%-000", "100%-12345"]);
         for plain in ["frame.png", "100%.png", "%4d.png", "%s.png", "%", "-"] {
             assert_eq!(name(plain), None, "{plain}");
+        }
+        let frames = name("frame-%04d.png").unwrap();
+        assert!(frames.may_name(Path::new("./frame-0003.png")) && frames.may_name(Path::new("frame-3.png")));
+        for other in ["frame-.png", "frame-a.png", "nowhere/frame-0003.png", "frame-0003.jpg"] {
+            assert!(!frames.may_name(Path::new(other)), "{other}");
         }
         for bad in ["%d-%d.png", "%010d.png"] {
             assert!(NumberedName::of(Path::new(bad)).is_err(), "{bad}");

@@ -24,7 +24,7 @@ use crate::commands::run_report::RunReport;
 use crate::explained::Explained;
 use crate::open::Opened;
 use crate::output::Output;
-use crate::pictures::PictureOutput;
+use crate::pictures::{NumberedName, PictureOutput};
 use crate::telemetry::StatsExport;
 use crate::{disk_cache, gpu, open, report, shortage};
 
@@ -116,9 +116,22 @@ fn check_places(args: &RenderArgs) -> Result<()> {
         .into_iter()
         .filter_map(|(what, place)| Some((what, place.as_deref().filter(|place| is_file(place))?)))
         .collect();
+    let path = match &args.camera_path {
+        CameraMotion::File(file) => Some(&**file),
+        CameraMotion::BuiltIn(_) => None,
+    };
+    let others = path.into_iter().chain(args.prefetch_sets.as_deref());
+    let others = others.chain(args.scene.settings.iter().map(|file| &**file));
+    let inputs: Vec<&std::path::Path> =
+        std::iter::once(&*args.scene.source).chain(args.scene.files_over()).chain(others).collect();
     for (nth, (what, place)) in places.iter().enumerate() {
-        for source in std::iter::once(&*args.scene.source).chain(args.scene.files_over()) {
-            if open::is_file_of(source, place) {
+        let numbered = NumberedName::of(place)?;
+        let is_written_to = |source: &std::path::Path| match &numbered {
+            Some(name) if *what == "picture" => name.may_name(open::source_file(source)),
+            _ => open::is_file_of(source, place),
+        };
+        for source in &inputs {
+            if is_written_to(source) {
                 let source = source.display();
                 bail!("{source}: is the source as well as the output; choose another name for the output");
             }

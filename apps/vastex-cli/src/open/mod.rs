@@ -153,10 +153,15 @@ pub(crate) fn file_of(source: &Path) -> &Path {
     source
 }
 
+/// The file that the words of a source mean: that of one of its images, or of a planet's continents.
+pub(crate) fn source_file(source: &Path) -> &Path {
+    file_of(image_of_planet(source).unwrap_or(source))
+}
+
 /// Whether `place` is the file that the words of a source mean, which is there: that of one of its images, or
 /// of a planet's continents.
 pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
-    let file = file_of(image_of_planet(source).unwrap_or(source));
+    let file = source_file(source);
     matches!((file.canonicalize(), place.canonicalize()), (Ok(file), Ok(place)) if file == place)
 }
 

@@ -84,8 +84,8 @@ impl Flight {
     /// Reads a path over an image of so many texels, to be played.
     pub(super) fn read(&mut self, file: &Path, image: [u32; 2]) -> Result<()> {
         let read = || -> Result<CameraPath> {
-            let text = std::fs::read_to_string(file).context("it cannot be read")?;
-            Ok(CameraPath::from_text(&text, image)?)
+            let text = String::from_utf8(crate::commands::replay::read_bytes(file)?);
+            Ok(CameraPath::from_text(&text.context("it is no text")?, image)?)
         };
         self.path = Some(read().with_context(|| file.display().to_string())?);
         Ok(())

@@ -1,6 +1,7 @@
 //! What goes out of the window: pictures of it, where its camera went, and what it shows as a text.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -14,6 +15,9 @@ use super::flight::free_name;
 use super::{App, Message, Open};
 use crate::output::Output;
 use crate::report;
+
+/// Held by the one thread that chooses a file's name and writes the file.
+static WRITING: Mutex<()> = Mutex::new(());
 
 /// How long the end of a program waits for pictures that were asked for.
 const LONGEST_END: Duration = Duration::from_secs(20);
@@ -55,6 +59,8 @@ impl App {
         let draw = move || {
             let taken = || -> Result<PathBuf> {
                 let (picture, _) = shot.take(&args)?;
+                // One after the other, so that no two choose one name.
+                let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
                 let file = free_name(Path::new(""), &source, "png");
                 Output::at(&file)?.write_picture(&picture)?;
                 Ok(file)

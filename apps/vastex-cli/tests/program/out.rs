@@ -127,6 +127,36 @@ fn a_page_tells_how_a_run_went() {
     assert!(page.contains("class=\"warning\"") && !page.contains("No warnings"));
     let ended = run(&sandbox, &format!("{render} --report image.vastex")).expect_code(1);
     assert!(ended.stderr.contains("image.vastex: this directory cannot be made"), "{ended}");
+    // Its own page is written anew, that of somebody else is not.
+    run(&sandbox, &format!("{render} --report small")).expect_code(0);
+    std::fs::create_dir(sandbox.path("site")).unwrap();
+    std::fs::write(sandbox.path("site/index.html"), "<title>mine</title>").unwrap();
+    let ended = run(&sandbox, &format!("{render} --report site")).expect_code(1);
+    assert!(ended.stderr.contains("somebody else"), "{ended}");
+    assert_eq!(sandbox.read("site/index.html"), b"<title>mine</title>");
+}
+
+#[test]
+fn pictures_of_a_path_are_written_over_nothing_that_is_read() {
+    let sandbox = Sandbox::with_container();
+    std::fs::copy(sandbox.path("image.vastex"), sandbox.path("frame-0003.vastex")).unwrap();
+    std::fs::write(sandbox.path("a.path"), "vastex path 1\n0 image:x=9,y=9,zoom=1\n").unwrap();
+    let kept = ["frame-0003.vastex", "a.path"].map(|name| (name, sandbox.read(name)));
+    for words in [
+        "render frame-0003.vastex --camera-path a.path --format raw -o frame-0003.vastex",
+        "render frame-0003.vastex --camera-path a.path --format raw -o a.path",
+        "render image.vastex --camera-path a.path --format raw --over frame-0003.vastex -o frame-%04d.vastex",
+    ] {
+        let ended = run(&sandbox, words).expect_code(1);
+        assert!(ended.stderr.contains("is the source as well as the output"), "{words}: {ended}");
+    }
+    // Nor over an older film, where there is nothing to draw.
+    std::fs::write(sandbox.path("film.rgba"), "older").unwrap();
+    run(&sandbox, "render nothing.vastex --camera-path a.path --format raw -o film.rgba").expect_code(1);
+    assert_eq!(sandbox.read("film.rgba"), b"older");
+    for (name, bytes) in kept {
+        assert!(sandbox.read(name) == bytes, "{name}");
+    }
 }
 
 #[test]

@@ -65,7 +65,12 @@ pub(super) fn show(ui: &mut Ui, data: &HudData, changes: &mut Vec<HudChange>) {
 fn budget(ui: &mut Ui, name: &str, kib: &mut f64, what: &str) -> bool {
     let before = *kib;
     ui.horizontal(|ui| {
-        let value = DragValue::new(kib).range(UPLOADS).speed(0.0).suffix(" KiB").max_decimals(0);
+        let value = DragValue::new(kib)
+            .range(UPLOADS)
+            .clamp_existing_to_range(false)
+            .speed(0.0)
+            .suffix(" KiB")
+            .max_decimals(0);
         let value = ui.add(value.update_while_editing(false));
         let label = ui.label(name);
         value.labelled_by(label.id).on_hover_text(format!("{what}; click to write another number"));

@@ -7,7 +7,7 @@ mod page;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use vastex::Textures;
 use vastex::diagnostics::{Cell, PoolDump, PoolRecord};
 use vastex_scenes::{Offscreen, Outcome, Overlay};
@@ -34,7 +34,12 @@ impl RunReport {
         fs::create_dir_all(directory).with_context(|| {
             format!("{}: this directory cannot be made; choose another place", directory.display())
         })?;
-        Ok(RunReport { output: Output::at(&page_in(directory))?, records: Vec::new() })
+        let page = page_in(directory);
+        let is_another = |found: Vec<u8>| !String::from_utf8_lossy(&found).contains(page::MARK);
+        if fs::read(&page).is_ok_and(is_another) {
+            bail!("{}: is a page of somebody else; choose another directory", page.display());
+        }
+        Ok(RunReport { output: Output::at(&page)?, records: Vec::new() })
     }
 
     /// A frame has been played.
@@ -256,7 +261,7 @@ fn settings_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, Strin
         CameraMotion::File(file) => file.display().to_string(),
     };
     let view = offscreen.pose().to_text(offscreen.image_size());
-    let words: Vec<String> = std::env::args().collect();
+    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     [
         ("command", words.join(" ")),
         ("scene", offscreen.renderer().scene().name().to_owned()),

@@ -23,13 +23,16 @@ pub(super) struct Page {
 
 const STYLE: &str = include_str!("page.css");
 
+/// What tells a report from another page.
+pub(super) const MARK: &str = "<meta name=\"generator\" content=\"vastex render --report\">";
+
 impl Page {
     pub(super) fn html(&self) -> String {
         let mut html = String::with_capacity(self.picture.len() * 8);
         let title = escaped(&self.title);
         html += &format!(
             "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
-             <title>{title} - vastex</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n<div class=\"chips\">"
+             {MARK}\n<title>{title} - vastex</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n<div class=\"chips\">"
         );
         for (name, value) in &self.chips {
             html += &format!("<span><small>{}</small>{}</span>", escaped(name), escaped(value));

@@ -104,7 +104,7 @@ fn planet_air_beside(ray: vec3<f32>) -> PlanetAir {
     // Where it is nearest to the planet.
     let nearest = eye - (ray * dot(ray, eye));
     let closest = max(length(nearest), 1e-3);
-    let density = min(exp(-(closest - 1.0) / PLANET_SCALE_HEIGHT), 1.0);
+    let density = exp(-max(closest - 1.0, 0.0) / PLANET_SCALE_HEIGHT);
     let through = (2.0 * sqrt(1.5707963 * closest / PLANET_SCALE_HEIGHT) * density) - outward;
     let is_upward = sine >= 0.0;
     let densest = select(nearest / closest, eye / radius, is_upward);
@@ -224,11 +224,11 @@ fn planet_seen(site: PlanetSite, ground: vec3<f32>, lights: vec3<f32>, clouds: f
     let below = albedo * ((sunlight * (facing * (1.0 - (0.6 * shadow)))) + skylight);
     // The sun in the sea, which is rough.
     let halfway = normalize(planet.sun - site.ray);
-    let grazing = 1.0 - max(-dot(site.ray, site.up), 0.0);
+    let grazing = 1.0 - clamp(-dot(site.ray, site.up), 0.0, 1.0);
     let mirrored = 0.02 + (0.5 * pow(grazing, 5.0));
     let towards = max(dot(site.up, halfway), 0.0);
     let glint = ((2.5 * pow(towards, 36.0)) + (9.0 * pow(towards, 260.0))) * (mirrored * water * day);
-    let lamps = lights * (1.6 * planet.night * smoothstep(0.06, -0.1, site.height_of_sun));
+    let lamps = lights * (1.6 * planet.night * (1.0 - smoothstep(-0.1, 0.06, site.height_of_sun)));
     // Clouds stand out of the shadow of the planet a little longer.
     let over_clouds = smoothstep(-0.06, 0.1, site.height_of_sun) * (0.2 + (0.8 * max(site.height_of_sun, 0.0)));
     let of_clouds = (planet_sunlight(site.height_of_sun, 0.7) * (PLANET_SUNLIGHT * 0.82 * over_clouds)) + (skylight * 0.9);
