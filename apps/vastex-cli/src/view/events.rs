@@ -5,9 +5,6 @@ use vastex_viewer::input::{Button, InputEvent, Key};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 use winit::keyboard::{Key as WinitKey, NamedKey};
 
-/// Pixels of a touch pad that are a notch of the wheel.
-const PIXELS_PER_NOTCH: f64 = 50.0;
-
 /// What an event is to the viewer; `None` if it is none of keys and pointer.
 pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
     Some(match event {
@@ -34,10 +31,14 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
             };
             InputEvent::Button { button, is_pressed: *state == ElementState::Pressed }
         }
-        WindowEvent::MouseWheel { delta, .. } => InputEvent::Wheel(match delta {
-            MouseScrollDelta::LineDelta(_, y) => f64::from(*y),
-            MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
-        }),
+        // A wheel tells lines, a touchpad pixels.
+        WindowEvent::MouseWheel { delta: MouseScrollDelta::LineDelta(_, y), .. } => {
+            InputEvent::Wheel(f64::from(*y))
+        }
+        WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(pixels), .. } => {
+            InputEvent::Scroll(DVec2::new(pixels.x, pixels.y))
+        }
+        WindowEvent::PinchGesture { delta, .. } => InputEvent::Spread(1.0 + delta),
         WindowEvent::Focused(false) => InputEvent::FocusLost,
         WindowEvent::Focused(true) | WindowEvent::Occluded(false) => InputEvent::Shown,
         _ => return None,

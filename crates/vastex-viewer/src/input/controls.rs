@@ -15,7 +15,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ),
             ("Z", "look straight down on a globe, north upwards; look north on plane and terrain"),
             ("wheel", "zoom to what is below the pointer, which stays there"),
-            ("two fingers", "move and zoom, by what is below them"),
+            (
+                "two fingers",
+                "move and zoom, by what is below them; on a touchpad by what is below the pointer",
+            ),
             ("W A S D, arrows", "walk"),
             ("+ and -, I and O", "zoom in, zoom out"),
             ("1 to 9", "each texel of an image as wide as 1 to 9 pixels"),

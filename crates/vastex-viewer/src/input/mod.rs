@@ -22,6 +22,8 @@ const DOUBLE_CLICK: (Duration, f64) = (Duration::from_millis(400), 6.0);
 const ORBIT_PER_HEIGHT: f64 = 2.0;
 /// Factor of a notch of the wheel.
 const WHEEL_FACTOR: f64 = 1.25;
+/// Pixels of a touchpad that are a notch of the wheel.
+const PIXELS_PER_NOTCH: f64 = 50.0;
 /// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer
 /// is let go, no faster than the second speed, and ends below the third. By friction the speed falls by so
 /// much of itself in a second.
@@ -110,6 +112,10 @@ pub enum InputEvent {
     },
     /// The wheel was turned by so many notches, away from the person.
     Wheel(f64),
+    /// Two fingers were moved on a touchpad, by which what lies below them moves by so many pixels.
+    Scroll(DVec2),
+    /// Two fingers were spread on a touchpad, to so many times their distance.
+    Spread(f64),
     /// Keys and pointer belong to something else from here on.
     FocusLost,
     /// The view can be seen again.
@@ -232,6 +238,18 @@ impl Input {
             InputEvent::Wheel(notches) => {
                 let point = from_middle(self.pointer, [width, height]);
                 Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR.powf(notches), point)))
+            }
+            InputEvent::Scroll(pixels) if self.has_control => {
+                self.on_event(InputEvent::Wheel(pixels.y / PIXELS_PER_NOTCH), size, now)
+            }
+            InputEvent::Scroll(pixels) => {
+                let point = from_middle(self.pointer, [width, height]);
+                Some(Action::Move(Move::Pinch(pixels / height, 1.0, point)))
+            }
+            InputEvent::Spread(factor) => {
+                let point = from_middle(self.pointer, [width, height]);
+                let factor = if factor.is_finite() { factor.clamp(0.2, 5.0) } else { 1.0 };
+                Some(Action::Move(Move::Pinch(DVec2::ZERO, factor, point)))
             }
             InputEvent::FocusLost => {
                 self.held.clear();

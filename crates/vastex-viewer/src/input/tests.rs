@@ -214,3 +214,21 @@ fn control_turns_and_tilts_instead_of_moving() {
     assert!(matches!(at(&mut input, key(Key::Up, true), 200), Some(Action::Move(Move::Walk(..)))));
     assert_eq!(at(&mut input, key(Key::Char('z'), true), 210), Some(Action::Move(Move::Upright)));
 }
+
+#[test]
+fn two_fingers_on_a_touchpad_move_and_zoom() {
+    let mut input = Input::default();
+    at(&mut input, InputEvent::PointerMoved(DVec2::new(150.0, 50.0)), 0);
+    let point = DVec2::new(0.5, 0.0);
+    let moved = at(&mut input, InputEvent::Scroll(DVec2::new(10.0, -20.0)), 10);
+    assert_eq!(moved, Some(Action::Move(Move::Pinch(DVec2::new(0.1, -0.2), 1.0, point))));
+    let spread = at(&mut input, InputEvent::Spread(1.5), 20);
+    assert_eq!(spread, Some(Action::Move(Move::Pinch(DVec2::ZERO, 1.5, point))));
+    for (told, taken) in [(1e9, 5.0), (-3.0, 0.2), (f64::NAN, 1.0)] {
+        let spread = at(&mut input, InputEvent::Spread(told), 30);
+        assert_eq!(spread, Some(Action::Move(Move::Pinch(DVec2::ZERO, taken, point))), "{told}");
+    }
+    at(&mut input, InputEvent::Control(true), 40);
+    let zoomed = at(&mut input, InputEvent::Scroll(DVec2::new(10.0, 50.0)), 50);
+    assert_eq!(zoomed, Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR, point))));
+}
