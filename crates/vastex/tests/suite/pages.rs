@@ -54,7 +54,7 @@ fn readme(
     mut main_pass: wgpu::RenderPass<'_>,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    // # README.md
+    //# README.md
     let mut textures = vastex::Textures::new(&device, &queue, vastex::Settings::default())?;
     let earth = textures.add_blocking(vastex::open("earth.vastex")?)?;
 
@@ -70,7 +70,14 @@ fn readme(
     draw_scene(&mut main_pass, &pipeline, textures.bind_group(earth)?);
     queue.submit([encoder.finish()]);
     while let Some(event) = textures.poll_event() {}
-    // #
+    //#
+    Ok(())
+}
+
+fn readme_pixels(mut textures: Textures, pixels: Vec<u8>) -> anyhow::Result<()> {
+    //# README.md
+    let scan = textures.add_blocking(Arc::new(vastex::ImageSource::rgba8(100_000, 40_000, pixels)?))?;
+    //#
     Ok(())
 }
 
@@ -79,30 +86,30 @@ fn readme_prepared(
     source: Arc<dyn TileSource>,
     prepared: Prepared,
 ) -> Result<(), Error> {
-    // # README.md
+    //# README.md
     let preparer = textures.preparer();
     let loading = spawn(async move { preparer.read(source).await });
     let clouds = textures.add(prepared)?;
-    // #
+    //#
     Ok(())
 }
 
 fn readme_sampled(textures: &Textures, island: TextureId, uv: [f32; 2]) -> anyhow::Result<()> {
     let missing = || anyhow::anyhow!("it has none");
-    // # README.md
+    //# README.md
     let height = textures.texture(island)?.layer("height").ok_or_else(missing)?;
     let ground = textures.cpu().sample(height, uv, 0.0);
-    // #
+    //#
     Ok(())
 }
 
 fn readme_group(mut textures: Textures, [earth, lights, clouds]: [TextureId; 3]) -> Result<(), Error> {
-    // # README.md
+    //# README.md
     let planet = textures.add_group([("color", earth), ("night", lights), ("clouds", clouds)])?;
     let kinds = textures.kinds(planet)?;
     let shader = MY_SHADER.to_owned() + &textures.wgsl(&kinds);
     let ids = textures.bindings().ids(planet)?;
-    // #
+    //#
     Ok(())
 }
 
@@ -113,12 +120,12 @@ fn frame(
     scene: Scene,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    // # docs/in-your-engine.md
+    //# docs/in-your-engine.md
     textures.feedback(&mut encoder, [width, height], |pass, groups| scene.draw_wanted(pass, groups))?;
     textures.update()?;
     textures.main_pass(&mut encoder, [width, height], |encoder, groups| scene.draw(encoder, groups))?;
     queue.submit([encoder.finish()]);
-    // #
+    //#
     Ok(())
 }
 
@@ -127,7 +134,7 @@ fn pass_of_the_host(
     mut encoder: wgpu::CommandEncoder,
     [width, height]: [u32; 2],
 ) -> Result<(), Error> {
-    // # docs/in-your-engine.md
+    //# docs/in-your-engine.md
     if let Some(begun) = textures.view_mut(ViewId::MAIN)?.begin_feedback(&mut encoder, [width, height])? {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(begun.color_attachment())],
@@ -139,20 +146,20 @@ fn pass_of_the_host(
         drop(pass);
         textures.view_mut(ViewId::MAIN)?.end_feedback(&mut encoder)?;
     }
-    // #
+    //#
     Ok(())
 }
 
 fn on_another_thread(mut textures: Textures) -> Result<Option<TextureId>, Error> {
     let mut clouds = None;
-    // # docs/in-your-engine.md
+    //# docs/in-your-engine.md
     let (preparer, (done, arrived)) = (textures.preparer(), std::sync::mpsc::channel());
     let source = vastex::open("clouds.vastex")?;
     std::thread::spawn(move || done.send(pollster::block_on(preparer.read(source))));
     if let Ok(read) = arrived.try_recv() {
         clouds = Some(textures.add(read?)?);
     }
-    // #
+    //#
     Ok(clouds)
 }
 
@@ -162,39 +169,39 @@ fn every_mode_of_feedback(
     (scene, earth): (SceneOfOne, TextureId),
     size: [u32; 2],
 ) -> Result<(), Error> {
-    // # docs/feedback.md
+    //# docs/feedback.md
     textures.feedback(&mut encoder, size, |pass, groups| scene.draw_wanted(pass, groups.get(earth)))?;
     textures.update()?;
     textures.main_pass(&mut encoder, size, |encoder, groups| scene.draw(encoder, groups.get(earth)))?;
-    // #
+    //#
     Ok(())
 }
 
 fn fading(mut textures: Textures, delta_time: Duration) {
-    // # docs/fading.md
+    //# docs/fading.md
     let settings = vastex::Settings { fade: Duration::from_millis(150), ..Default::default() };
     textures.set_frame_time(delta_time);
-    // #
+    //#
 }
 
 fn one_limit(mut textures: Textures, paths: Vec<PathBuf>) -> Result<(), Error> {
-    // # docs/settings.md
+    //# docs/settings.md
     let limit = vastex::source::ReadLimit::new(16);
     for path in paths {
         textures
             .add_blocking(Arc::new(vastex::source::LimitedSource::new(vastex::open(path)?, limit.clone())))?;
     }
-    // #
+    //#
     Ok(())
 }
 
 fn disk_cache(mut textures: Textures, directory: PathBuf) -> anyhow::Result<()> {
-    // # docs/disk-cache.md
+    //# docs/disk-cache.md
     let tier = Arc::new(vastex::source::DiskTier::open(directory, 4 << 30)?);
     let source = vastex::open("/net/archive/earth.vastex")?;
     let key = source.identity().unwrap_or(vastex::source::SourceKey::of("earth, 2nd edition"));
     let earth = textures.add_blocking(Arc::new(vastex::source::DiskCache::new(source, tier.clone(), key)))?;
-    // #
+    //#
     Ok(())
 }
 
