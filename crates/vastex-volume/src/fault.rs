@@ -36,7 +36,8 @@ pub enum VolumeFault {
 impl VolumeError {
     /// An error at a path.
     pub(crate) fn new(path: impl Into<String>, fault: VolumeFault) -> VolumeError {
-        VolumeError { path: path.into(), fault }
+        // Parts of the path may be names that metadata give.
+        VolumeError { path: printable(&path.into()), fault }
     }
 }
 
@@ -60,4 +61,63 @@ pub(crate) fn damaged(what: impl Into<String>) -> VolumeFault {
 /// It is stored in a way that is not read.
 pub(crate) fn unsupported(what: impl Into<String>) -> VolumeFault {
     VolumeFault::Unsupported(what.into())
+}
+
+/// Things that are told of one volume.
+const MOST_ODDITIES: usize = 200;
+
+/// What was wrong without keeping a volume from being read. The first 200 are kept and the others counted,
+/// so that metadata which are odd everywhere take no memory for it.
+#[derive(Debug, Default)]
+pub(crate) struct Oddities {
+    said: Vec<String>,
+    left: usize,
+}
+
+impl Oddities {
+    /// Keeps one, or counts it.
+    pub(crate) fn push(&mut self, oddity: String) {
+        match self.said.len() < MOST_ODDITIES {
+            true => self.said.push(oddity),
+            false => self.left += 1,
+        }
+    }
+
+    /// Keeps those that there is room for, and counts the others.
+    pub(crate) fn extend(&mut self, oddities: impl IntoIterator<Item = String>) {
+        oddities.into_iter().for_each(|oddity| self.push(oddity));
+    }
+
+    /// Those that were kept, and how many more there were.
+    pub(crate) fn into_vec(mut self) -> Vec<String> {
+        if self.left > 0 {
+            self.said.push(format!("and {} more", self.left));
+        }
+        self.said
+    }
+}
+
+/// A text of others as it may be shown: control characters, which a terminal would obey, are replaced.
+pub(crate) fn printable(text: &str) -> String {
+    text.chars().map(|one| if one.is_control() { char::REPLACEMENT_CHARACTER } else { one }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn oddities_without_end_take_no_memory() {
+        let mut oddities = Oddities::default();
+        oddities.extend((0..1000).map(|n| n.to_string()));
+        assert_eq!(oddities.said.len(), MOST_ODDITIES);
+        let said = oddities.into_vec();
+        assert_eq!((said[199].as_str(), said[200].as_str(), said.len()), ("199", "and 800 more", 201));
+    }
+
+    #[test]
+    fn errors_have_no_control_characters() {
+        let error = damaged("is odd").at("a\x1b]0;b\u{7}");
+        assert_eq!(error.to_string(), "a\u{fffd}]0;b\u{fffd}: is odd");
+    }
 }

@@ -3,19 +3,29 @@
 
 use serde_json::Value;
 
-use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::fault::{Oddities, VolumeError, VolumeFault, damaged};
 use crate::keys::{KeyStore, Span, shown};
 
-/// Bytes that metadata may have: those of a plate with all of its images are some megabytes.
-const MOST_METADATA: u64 = 64 << 20;
+/// Bytes that metadata may have: those of a plate with all of its images are some megabytes, and as values in
+/// memory they take up to a hundred times as much.
+pub(crate) const MOST_METADATA: u64 = 8 << 20;
 
 /// Reads metadata; `None` if there is no such key. What was wrong with the text is added to `oddities`.
 pub(crate) async fn read_json(
     keys: &dyn KeyStore,
     key: &str,
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Result<Option<Value>, VolumeError> {
-    let Some(bytes) = keys.read(key, Span::Whole { most: MOST_METADATA }).await? else { return Ok(None) };
+    let read = keys.read(key, Span::Whole { most: MOST_METADATA }).await;
+    let read = read.map_err(|error| match error.fault {
+        VolumeFault::TooLarge(_) => VolumeFault::TooLarge(format!(
+            "has more than {} MiB of metadata, which is the most that is read; take out of it what is not of the image",
+            MOST_METADATA >> 20
+        ))
+        .at(error.path),
+        _ => error,
+    });
+    let Some(bytes) = read? else { return Ok(None) };
     let (value, is_odd) = parse(&bytes).map_err(|fault| fault.at(shown(keys, key)))?;
     if is_odd {
         oddities.push(format!(

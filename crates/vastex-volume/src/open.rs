@@ -6,7 +6,7 @@ use std::sync::Arc;
 use pollster::block_on;
 
 use crate::chunks::Grid;
-use crate::fault::{VolumeError, VolumeFault};
+use crate::fault::{Oddities, VolumeError, VolumeFault};
 use crate::flat::{is_nifti, is_raw_volume, open_nifti, open_raw};
 use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
 use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
@@ -37,7 +37,7 @@ pub struct ImageList {
 }
 
 /// Whether a path looks like a volume: by the names in a directory, or by the first bytes of a file. Of a
-/// TIFF file, all of its directories are looked at.
+/// TIFF file, up to four directories are looked at.
 pub fn is_volume(path: &Path) -> bool {
     const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
     if path.is_dir() {
@@ -60,13 +60,15 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     if let Some((archive, below)) = in_archive(path) {
         return open_zarr(&(Arc::new(Zip::open(&archive)?) as Arc<dyn KeyStore>), &below);
     }
-    if is_raw_volume(path) {
+    // What is no file, such as a pipe, may never give a byte.
+    let is_file = path.is_file();
+    if is_file && is_raw_volume(path) {
         return open_raw(path).map(volume);
     }
-    if is_nifti(path) {
+    if is_file && is_nifti(path) {
         return open_nifti(path).map(volume);
     }
-    if is_stack(path) {
+    if is_file && is_stack(path) {
         return open_stack(path).map(volume);
     }
     let found = std::fs::metadata(path);
@@ -95,7 +97,7 @@ fn open_zarr(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Opened, VolumeErro
         let mut root = open_root(keys, &below).await?;
         // Archives are often of the directory rather than of what is in it.
         if below.is_empty() && matches!(root, Root::Nothing) {
-            let groups = keys.groups("", 2).await?;
+            let groups = keys.groups("", 1024).await?;
             if let [only] = &groups[..] {
                 below.clone_from(only);
                 root = open_root(keys, &below).await?;
@@ -128,7 +130,8 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
     let missing = || VolumeFault::NoVolume("is no array of Zarr".into()).at(&path);
     let array = open_array(keys, below).await?.ok_or_else(missing)?;
     let meta = array.meta().clone();
-    let mut oddities = meta.oddities.clone();
+    let mut oddities = Oddities::default();
+    oddities.extend(meta.oddities.iter().cloned());
     oddities.push("is an array without metadata of an image; scales are taken to be 1".into());
     let mut names = meta.names.clone();
     if names.iter().all(Option::is_none) {
@@ -160,7 +163,7 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
         labels: Vec::new(),
         is_label: false,
         value_scale: None,
-        oddities,
+        oddities: oddities.into_vec(),
         path,
     };
     Ok(Volume::new(about, vec![LevelArray { dtype: meta.dtype, grid, source: Arc::new(array) }]))

@@ -44,7 +44,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
             let summary = Summary::new(volume.about(), count);
             match args.json {
                 true => report::print_json(&summary)?,
-                false => report::print(&format!("{}\n{}", volume.about().path, summary.text()))?,
+                false => report::print(&format!("{}\n{}", printable(&volume.about().path), summary.text()))?,
             }
         }
     }
@@ -70,18 +70,21 @@ impl ListSummary<'_> {
 }
 
 fn list_text(list: &ImageList) -> String {
-    let mut lines = vec![format!(
-        "{}\n  {} with {} images; open one by its path:",
-        list.path,
-        list.what,
-        list.images.len()
-    )];
+    let mut lines = vec![
+        list.path.clone(),
+        format!("  {} with {} images; open one by its path:", list.what, list.images.len()),
+    ];
     lines.extend(list.images.iter().take(MOST_NAMED).map(|image| format!("  {}/{image}", list.path)));
     if let Some(more) = list.images.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
         lines.push(format!("  and {more} more (--json has all)"));
     }
     lines.extend(list.oddities.iter().map(|oddity| format!("  odd: {oddity}")));
-    lines.join("\n")
+    lines.iter().map(|line| printable(line)).collect::<Vec<_>>().join("\n")
+}
+
+/// A text from metadata as a terminal may have it: control characters, which it would obey, are replaced.
+fn printable(text: &str) -> String {
+    text.chars().map(|one| if one.is_control() { char::REPLACEMENT_CHARACTER } else { one }).collect()
 }
 
 /// What `--json` prints of a volume.
@@ -215,7 +218,10 @@ impl Summary {
         };
         rows.push(("bricks", format!("{} of {} voxels a side; {absent}", self.bricks, self.brick)));
         rows.extend(self.oddities.iter().map(|oddity| ("odd", oddity.clone())));
-        rows.into_iter().map(|(name, value)| format!("  {name:<10}{value}")).collect::<Vec<_>>().join("\n")
+        rows.into_iter()
+            .map(|(name, value)| format!("  {name:<10}{}", printable(&value)))
+            .collect::<Vec<_>>()
+            .join("\n")
     }
 }
 
@@ -247,7 +253,7 @@ mod crop {
     use vastex_build::Progress;
     use vastex_volume::{Opened, VolumeCropError, VolumeRegion, open};
 
-    use super::MOST_NAMED;
+    use super::{MOST_NAMED, printable};
     use crate::args::CropArgs;
     use crate::commands::build::{Bar, INTERRUPTED};
     use crate::output::Output;
@@ -263,13 +269,16 @@ mod crop {
                     "{}: is {}; name one of its images below this path: {}",
                     list.path,
                     list.what,
-                    named.join(", ")
+                    printable(&named.join(", "))
                 );
             }
         };
         let about = volume.about();
         if !args.print.quiet {
-            about.oddities.iter().for_each(|odd| report::say(&format!("note: {}: {odd}", about.path)));
+            about
+                .oddities
+                .iter()
+                .for_each(|odd| report::say(&printable(&format!("note: {}: {odd}", about.path))));
         }
         let region =
             VolumeRegion { level: args.level as usize, channel: args.channel, time: args.time, at, size };
@@ -335,5 +344,23 @@ mod crop {
                  {seconds:.1} s"
             )
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_from_metadata_cannot_steer_a_terminal() {
+        let list = ImageList {
+            path: "plate".into(),
+            what: "a plate",
+            images: vec!["A/1\x1b[2J".into()],
+            oddities: vec!["odd\r\nlines".into()],
+        };
+        let text = list_text(&list);
+        assert_eq!(text.lines().count(), 4);
+        assert!(!text.chars().any(|one| one.is_control() && one != '\n'), "{text:?}");
     }
 }

@@ -33,6 +33,9 @@ pub(crate) enum Codec {
 /// Bytes that a step may give beyond those of the values, where it is not the last one.
 const SLACK: usize = 64 << 10;
 
+/// Codecs that a chain may have: writers use two or three, and each may make as much as a chunk of values.
+pub(crate) const MOST_CODECS: usize = 8;
+
 /// Codecs in the order in which they encode.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Chain(pub(crate) Vec<Codec>);

@@ -36,15 +36,16 @@ impl Directory {
     fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
         let path = self.path(key)?;
         let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(path.display().to_string());
-        let mut file = match File::open(&path) {
-            Ok(file) => file,
+        // What is no file is not opened: opening a pipe waits for somebody who writes to it.
+        let mut file = match fs::metadata(&path)
+            .and_then(|found| found.is_file().then(|| File::open(&path)).transpose())
+        {
+            Ok(Some(file)) => file,
+            Ok(None) => return Ok(None),
             Err(error) if is_absent(&error) => return Ok(None),
             Err(error) => return Err(refused(error)),
         };
         let found = file.metadata().map_err(refused)?;
-        if !found.is_file() {
-            return Ok(None);
-        }
         let (offset, len) =
             bounds(span, found.len()).map_err(|fault| fault.at(path.display().to_string()))?;
         let mut bytes = Vec::new();
@@ -68,11 +69,12 @@ impl Directory {
         while let Some((directory, before, depth)) = open.pop() {
             opened += 1;
             // Links can lead round in circles.
-            if opened > most.saturating_add(MOST_EMPTY) {
+            let (names, is_cut) = entries(&directory, most.saturating_add(MOST_EMPTY))?;
+            if is_cut || open.len().saturating_add(opened) > most.saturating_add(MOST_EMPTY) {
                 listing.is_cut = true;
                 return Ok(listing);
             }
-            for (name, is_directory) in entries(&directory)? {
+            for (name, is_directory) in names {
                 let key = format!("{before}{name}");
                 if is_directory && depth < MOST_DEEP {
                     open.push((directory.join(&name), format!("{key}/"), depth + 1));
@@ -99,16 +101,22 @@ fn is_absent(error: &io::Error) -> bool {
     )
 }
 
-/// The names in a directory, and which of them are directories; none where there is no such directory.
-fn entries(directory: &Path) -> Result<Vec<(String, bool)>, VolumeError> {
+/// The names in a directory in order, and which of them are directories; none where there is no such
+/// directory. After `most` of them no more are looked at; the last is whether there are more.
+fn entries(directory: &Path, most: usize) -> Result<(Vec<(String, bool)>, bool), VolumeError> {
     let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(directory.display().to_string());
     let found = match fs::read_dir(directory) {
         Ok(found) => found,
-        Err(error) if is_absent(&error) => return Ok(Vec::new()),
+        Err(error) if is_absent(&error) => return Ok((Vec::new(), false)),
         Err(error) => return Err(refused(error)),
     };
     let mut entries = Vec::new();
+    let mut is_cut = false;
     for entry in found {
+        is_cut = entries.len() == most;
+        if is_cut {
+            break;
+        }
         let entry = entry.map_err(refused)?;
         // A name that is no text is no key.
         let Ok(name) = entry.file_name().into_string() else { continue };
@@ -117,7 +125,7 @@ fn entries(directory: &Path) -> Result<Vec<(String, bool)>, VolumeError> {
         entries.push((name, is_directory));
     }
     entries.sort_unstable();
-    Ok(entries)
+    Ok((entries, is_cut))
 }
 
 impl KeyStore for Directory {
@@ -135,8 +143,25 @@ impl KeyStore for Directory {
 
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>> {
         Box::pin(async move {
-            let found = entries(&self.path(prefix)?)?.into_iter();
-            Ok(found.filter(|(_, is_directory)| *is_directory).map(|(name, _)| name).take(most).collect())
+            let (found, _) = entries(&self.path(prefix)?, most)?;
+            Ok(found.into_iter().filter(|(_, is_directory)| *is_directory).map(|(name, _)| name).collect())
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_beyond_those_asked_for_are_not_looked_at() {
+        let directory = tempfile::tempdir().unwrap();
+        for n in 0..30 {
+            fs::write(directory.path().join(n.to_string()), b"").unwrap();
+        }
+        let found = |most| entries(directory.path(), most).map(|(names, is_cut)| (names.len(), is_cut));
+        assert_eq!([found(10), found(30), found(31)], [Ok((10, true)), Ok((30, false)), Ok((30, false))]);
+        let listing = Directory::new(directory.path()).list_now("", 29).unwrap();
+        assert!(listing.is_cut);
     }
 }

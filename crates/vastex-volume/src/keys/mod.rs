@@ -60,8 +60,8 @@ pub(crate) trait KeyStore: Send + Sync {
     /// Keys of values below a prefix, at any depth, at most `most` of them.
     fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing>;
 
-    /// The names right below a prefix that have something below them in turn, in order, at most `most` of
-    /// them.
+    /// The names right below a prefix that have something below them in turn, in order: those among the first
+    /// `most` names that the store finds, whichever these are. More are not looked at.
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>>;
 }
 

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
 
@@ -15,7 +16,7 @@ use super::zip_directory::{
 use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts, shown};
 use crate::fault::{VolumeError, VolumeFault, damaged};
 
-/// Bytes that a deflated entry may have: it is inflated whole for each read.
+/// Bytes that a deflated entry may have: it is inflated whole, and the last one is kept.
 const MOST_DEFLATED: u64 = 64 << 20;
 /// Bytes that a central directory may have: some ten million entries.
 const MOST_DIRECTORY: u64 = 1 << 30;
@@ -25,6 +26,9 @@ pub(crate) struct Zip {
     name: String,
     file: Bytewise,
     entries: BTreeMap<String, Entry>,
+    /// The deflated entry of which a part was read last, by the place of its header, and all of its bytes: the
+    /// chunks of a shard are read one after the other.
+    inflated: Mutex<Option<(u64, Bytes)>>,
 }
 
 /// Whether a file begins as an archive does.
@@ -53,7 +57,7 @@ impl Zip {
         let span = Span::Range { offset: place.offset, len: place.bytes as usize };
         let bytes = bounds(span, len).and_then(|(offset, len)| file.read(offset, len)).map_err(at)?;
         let entries = read_entries(&bytes, place.entries).map_err(at)?;
-        Ok(Zip { name, file, entries })
+        Ok(Zip { name, file, entries, inflated: Mutex::default() })
     }
 
     fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
@@ -61,23 +65,38 @@ impl Zip {
         let at = |fault: VolumeFault| fault.at(shown(self, key));
         let method = check(entry, MOST_DEFLATED).map_err(at)?;
         let (offset, len) = bounds(span, entry.size).map_err(at)?;
+        if len == 0 {
+            return Ok(Some(Bytes::new()));
+        }
+        if method == Method::Deflated
+            && let Some((header, all)) = &*self.inflated()
+            && *header == entry.header
+        {
+            return Ok(Some(all.slice(offset as usize..offset as usize + len)));
+        }
         let local = self.file.read(entry.header, LOCAL_BYTES).map_err(at)?;
         let begin = data_offset(entry.header, &local).ok_or_else(|| {
             at(damaged("has no header where the archive's directory says; copy the archive anew"))
         })?;
-        let bytes = match method {
+        Ok(Some(match method {
             Method::Stored => {
                 let place =
                     begin.checked_add(offset).ok_or_else(|| at(damaged("lies beyond the archive")))?;
-                self.file.read(place, len).map_err(at)?
+                self.file.read(place, len).map_err(at)?.into()
             }
             Method::Deflated => {
                 let packed = self.file.read(begin, entry.packed as usize).map_err(at)?;
-                let all = inflate(&packed, entry.size).map_err(at)?;
-                all[offset as usize..][..len].to_vec()
+                let all = Bytes::from(inflate(&packed, entry.size).map_err(at)?);
+                if len < all.len() {
+                    *self.inflated() = Some((entry.header, all.clone()));
+                }
+                all.slice(offset as usize..offset as usize + len)
             }
-        };
-        Ok(Some(bytes.into()))
+        }))
+    }
+
+    fn inflated(&self) -> MutexGuard<'_, Option<(u64, Bytes)>> {
+        self.inflated.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn entry(&self, key: &str) -> Option<&Entry> {
@@ -121,11 +140,13 @@ fn find_directory(file: &Bytewise) -> Result<Place, VolumeFault> {
     let tail_bytes = file.len.min((END_BYTES + MOST_COMMENT + LOCATOR_BYTES) as u64);
     let tail = file.read(file.len - tail_bytes, tail_bytes as usize)?;
     let end = find_end(&tail).ok_or_else(wrong)?;
-    if let Some(place) = read_end(&tail[end..]) {
+    let (place, is_whole) = read_end(&tail[end..]).ok_or_else(wrong)?;
+    if is_whole {
         return Ok(place);
     }
-    let locator =
-        end.checked_sub(LOCATOR_BYTES).and_then(|at| read_locator(&tail[at..])).ok_or_else(wrong)?;
+    let Some(locator) = end.checked_sub(LOCATOR_BYTES).and_then(|at| read_locator(&tail[at..])) else {
+        return Ok(place);
+    };
     read_large_end(&file.read(locator, LARGE_END_BYTES)?).ok_or_else(wrong)
 }
 
@@ -258,6 +279,38 @@ mod tests {
         ] {
             let error = check(&entry, MOST_DEFLATED).unwrap_err().to_string();
             assert!(error.contains(says), "{error}");
+        }
+    }
+
+    #[test]
+    fn as_many_entries_as_a_short_number_counts_need_no_large_record() {
+        let mut bytes = [&b"PK\x03\x04"[..], &[0; 26]].concat();
+        let directory = bytes.len() as u32;
+        for n in 0..u16::MAX {
+            let name = format!("{n:05}");
+            bytes.extend([&b"PK\x01\x02"[..], &[0; 24], b"\x05\0", &[0; 16], name.as_bytes()].concat());
+        }
+        let len = bytes.len() as u32 - directory;
+        bytes.extend([&b"PK\x05\x06\0\0\0\0\xff\xff\xff\xff"[..], &len.to_le_bytes()].concat());
+        bytes.extend([&directory.to_le_bytes()[..], &[0; 2]].concat());
+        assert_eq!(opened(&bytes).unwrap().entries.len(), usize::from(u16::MAX));
+    }
+
+    #[test]
+    fn a_deflated_entry_that_is_read_in_parts_is_inflated_once() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/deflated.zip");
+        let zip = Zip::open(&path).unwrap();
+        let is_deflated = |entry: &Entry| entry.method == Ok(Method::Deflated) && entry.size > 8;
+        let (key, entry) = zip.entries.iter().find(|(_, entry)| is_deflated(entry)).unwrap();
+        let whole = block_on(zip.read(key, Span::Whole { most: u64::MAX })).unwrap().unwrap();
+        assert!(zip.inflated().is_none());
+        for offset in [0, 3, 8] {
+            let len = (entry.size - offset).min(5) as usize;
+            let part = block_on(zip.read(key, Span::Range { offset, len })).unwrap().unwrap();
+            assert_eq!(part, whole.slice(offset as usize..offset as usize + len));
+            assert!(
+                zip.inflated().as_ref().is_some_and(|(header, all)| *header == entry.header && *all == whole)
+            );
         }
     }
 }

@@ -78,11 +78,12 @@ pub(super) fn find_end(tail: &[u8]) -> Option<usize> {
     })
 }
 
-/// What the record at the end says; `None` if it leads to the one of a large archive.
-pub(super) fn read_end(end: &[u8]) -> Option<Place> {
+/// What the record at the end says, and whether that is all: a number that is as large as can be may stand
+/// for one in the record of a large archive, or for itself.
+pub(super) fn read_end(end: &[u8]) -> Option<(Place, bool)> {
     let (entries, bytes, offset) = (u16_at(end, 10)?, u32_at(end, 12)?, u32_at(end, 16)?);
     let is_whole = entries != u16::MAX && bytes != u32::MAX && offset != u32::MAX;
-    is_whole.then_some(Place { offset: offset.into(), bytes: bytes.into(), entries: entries.into() })
+    Some((Place { offset: offset.into(), bytes: bytes.into(), entries: entries.into() }, is_whole))
 }
 
 /// Where the record of a large archive lies.

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::chunks::AxisMap;
-use crate::fault::{VolumeFault, damaged};
+use crate::fault::{Oddities, VolumeFault, damaged};
 use crate::json::{list, text};
 use crate::zarr::shortened;
 
@@ -51,7 +51,7 @@ pub(super) fn of_system(multiscale: &Value, name: Option<&str>) -> Vec<Axis> {
 }
 
 /// As many axes as an array has: those that are named, or the old ones where there are none.
-pub(super) fn fitting(mut axes: Vec<Axis>, count: usize, oddities: &mut Vec<String>) -> Vec<Axis> {
+pub(super) fn fitting(mut axes: Vec<Axis>, count: usize, oddities: &mut Oddities) -> Vec<Axis> {
     if axes.is_empty() {
         let names: Vec<&str> = OLD.iter().copied().skip(OLD.len().saturating_sub(count)).collect();
         if count != OLD.len() {
@@ -77,11 +77,7 @@ pub(super) fn fitting(mut axes: Vec<Axis>, count: usize, oddities: &mut Vec<Stri
 
 /// Finds out which axis is what. Axes that mean nothing known are read at 0, which is said where they are
 /// longer than that.
-pub(crate) fn assign(
-    axes: &[Axis],
-    shape: &[u64],
-    oddities: &mut Vec<String>,
-) -> Result<AxisMap, VolumeFault> {
+pub(crate) fn assign(axes: &[Axis], shape: &[u64], oddities: &mut Oddities) -> Result<AxisMap, VolumeFault> {
     let named = |names: &[&str], axis: &Axis| names.contains(&axis.name.as_str());
     let find = |kind: &str, names: &[&str]| {
         let typed = axes.iter().position(|axis| axis.kind.as_deref() == Some(kind));
@@ -158,10 +154,10 @@ mod tests {
     use super::*;
 
     fn assigned(axes: &Value, shape: &[u64]) -> ([Option<usize>; 5], Vec<String>) {
-        let mut oddities = Vec::new();
+        let mut oddities = Oddities::default();
         let axes = fitting(read(axes.as_array().unwrap()), shape.len(), &mut oddities);
         let map = assign(&axes, shape, &mut oddities).unwrap();
-        ([map.time, map.channel, map.z, Some(map.y), Some(map.x)], oddities)
+        ([map.time, map.channel, map.z, Some(map.y), Some(map.x)], oddities.into_vec())
     }
 
     #[test]
@@ -197,7 +193,7 @@ mod tests {
     #[test]
     fn a_line_is_no_volume() {
         let axes = read(&[json!("c"), json!("x")]);
-        assert!(assign(&axes, &[1, 1], &mut Vec::new()).is_err());
+        assert!(assign(&axes, &[1, 1], &mut Oddities::default()).is_err());
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::omero;
 use super::root::ImageRoot;
 use super::transforms::Diagonal;
 use crate::chunks::{AxisMap, Grid};
-use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::fault::{Oddities, VolumeError, VolumeFault, damaged};
 use crate::json::{list, text};
 use crate::keys::{KeyStore, join, shown};
 use crate::volume::{LevelArray, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
@@ -18,8 +18,6 @@ use crate::zarr::{ZarrArray, open_array, shortened};
 
 /// Levels that are read: as many as halve the longest side of a texture, and some.
 const MOST_LEVELS: usize = 64;
-/// Things that are told of one volume.
-const MOST_ODDITIES: usize = 200;
 /// Images of labels that are listed beside an image.
 const MOST_LABELS: usize = 1000;
 
@@ -83,7 +81,7 @@ pub(crate) async fn open_image(
         labels,
         is_label: attributes.get("image-label").is_some(),
         value_scale: None,
-        oddities: shortened_list(oddities),
+        oddities: oddities.into_vec(),
         path,
     };
     Ok(Volume::new(about, arrays))
@@ -102,13 +100,14 @@ async fn open_datasets(
     prefix: &str,
     path: &str,
     multiscale: &Value,
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Result<(Vec<Found>, Vec<Axis>), VolumeError> {
     let datasets = list(multiscale, "datasets");
     let mut named = axes::read(list(multiscale, "axes"));
     let mut found: Vec<Found> = Vec::new();
     let mut first_error = None;
     let mut axes: Option<Vec<Axis>> = None;
+    let mut of_all: Option<Diagonal> = None;
     for dataset in datasets.iter().take(MOST_LEVELS) {
         let Some(name) = text(dataset, "path") else {
             oddities.push("a level is listed without a path, and is left out".into());
@@ -146,19 +145,17 @@ async fn open_datasets(
             }
             None => fitting(named.clone(), count, oddities),
         };
-        let mut said = Vec::new();
+        let mut said = Oddities::default();
         let map = assign(&own, &meta.shape, &mut said).map_err(|fault| fault.at(path))?;
         if axes.is_none() {
-            oddities.extend(said);
+            oddities.extend(said.into_vec());
             check_names(&own, &meta.names, oddities);
         }
         axes = Some(own);
         let mut diagonal = Diagonal::identity(count);
         diagonal.apply(transformations, &of, oddities);
-        // Version 0.6 has transformations between systems there, which none of the levels' own is.
-        if list(multiscale, "coordinateSystems").is_empty() {
-            diagonal.apply(list(multiscale, "coordinateTransformations"), "all levels", oddities);
-        }
+        let of_all = of_all.get_or_insert_with(|| of_pyramid(multiscale, count, oddities));
+        diagonal.then(of_all, "all levels", oddities);
         let grid = Grid { shape: meta.shape.clone(), chunk: meta.chunk.clone(), axes: map };
         let along =
             |values: &[f64], none: f64| grid.space().map(|axis| axis.map_or(none, |axis| values[axis]));
@@ -181,13 +178,23 @@ async fn open_datasets(
     }
 }
 
+/// The transformations of all levels, which come after their own ones.
+fn of_pyramid(multiscale: &Value, axes: usize, oddities: &mut Oddities) -> Diagonal {
+    let mut diagonal = Diagonal::identity(axes);
+    // Version 0.6 has transformations between systems there, which none of the levels' own is.
+    if list(multiscale, "coordinateSystems").is_empty() {
+        diagonal.apply(list(multiscale, "coordinateTransformations"), "all levels", oddities);
+    }
+    diagonal
+}
+
 /// Version 0.6 names a system of coordinates by its name, or by an object that has it.
 fn output_name(output: &Value) -> Option<&str> {
     output.as_str().or_else(|| text(output, "name"))
 }
 
 /// Says where an array names its axes otherwise than the image does.
-fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Vec<String>) {
+fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Oddities) {
     let differs = |(axis, name): (&Axis, &Option<String>)| {
         name.as_ref().is_some_and(|name| !axis.name.is_empty() && name.to_lowercase() != axis.name)
     };
@@ -201,7 +208,7 @@ fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Vec<Strin
 }
 
 /// The levels that have the values, channels and times of the finest one.
-fn alike(found: Vec<Found>, oddities: &mut Vec<String>) -> Vec<Found> {
+fn alike(found: Vec<Found>, oddities: &mut Oddities) -> Vec<Found> {
     let key = |found: &Found| {
         let meta = found.array.meta();
         let along = |axis: Option<usize>| axis.map_or(1, |axis| meta.shape[axis]);
@@ -227,7 +234,7 @@ fn one_unit(
     map: AxisMap,
     scales: &mut [[f64; 3]],
     translations: &mut [[f64; 3]],
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Option<String> {
     let unit = |axis: Option<usize>| axes.get(axis?)?.unit.clone();
     let units = [unit(Some(map.x)), unit(Some(map.y)), unit(map.z)];
@@ -252,7 +259,7 @@ fn one_unit(
     Some(first)
 }
 
-fn channel_info(attributes: &Value, channels: u64, oddities: &mut Vec<String>) -> Vec<VolumeChannel> {
+fn channel_info(attributes: &Value, channels: u64, oddities: &mut Oddities) -> Vec<VolumeChannel> {
     let mut said = omero::read(attributes, oddities);
     if !said.is_empty() && said.len() as u64 != channels {
         oddities.push(format!("omero describes {} channels, and there are {channels}", said.len()));
@@ -272,7 +279,7 @@ fn channel_info(attributes: &Value, channels: u64, oddities: &mut Vec<String>) -
 async fn labels_beside(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Result<Vec<String>, VolumeError> {
     let group = join(prefix, "labels");
     let listed = match super::root::open_root(keys, &group).await {
@@ -291,15 +298,6 @@ async fn labels_beside(
         }
     };
     Ok(listed.into_iter().take(MOST_LABELS).collect())
-}
-
-fn shortened_list(mut oddities: Vec<String>) -> Vec<String> {
-    if oddities.len() > MOST_ODDITIES {
-        let left = oddities.len() - MOST_ODDITIES;
-        oddities.truncate(MOST_ODDITIES);
-        oddities.push(format!("and {left} more"));
-    }
-    oddities
 }
 
 /// An error for a group that is no image.

@@ -1,5 +1,6 @@
 //! Levels: their order, their scales where none are given, and where their first voxels lie.
 
+use crate::fault::Oddities;
 use crate::volume::Convention;
 
 /// A level that is stored, as its metadata and its array have it.
@@ -14,7 +15,7 @@ pub(super) struct Stored {
 
 /// Puts the finest level first, by size; says so where that was not the order. Gives the order, as places in
 /// the list.
-pub(super) fn sorted(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<usize> {
+pub(super) fn sorted(levels: &[Stored], oddities: &mut Oddities) -> Vec<usize> {
     let voxels = |place: &usize| levels[*place].size.iter().map(|side| u128::from(*side)).product::<u128>();
     let mut order: Vec<usize> = (0..levels.len()).collect();
     order.sort_by_key(|place| std::cmp::Reverse(voxels(place)));
@@ -38,7 +39,7 @@ pub(super) fn sorted(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<usize
 
 /// Scales for all levels: where one is not given, it follows from the sizes, as a whole factor where one
 /// fits.
-pub(super) fn scales(levels: &[Stored], oddities: &mut Vec<String>) -> Vec<[f64; 3]> {
+pub(super) fn scales(levels: &[Stored], oddities: &mut Oddities) -> Vec<[f64; 3]> {
     let first = levels[0].scale.unwrap_or([1.0; 3]);
     let mut scales = Vec::new();
     for (n, level) in levels.iter().enumerate() {
@@ -108,7 +109,7 @@ pub(super) fn check_cover(
     levels: &[Stored],
     scales: &[[f64; 3]],
     origins: &[[f64; 3]],
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) {
     for n in 1..levels.len() {
         let is_off = |axis: usize| {
@@ -147,18 +148,18 @@ mod tests {
 
     #[test]
     fn scales_follow_from_sizes_where_none_are_given() {
-        let mut odd = Vec::new();
+        let mut odd = Oddities::default();
         let levels = [stored("0", 2854), stored("1", 1427), stored("2", 714), stored("3", 238)];
         let scales = scales(&levels, &mut odd);
         assert_eq!(scales.iter().map(|scale| scale[0]).collect::<Vec<_>>(), [1.0, 2.0, 4.0, 12.0]);
-        assert!(scales.iter().all(|scale| scale[2] == 1.0) && odd.len() == 3);
+        assert!(scales.iter().all(|scale| scale[2] == 1.0) && odd.into_vec().len() == 3);
     }
 
     #[test]
     fn levels_come_by_size_and_once() {
-        let mut odd = Vec::new();
+        let mut odd = Oddities::default();
         let levels = [stored("b", 10), stored("a", 20), stored("c", 10)];
         assert_eq!(sorted(&levels, &mut odd), [1, 0]);
-        assert_eq!(odd.len(), 2, "{odd:?}");
+        assert_eq!(odd.into_vec().len(), 2);
     }
 }

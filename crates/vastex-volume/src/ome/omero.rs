@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::fault::Oddities;
 use crate::json::{finite, list, text};
 
 /// What `omero` says of a channel.
@@ -24,13 +25,13 @@ pub(super) struct Omero {
 const MOST_CHANNELS: usize = 4096;
 
 /// What `omero` says, for each channel that it has.
-pub(super) fn read(attributes: &Value, oddities: &mut Vec<String>) -> Vec<Omero> {
+pub(super) fn read(attributes: &Value, oddities: &mut Oddities) -> Vec<Omero> {
     let Some(omero) = attributes.get("omero") else { return Vec::new() };
     let channels = list(omero, "channels").iter().take(MOST_CHANNELS).enumerate();
     channels.map(|(n, channel)| read_channel(n, channel, oddities)).collect()
 }
 
-fn read_channel(n: usize, channel: &Value, oddities: &mut Vec<String>) -> Omero {
+fn read_channel(n: usize, channel: &Value, oddities: &mut Oddities) -> Omero {
     let color = text(channel, "color").map(|color| {
         parse_color(color).or_else(|| {
             oddities.push(format!(
@@ -60,7 +61,7 @@ fn parse_color(color: &str) -> Option<[u8; 3]> {
     Some([16, 8, 0].map(|shift| (number >> shift) as u8))
 }
 
-fn read_window(n: usize, window: &Value, oddities: &mut Vec<String>) -> Option<[f64; 2]> {
+fn read_window(n: usize, window: &Value, oddities: &mut Oddities) -> Option<[f64; 2]> {
     let number = |key: &str| window.get(key).and_then(finite);
     let (low, high) = (number("min"), number("max"));
     let (Some(start), Some(end)) = (number("start").or(low), number("end").or(high)) else {
@@ -93,7 +94,7 @@ mod tests {
 
     #[test]
     fn channels_are_read_with_their_faults() {
-        let mut odd = Vec::new();
+        let mut odd = Oddities::default();
         let channels = read(
             &json!({"omero": {"channels": [
                 {"label": "DAPI", "color": "0000FF", "active": true, "window": {"min": 0, "max": 65535, "start": 0, "end": 1500}},
@@ -107,7 +108,8 @@ mod tests {
         assert_eq!((channels[1].color, channels[1].window), (Some([255, 128, 0]), Some([0.0, 255.0])));
         assert!(channels[1].is_inverted && channels[1].label.is_none());
         assert_eq!((channels[2].color, channels[2].window), (None, None));
-        assert_eq!(odd.len(), 4, "{odd:?}");
         assert_eq!(read(&json!({"omero": {"channels": "none"}}), &mut odd), []);
+        let odd = odd.into_vec();
+        assert_eq!(odd.len(), 4, "{odd:?}");
     }
 }

@@ -1,16 +1,19 @@
 //! What lies under a key: an image, an array, or something that lists images.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use serde_json::Value;
 
-use crate::fault::VolumeError;
+use crate::fault::{Oddities, VolumeError};
 use crate::json::{list, read_json, text};
-use crate::keys::{KeyStore, join};
+use crate::keys::{KeyStore, Span, join, parts};
 use crate::zarr::shortened;
 
 /// Images of a plate, or of a file with several, that are listed at most.
 const MOST_IMAGES: usize = 100_000;
+/// Bytes that the path of an image may have.
+const MOST_PATH: usize = 1024;
 
 /// What lies under a key.
 pub(crate) enum Root {
@@ -36,21 +39,22 @@ pub(crate) enum Root {
 pub(crate) struct ImageRoot {
     pub(super) attributes: Value,
     pub(super) version: Option<String>,
-    pub(super) oddities: Vec<String>,
+    pub(super) oddities: Oddities,
 }
 
 /// Finds out what lies under a key.
 pub(crate) async fn open_root(keys: &Arc<dyn KeyStore>, prefix: &str) -> Result<Root, VolumeError> {
-    let mut oddities = Vec::new();
-    let node = read_json(&**keys, &join(prefix, "zarr.json"), &mut oddities).await?;
+    let mut oddities = Oddities::default();
+    let mut node = read_json(&**keys, &join(prefix, "zarr.json"), &mut oddities).await?;
     let old = read_json(&**keys, &join(prefix, ".zattrs"), &mut oddities).await?;
     let is_array = match &node {
         Some(node) => text(node, "node_type") == Some("array"),
         None => has(keys, &join(prefix, ".zarray")).await?,
     };
-    let new = node.as_ref().and_then(|node| node.get("attributes")).cloned();
+    let mut new = node.as_mut().and_then(|node| node.get_mut("attributes")).map(Value::take);
     // Version 0.5 has all of it below `ome`; drafts of it, and 0.4, have it at the top.
-    let candidates = [new.as_ref().and_then(|new| new.get("ome")).cloned(), new, old];
+    let ome = new.as_mut().and_then(|new| new.get_mut("ome")).map(Value::take);
+    let candidates = [ome, new, old];
     let mut candidates: Vec<Value> = candidates.into_iter().flatten().collect();
     let known = ["multiscales", "plate", "well", "bioformats2raw.layout", "labels", "series"];
     let place = candidates.iter().position(|found| known.iter().any(|key| found.get(key).is_some()));
@@ -75,7 +79,7 @@ pub(crate) async fn open_root(keys: &Arc<dyn KeyStore>, prefix: &str) -> Result<
 }
 
 async fn has(keys: &Arc<dyn KeyStore>, key: &str) -> Result<bool, VolumeError> {
-    Ok(keys.read(key, crate::keys::Span::Whole { most: u64::MAX >> 24 }).await?.is_some())
+    Ok(keys.read(key, Span::Range { offset: 0, len: 0 }).await?.is_some())
 }
 
 fn version_of(found: &Value) -> Option<String> {
@@ -88,12 +92,22 @@ async fn list_images(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,
     found: &Value,
-    mut oddities: Vec<String>,
+    mut oddities: Oddities,
 ) -> Result<Root, VolumeError> {
     let (what, paths) = if let Some(plate) = found.get("plate") {
         let wells = list(plate, "wells").iter().filter_map(|well| text(well, "path"));
-        let mut paths = Vec::new();
+        let (mut paths, mut read) = (Vec::new(), BTreeSet::new());
         for well in wells.take(MOST_IMAGES) {
+            if paths.len() > MOST_IMAGES {
+                break;
+            }
+            if well.len() > MOST_PATH || !read.insert(parts(well)) {
+                oddities.push(format!(
+                    "the well '{}' is listed twice, or has too long a path; it is left out",
+                    shortened(well)
+                ));
+                continue;
+            }
             paths.extend(images_of_well(keys, prefix, well, &mut oddities).await?);
         }
         ("a plate", paths)
@@ -107,10 +121,10 @@ async fn list_images(
     };
     let mut paths = paths;
     if paths.len() > MOST_IMAGES {
-        oddities.push(format!("{} images are listed; the first {MOST_IMAGES} are taken", paths.len()));
+        oddities.push(format!("more than {MOST_IMAGES} images are listed; the first of them are taken"));
         paths.truncate(MOST_IMAGES);
     }
-    Ok(Root::Images { what, paths, oddities })
+    Ok(Root::Images { what, paths, oddities: oddities.into_vec() })
 }
 
 /// The images of a well, by its own metadata; where it has none, its first field is named.
@@ -118,7 +132,7 @@ async fn images_of_well(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,
     well: &str,
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Result<Vec<String>, VolumeError> {
     let key = join(prefix, well);
     let node = read_json(&**keys, &join(&key, "zarr.json"), oddities).await?;
@@ -140,7 +154,8 @@ async fn images_of_well(
 
 fn paths_in(well: &Value, below: &str) -> Vec<String> {
     let images = list(well, "images").iter().filter_map(|image| text(image, "path"));
-    images.map(|image| join(below, image)).collect()
+    let short = images.filter(|image| below.len() + image.len() < MOST_PATH);
+    short.take(MOST_IMAGES + 1).map(|image| join(below, image)).collect()
 }
 
 /// The images of a file that bioformats2raw made: those that the group `OME` names, else 0, 1, 2 and so on.
@@ -148,7 +163,7 @@ async fn series(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,
     found: &Value,
-    oddities: &mut Vec<String>,
+    oddities: &mut Oddities,
 ) -> Result<Vec<String>, VolumeError> {
     let own = list(found, "series");
     let named = |list: &[Value]| -> Vec<String> {

@@ -2,6 +2,7 @@
 
 use serde_json::Value;
 
+use crate::fault::Oddities;
 use crate::json::{finite, list, text};
 use crate::zarr::shortened;
 
@@ -23,17 +24,11 @@ impl Diagonal {
     }
 
     /// Applies a list of transformations after this one. `of` says whose they are.
-    pub(super) fn apply(&mut self, transformations: &[Value], of: &str, oddities: &mut Vec<String>) {
+    pub(super) fn apply(&mut self, transformations: &[Value], of: &str, oddities: &mut Oddities) {
         self.apply_within(transformations, of, oddities, 0);
     }
 
-    fn apply_within(
-        &mut self,
-        transformations: &[Value],
-        of: &str,
-        oddities: &mut Vec<String>,
-        depth: usize,
-    ) {
+    fn apply_within(&mut self, transformations: &[Value], of: &str, oddities: &mut Oddities, depth: usize) {
         for transformation in transformations {
             match text(transformation, "type").unwrap_or("without a type") {
                 "identity" => {}
@@ -46,9 +41,7 @@ impl Diagonal {
                 "translation" => {
                     let moved =
                         self.vector(transformation.get("translation"), 0.0, "translation", of, oddities);
-                    for (own, by) in self.translation.iter_mut().zip(moved.unwrap_or_default()) {
-                        *own += by;
-                    }
+                    self.move_by(&moved.unwrap_or_default(), of, oddities);
                 }
                 "sequence" if depth < MOST_DEEP => {
                     self.apply_within(list(transformation, "transformations"), of, oddities, depth + 1);
@@ -62,7 +55,27 @@ impl Diagonal {
         }
     }
 
-    fn scale_by(&mut self, scale: &[f64], of: &str, oddities: &mut Vec<String>) {
+    /// Applies what others came to after this one.
+    pub(super) fn then(&mut self, other: &Diagonal, of: &str, oddities: &mut Oddities) {
+        if other.is_given {
+            self.scale_by(&other.scale, of, oddities);
+        }
+        self.move_by(&other.translation, of, oddities);
+    }
+
+    fn move_by(&mut self, moved: &[f64], of: &str, oddities: &mut Oddities) {
+        for (axis, (own, by)) in self.translation.iter_mut().zip(moved).enumerate() {
+            if (*own + by).is_finite() {
+                *own += by;
+            } else {
+                oddities.push(format!(
+                    "{of}: the translation {by} of axis {axis} leads beyond all numbers, and is left out"
+                ));
+            }
+        }
+    }
+
+    fn scale_by(&mut self, scale: &[f64], of: &str, oddities: &mut Oddities) {
         self.is_given = true;
         for (axis, by) in scale.iter().enumerate() {
             let mut by = *by;
@@ -83,7 +96,7 @@ impl Diagonal {
     }
 
     /// The diagonal of a matrix with a column for the translation.
-    fn apply_affine(&mut self, matrix: Option<&Value>, of: &str, oddities: &mut Vec<String>) {
+    fn apply_affine(&mut self, matrix: Option<&Value>, of: &str, oddities: &mut Oddities) {
         let axes = self.scale.len();
         let rows: Option<Vec<Vec<f64>>> = matrix
             .and_then(Value::as_array)
@@ -107,9 +120,8 @@ impl Diagonal {
         let length = |column: usize| (0..axes).map(|row| rows[row][column].powi(2)).sum::<f64>().sqrt();
         let scale: Vec<f64> = (0..axes).map(length).collect();
         self.scale_by(&scale, of, oddities);
-        for (axis, own) in self.translation.iter_mut().enumerate() {
-            *own += rows[axis][axes];
-        }
+        let moved: Vec<f64> = rows.iter().take(axes).map(|row| row[axes]).collect();
+        self.move_by(&moved, of, oddities);
     }
 
     /// A vector with a number for each axis. What is no finite number becomes `neutral`.
@@ -119,7 +131,7 @@ impl Diagonal {
         neutral: f64,
         name: &str,
         of: &str,
-        oddities: &mut Vec<String>,
+        oddities: &mut Oddities,
     ) -> Option<Vec<f64>> {
         let axes = self.scale.len();
         let Some(numbers) = value.and_then(Value::as_array) else {
@@ -154,9 +166,9 @@ mod tests {
     use super::*;
 
     fn applied(axes: usize, transformations: &Value) -> (Diagonal, Vec<String>) {
-        let (mut own, mut oddities) = (Diagonal::identity(axes), Vec::new());
+        let (mut own, mut oddities) = (Diagonal::identity(axes), Oddities::default());
         own.apply(transformations.as_array().unwrap(), "0", &mut oddities);
-        (own, oddities)
+        (own, oddities.into_vec())
     }
 
     #[test]
@@ -186,6 +198,14 @@ mod tests {
                 json!([{"type": "scale", "scale": [1e308, 1]}, {"type": "scale", "scale": [1e308, 1]}]),
                 [1e308, 1.0],
             ),
+            (
+                json!([{"type": "translation", "translation": [1e308, 0]}, {"type": "translation", "translation": [1e308, 0]}]),
+                [1.0, 1.0],
+            ),
+            (
+                json!([{"type": "translation", "translation": [1e308, 0]}, {"type": "affine", "affine": [[1, 0, 1e308], [0, 1, 0]]}]),
+                [1.0, 1.0],
+            ),
             (json!([{"type": "rotation", "rotation": []}]), [1.0, 1.0]),
             (json!([{"type": "affine", "affine": [[0, 3, 0], [4, 0, 0]]}]), [4.0, 3.0]),
             (json!([{"type": "affine", "affine": [[0, 3]]}]), [1.0, 1.0]),
@@ -193,6 +213,7 @@ mod tests {
         ] {
             let (own, odd) = applied(2, &bad);
             assert_eq!(own.scale, scale, "{bad}");
+            assert!(own.translation.iter().all(|side| side.is_finite()), "{bad}");
             assert!(!odd.is_empty(), "{bad}");
         }
     }

@@ -1,7 +1,7 @@
 //! The pages of a TIFF file, and their strips or tiles as chunks.
 
 use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
@@ -22,7 +22,36 @@ const MOST_CHUNK: usize = 1 << 30;
 /// Decoders that are kept, so that threads do not wait for each other.
 const MOST_DECODERS: usize = 16;
 
-type FileDecoder = Decoder<BufReader<File>>;
+/// Bytes of directories and of what they lead to that are read to find out what a file's pages are: the
+/// places of strips and tiles take eight bytes or sixteen for each of them.
+const MOST_DIRECTORIES: u64 = 256 << 20;
+/// Pages up to which one is sought that is like the first, to find out whether a file is a stack: some
+/// microscopes put a small picture beside each page.
+const FIRST_PAGES: u64 = 4;
+
+type FileDecoder = Decoder<Counted>;
+
+/// A file of which so many bytes are read at most.
+struct Counted {
+    file: BufReader<File>,
+    left: u64,
+}
+
+impl Read for Counted {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        let read = self.file.read(buffer)?;
+        self.left = self.left.checked_sub(read as u64).ok_or_else(|| {
+            io::Error::other(format!("its directories lead to more than {MOST_DIRECTORIES} bytes"))
+        })?;
+        Ok(read)
+    }
+}
+
+impl Seek for Counted {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
 
 /// What all pages of a stack have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,15 +80,16 @@ pub(crate) fn is_stack(path: &Path) -> bool {
     let mut start = [0; 4];
     let is_tiff = File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok()
         && [&b"II\x2a\0"[..], b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].contains(&&start[..]);
-    is_tiff && Pages::open(path, &mut Vec::new()).is_ok_and(|pages| pages.count() > 1)
+    is_tiff && Pages::open_first(path, FIRST_PAGES, &mut Vec::new()).is_ok_and(|pages| pages.count() > 1)
 }
 
-fn decoder(path: &Path) -> TiffResult<FileDecoder> {
+/// A decoder that reads so many bytes at most.
+fn decoder(path: &Path, left: u64) -> TiffResult<FileDecoder> {
     let mut limits = Limits::default();
     limits.decoding_buffer_size = MOST_CHUNK;
     limits.intermediate_buffer_size = MOST_CHUNK;
     limits.ifd_value_size = 64 << 20;
-    Ok(Decoder::new(BufReader::new(File::open(path)?))?.with_limits(limits))
+    Ok(Decoder::new(Counted { file: BufReader::new(File::open(path)?), left })?.with_limits(limits))
 }
 
 fn page_of(decoder: &mut FileDecoder) -> TiffResult<Result<Page, String>> {
@@ -108,9 +138,14 @@ fn page_of(decoder: &mut FileDecoder) -> TiffResult<Result<Page, String>> {
 
 impl Pages {
     pub(super) fn open(path: &Path, oddities: &mut Vec<String>) -> Result<Pages, VolumeError> {
+        Pages::open_first(path, MOST_PAGES, oddities)
+    }
+
+    /// The first `most` pages of a file.
+    fn open_first(path: &Path, most: u64, oddities: &mut Vec<String>) -> Result<Pages, VolumeError> {
         let at = |fault: VolumeFault| fault.at(path.display().to_string());
         let wrong = |error: tiff::TiffError| at(damaged(format!("is no sound TIFF: {error}; copy it anew")));
-        let mut decoder = decoder(path).map_err(wrong)?;
+        let mut decoder = decoder(path, MOST_DIRECTORIES).map_err(wrong)?;
         let page = page_of(&mut decoder).map_err(wrong)?.map_err(|why| at(unsupported(why)))?;
         let description = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();
         let is_big_endian = decoder.byte_order() == tiff::tags::ByteOrder::BigEndian;
@@ -119,8 +154,8 @@ impl Pages {
         let (mut place, mut left_out) = (0, 0);
         while decoder.more_images() {
             place += 1;
-            if place as u64 == MOST_PAGES {
-                oddities.push(format!("has more than {MOST_PAGES} pages; the others are left out"));
+            if place as u64 == most {
+                oddities.push(format!("has more than {most} pages; the others are left out"));
                 break;
             }
             match decoder.next_image().and_then(|()| page_of(&mut decoder)) {
@@ -137,7 +172,17 @@ impl Pages {
                 "{left_out} pages have another size or other values than the first one, and are left out"
             ));
         }
-        let run = run.filter(|_| places.len() == 1);
+        let len = std::fs::metadata(path).map_err(|error| at(VolumeFault::Read(error.to_string())))?.len();
+        let page_bytes = u64::from(page.size.0) * u64::from(page.size.1) * page.dtype.bytes() as u64;
+        let run = run.filter(|_| places.len() == 1).and_then(|(offset, count)| {
+            let fit = len.saturating_sub(offset) / page_bytes.max(1);
+            if fit < count {
+                oddities.push(format!(
+                    "ImageJ's description says that {count} pages lie in it, and it is long enough for {fit}; those are read"
+                ));
+            }
+            Some((offset, count.min(fit))).filter(|(_, count)| *count > 1)
+        });
         Ok(Pages { path: path.into(), page, places, description, run, is_big_endian })
     }
 
@@ -221,7 +266,7 @@ impl PageChunks {
         let kept = self.decoders.lock().unwrap_or_else(PoisonError::into_inner).pop();
         let mut decoder = match kept {
             Some(decoder) => decoder,
-            None => decoder(&self.pages.path).map_err(wrong)?,
+            None => decoder(&self.pages.path, u64::MAX).map_err(wrong)?,
         };
         let place = self.pages.places.get(page).copied().unwrap_or(usize::MAX);
         decoder.seek_to_image(place).map_err(wrong)?;
@@ -264,5 +309,18 @@ impl ChunkSource for PageChunks {
 
     fn presence(&self, _: usize) -> PresenceFuture<'_> {
         Box::pin(async { Ok(Presence::All) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directories_are_read_up_to_a_number_of_bytes() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/layers.tif");
+        let error = decoder(&path, 64).err().unwrap().to_string();
+        assert!(error.contains("more than"), "{error}");
+        assert!(decoder(&path, MOST_DIRECTORIES).is_ok());
     }
 }

@@ -74,6 +74,8 @@ struct Pending {
     waits: usize,
     /// Whether a chunk of its payload is stored.
     has_payload: bool,
+    /// Whether a chunk could not be read, and the error was delivered.
+    has_failed: bool,
 }
 
 /// A chunk that bricks of one call want: its level, and its coordinates.
@@ -83,12 +85,13 @@ impl Volume {
     /// Reads bricks, and delivers each as soon as it is whole. Chunks are read in the order in which the
     /// bricks that are named want them, each once, whatever the number of bricks, channels and times that it
     /// serves. Takes the memory of all bricks named and of one chunk; a call whose bricks take more than 1
-    /// GiB is refused. Fails at the first chunk that cannot be read: what was delivered before is right.
+    /// GiB is refused, as is one that names a brick which is not there. A brick that wants a chunk which cannot
+    /// be read is delivered as that error, and the others are read all the same.
     pub async fn read_bricks(
         &self,
         layout: BrickLayout,
         wanted: &[BrickPos],
-        deliver: &mut (dyn FnMut(BrickPos, Brick) + Send),
+        deliver: &mut (dyn FnMut(BrickPos, Result<Brick, VolumeError>) + Send),
     ) -> Result<BrickWork, VolumeError> {
         self.check_bricks(layout, wanted)?;
         let width = self.about.dtype.bytes();
@@ -109,21 +112,43 @@ impl Volume {
             }
             let fill = &array.source.fill()[..width];
             let values = fill.iter().copied().cycle().take(outer.pow(3) * width).collect();
-            pending.push(Pending { pos: *pos, values, waits: places.len(), has_payload: false });
+            pending.push(Pending {
+                pos: *pos,
+                values,
+                waits: places.len(),
+                has_payload: false,
+                has_failed: false,
+            });
         }
         let mut work = BrickWork::default();
         for key in order {
             let array = &self.arrays[key.0];
-            let chunk = array.source.read(&key.1).await?;
-            match &chunk {
-                Some(_) => work.chunks_decoded += 1,
-                None => work.chunks_absent += 1,
+            let mut bricks = wants.remove(&key).unwrap_or_default();
+            bricks.retain(|n| !pending[*n].has_failed);
+            if bricks.is_empty() {
+                continue;
             }
-            for n in wants.remove(&key).unwrap_or_default() {
+            let chunk = array.source.read(&key.1).await;
+            match &chunk {
+                Ok(Some(_)) => work.chunks_decoded += 1,
+                Ok(None) => work.chunks_absent += 1,
+                Err(_) => {}
+            }
+            for n in bricks {
                 let brick = &mut pending[n];
-                if let Some(chunk) = &chunk {
-                    self.copy_into(array, layout, &key.1, chunk, brick)?;
-                    work.parts += 1;
+                let copied = match &chunk {
+                    Ok(Some(chunk)) => self.copy_into(array, layout, &key.1, chunk, brick).map(|()| 1),
+                    Ok(None) => Ok(0),
+                    Err(error) => Err(error.clone()),
+                };
+                match copied {
+                    Ok(parts) => work.parts += parts,
+                    Err(error) => {
+                        brick.has_failed = true;
+                        brick.values = Vec::new();
+                        deliver(brick.pos, Err(error));
+                        continue;
+                    }
                 }
                 brick.waits -= 1;
                 if brick.waits == 0 {
@@ -133,7 +158,7 @@ impl Volume {
                     } else {
                         values = Vec::new();
                     }
-                    deliver(brick.pos, Brick { values, is_absent: !brick.has_payload });
+                    deliver(brick.pos, Ok(Brick { values, is_absent: !brick.has_payload }));
                 }
             }
         }

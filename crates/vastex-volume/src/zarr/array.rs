@@ -6,10 +6,13 @@ use super::metadata::{ArrayMeta, ShardMeta};
 use super::shards::{ShardIndices, checked};
 use super::{v2, v3};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
-use crate::fault::VolumeError;
+use crate::fault::{Oddities, VolumeError};
 use crate::json::{read_json, text};
 use crate::keys::{KeyStore, Span, join, shown};
 use crate::values::swap_bytes;
+
+/// Names that are looked at to find out how keys are separated: what is not a chunk's is a handful.
+const MOST_PROBED: usize = 256;
 
 /// An array.
 pub(crate) struct ZarrArray {
@@ -25,7 +28,7 @@ pub(crate) async fn open_array(
     keys: &Arc<dyn KeyStore>,
     prefix: &str,
 ) -> Result<Option<ZarrArray>, VolumeError> {
-    let mut oddities = Vec::new();
+    let mut oddities = Oddities::default();
     let v3_key = join(prefix, "zarr.json");
     let found = read_json(&**keys, &v3_key, &mut oddities).await?;
     let meta = match found.filter(|value| text(value, "node_type") == Some("array")) {
@@ -41,7 +44,7 @@ pub(crate) async fn open_array(
         }
     };
     let mut meta = meta;
-    meta.oddities.extend(oddities);
+    meta.oddities.extend(oddities.into_vec());
     let strides = meta.strides().into();
     Ok(Some(ZarrArray {
         keys: keys.clone(),
@@ -54,7 +57,7 @@ pub(crate) async fn open_array(
 
 /// The separator that an array's keys are seen to have: directories with numbers for names are of `/`.
 async fn probed_separator(keys: &dyn KeyStore, prefix: &str) -> Result<Option<char>, VolumeError> {
-    let groups = keys.groups(prefix, 16).await?;
+    let groups = keys.groups(prefix, MOST_PROBED).await?;
     let is_number = |name: &String| !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_digit());
     Ok(groups.iter().any(is_number).then_some('/'))
 }
@@ -104,13 +107,14 @@ impl ZarrArray {
         let stored = listing.keys.iter().filter_map(|key| self.meta.keys.coords(key, self.meta.shape.len()));
         let stored: Vec<Vec<u64>> = stored.filter(is_within).collect();
         let Some(shard) = &self.meta.shard else { return Ok(Presence::These(stored)) };
+        // Every chunk of an index is looked at, whether it is stored or not.
+        if (stored.len() as u64).saturating_mul(shard.chunks()) > most as u64 {
+            return Ok(Presence::Unknown);
+        }
         let mut present = Vec::new();
         for of in stored {
             let key = join(&self.prefix, &self.meta.keys.key(&of));
             let Some(index) = self.shards.get(&*self.keys, &key, shard).await? else { continue };
-            if present.len().saturating_add(index.stored().count()) > most {
-                return Ok(Presence::Unknown);
-            }
             present.extend(index.stored().map(|place| joined(&of, place, shard)));
         }
         // Chunks of a shard may lie beyond the array's edge.
@@ -176,5 +180,15 @@ mod tests {
             let (of, within) = split(&coords, &shard);
             assert_eq!(joined(&of, shard.entry(&within), &shard), coords);
         }
+    }
+
+    #[test]
+    fn chunks_in_indices_count_whether_they_are_stored_or_not() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/v05-shards.zip");
+        let keys: Arc<dyn KeyStore> = Arc::new(crate::keys::Zip::open(&path).unwrap());
+        let array = pollster::block_on(open_array(&keys, "0")).unwrap().unwrap();
+        let found = |most| pollster::block_on(array.find_present(most)).unwrap();
+        let Presence::These(stored) = found(1 << 16) else { panic!() };
+        assert!(matches!(found(stored.len()), Presence::Unknown));
     }
 }

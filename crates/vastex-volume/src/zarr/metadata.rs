@@ -3,8 +3,8 @@
 use serde_json::Value;
 
 use super::keys_of::ChunkKeys;
-use crate::codecs::Chain;
-use crate::fault::{VolumeFault, damaged};
+use crate::codecs::{Chain, MOST_CODECS};
+use crate::fault::{VolumeFault, damaged, printable, unsupported};
 use crate::values::DType;
 
 /// Axes that an array may have.
@@ -111,6 +111,13 @@ impl ArrayMeta {
                 self.chunk
             )));
         }
+        if self.chain.0.len() > MOST_CODECS {
+            return Err(unsupported(format!(
+                "chunks are encoded by {} codecs one after the other, where up to {MOST_CODECS} are read; write the array with \
+                 fewer",
+                self.chain.0.len()
+            )));
+        }
         let Some(shard) = &self.shard else { return Ok(()) };
         let entries = product(&shard.counts).and_then(|entries| entries.checked_mul(INDEX_ENTRY));
         if entries.is_none_or(|bytes| bytes == 0 || bytes > MOST_INDEX_BYTES) {
@@ -154,11 +161,11 @@ pub(super) fn permutation(order: &[u64], axes: usize) -> Result<Vec<usize>, Volu
     }
 }
 
-/// The beginning of what somebody wrote, for a message.
+/// The beginning of what somebody wrote, for a message, without control characters.
 pub(crate) fn shortened(text: &str) -> String {
     const MOST: usize = 60;
     match text.char_indices().nth(MOST) {
-        Some((at, _)) => format!("{}...", &text[..at]),
-        None => text.into(),
+        Some((at, _)) => printable(&text[..at]) + "...",
+        None => printable(text),
     }
 }

@@ -54,7 +54,8 @@ fn read(
 ) -> (Vec<(BrickPos, Brick)>, vastex_volume::BrickWork) {
     let mut found = Vec::new();
     let work =
-        block_on(volume.read_bricks(layout, wanted, &mut |pos, brick| found.push((pos, brick)))).unwrap();
+        block_on(volume.read_bricks(layout, wanted, &mut |pos, brick| found.push((pos, brick.unwrap()))))
+            .unwrap();
     (found, work)
 }
 
