@@ -1,9 +1,9 @@
 //! The reading part of volumes: OME-Zarr of every version, NIfTI, raw files and TIFF stacks, where they lie.
 //!
 //! [`open`] turns a path into a [`Volume`]: its levels, channels and times, with what its metadata say and
-//! what was odd about them ([`VolumeAbout`]). Values are read as boxes of a level ([`Volume::read`]), exactly as they are stored;
-//! chunks are decoded one by one, absent ones are never read. No GPU, no thread and no clock is in here: a
-//! caller's threads read and decode.
+//! what was odd about them ([`VolumeAbout`]). Values are read as boxes of a level ([`Volume::read`]), exactly
+//! as they are stored; chunks are decoded one by one, absent ones are never read. No GPU, no thread and no
+//! clock is in here: a caller's threads read and decode.
 //!
 //! Whatever lies there may be damaged or hostile: every length is checked before memory is taken for it, and
 //! errors name the path.

@@ -74,9 +74,10 @@ impl PlanetArgs {
             return Some(format!("{option} is for a planet; leave it out, or put the image --on planet"));
         }
         if self.height.is_some() && matches!(scene, Scene::Image | Scene::Plane) {
-            return Some(format!(
+            return Some(
                 "--height displaces a planet, a globe or a terrain; leave it out, or put the image --on one of these"
-            ));
+                    .into(),
+            );
         }
         let count = layers + self.night.iter().count() + self.clouds.iter().count();
         (count > MOST_LAYERS).then(|| {

@@ -68,8 +68,8 @@ impl Directory {
         let mut opened = 0;
         while let Some((directory, before, depth)) = open.pop() {
             opened += 1;
-            // Links can lead round in circles.
             let (names, is_cut) = entries(&directory, most.saturating_add(MOST_EMPTY))?;
+            // Links can lead round in circles.
             if is_cut || open.len().saturating_add(opened) > most.saturating_add(MOST_EMPTY) {
                 listing.is_cut = true;
                 return Ok(listing);

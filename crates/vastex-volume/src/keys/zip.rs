@@ -26,8 +26,8 @@ pub(crate) struct Zip {
     name: String,
     file: Bytewise,
     entries: BTreeMap<String, Entry>,
-    /// The deflated entry of which a part was read last, by the place of its header, and all of its bytes: the
-    /// chunks of a shard are read one after the other.
+    /// The deflated entry of which a part was read last, by the place of its header, and all of its bytes:
+    /// the chunks of a shard are read one after the other.
     inflated: Mutex<Option<(u64, Bytes)>>,
 }
 

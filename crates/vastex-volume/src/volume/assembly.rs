@@ -85,8 +85,8 @@ impl Volume {
     /// Reads bricks, and delivers each as soon as it is whole. Chunks are read in the order in which the
     /// bricks that are named want them, each once, whatever the number of bricks, channels and times that it
     /// serves. Takes the memory of all bricks named and of one chunk; a call whose bricks take more than 1
-    /// GiB is refused, as is one that names a brick which is not there. A brick that wants a chunk which cannot
-    /// be read is delivered as that error, and the others are read all the same.
+    /// GiB is refused, as is one that names a brick which is not there. A brick that wants a chunk which
+    /// cannot be read is delivered as that error, and the others are read all the same.
     pub async fn read_bricks(
         &self,
         layout: BrickLayout,
