@@ -1,5 +1,5 @@
-//! `--on planet`: each of its files and settings is seen, in `render` and in pictures of the window, and none is
-//! written over.
+//! `--on planet`: each of its files and settings is seen, in `render` and in pictures of the window, and
+//! none is written over.
 
 use crate::tool::{Ended, Sandbox};
 
