@@ -15,6 +15,8 @@ use vastex_wgpu::{
 
 #[path = "../../benches/draw/texts.rs"]
 mod bench;
+#[path = "layer_lists.rs"]
+mod layer_lists;
 #[path = "lit_planets.rs"]
 mod lit_planets;
 #[path = "../../../../crates/vastex-wgpu/tests/gpu/table_texts.rs"]
@@ -166,16 +168,18 @@ fn whole(visit: &mut Visit<'_>) {
 
 fn scenes(visit: &mut Visit<'_>) {
     visit("encode", vastex_viewer::stage::encode_text());
-    lists_of_layers(visit);
+    layer_lists::each(visit);
     lit_planets::each(visit);
     alone(visit, "scene", &Options::of_viewer(), shaders::flat);
-    // Colour and heights are layers of one texture, or one and the same.
+    // Colour and heights are layers of one texture, one and the same, or of two textures.
     Options::of_viewer().each(|options| {
         for heights in Atlas::ALL {
             let height = |layer| of_atlas(heights, member(options, "height", 0, layer));
+            let other = of_atlas(heights, member(options, "height", 1, 0));
             let apart = vec![member(options, "layer0", 0, 0), height(1)];
             let alike = vec![of_atlas(heights, member(options, "layer0", 0, 0)), height(0)];
-            for (members, name) in [(apart, "relief"), (alike, "relief-itself")] {
+            let others = vec![member(options, "layer0", 0, 0), other];
+            for (members, name) in [(apart, "relief"), (alike, "relief-itself"), (others, "relief-other")] {
                 let text = shaders::relief(&group(options, members), LayersText::BESIDE_HEIGHTS);
                 visit(&format!("{name}-{}-{}", name_of(options), atlas_name(heights)), text);
             }
@@ -185,43 +189,6 @@ fn scenes(visit: &mut Visit<'_>) {
 
 /// What layers of a list are called.
 const NAMES: [&str; 3] = ["layer0", "layer1", "layer2"];
-
-/// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of
-/// several, by filters of their own; and two over heights, which are the second or none of them.
-fn lists_of_layers(visit: &mut Visit<'_>) {
-    let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
-    options.each(|options| {
-        let filters = |nth: usize, bits: usize| {
-            if bits >> nth & 1 == 1 { Filter::Nearest } else { Filter::Trilinear }
-        };
-        for (count, bits) in (1..=3).flat_map(|count| (0..1 << count).map(move |bits| (count, bits))) {
-            for (pools, is_one_texture) in [(count, false), (1, false), (1, true)] {
-                let layer = |n: usize| {
-                    let member =
-                        member(options, NAMES[n], n % pools, if is_one_texture { n as u8 } else { 0 });
-                    KindMember { kind: member.kind.filtered(filters(n, bits)), ..member }
-                };
-                let text = group(options, (0..count).map(layer).collect());
-                let text = shaders::layered(&text, LayersText::list(count));
-                let of = if is_one_texture { "-one" } else { "" };
-                let by = if bits == 0 { String::new() } else { format!("-by{bits}") };
-                visit(&format!("layered-{count}-{pools}{of}{by}-{}", name_of(options)), text);
-            }
-        }
-        for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
-            for first in [Atlas::Float, heights] {
-                let members = vec![
-                    of_atlas(first, member(options, "layer0", 0, 0)),
-                    of_atlas(if layer == 1 { heights } else { first }, member(options, "layer1", 0, 1)),
-                    of_atlas(heights, member(options, "height", 0, layer)),
-                ];
-                let text = shaders::relief(&group(options, members), LayersText::list(2));
-                let of = format!("{}-{}-{layer}", atlas_name(first), atlas_name(heights));
-                visit(&format!("layered-relief-{of}-{}", name_of(options)), text);
-            }
-        }
-    });
-}
 
 /// A member that is a layer of a texture of a pool.
 fn member(choice: &Choice, name: &str, pool: usize, layer: u8) -> KindMember {

@@ -7,26 +7,33 @@ use vastex_wgpu::{Atlas, KindMember};
 
 use super::{NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
 
-/// Planets: with lights, with clouds, with both and with neither, each texture of a pool of its own, and
-/// heights of one, or the ground in their place.
+/// Planets: with lights, with clouds, with both and with neither, each texture of a pool of its own, or
+/// lights and clouds of one; and heights of another, or the ground in their place.
 pub(super) fn each(visit: &mut Visit<'_>) {
     let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {
         for (has_night, has_clouds) in [(false, false), (false, true), (true, false), (true, true)] {
             let parts = PlanetText { has_night, has_clouds };
             let layers = LayersText::planet(parts);
-            let ground: Vec<_> = (0..layers.count).map(|n| member(options, NAMES[n], n, 0)).collect();
-            let mut visit = |of: &str, height: KindMember| {
+            let ground_of = |most: usize| -> Vec<KindMember> {
+                (0..layers.count).map(|n| member(options, NAMES[n], n.min(most), 0)).collect()
+            };
+            let ground = ground_of(layers.count);
+            let mut visit = |of: &str, height: KindMember, ground: &[KindMember]| {
                 let members = ground.iter().cloned().chain([height]).collect();
                 let text = shaders::relief(&group(options, members), layers);
                 let parts = [(has_night, "-night"), (has_clouds, "-clouds")];
                 let parts: String = parts.map(|(has, name)| if has { name } else { "" }).concat();
                 visit(&format!("lit-planet{parts}-{of}-{}", name_of(options)), text);
             };
-            visit("level", member(options, "height", 0, 0));
+            visit("level", member(options, "height", 0, 0), &ground);
             for heights in Atlas::ALL {
                 let height = member(options, "height", layers.count, 0);
-                visit(atlas_name(heights), of_atlas(heights, height));
+                visit(atlas_name(heights), of_atlas(heights, height), &ground);
+                if has_night && has_clouds {
+                    let height = of_atlas(heights, member(options, "height", 2, 0));
+                    visit(&format!("{}-alike", atlas_name(heights)), height, &ground_of(1));
+                }
             }
         }
     });

@@ -1,7 +1,7 @@
 //! An image of any size as a widget of a program that uses egui and draws it with wgpu, as eframe does.
 //!
 //! The widget draws into a texture of its own, by the frame loop of `vastex`, and egui paints that. What a
-//! person does to it is in [`hands`].
+//! person does to it is in `hands`.
 
 mod hands;
 

@@ -1,0 +1,48 @@
+//! The shader texts of lists of layers.
+
+use vastex::Filter;
+use vastex_scenes::shaders;
+use vastex_viewer::LayersText;
+use vastex_wgpu::{Atlas, KindMember};
+
+use super::{NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
+
+/// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of
+/// several, by filters of their own; and two over heights, which are the second or none of them.
+pub(super) fn each(visit: &mut Visit<'_>) {
+    let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
+    options.each(|options| {
+        let filters = |nth: usize, bits: usize| {
+            if bits >> nth & 1 == 1 { Filter::Nearest } else { Filter::Trilinear }
+        };
+        for (count, bits) in (1..=3).flat_map(|count| (0..1 << count).map(move |bits| (count, bits))) {
+            for (pools, is_one_texture) in [(count, false), (1, false), (1, true)] {
+                let layer = |n: usize| {
+                    let member =
+                        member(options, NAMES[n], n % pools, if is_one_texture { n as u8 } else { 0 });
+                    KindMember { kind: member.kind.filtered(filters(n, bits)), ..member }
+                };
+                let text = group(options, (0..count).map(layer).collect());
+                let text = shaders::layered(&text, LayersText::list(count));
+                let of = if is_one_texture { "-one" } else { "" };
+                let by = if bits == 0 { String::new() } else { format!("-by{bits}") };
+                visit(&format!("layered-{count}-{pools}{of}{by}-{}", name_of(options)), text);
+            }
+        }
+        let first_again = [0, 1, 0].iter().zip(NAMES).map(|(pool, name)| member(options, name, *pool, 0));
+        let text = shaders::layered(&group(options, first_again.collect()), LayersText::list(3));
+        visit(&format!("layered-3-first-again-{}", name_of(options)), text);
+        for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
+            for first in [Atlas::Float, heights] {
+                let members = vec![
+                    of_atlas(first, member(options, "layer0", 0, 0)),
+                    of_atlas(if layer == 1 { heights } else { first }, member(options, "layer1", 0, 1)),
+                    of_atlas(heights, member(options, "height", 0, layer)),
+                ];
+                let text = shaders::relief(&group(options, members), LayersText::list(2));
+                let of = format!("{}-{}-{layer}", atlas_name(first), atlas_name(heights));
+                visit(&format!("layered-relief-{of}-{}", name_of(options)), text);
+            }
+        }
+    });
+}
