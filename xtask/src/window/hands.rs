@@ -328,9 +328,16 @@ impl<'a> Window<'a> {
 
     /// Percent of an image, as the title has it.
     fn magnification(&self) -> Result<f64> {
-        let title = self.title().unwrap_or_default();
-        let part = title.split(" – ").find_map(|part| part.strip_suffix(" %")).map(str::to_owned);
-        Ok(part.with_context(|| format!("no magnification in {title:?}"))?.parse()?)
+        // A notice has the title to itself for some seconds.
+        let begun = Instant::now();
+        loop {
+            let title = self.title().unwrap_or_default();
+            if let Some(part) = title.split(" – ").find_map(|part| part.strip_suffix(" %")) {
+                return Ok(part.parse()?);
+            }
+            ensure!(begun.elapsed() < PATIENCE, "no magnification in {title:?}");
+            sleep(Duration::from_millis(50));
+        }
     }
 
     /// The texel below the pointer, as the title has it.
