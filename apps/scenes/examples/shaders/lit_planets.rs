@@ -8,7 +8,7 @@ use vastex_wgpu::{Atlas, KindMember};
 use super::{NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
 
 /// Planets: with lights, with clouds, with both and with neither, each texture of a pool of its own, or
-/// lights and clouds of one; and heights of another, or the ground in their place.
+/// all of one, or lights and clouds of one; and heights of another, or the ground in their place.
 pub(super) fn each(visit: &mut Visit<'_>) {
     let options = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::of_viewer() };
     options.each(|options| {
@@ -27,6 +27,9 @@ pub(super) fn each(visit: &mut Visit<'_>) {
                 visit(&format!("lit-planet{parts}-{of}-{}", name_of(options)), text);
             };
             visit("level", member(options, "height", 0, 0), &ground);
+            if layers.count > 1 {
+                visit("level-alike", member(options, "height", 0, 0), &ground_of(0));
+            }
             for heights in Atlas::ALL {
                 let height = member(options, "height", layers.count, 0);
                 visit(atlas_name(heights), of_atlas(heights, height), &ground);

@@ -220,8 +220,7 @@ impl Panel {
     /// `has_file` says that one is displayed, which another may lie over.
     fn files(&mut self, ui: &mut Ui, has_file: bool, asked: &mut Vec<Asked>) {
         ui.horizontal_wrapped(|ui| {
-            let buttons =
-                [("Open a file…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
+            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
             for (name, asks) in buttons {
                 if ui.button(name).clicked() {
                     asked.push(asks);

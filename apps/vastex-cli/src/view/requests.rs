@@ -30,7 +30,7 @@ impl App {
             Chosen::File(path) => self.open_chosen(&path)?,
             Chosen::NoDialog => {
                 open.viewer.notify(
-                    "this system shows no dialog for files; type the path into the field below \"Open a file…\"",
+                    "this system shows no dialog for files; type the path into the field below \"Open…\"",
                 );
                 open.window.request_redraw();
             }

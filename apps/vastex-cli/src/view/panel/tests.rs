@@ -78,7 +78,7 @@ fn a_file_is_asked_for_by_its_path() {
     assert_eq!(harness.state().asked[1..], [Asked::LayOver("/of/moon.tif".into())]);
     harness.state_mut().asked.truncate(1);
     for (label, asked) in [
-        ("Open a file…", Asked::Choose),
+        ("Open…", Asked::Choose),
         ("Lay over a file…", Asked::ChooseOver),
         ("label", Asked::Open("a.svs:label".into())),
         ("Next", Asked::File(1)),
@@ -156,7 +156,7 @@ fn every_control_has_a_name_and_the_keyboard_reaches_them() {
     assert_eq!(unnamed(&harness.root()), Vec::<String>::new());
     harness.key_press(egui::Key::Tab);
     harness.run();
-    assert!(harness.get_by_label("Open a file…").is_focused());
+    assert!(harness.get_by_label("Open…").is_focused());
     harness.key_press(egui::Key::Tab);
     harness.run();
     assert!(harness.get_by_label("Previous").is_focused());
