@@ -5,7 +5,7 @@
 use vastex::{CpuTexture, Textures};
 use vastex_viewer::{Gpu, Picture, Pose, SceneRenderer};
 
-use crate::offscreen::error::{MOST_FIXED_TEXELS, OffscreenError};
+use crate::error::{MOST_FIXED_TEXELS, OffscreenError};
 use crate::places::places;
 
 /// The picture of a scene of one opaque layer at a pose, for which its camera has been placed.

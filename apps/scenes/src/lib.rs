@@ -9,13 +9,13 @@ mod clock;
 mod compare;
 mod cpu_picture;
 mod descent;
+mod error;
 mod estimate;
 mod levels;
 mod offscreen;
 mod places;
 mod planet;
 mod planet_image;
-mod planet_reference;
 mod reference;
 pub mod shaders;
 mod traced;
@@ -25,11 +25,10 @@ pub use attribute::Attribute;
 pub use clock::GpuClock;
 pub use compare::Comparison;
 pub use descent::Descent;
+pub use error::OffscreenError;
 pub use estimate::{Estimate, Estimating};
 pub use levels::LevelError;
-pub use offscreen::{
-    CostsBeside, DrawCosts, Offscreen, OffscreenError, Outcome, PATIENCE_FRAMES, ReferenceKind, Until,
-};
+pub use offscreen::{CostsBeside, DrawCosts, Offscreen, Outcome, PATIENCE_FRAMES, ReferenceKind, Until};
 pub use planet::{Part, Planet};
 pub use planet_image::{PlanetImageError, planet_image};
 pub use reference::{Reference, ReferenceError, Taps};

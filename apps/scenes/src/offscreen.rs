@@ -13,6 +13,7 @@ use vastex::{
 
 use crate::compare::Comparison;
 use crate::cpu_picture::cpu_picture;
+use crate::error::OffscreenError;
 use crate::estimate::Estimating;
 use crate::places::places;
 use crate::reference::{Reference, ReferenceError, Taps};
@@ -25,10 +26,8 @@ use vastex_viewer::{
 };
 
 mod costs;
-pub(crate) mod error;
 
 pub use costs::{CostsBeside, DrawCosts};
-pub use error::OffscreenError;
 
 /// Frames after the end of a path within which a view must converge.
 pub const PATIENCE_FRAMES: u64 = 10_000;

@@ -2,7 +2,9 @@
 //! feedback entry.
 //!
 //! What each attribute does to the picture is the shader's business (planet.wgsl); that it is the same from
-//! ordinary textures, `planet_reference`'s.
+//! ordinary textures, `reference`'s.
+
+mod reference;
 
 use std::sync::Arc;
 

@@ -319,12 +319,7 @@ impl SceneArgs {
         self.layers.over.iter().map(PathBuf::as_path).chain(self.planet.files())
     }
 
-    /// Whether the source is a generated planet.
-    fn is_planet(&self) -> bool {
-        self.source.to_str().is_some_and(|source| source.starts_with(PLANET))
-    }
-
-    /// What is shown of the texture.
+    /// What is shown of the textures, whatever they are.
     pub(crate) fn shown(&self) -> DisplayOptions {
         let mut heights = self.heights.heights();
         let planet = self.planet.options(1 + self.layers.over.len(), &mut heights);
@@ -333,7 +328,6 @@ impl SceneArgs {
             compare_mode: self.compare_mode(),
             heights,
             planet,
-            always_fixed: self.is_planet(),
             ..DisplayOptions::default()
         }
     }

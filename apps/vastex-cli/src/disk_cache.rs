@@ -9,26 +9,28 @@ use vastex::TileSource;
 use vastex_tiles::{DiskCache, DiskTier, TierStats};
 
 use crate::args::DiskCacheArgs;
-use crate::open::Opened;
 use crate::report;
 
-/// The source of `path`, behind the cache that was asked for.
-pub(crate) fn before(tiles: Arc<dyn TileSource>, path: &Path, args: &DiskCacheArgs) -> Opened {
-    let Some(directory) = &args.disk_cache else { return Opened { tiles, disk: None } };
+/// The source of `path`, behind the cache that was asked for; and that cache, where it can be had.
+pub(crate) fn before(
+    tiles: Arc<dyn TileSource>,
+    path: &Path,
+    args: &DiskCacheArgs,
+) -> (Arc<dyn TileSource>, Option<Arc<DiskTier>>) {
+    let Some(directory) = &args.disk_cache else { return (tiles, None) };
     let Some(key) = tiles.identity() else {
         let path = path.display();
         report::say(&format!("note: {path}: not kept on disk: the dates of its files cannot be read"));
-        return Opened { tiles, disk: None };
+        return (tiles, None);
     };
     match DiskTier::open(directory, args.disk_cache_mib << 20) {
         Ok(tier) => {
             let tier = Arc::new(tier);
-            let tiles = Arc::new(DiskCache::new(tiles, tier.clone(), key));
-            Opened { tiles, disk: Some(tier) }
+            (Arc::new(DiskCache::new(tiles, tier.clone(), key)), Some(tier))
         }
         Err(error) => {
             report::say(&format!("note: {error}; nothing is kept on disk in this run"));
-            Opened { tiles, disk: None }
+            (tiles, None)
         }
     }
 }

@@ -5,6 +5,7 @@
 //! each pool of the text its page tables, its parameters and, where tiles fade in, how far they have; then
 //! the atlas of each layer.
 
+use crate::device::whole_buffer;
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
 use crate::kind::{Atlas, Kinds};
@@ -97,7 +98,7 @@ impl Bindings {
 /// The entries of a bind group layout for kinds, from the binding `first` on.
 pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEntry> {
     let (at, mode) = (Bindings::new(kinds, first), kinds.mode());
-    let uniform = || buffer(wgpu::BufferBindingType::Uniform);
+    let uniform = || whole_buffer(wgpu::BufferBindingType::Uniform);
     let mut entries = vec![
         entry(at.params(), words_in_texture()),
         entry(at.views(), uniform()),
@@ -217,7 +218,7 @@ fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
 fn words(mode: FeedbackMode) -> wgpu::BindingType {
     match mode {
         FeedbackMode::Separate | FeedbackMode::Inline => {
-            buffer(wgpu::BufferBindingType::Storage { read_only: true })
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: true })
         }
         FeedbackMode::Raw => words_in_texture(),
     }
@@ -236,14 +237,9 @@ fn cells_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,
         visibility: wgpu::ShaderStages::FRAGMENT,
-        ty: buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        ty: whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),
         count: None,
     }
-}
-
-/// A whole buffer, bound without a dynamic offset.
-pub(crate) fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
 #[cfg(test)]

@@ -5,8 +5,7 @@
 
 use vastex_core::shader_constants;
 
-use crate::bind::buffer;
-use crate::device::{compute_pipelines, dispatch_size, storage};
+use crate::device::{compute_pipelines, dispatch_size, storage, whole_buffer};
 use crate::error::GpuError;
 use crate::mirror::{HASH_SLOT_BYTES, ListHead, Wanted};
 use crate::raw::RawTexture;
@@ -33,8 +32,8 @@ impl CompactionPipelines {
                 view_dimension: wgpu::TextureViewDimension::D2,
                 multisampled: false,
             },
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),
         ];
         let text = shader::compact_wgsl();
         let (layout, [count, append]) =

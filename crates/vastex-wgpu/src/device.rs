@@ -51,7 +51,7 @@ pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
 /// Fails where the device is already lost, so that nothing is made that could not be used without a panic.
 pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
     #[cfg(feature = "test-device")]
-    if crate::test_device::is_to_fail() {
+    if crate::test_counters::is_to_fail() {
         return Err(GpuError::DeviceLost);
     }
     let probe = device.create_buffer(&wgpu::BufferDescriptor {
@@ -66,7 +66,14 @@ pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
 /// Lets the device call back what is due, so that it shows what has come back from it. Never waits. To be
 /// called once per frame, before [`crate::Readback::poll`]; a submission of commands does the same.
 pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
-    crate::mapping::poll_device(device, wgpu::PollType::Poll)
+    poll_device(device, wgpu::PollType::Poll)
+}
+
+/// Lets the device call back what is due; waits where `poll` says so.
+pub(crate) fn poll_device(device: &wgpu::Device, poll: wgpu::PollType) -> Result<(), GpuError> {
+    #[cfg(feature = "test-device")]
+    crate::test_counters::count_poll();
+    device.poll(poll).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }
 
 /// Makes something of `bytes` bytes that may be too large for the device's memory, and says so.
@@ -74,7 +81,7 @@ pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
 /// In a browser the answer comes only later; there the device reports it as an uncaptured error.
 pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() -> T) -> Result<T, GpuError> {
     #[cfg(feature = "test-device")]
-    if crate::test_device::is_to_fail() {
+    if crate::test_counters::is_to_fail() {
         return Err(GpuError::OutOfMemory { bytes });
     }
     let scope = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -101,6 +108,11 @@ fn now<T>(future: impl Future<Output = T>) -> Option<T> {
         Poll::Ready(value) => Some(value),
         Poll::Pending => None,
     }
+}
+
+/// The type of a whole buffer's binding, without a dynamic offset.
+pub(crate) fn whole_buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
 }
 
 /// A uniform buffer with its first contents.
@@ -193,7 +205,7 @@ pub(crate) fn compute_pipelines<const N: usize>(
     });
     let module = shader_module(device, Some(label), text);
     #[cfg(feature = "test-device")]
-    crate::test_device::count_compute_pipelines(N as u32);
+    crate::test_counters::count_compute_pipelines(N as u32);
     let pipelines = entry_points.map(|entry_point| {
         device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),

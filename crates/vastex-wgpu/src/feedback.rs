@@ -13,8 +13,6 @@ use crate::mirror::ViewParams;
 use crate::raw::RawTexture;
 use crate::views::{NO_VIEW, Views};
 
-/// The format of a feedback target, for the application's feedback pipeline.
-pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 /// The format of its depth buffer.
 pub const FEEDBACK_DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
@@ -216,8 +214,8 @@ impl FeedbackTarget {
 
     /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this
     /// number at it, and cuts what lies beyond the picture. The caller draws with a pipeline of
-    /// [`FEEDBACK_FORMAT`] without blending and [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and scissor as
-    /// they are.
+    /// [`crate::FEEDBACK_FORMAT`] without blending and [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and
+    /// scissor as they are.
     pub fn begin<'encoder>(
         &self,
         device: &wgpu::Device,
@@ -271,7 +269,7 @@ impl FeedbackTarget {
         frame_view.scissor()
     }
 
-    /// What is drawn into, of [`FEEDBACK_FORMAT`].
+    /// What is drawn into, of [`crate::FEEDBACK_FORMAT`].
     pub fn color(&self) -> &wgpu::TextureView {
         self.raw.view()
     }

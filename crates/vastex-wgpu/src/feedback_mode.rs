@@ -3,7 +3,7 @@
 //! What each does is told in `feedback` and `inline` (how a view's cells are filled) and in `readback` (how
 //! they come back).
 
-use crate::device::refused;
+use crate::device::{refused, whole_buffer};
 use crate::error::GpuError;
 
 /// How a view says which pages it wants, and how that comes back to the CPU. All modes give the same
@@ -116,7 +116,7 @@ impl Stages {
 
 /// Whether stages may see a storage buffer.
 fn has_storage(device: &wgpu::Device, visibility: wgpu::ShaderStages, read_only: bool) -> bool {
-    let ty = crate::bind::buffer(wgpu::BufferBindingType::Storage { read_only });
+    let ty = whole_buffer(wgpu::BufferBindingType::Storage { read_only });
     let entry = wgpu::BindGroupLayoutEntry { binding: 0, visibility, ty, count: None };
     let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some("vastex probe"), entries: &[entry] };
     !refused(device, || device.create_bind_group_layout(&descriptor))

@@ -6,11 +6,10 @@
 
 use vastex_core::shader_constants;
 
-use crate::bind::buffer;
-use crate::device::{alive, compute_pipelines, dispatch_size};
+use crate::device::{alive, compute_pipelines, dispatch_size, whole_buffer};
 use crate::error::GpuError;
-use crate::feedback::{FEEDBACK_FORMAT, FeedbackScale, FeedbackView};
-use crate::raw::RawTexture;
+use crate::feedback::{FeedbackScale, FeedbackView};
+use crate::raw::{FEEDBACK_FORMAT, RawTexture};
 use crate::shader;
 use crate::views::Views;
 
@@ -26,7 +25,7 @@ impl InlinePipelines {
     /// Compiles the shader, on a device that has [`crate::FeedbackMode::Inline`].
     pub fn new(device: &wgpu::Device) -> InlinePipelines {
         let bindings = [
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),
             wgpu::BindingType::StorageTexture {
                 access: wgpu::StorageTextureAccess::WriteOnly,
                 format: FEEDBACK_FORMAT,

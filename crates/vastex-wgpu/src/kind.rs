@@ -7,7 +7,7 @@ use vastex_core::{Geometry, Level};
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
-use crate::shader::names::check_names;
+use crate::names::check_names;
 
 /// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

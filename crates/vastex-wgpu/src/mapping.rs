@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::time::Duration;
 
-use crate::device::refused;
+use crate::device::{poll_device, refused};
 use crate::error::GpuError;
 
 /// A buffer on its way to being readable.
@@ -130,11 +130,4 @@ pub(crate) fn read_buffer(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
         usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
-}
-
-/// Lets the device call back what is due; waits where `poll` says so.
-pub(crate) fn poll_device(device: &wgpu::Device, poll: wgpu::PollType) -> Result<(), GpuError> {
-    #[cfg(feature = "test-device")]
-    crate::test_device::count_poll();
-    device.poll(poll).map(|_| ()).map_err(|_| GpuError::DeviceLost)
 }

@@ -2,13 +2,28 @@
 //!
 //! A test parses the shaders and compares every size and offset with these. What the fields mean stands with
 //! the WGSL structs of the same names, in params.wgsl, told.wgsl and compact.wgsl. What textures are told by
-//! is packed (`record`).
+//! is packed (`record`); here are the sizes and codes of it that WGSL has as constants.
 
 use bytemuck::{Pod, Zeroable};
-use vastex_core::{PoolLayout, shader_constants};
+use vastex_core::{AddressMode, PoolLayout, shader_constants};
 
 /// Views that shaders can be told of.
 pub(crate) const VIEWS: u32 = vastex_core::MAX_VIEWS as u32;
+
+/// `VASTEXI_RECORD_HEAD`: words of 16 bytes of a record before its levels.
+pub(crate) const RECORD_HEAD: usize = 3;
+/// `VASTEXI_RECORD_LEVEL`: words of 16 bytes of a level of a record.
+pub(crate) const RECORD_LEVEL: usize = 4;
+
+/// `VASTEXI_ADDRESS_*`: how an address mode is written in a record.
+pub(crate) const fn address_code(mode: AddressMode) -> u32 {
+    match mode {
+        AddressMode::Clamp => 0,
+        AddressMode::Wrap => 1,
+        AddressMode::Mirror => 2,
+        AddressMode::Border => 3,
+    }
+}
 
 /// `VastexiPool`.
 #[repr(C)]

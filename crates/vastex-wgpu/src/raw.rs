@@ -5,9 +5,10 @@
 
 use crate::device::alive;
 use crate::error::GpuError;
-use crate::feedback::FEEDBACK_FORMAT;
 use crate::mapping::{Answer, Mapping, read_buffer};
 
+/// The format of a feedback target, for the application's feedback pipeline.
+pub const FEEDBACK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 /// Bytes of a pixel.
 pub(crate) const PIXEL_BYTES: u32 = 16;
 

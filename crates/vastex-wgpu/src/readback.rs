@@ -5,19 +5,22 @@
 //! has arrived; in lock-step [`Readback::wait`] blocks until one frame's feedback is whole, so that a run is
 //! the same each time.
 
+mod lists;
+mod raw_ring;
+
 use vastex_core::Feedback;
 
+use self::lists::ListRing;
+use self::raw_ring::RawRing;
 use crate::compact::{CompactionPipelines, Compactor};
 use crate::device::alive;
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
-use crate::lists::ListRing;
 use crate::raw::RawTexture;
-use crate::raw_ring::RawRing;
 
 /// Frames whose feedback can be under way at once: what a GPU is behind by, and what an application records
 /// ahead.
-pub(crate) const RING: usize = 6;
+const RING: usize = 6;
 
 /// Compacts the feedback of one target, frame after frame, and brings it back.
 #[derive(Debug)]

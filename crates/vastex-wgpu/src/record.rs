@@ -4,19 +4,16 @@
 //! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl,
 //! which takes it apart; tests sample by it, and compare with twins that read none.
 
-use vastex_core::{AddressMode, Geometry, LevelRule, Slot, TextureNumber, shader_constants};
+use vastex_core::{Geometry, LevelRule, Slot, TextureNumber, shader_constants};
 
+use crate::mirror::{RECORD_HEAD, RECORD_LEVEL, address_code};
 use crate::tables::Placement;
 
-/// Words of 16 bytes before the levels.
-pub(crate) const HEAD: usize = 3;
-/// Words of 16 bytes of a level.
-pub(crate) const OF_LEVEL: usize = 4;
 /// Texels along an axis that a 32-bit uv tells apart.
 const UV_TEXELS: u32 = 1 << 20;
 
 /// Words of 16 bytes from one record of the array to the next.
-pub const RECORD_WORDS: u32 = (HEAD + OF_LEVEL * shader_constants::MAX_LEVELS as usize) as u32;
+pub const RECORD_WORDS: u32 = (RECORD_HEAD + RECORD_LEVEL * shader_constants::MAX_LEVELS as usize) as u32;
 
 /// The id by which shaders name a texture or a group: its number, and above that which of those that have had
 /// the number, counted from 1. 0 names none.
@@ -93,7 +90,7 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     words
 }
 
-fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; OF_LEVEL] {
+fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; RECORD_LEVEL] {
     let geometry = of.geometry;
     let (level, page, border) = (geometry.level(index), geometry.page(), geometry.border());
     let scale = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
@@ -121,16 +118,6 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; OF_LEVEL] {
 pub(crate) fn uv_finest(geometry: &Geometry) -> u8 {
     let is_told = |index: &u8| geometry.level(*index).size[..2].iter().all(|&texels| texels <= UV_TEXELS);
     (0..=geometry.coarsest()).find(is_told).unwrap_or(geometry.coarsest())
-}
-
-/// `VASTEXI_ADDRESS_*`: how an address mode is written.
-pub(crate) const fn address_code(mode: AddressMode) -> u32 {
-    match mode {
-        AddressMode::Clamp => 0,
-        AddressMode::Wrap => 1,
-        AddressMode::Mirror => 2,
-        AddressMode::Border => 3,
-    }
 }
 
 #[cfg(test)]

@@ -1,51 +1,15 @@
 //! What tests have of a device: one to test on (whatever adapter there is, at WebGPU's default limits),
 //! counts of what was made on it, and failures at chosen steps.
 
-use std::cell::Cell;
 use std::time::Duration;
+
+pub use crate::test_counters::{compute_pipelines, fail_after, polls};
 
 /// Names the adapter that tests are to run on, or a part of its name; the variable that wgpu's own tools go
 /// by.
 const ADAPTER: &str = "WGPU_ADAPTER_NAME";
 /// Longer than what a test submits takes on any adapter.
 const PATIENCE: Duration = Duration::from_secs(300);
-
-thread_local! {
-    static COMPUTE_PIPELINES: Cell<u32> = const { Cell::new(0) };
-    static POLLS: Cell<u32> = const { Cell::new(0) };
-    static STEPS_TO_FAILURE: Cell<Option<u32>> = const { Cell::new(None) };
-}
-
-/// Compute pipelines that this thread has made so far through this crate.
-pub fn compute_pipelines() -> u32 {
-    COMPUTE_PIPELINES.get()
-}
-
-pub(crate) fn count_compute_pipelines(made: u32) {
-    COMPUTE_PIPELINES.set(COMPUTE_PIPELINES.get() + made);
-}
-
-/// Times that this thread has polled a device so far through this crate.
-pub fn polls() -> u32 {
-    POLLS.get()
-}
-
-pub(crate) fn count_poll() {
-    POLLS.set(POLLS.get() + 1);
-}
-
-/// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost
-/// device, or an allocation on it. Returns whether an earlier failure was still to come.
-pub fn fail_after(steps: Option<u32>) -> bool {
-    STEPS_TO_FAILURE.replace(steps).is_some()
-}
-
-/// Whether this step is the one to fail.
-pub(crate) fn is_to_fail() -> bool {
-    let left = STEPS_TO_FAILURE.get();
-    STEPS_TO_FAILURE.set(left.and_then(|left| left.checked_sub(1)));
-    left == Some(0)
-}
 
 /// Panics where tests are to run on another adapter, so that what is said to have been tested on one driver
 /// was not drawn by another.

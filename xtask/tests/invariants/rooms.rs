@@ -7,35 +7,46 @@
 
 mod build;
 mod core;
+mod fuzz;
 mod imports;
+mod program;
+mod scenes;
 mod tiles;
 mod vastex;
 mod viewer;
 mod volume;
+mod wgpu;
+mod xtask;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
+use crate::sources::root;
 use imports::{Crate, circles, parent_and_child};
 
 /// A room, and the rooms that it imports from. Names have slashes: `pager/inspect`.
 pub(crate) type Room = (&'static str, &'static [&'static str]);
 
-/// The crates whose rooms are written down.
+/// The rooms of every crate.
 const CRATES: &[(&str, &[Room])] = &[
     ("crates/vastex-core", core::ROOMS),
     ("crates/vastex-tiles", tiles::ROOMS),
     ("crates/vastex-build", build::ROOMS),
+    ("crates/vastex-volume", volume::ROOMS),
+    ("crates/vastex-fuzz", fuzz::ROOMS),
+    ("crates/vastex-wgpu", wgpu::ROOMS),
     ("crates/vastex", vastex::ROOMS),
     ("crates/vastex-viewer", viewer::ROOMS),
-    ("crates/vastex-volume", volume::ROOMS),
+    ("apps/scenes", scenes::ROOMS),
+    ("apps/vastex-cli", program::ROOMS),
+    ("xtask", xtask::ROOMS),
 ];
 
 #[test]
 fn every_arrow_between_rooms_is_written_down() -> Result<()> {
     let mut wrong = Vec::new();
-    for (directory, rooms) in CRATES.iter().filter(|(_, rooms)| !rooms.is_empty()) {
+    for (directory, rooms) in CRATES {
         wrong.extend(
             faults(&Crate::read(directory)?, rooms).into_iter().map(|fault| format!("{directory}: {fault}")),
         );
@@ -44,31 +55,61 @@ fn every_arrow_between_rooms_is_written_down() -> Result<()> {
     Ok(())
 }
 
-/// The crates that have no table, with the circles of files that each still has.
-const WITHOUT_TABLE: &[(&str, &[&str])] = &[
-    (
-        "crates/vastex-wgpu",
-        &[
-            "belt bind feedback_mode kind layer pool views",
-            "device mapping test_device",
-            "feedback raw",
-            "lists raw_ring readback",
-        ],
-    ),
-    ("crates/vastex-fuzz", &[]),
-    ("apps/scenes", &[]),
-    ("apps/vastex-cli", &["disk_cache open"]),
-    ("xtask", &[]),
-];
+#[test]
+fn every_crate_has_a_table() -> Result<()> {
+    let members = member_folders()?;
+    let tables: BTreeSet<String> = CRATES.iter().map(|(directory, _)| (*directory).to_owned()).collect();
+    ensure!(
+        tables == members,
+        "tables are of {tables:?}, and the crates of the workspace lie in {members:?}"
+    );
+    Ok(())
+}
+
+/// The folders of the workspace's members, as `Cargo.toml` names them: one each, or all in a folder (`/*`).
+fn member_folders() -> Result<BTreeSet<String>> {
+    let manifest = std::fs::read_to_string(root().join("Cargo.toml"))?;
+    let line = manifest.lines().find(|line| line.starts_with("members = ["));
+    let mut folders = BTreeSet::new();
+    for pattern in line.context("Cargo.toml has no line of members")?.split('"').skip(1).step_by(2) {
+        let Some(parent) = pattern.strip_suffix("/*") else {
+            folders.insert(pattern.to_owned());
+            continue;
+        };
+        for entry in std::fs::read_dir(root().join(parent))? {
+            let folder = format!("{parent}/{}", entry?.file_name().to_string_lossy());
+            if root().join(&folder).join("Cargo.toml").is_file() {
+                folders.insert(folder);
+            }
+        }
+    }
+    Ok(folders)
+}
 
 #[test]
 fn no_files_import_each_other_in_a_circle() -> Result<()> {
-    let with_table = CRATES.iter().filter(|(_, rooms)| !rooms.is_empty());
-    let crates = with_table.map(|(directory, _)| (*directory, &[][..])).chain(WITHOUT_TABLE.iter().copied());
-    for (directory, known) in crates {
-        let found: Vec<String> =
-            circles(&Crate::read(directory)?.arrows()).iter().map(|circle| circle.join(" ")).collect();
-        ensure!(found == known, "{directory}: circles of files, parents and children left out: {found:#?}");
+    for (directory, _) in CRATES {
+        let found = circles(&Crate::read(directory)?.arrows());
+        ensure!(found.is_empty(), "{directory}: circles of files, parents and children left out: {found:#?}");
+    }
+    Ok(())
+}
+
+/// A `use` against an arrow of the table, added to the crate's own sources, is found.
+#[test]
+fn a_use_that_is_not_allowed_is_found_in_every_crate() -> Result<()> {
+    for (directory, rooms) in CRATES {
+        let is_module = |room: &str| !["lib", "main"].contains(&room);
+        let arrows = rooms.iter().flat_map(|(from, to)| to.iter().map(move |to| (*from, *to)));
+        let back = arrows.clone().find(|(from, to)| is_module(from) && !parent_and_child(from, to));
+        let Some((from, to)) = back else { anyhow::bail!("{directory}: a table without arrows") };
+        let mut texts = Crate::texts(directory)?;
+        let Some(text) = texts.get_mut(to) else { anyhow::bail!("{directory}: no file {to}") };
+        text.push_str(&format!("\nuse crate::{};\n", from.replace('/', "::")));
+        let source = Crate::of(texts);
+        let expected = format!("{to} imports from {from}");
+        let found = faults(&source, rooms);
+        ensure!(found.iter().any(|fault| fault.starts_with(&expected)), "{directory}: {found:#?}");
     }
     Ok(())
 }

@@ -87,7 +87,7 @@ fn offscreen_on(
     gpu: &Gpu,
     (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
 ) -> Result<Offscreen> {
-    let (shown, size) = (args.scene.shown(), args.scene.size());
+    let (shown, size) = (open::shown(&args.scene), args.scene.size());
     let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, size, settings)?;
     if let Some(pose) = args.scene.pose(offscreen.image_size()) {
         offscreen.stand_at(pose);

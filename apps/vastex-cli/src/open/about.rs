@@ -6,8 +6,6 @@ use std::sync::Arc;
 
 use vastex_viewer::panels::TexelSize;
 
-use crate::commands;
-
 /// The bands of a file that has more than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FileBands {
@@ -64,12 +62,14 @@ pub(crate) struct FileAbout {
     pub(crate) bands: Option<FileBands>,
     /// What `vastex info` says of it: a name and a value each.
     pub(crate) rows: Arc<[(String, String)]>,
+    /// Whether it is a generated planet.
+    pub(crate) is_generated: bool,
 }
 
 impl FileAbout {
-    /// What is said of the source that a path names.
+    /// What is said of the source that a path names, beside what `vastex info` says of it.
     #[cfg(feature = "build")]
-    pub(crate) fn of(path: &Path) -> FileAbout {
+    pub(crate) fn of(path: &Path, rows: Vec<(String, String)>) -> FileAbout {
         let file = vastex_build::image_in_file(path).map_or(path, |(file, _)| file);
         let others = vastex_build::TiffOther::of_file(file);
         let mut images: Vec<(String, PathBuf)> = Vec::new();
@@ -82,19 +82,21 @@ impl FileAbout {
             path.push(&other.name);
             (other.name, PathBuf::from(path))
         }));
-        FileAbout { texel_size: texel_size(file), images, bands: FileBands::of(path), rows: info_of(path) }
+        FileAbout {
+            texel_size: texel_size(file),
+            images,
+            bands: FileBands::of(path),
+            rows: rows.into(),
+            is_generated: super::is_generated(path),
+        }
     }
 
-    /// Without the readers of `vastex build` nothing is known of it but what a container says.
+    /// Without the readers of `vastex build` nothing is known of it but what `vastex info` says.
     #[cfg(not(feature = "build"))]
-    pub(crate) fn of(path: &Path) -> FileAbout {
-        FileAbout { rows: info_of(path), ..FileAbout::default() }
+    pub(crate) fn of(path: &Path, rows: Vec<(String, String)>) -> FileAbout {
+        let is_generated = super::is_generated(path);
+        FileAbout { rows: rows.into(), is_generated, ..FileAbout::default() }
     }
-}
-
-/// What is said of a file in words; `None` if nothing is known.
-fn info_of(path: &Path) -> Arc<[(String, String)]> {
-    commands::info::rows_of(path).unwrap_or_default().into()
 }
 
 #[cfg(feature = "build")]

@@ -26,6 +26,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use vastex::TileSource;
+use vastex_scenes::DisplayOptions;
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
 use crate::args::{CacheArgs, PLANET, SceneArgs};
@@ -88,7 +89,8 @@ pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
     let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer };
     let tiles = open_tiles(source, args.direct, Some(image))?;
-    Ok(disk_cache::before(tiles, source, &args.disk_cache))
+    let (tiles, disk) = disk_cache::before(tiles, source, &args.disk_cache);
+    Ok(Opened { tiles, disk })
 }
 
 /// Opens whatever the words of a source name; an image, if it may be built.
@@ -109,6 +111,24 @@ pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
     words_of_planet(source)?.split_once(':').map(|(_, image)| Path::new(image))
 }
 
+/// Whether the words of a source name a generated planet: no mesh in uv shows where its smallest texels are.
+pub(crate) fn is_generated(source: &Path) -> bool {
+    words_of_planet(source).is_some()
+}
+
+/// What is shown of the sources of a scene.
+pub(crate) fn shown(args: &SceneArgs) -> DisplayOptions {
+    shown_of(args.shown(), std::iter::once(&*args.source).chain(args.files_over()))
+}
+
+/// What is shown of sources that lie over one another: in fixed point, where one of them is generated.
+pub(crate) fn shown_of<'a>(
+    options: DisplayOptions,
+    mut sources: impl Iterator<Item = &'a Path>,
+) -> DisplayOptions {
+    DisplayOptions { always_fixed: options.always_fixed || sources.any(is_generated), ..options }
+}
+
 fn words_of_planet(source: &Path) -> Option<&str> {
     source.to_str()?.strip_prefix(PLANET)
 }
@@ -116,7 +136,7 @@ fn words_of_planet(source: &Path) -> Option<&str> {
 /// Decides by the first bytes what the words of a source name.
 pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
     const CONTAINER: &[u8] = &[0x89, b'V', b'T', b'X'];
-    if words_of_planet(source).is_some() {
+    if is_generated(source) {
         return Ok(Lies::Generated);
     }
     if source.is_dir() {
@@ -284,4 +304,35 @@ fn open_image(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn Tile
 #[cfg(not(feature = "build"))]
 fn open_image(_: &Path, _: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::{Args, Command};
+    use clap::Parser as _;
+
+    #[test]
+    fn a_generated_planet_is_drawn_in_fixed_point_wherever_it_is_named() {
+        let is_fixed = |words: &str| {
+            let words = format!("vastex render {words} -o a.png");
+            let Command::Render(args) = Args::parse_from(words.split(' ')).command else {
+                panic!("{words}: is another command")
+            };
+            shown(&args.scene).always_fixed
+        };
+        assert!(is_fixed("planet:12") && is_fixed("planet:12:earth.vastex"));
+        assert!(is_fixed("earth.vastex --over planet:12") && is_fixed("a.tif --over b.tif --over planet:9"));
+        assert!(is_fixed("planet:12 --over earth.vastex"));
+        assert!(!is_fixed("earth.vastex") && !is_fixed("planet.tif --over earth.vastex"));
+    }
+
+    /// The window goes by the file that it displays, not by the one that the command line names first.
+    #[cfg(feature = "view")]
+    #[test]
+    fn a_file_that_comes_later_may_be_a_generated_planet() {
+        let is_generated = |path: &str| FileAbout::of(Path::new(path), Vec::new()).is_generated;
+        assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
+        assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
+    }
 }

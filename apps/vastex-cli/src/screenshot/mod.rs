@@ -26,6 +26,7 @@ use vastex_viewer::panels::{ImageView, Minimap, Panes, swipe_line};
 use vastex_viewer::stage::LinearTarget;
 
 use crate::args::ViewArgs;
+use crate::commands::info::rows_of;
 use crate::commands::render::{self, Troubles};
 use crate::open::{self, FileAbout};
 use crate::output::Output;
@@ -115,7 +116,7 @@ impl Shot {
         let open = |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &())?.tiles);
         let tiles = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
-        let about = FileAbout::of(&self.source);
+        let about = FileAbout::of(&self.source, rows_of(&self.source).unwrap_or_default());
         let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();
@@ -173,7 +174,8 @@ impl Shot {
         sources: &Sources,
         (pose, part): (&Pose, &Part),
     ) -> Result<Offscreen> {
-        let mut options = self.options.clone();
+        let files = || std::iter::once(&self.source).chain(&self.over);
+        let mut options = open::shown_of(self.options.clone(), files().map(PathBuf::as_path));
         // What flickers is seen as it is first.
         options.compare_mode = swipe_of_part(options.compare_mode.at(Duration::ZERO), self.size, part);
         if options.layers.is_empty() {
@@ -197,7 +199,7 @@ impl Shot {
         let mut drawn =
             Offscreen::showing_together(&options, gpu, tiles, over, self.scene, part.size, settings)?;
         let shown: Vec<_> = drawn.textures().inspect().textures().collect();
-        for (texture, file) in shown.into_iter().zip(std::iter::once(&self.source).chain(&self.over)) {
+        for (texture, file) in shown.into_iter().zip(files()) {
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
             drawn.textures_mut().texture_mut(texture)?.set_name(name);
         }

@@ -48,6 +48,8 @@ pub(super) struct Displayed {
     pub(super) format: SurfaceFormat,
     /// The heights of the texture, once a scene has needed them.
     relief: Option<Relief>,
+    /// Whether one of the sources is a generated planet, and so all of them are drawn in fixed point.
+    is_generated: bool,
     /// Whether its texels are shown as they are, blended with nothing.
     is_crisp: bool,
     growth: Growth,
@@ -69,10 +71,12 @@ impl Displayed {
     ) -> Result<Displayed> {
         let PreparedSource { prepared, size, about, growth } = source;
         let texture = textures.add(prepared).map_err(|refused| refused.error)?;
-        let mut made = Displayed::of_texture(gpu, textures, surface, settings, texture);
+        let is_generated = about.is_generated;
+        let drawn = (texture, is_generated);
+        let mut made = Displayed::of_texture(gpu, textures, surface, settings, drawn);
         if made.is_err() && may_be_image && settings.scene != Scene::Image {
             let settings = DisplaySettings { scene: Scene::Image, ..settings.clone() };
-            made = Displayed::of_texture(gpu, textures, surface, &settings, texture);
+            made = Displayed::of_texture(gpu, textures, surface, &settings, drawn);
         }
         let (renderer, relief, format) = match made {
             Ok(made) => made,
@@ -94,6 +98,7 @@ impl Displayed {
             about,
             format,
             relief,
+            is_generated,
             is_crisp: false,
             growth,
             rows_seen: 0,
@@ -107,10 +112,10 @@ impl Displayed {
         textures: &mut Textures,
         surface: &Surface,
         settings: &DisplaySettings,
-        texture: TextureId,
+        (texture, is_generated): (TextureId, bool),
     ) -> Result<(SceneRenderer, Option<Relief>, SurfaceFormat)> {
         let mut relief = None;
-        let drawn = described(settings, false, textures, &[texture], &mut relief)?;
+        let drawn = described(settings, (false, is_generated), textures, &[texture], &mut relief)?;
         let format = surface.format_for(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
@@ -124,7 +129,8 @@ impl Displayed {
         settings: &DisplaySettings,
     ) -> Result<()> {
         let shown = self.textures();
-        let drawn = described(settings, self.is_crisp, textures, &shown, &mut self.relief)?;
+        let drawn =
+            described(settings, (self.is_crisp, self.is_generated), textures, &shown, &mut self.relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
         let renderer = renderer.inspect_err(|_| layers.remove(textures))?;
@@ -185,12 +191,15 @@ impl Displayed {
         let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
         textures.texture_mut(texture)?.set_name(name);
         self.over.push(texture);
-        let shown = match settings.options.is_of_planet(self.over.len()) {
+        let is_fixed_anew = source.about.is_generated && !self.is_generated;
+        self.is_generated |= source.about.is_generated;
+        let shown = match settings.options.is_of_planet(self.over.len()) || is_fixed_anew {
             true => self.put_on(gpu, textures, settings),
             false => self.show_layers(gpu, textures, settings),
         };
         if shown.is_err() {
             self.over.pop();
+            self.is_generated &= !is_fixed_anew;
             textures.remove(texture);
         }
         shown
@@ -246,7 +255,7 @@ impl Displayed {
             layers: renderer.layers().clone(),
             relief: relief.clone().filter(|_| renderer.has_relief()),
             tiling: settings.options.tiling,
-            always_fixed: settings.options.always_fixed,
+            always_fixed: settings.options.always_fixed || self.is_generated,
             light: settings.options.planet.light,
         };
         drop((renderer, overlay));
@@ -307,7 +316,7 @@ fn shown_layers(
 /// once.
 fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
-    is_crisp: bool,
+    (is_crisp, is_generated): (bool, bool),
     textures: &mut Textures,
     shown: &[TextureId],
     known: &mut Option<Relief>,
@@ -321,7 +330,8 @@ fn described(
         None => !relief.is_level(),
     };
     let relief = known.clone().filter(is_known);
-    let described = options.describe(*scene, textures, shown, layers, relief)?;
+    let mut described = options.describe(*scene, textures, shown, layers, relief)?;
+    described.always_fixed |= is_generated;
     if described.relief.is_some() {
         known.clone_from(&described.relief);
     }

@@ -22,6 +22,7 @@ use vastex::{Prepared, Preparer, TextureSettings, TileSource};
 use vastex_viewer::panels::Shapes;
 
 use crate::args::ViewArgs;
+use crate::commands::info::rows_of;
 use crate::open::{self, FileAbout, OpenObserver};
 
 /// Between two reports of how far it is.
@@ -120,7 +121,7 @@ impl Openings {
         let to_open = path.to_owned();
         let open = move || {
             let opened = catch_unwind(AssertUnwindSafe(|| {
-                reporter.about = FileAbout::of(&to_open);
+                reporter.about = FileAbout::of(&to_open, rows_of(&to_open).unwrap_or_default());
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {

@@ -3,8 +3,7 @@
 use vastex_core::shader_constants;
 
 use super::RECORDED_AHEAD;
-use crate::bind::buffer;
-use crate::device::{alive, compute_pipelines, dispatch_size, guarded, storage};
+use crate::device::{alive, compute_pipelines, dispatch_size, guarded, storage, whole_buffer};
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
 use crate::shader;
@@ -39,8 +38,8 @@ impl PoolTableChanger {
 impl Pipelines {
     fn new(device: &wgpu::Device) -> Pipelines {
         let bindings = [
-            buffer(wgpu::BufferBindingType::Storage { read_only: false }),
-            buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+            whole_buffer(wgpu::BufferBindingType::Storage { read_only: true }),
         ];
         let text = shader::pool_tables_wgsl();
         let steps = ["fill", "evict", "load", "write"];

@@ -32,6 +32,8 @@ pub(super) const ROOMS: &[Room] = &[
             "crop",
             "export",
             "image",
+            "inset",
+            "keep_levels",
             "memory_image",
             "progress",
             "replace",

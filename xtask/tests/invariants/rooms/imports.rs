@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use anyhow::Result;
 
-use crate::sources::{files_under, production};
+use crate::sources::{Source, files_under, production};
 
 /// The files whose modules have no name before theirs: of a library, and of a program.
 const ROOTS: [&str; 2] = ["lib", "main"];
@@ -33,12 +33,18 @@ struct File {
 impl Crate {
     /// Reads `src` of the crate in a folder of the clone.
     pub(super) fn read(directory: &str) -> Result<Crate> {
+        Ok(Crate::of(Crate::texts(directory)?))
+    }
+
+    /// The texts of the files in `src` of the crate in a folder of the clone, by their modules.
+    pub(super) fn texts(directory: &str) -> Result<BTreeMap<String, String>> {
         let prefix = format!("{directory}/src/");
         let sources = files_under(&prefix, &["rs"])?;
-        Ok(Crate::of(sources.into_iter().filter_map(|source| {
+        let text = |source: Source| {
             let module = source.path.strip_prefix(&prefix)?.strip_suffix(".rs")?;
             Some((module.strip_suffix("/mod").unwrap_or(module).to_owned(), source.text))
-        })))
+        };
+        Ok(sources.into_iter().filter_map(text).collect())
     }
 
     /// A crate of these modules with their texts.
@@ -73,13 +79,22 @@ impl Crate {
             let targets = file.named.iter().filter_map(|path| self.defined_in(path, 8));
             targets.map(|to| (from.clone(), to))
         });
-        arrows.filter(|(from, to)| from != to).collect()
+        // Where a package has both, the library is another crate to the program, which names it as others do.
+        arrows
+            .filter(|(from, to)| from != to && (from.as_str(), to.as_str()) != (ROOTS[1], ROOTS[0]))
+            .collect()
+    }
+
+    /// The file of a module: the root's is the library's, or the program's where there is none.
+    fn file_of(&self, path: &[String]) -> Option<String> {
+        let roots = ROOTS.iter().filter(|_| path.is_empty()).map(|root| (*root).to_owned());
+        roots.chain([module_of(path)]).find(|module| self.files.contains_key(module))
     }
 
     /// The file that defines what a path names; re-exports are followed at most `depth` times.
     fn defined_in(&self, path: &[String], depth: usize) -> Option<String> {
-        let known = (0..=path.len()).rev().find(|&len| self.files.contains_key(&module_of(&path[..len])))?;
-        let module = module_of(&path[..known]);
+        let (known, module) =
+            (0..=path.len()).rev().find_map(|len| Some((len, self.file_of(&path[..len])?)))?;
         let (file, Some(name)) = (&self.files[&module], path.get(known)) else { return Some(module) };
         if depth == 0 || KINDS.iter().any(|kind| declares(&file.code, kind, name)) {
             return Some(module);
@@ -129,6 +144,9 @@ fn path_of(module: &str) -> Path {
 fn file(module: &str, code: &str) -> File {
     let words = words(code);
     let here = path_of(module);
+    let children: BTreeSet<&str> =
+        words.windows(3).filter(|words| (words[0], words[2]) == ("mod", ";")).map(|words| words[1]).collect();
+    let from_here = |path: &Path| absolute(&here, path).unwrap_or_else(|| [&here[..], &path[..]].concat());
     let (mut named, mut brought) = (Vec::new(), Vec::new());
     let mut at = 0;
     while at < words.len() {
@@ -136,21 +154,22 @@ fn file(module: &str, code: &str) -> File {
         // `pub(crate)`, `pub(super)` and `pub(in path)` say who may see a thing; they import nothing.
         let is_visibility =
             at > 0 && (words[at - 1] == "(" && at > 1 && words[at - 2] == "pub" || words[at - 1] == "in");
-        let starts = ["crate", "super", "self"].contains(&words[at]) && words.get(at + 1) == Some(&"::");
+        let starts = (["crate", "super", "self"].contains(&words[at]) || children.contains(words[at]))
+            && words.get(at + 1) == Some(&"::");
         let continues = at > 0 && words[at - 1] == "::";
         if is_use {
             let mut leaves = Vec::new();
             at = tree(&words, at + 1, &[], &mut leaves);
             for (path, known_as) in leaves {
                 // A `use` path without `crate` begins with a child module or another crate.
-                let path = absolute(&here, &path).unwrap_or_else(|| [&here[..], &path].concat());
+                let path = from_here(&path);
                 brought.push((known_as, path.clone()));
                 named.push(path);
             }
         } else if starts && !continues && !is_visibility {
             let mut leaves = Vec::new();
             at = tree(&words, at, &[], &mut leaves).max(at + 1);
-            named.extend(leaves.into_iter().filter_map(|(path, _)| absolute(&here, &path)));
+            named.extend(leaves.iter().map(|(path, _)| from_here(path)));
         } else {
             at += 1;
         }
@@ -279,14 +298,23 @@ fn imports_are_followed_to_the_file_that_defines_a_name() {
         ("a", "pub mod deep; pub struct A;"),
         ("a/deep", "pub struct Deep; pub(in crate::a) struct Hidden; impl super::A {}"),
         ("b", "use crate::Renamed; use super::c::{self, C}; fn f() { crate::Deep::new(); }"),
+        ("main", "mod command; fn main() { command::run(); }"),
+        ("command", "use std::fs; pub fn run() {}"),
         ("c", "pub struct C; pub(super) fn g() {}"),
         ("tests", "use crate::a::A;"),
         ("left_over", "use crate::a::A;"),
     ];
     let arrows = Crate::of(code.map(|(file, text)| (file.to_owned(), text.to_owned()))).arrows();
     let arrows: Vec<(&str, &str)> = arrows.iter().map(|(from, to)| (from.as_str(), to.as_str())).collect();
-    let expected =
-        [("a/deep", "a"), ("b", "a"), ("b", "a/deep"), ("b", "c"), ("lib", "a"), ("lib", "a/deep")];
+    let expected = [
+        ("a/deep", "a"),
+        ("b", "a"),
+        ("b", "a/deep"),
+        ("b", "c"),
+        ("lib", "a"),
+        ("lib", "a/deep"),
+        ("main", "command"),
+    ];
     assert_eq!(arrows, expected);
 }
 

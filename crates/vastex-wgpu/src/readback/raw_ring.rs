@@ -2,10 +2,10 @@
 
 use vastex_core::{Feedback, FeedbackCompactor};
 
+use super::RING;
 use crate::error::GpuError;
 use crate::mapping::{Answer, Mapping, read_buffer};
 use crate::raw::RawTexture;
-use crate::readback::RING;
 
 /// Brings a target back, frame after frame. 16 bytes a pixel, in each of [`RING`] buffers.
 #[derive(Debug)]

@@ -1,10 +1,17 @@
 //! Names of a group's members in the names of functions: `vastex_sample_grad` with `color` is
-//! `vastex_sample_color_grad`.
+//! `vastex_sample_color_grad`; and the modules with functions that an application calls, whose names no
+//! member may make again.
 
 use std::collections::BTreeSet;
 
-use super::{NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, TELL, TEXTURE_SPACE, VIEW};
 use crate::error::GpuError;
+
+pub(crate) const RECORDS: &str = include_str!("wgsl/records.wgsl");
+pub(crate) const VIEW: &str = include_str!("wgsl/view.wgsl");
+pub(crate) const TELL: &str = include_str!("wgsl/tell.wgsl");
+pub(crate) const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
+pub(crate) const NAMES_SAMPLE: &str = include_str!("wgsl/names_sample.wgsl");
+pub(crate) const NAMES_FEEDBACK: &str = include_str!("wgsl/names_feedback.wgsl");
 
 /// Words that WGSL keeps to itself, as far as they could be a member's name; so no field of a struct can be
 /// called so.

@@ -7,12 +7,12 @@
 
 use vastex_core::{Feedback, PageId, WantedPage, shader_constants};
 
+use super::RING;
 use crate::compact::{CompactionPipelines, Compactor, HEAD_BYTES, List, WANTED_BYTES};
 use crate::error::GpuError;
 use crate::mapping::{Answer, Mapping, read_buffer};
 use crate::mirror::{ListHead, Wanted};
 use crate::raw::RawTexture;
-use crate::readback::RING;
 
 /// Entries that are copied at least, 48 KiB of them, where the target has as many pixels: after a cut of the
 /// camera the last count says nothing, and a second copy comes a whole way later.

@@ -1,9 +1,9 @@
 //! A planet drawn from ordinary mip-mapped textures, all of them at once: what its picture is compared with.
 
+use super::{FORMAT, Planet};
 use crate::attribute::Attribute;
 use crate::compare::Comparison;
 use crate::levels::read_level;
-use crate::planet::{FORMAT, Planet};
 use crate::reference::{Plain, ReferenceError};
 use crate::shaders;
 use vastex_viewer::surface::{Corners, PipelineParts};

@@ -1,0 +1,38 @@
+//! The rooms of the program `vastex`, in the order in which data flows; each with those that it imports from.
+
+use super::Room;
+
+pub(super) const ROOMS: &[Room] = &[
+    ("report", &[]),
+    ("args", &["report"]),
+    ("output", &[]),
+    ("progress", &[]),
+    ("gpu", &["report"]),
+    ("shortage", &["report"]),
+    ("explained", &[]),
+    ("telemetry", &["args", "output"]),
+    ("pictures", &["args", "output"]),
+    ("planet", &[]),
+    ("disk_cache", &["args", "report"]),
+    ("open", &["args", "disk_cache", "planet", "progress", "report"]),
+    (
+        "commands",
+        &[
+            "args",
+            "disk_cache",
+            "explained",
+            "gpu",
+            "open",
+            "output",
+            "pictures",
+            "progress",
+            "report",
+            "shortage",
+            "telemetry",
+        ],
+    ),
+    ("screenshot", &["args", "commands", "open", "output", "report"]),
+    // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
+    ("view", &["args", "commands", "explained", "gpu", "open", "output", "report", "screenshot", "shortage"]),
+    ("main", &["args", "commands", "open", "report", "view"]),
+];
