@@ -14,17 +14,26 @@ mod fault;
 mod flat;
 mod json;
 mod keys;
+mod made;
 mod ome;
 mod open;
+mod reduce;
+mod source;
 mod stack;
 mod values;
 mod volume;
 mod zarr;
 
 pub use fault::{VolumeError, VolumeFault};
+pub use made::MadeProgress;
 pub use open::{ImageList, Opened, is_volume, open};
+pub use reduce::{Reduction, reduce_into, reduced_size};
+pub use source::{
+    BINS, BrickStats, LevelState, PointValue, SliceAxis, ValueCodes, VolumeOptions, VolumePlane,
+    VolumeSource, VolumeSourceError, VoxelValue,
+};
 pub use values::{DType, npy_header};
 pub use volume::{
-    BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, Convention, Volume, VolumeAbout,
+    BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, ChunkWork, Convention, Volume, VolumeAbout,
     VolumeChannel, VolumeCropError, VolumeLevel, VolumeRegion, crop,
 };

@@ -49,6 +49,8 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
         Bc6h => filtered(Gpu::Bc6hRgbUfloat),
         Bc7 => filtered(Gpu::Bc7RgbaUnorm),
         Bc7Srgb => filtered(Gpu::Bc7RgbaUnormSrgb),
+        // No text for images reads whole numbers; a volume's passes have bindings of their own.
+        R32Uint | Rg32Uint => return None,
     })
 }
 

@@ -213,7 +213,8 @@ mod encode {
                 };
                 ctt_bc7f::compress_blocks_into(&block_by_block(strip), out, flags);
             }
-            R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float => {}
+            R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float | R32Uint
+            | Rg32Uint => {}
         }
         lost
     }

@@ -49,10 +49,15 @@ pub enum LayerFormat {
     Bc7,
     /// The same, the colours sRGB-encoded.
     Bc7Srgb,
+    /// One whole number of 32 bits, little-endian: a label. Of volumes alone, and never mixed.
+    R32Uint,
+    /// One whole number of 64 bits, little-endian, as two of 32, the lower half first: a label. Of volumes
+    /// alone, and never mixed.
+    Rg32Uint,
 }
 
 impl LayerFormat {
-    /// Every format.
+    /// Every format that a layer of an image may have.
     pub const ALL: [LayerFormat; 18] = {
         use LayerFormat::*;
         [
@@ -77,6 +82,15 @@ impl LayerFormat {
         ]
     };
 
+    /// The formats of whole numbers, which only volumes may have and which are read as they are.
+    pub const WHOLE_NUMBERS: [LayerFormat; 2] = [LayerFormat::R32Uint, LayerFormat::Rg32Uint];
+
+    /// Whether texels are whole numbers and stand for no share of 0 to 1: read by `textureLoad`, never
+    /// filtered.
+    pub const fn is_whole_number(self) -> bool {
+        matches!(self, LayerFormat::R32Uint | LayerFormat::Rg32Uint)
+    }
+
     /// Texels per side of the blocks that are encoded together: 4, or 1 where the format is not compressed.
     pub const fn block_side(self) -> u32 {
         if self.is_compressed() { 4 } else { 1 }
@@ -88,8 +102,8 @@ impl LayerFormat {
         match self {
             R8 => 1,
             Rg8 | R16 | R16Float => 2,
-            Rgba8 | Rgba8Srgb | R32Float => 4,
-            Rgba16 | Rgba16Float | Bc1 | Bc1Srgb | Bc4 => 8,
+            Rgba8 | Rgba8Srgb | R32Float | R32Uint => 4,
+            Rgba16 | Rgba16Float | Rg32Uint | Bc1 | Bc1Srgb | Bc4 => 8,
             Bc3 | Bc3Srgb | Bc5 | Bc6h | Bc7 | Bc7Srgb => 16,
         }
     }
@@ -129,8 +143,8 @@ impl LayerFormat {
     pub const fn channels(self) -> usize {
         use LayerFormat::*;
         match self {
-            R8 | R16 | R16Float | R32Float | Bc4 => 1,
-            Rg8 | Bc5 => 2,
+            R8 | R16 | R16Float | R32Float | R32Uint | Bc4 => 1,
+            Rg8 | Rg32Uint | Bc5 => 2,
             Bc6h => 3,
             Rgba8 | Rgba8Srgb | Rgba16 | Rgba16Float | Bc1 | Bc1Srgb | Bc3 | Bc3Srgb | Bc7 | Bc7Srgb => 4,
         }
@@ -158,10 +172,12 @@ impl LayerFormat {
             Bc6h => "bc6h",
             Bc7 => "bc7",
             Bc7Srgb => "bc7-srgb",
+            R32Uint => "r32uint",
+            Rg32Uint => "rg32uint",
         }
     }
 
-    /// The format of a [name](LayerFormat::name).
+    /// The format of a [name](LayerFormat::name), of those that images may have.
     pub fn named(name: &str) -> Option<LayerFormat> {
         LayerFormat::ALL.into_iter().find(|format| format.name() == name)
     }
@@ -233,6 +249,9 @@ pub enum LayerError {
     /// A volume cannot have compressed layers.
     #[error("layer {0:?} is compressed in blocks, which volumes cannot be")]
     Volume(String),
+    /// An image cannot have a layer of whole numbers, nor can such a layer be mixed.
+    #[error("layer {0:?} holds whole numbers, which only volumes can have, and which are never mixed")]
+    WholeNumbers(String),
     /// Texels that keep their positions need layers of the full resolution.
     #[error("layer {0:?} has a fraction of the resolution, which goes only with filters of even size")]
     Positions(String),
@@ -284,6 +303,9 @@ impl Description {
             }
             if layer.format.is_compressed() && spec.dims == Dims::D3 {
                 return Err(LayerError::Volume(name));
+            }
+            if layer.format.is_whole_number() && (spec.dims == Dims::D2 || layer.is_mixable) {
+                return Err(LayerError::WholeNumbers(name));
             }
             if scale > 1 && spec.positions == TexelPositions::Kept {
                 return Err(LayerError::Positions(name));
@@ -347,6 +369,18 @@ mod tests {
         for format in LayerFormat::ALL {
             assert_eq!(LayerFormat::named(format.name()), Some(format));
         }
+    }
+
+    #[test]
+    fn whole_numbers_are_of_volumes_and_never_mixed() {
+        let labels = |is_mixable| Layer { is_mixable, ..Layer::new("labels", LayerFormat::Rg32Uint) };
+        let refused = Err(LayerError::WholeNumbers("labels".into()));
+        assert_eq!(described(64, 4, vec![labels(false)]).check(), refused);
+        let spec = GeometrySpec { page: 64, border: 1, ..GeometrySpec::volume([100, 80, 60]) };
+        let volume = |is_mixable| Description::new(Geometry::new(spec).unwrap(), vec![labels(is_mixable)]);
+        assert_eq!((volume(false).check(), volume(true).check()), (Ok(()), refused));
+        assert_eq!(volume(false).tile_bytes(), 66 * 66 * 66 * 8);
+        assert!(LayerFormat::WHOLE_NUMBERS.iter().all(|format| !LayerFormat::ALL.contains(format)));
     }
 
     #[test]

@@ -12,3 +12,4 @@ pub(crate) mod page_set;
 pub(crate) mod region;
 pub(crate) mod space;
 pub(crate) mod textures;
+pub(crate) mod voxels;

@@ -1,10 +1,17 @@
 //! Volumes: a directory of Zarr, and each file that looks like a volume. What opens must count its bricks and
-//! read, or say why not.
+//! read, and be a source of tiles, or say why not.
 
 use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use pollster::block_on;
-use vastex_volume::{Opened, Volume, VolumeError, VolumeRegion, is_volume, open};
+use vastex_core::PagePos;
+use vastex_tiles::TileSource;
+use vastex_volume::{
+    Opened, Volume, VolumeError, VolumeOptions, VolumeRegion, VolumeSource, VolumeSourceError, is_volume,
+    open,
+};
 
 use super::with_directory;
 use crate::tree::Tree;
@@ -34,6 +41,7 @@ fn look(path: &Path, follows: bool) {
             if let Err(error) = read(&volume) {
                 check_error(&error);
             }
+            read_tiles(&Arc::from(volume));
         }
         Ok(Opened::Images(list)) => {
             for image in list.images.iter().take(MAX_READ).filter(|_| follows) {
@@ -66,4 +74,38 @@ pub(super) fn read(volume: &Volume) -> Result<(), VolumeError> {
         }
     }
     Ok(())
+}
+
+/// Chunks of the coarsest level, of which others are made.
+const MAX_CHUNKS: u64 = 512;
+
+/// Reads the coarsest tile and one at the far corner, as a source does, and makes the levels that are not
+/// stored.
+pub(super) fn read_tiles(volume: &Arc<Volume>) {
+    let about = volume.about();
+    let coarsest = &about.levels[about.levels.len() - 1];
+    let chunks = (0..3).map(|axis| coarsest.size[axis].div_ceil(coarsest.chunk[axis]));
+    if chunks.fold(1, u64::saturating_mul) > MAX_CHUNKS {
+        return;
+    }
+    let (channel, time) = (about.channels - 1, about.times - 1);
+    for labels in [false, true] {
+        let options =
+            VolumeOptions { channel, time, brick: 8, labels: Some(labels), ..VolumeOptions::default() };
+        let source = match VolumeSource::open(volume.clone(), &options) {
+            Ok(source) => source,
+            Err(VolumeSourceError::Volume(error)) => return check_error(&error),
+            Err(error) => return assert!(!error.to_string().is_empty()),
+        };
+        source.make_levels(&AtomicBool::new(false));
+        let geometry = &source.description().geometry;
+        let last = PagePos::at(0, geometry.level(0).pages.map(|pages| pages - 1));
+        let far = if geometry.tail().first_level() > 0 { last } else { geometry.tail_pos() };
+        for pos in [geometry.tail_pos(), far] {
+            match block_on(source.read(pos)) {
+                Ok(tile) => assert!(tile.decode(source.description()).is_ok(), "{pos}"),
+                Err(error) => assert!(!error.to_string().is_empty()),
+            }
+        }
+    }
 }

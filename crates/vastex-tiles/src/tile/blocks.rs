@@ -59,7 +59,10 @@ fn decoder(format: LayerFormat) -> Option<Decoder> {
         Bc5 => |block, texels, pitch| bcdec_rs::bc5(block, texels, pitch, false),
         Bc6h => bc6h,
         Bc7 | Bc7Srgb => bcdec_rs::bc7,
-        R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float => return None,
+        R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float | R32Uint
+        | Rg32Uint => {
+            return None;
+        }
     };
     Some(decoder)
 }

@@ -8,6 +8,8 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use super::boxes::filled;
+use super::cache::{Had, Key};
 use super::{LevelArray, Volume};
 use crate::chunks::Chunk;
 use crate::fault::{VolumeError, VolumeFault, damaged};
@@ -59,6 +61,8 @@ pub struct BrickWork {
     pub chunks_decoded: u64,
     /// Chunks that were found absent.
     pub chunks_absent: u64,
+    /// Chunks that were kept from before, or that another call was about to have.
+    pub chunks_shared: u64,
     /// Copies of a part of a chunk into a brick.
     pub parts: u64,
 }
@@ -78,15 +82,13 @@ struct Pending {
     has_failed: bool,
 }
 
-/// A chunk that bricks of one call want: its level, and its coordinates.
-type Key = (usize, Vec<u64>);
-
 impl Volume {
     /// Reads bricks, and delivers each as soon as it is whole. Chunks are read in the order in which the
     /// bricks that are named want them, each once, whatever the number of bricks, channels and times that it
-    /// serves. Takes the memory of all bricks named and of one chunk; a call whose bricks take more than 1
-    /// GiB is refused, as is one that names a brick which is not there. A brick that wants a chunk which
-    /// cannot be read is delivered as that error, and the others are read all the same.
+    /// serves; those that are kept from before, or that another call has begun with, are not read again.
+    /// Takes the memory of all bricks named, beside the chunks that are kept; a call whose bricks take more
+    /// than 1 GiB is refused, as is one that names a brick which is not there. A brick that wants a chunk
+    /// which cannot be read is delivered as that error, and the others are read all the same.
     pub async fn read_bricks(
         &self,
         layout: BrickLayout,
@@ -110,8 +112,10 @@ impl Volume {
                 });
                 bricks.push(n);
             }
-            let fill = &array.source.fill()[..width];
-            let values = fill.iter().copied().cycle().take(outer.pow(3) * width).collect();
+            let values = filled(&array.source.fill()[..width], outer.pow(3)).ok_or_else(|| {
+                VolumeFault::TooLarge("there is no memory for the bricks; name fewer at once".into())
+                    .at(&self.about.path)
+            })?;
             pending.push(Pending {
                 pos: *pos,
                 values,
@@ -128,11 +132,12 @@ impl Volume {
             if bricks.is_empty() {
                 continue;
             }
-            let chunk = array.source.read(&key.1).await;
-            match &chunk {
-                Ok(Some(_)) => work.chunks_decoded += 1,
-                Ok(None) => work.chunks_absent += 1,
-                Err(_) => {}
+            let (chunk, had) = self.shared(key.0).chunk(&key.1).await;
+            match (&chunk, had) {
+                (Ok(_), Had::Shared) => work.chunks_shared += 1,
+                (Ok(Some(_)), Had::Read) => work.chunks_decoded += 1,
+                (Ok(None), Had::Read) => work.chunks_absent += 1,
+                (Err(_), _) => {}
             }
             for n in bricks {
                 let brick = &mut pending[n];

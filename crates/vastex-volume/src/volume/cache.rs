@@ -1,22 +1,62 @@
-//! Decoded chunks that were used last, up to a number of bytes.
+//! Decoded chunks that are shared: by reads at the same time, of which one decodes a chunk and the others
+//! wait for it, and by reads one after the other, for which chunks are kept for a while, the last used ones
+//! up to a number of bytes.
 
 use std::collections::BTreeMap;
-use std::sync::{Mutex, PoisonError};
+use std::future::Future;
+use std::pin::Pin;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Waker};
 
 use rustc_hash::FxHashMap;
 
 use crate::chunks::Chunk;
-
-/// Bytes of decoded chunks that are kept.
-const MOST_BYTES: usize = 256 << 20;
+use crate::fault::VolumeError;
 
 /// A level, and the coordinates of a chunk of it.
-type Key = (usize, Vec<u64>);
+pub(crate) type Key = (usize, Vec<u64>);
+/// A chunk; `None` if it is absent.
+type Outcome = Result<Option<Chunk>, VolumeError>;
 
-/// Chunks by their place; absent ones are kept, too.
-#[derive(Default)]
-pub(super) struct ChunkCache {
+/// What became of the chunks that were wanted, counted since a volume was opened.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChunkWork {
+    /// Chunks that were read and decoded.
+    pub decoded: u64,
+    /// Bytes that these had, decoded.
+    pub bytes_decoded: u64,
+    /// Chunks that were found absent by looking for them.
+    pub absent: u64,
+    /// How often a chunk was had without reading it: it was kept, or another read had begun with it.
+    pub shared: u64,
+    /// Chunks that could not be read or decoded.
+    pub failed: u64,
+}
+
+/// How a chunk was had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Had {
+    /// It was read, and decoded if it was there.
+    Read,
+    /// By others.
+    Shared,
+}
+
+/// Chunks by their place; absent ones are kept, too. Errors are not kept: who asks again reads again.
+pub(crate) struct ChunkCache {
+    most_bytes: usize,
     kept: Mutex<Kept>,
+    counts: Counts,
+}
+
+#[derive(Default)]
+struct Counts {
+    decoded: AtomicU64,
+    bytes_decoded: AtomicU64,
+    absent: AtomicU64,
+    shared: AtomicU64,
+    failed: AtomicU64,
 }
 
 #[derive(Default)]
@@ -25,40 +65,72 @@ struct Kept {
     by_use: BTreeMap<u64, Key>,
     bytes: usize,
     uses: u64,
+    under_way: FxHashMap<Key, Arc<UnderWay>>,
 }
 
 impl ChunkCache {
-    /// A chunk that is kept, or that it is known to be absent.
-    pub(super) fn find(&self, key: &Key) -> Option<Option<Chunk>> {
-        self.with(|kept| {
-            kept.uses += 1;
-            let now = kept.uses;
-            let (chunk, used) = kept.by_key.get_mut(key)?;
-            let chunk = chunk.clone();
-            let before = std::mem::replace(used, now);
-            kept.by_use.remove(&before);
-            kept.by_use.insert(now, key.clone());
-            Some(chunk)
-        })
+    /// Keeps decoded chunks of up to so many bytes.
+    pub(crate) fn new(most_bytes: usize) -> ChunkCache {
+        ChunkCache { most_bytes, kept: Mutex::default(), counts: Counts::default() }
     }
 
-    pub(super) fn keep(&self, key: Key, chunk: Option<Chunk>) {
-        self.with(|kept| {
-            let bytes = cost(&chunk);
-            if bytes > MOST_BYTES {
-                return;
+    /// A chunk that is kept, or that it is known to be absent. Waits for nothing.
+    pub(crate) fn find(&self, key: &Key) -> Option<Option<Chunk>> {
+        self.with(|kept| kept.find(key))
+    }
+
+    /// Whether a read has a chunk under way.
+    pub(crate) fn is_under_way(&self, key: &Key) -> bool {
+        self.with(|kept| kept.under_way.contains_key(key))
+    }
+
+    /// A chunk: the one that is kept, or the one that another read is about to have, or what `read` gives,
+    /// which is polled only where nobody else reads it. What another read fails with is this one's error,
+    /// too; where the other read is dropped, this one reads.
+    pub(crate) async fn get(&self, key: Key, read: impl Future<Output = Outcome>) -> (Outcome, Had) {
+        let claim = loop {
+            let wait = match self.look(&key) {
+                Looked::Kept(chunk) => {
+                    self.counts.shared.fetch_add(1, Ordering::Relaxed);
+                    return (Ok(chunk), Had::Shared);
+                }
+                Looked::UnderWay(work) => Wait(work),
+                Looked::Claimed(work) => break Claim { cache: self, key: &key, work, outcome: None },
+            };
+            if let Some(outcome) = wait.await {
+                self.counts.shared.fetch_add(1, Ordering::Relaxed);
+                return (outcome, Had::Shared);
             }
-            kept.forget(&key);
-            kept.bytes += bytes;
-            kept.uses += 1;
-            kept.by_use.insert(kept.uses, key.clone());
-            kept.by_key.insert(key, (chunk, kept.uses));
-            while kept.bytes > MOST_BYTES
-                && let Some((_, oldest)) = kept.by_use.pop_first()
-            {
-                kept.forget(&oldest);
+        };
+        let outcome = read.await;
+        self.counts.count(&outcome);
+        claim.end(outcome.clone());
+        (outcome, Had::Read)
+    }
+
+    /// What was done so far.
+    pub(crate) fn work(&self) -> ChunkWork {
+        let of = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        let counts = &self.counts;
+        ChunkWork {
+            decoded: of(&counts.decoded),
+            bytes_decoded: of(&counts.bytes_decoded),
+            absent: of(&counts.absent),
+            shared: of(&counts.shared),
+            failed: of(&counts.failed),
+        }
+    }
+
+    fn look(&self, key: &Key) -> Looked {
+        self.with(|kept| match (kept.find(key), kept.under_way.get(key)) {
+            (Some(chunk), _) => Looked::Kept(chunk),
+            (None, Some(work)) => Looked::UnderWay(work.clone()),
+            (None, None) => {
+                let work = Arc::new(UnderWay::default());
+                kept.under_way.insert(key.clone(), work.clone());
+                Looked::Claimed(work)
             }
-        });
+        })
     }
 
     fn with<T>(&self, work: impl FnOnce(&mut Kept) -> T) -> T {
@@ -66,7 +138,48 @@ impl ChunkCache {
     }
 }
 
+impl Counts {
+    fn count(&self, outcome: &Outcome) {
+        let (counter, bytes) = match outcome {
+            Ok(Some(chunk)) => (&self.decoded, chunk.bytes.len() as u64),
+            Ok(None) => (&self.absent, 0),
+            Err(_) => (&self.failed, 0),
+        };
+        counter.fetch_add(1, Ordering::Relaxed);
+        self.bytes_decoded.fetch_add(bytes, Ordering::Relaxed);
+    }
+}
+
 impl Kept {
+    fn find(&mut self, key: &Key) -> Option<Option<Chunk>> {
+        self.uses += 1;
+        let now = self.uses;
+        let (chunk, used) = self.by_key.get_mut(key)?;
+        let chunk = chunk.clone();
+        let before = std::mem::replace(used, now);
+        if let Some(key) = self.by_use.remove(&before) {
+            self.by_use.insert(now, key);
+        }
+        Some(chunk)
+    }
+
+    fn keep(&mut self, key: &Key, chunk: Option<Chunk>, most_bytes: usize) {
+        let bytes = cost(&chunk);
+        if bytes > most_bytes {
+            return;
+        }
+        self.forget(key);
+        self.bytes += bytes;
+        self.uses += 1;
+        self.by_use.insert(self.uses, key.clone());
+        self.by_key.insert(key.clone(), (chunk, self.uses));
+        while self.bytes > most_bytes
+            && let Some((_, oldest)) = self.by_use.pop_first()
+        {
+            self.forget(&oldest);
+        }
+    }
+
     fn forget(&mut self, key: &Key) {
         if let Some((chunk, used)) = self.by_key.remove(key) {
             self.by_use.remove(&used);
@@ -81,23 +194,192 @@ fn cost(chunk: &Option<Chunk>) -> usize {
     chunk.as_ref().map_or(0, |chunk| chunk.bytes.len()) + OVERHEAD
 }
 
+enum Looked {
+    Kept(Option<Chunk>),
+    UnderWay(Arc<UnderWay>),
+    Claimed(Arc<UnderWay>),
+}
+
+/// A read that others wait for.
+#[derive(Default)]
+struct UnderWay {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    /// `None` within if the read was dropped.
+    ended: Option<Option<Outcome>>,
+    waits: Vec<Waker>,
+}
+
+/// The right to read a chunk for all who want it. Dropped without an end, others may.
+struct Claim<'a> {
+    cache: &'a ChunkCache,
+    key: &'a Key,
+    work: Arc<UnderWay>,
+    outcome: Option<Outcome>,
+}
+
+impl Claim<'_> {
+    fn end(mut self, outcome: Outcome) {
+        self.outcome = Some(outcome);
+    }
+}
+
+impl Drop for Claim<'_> {
+    fn drop(&mut self) {
+        let outcome = self.outcome.take();
+        // Kept before it is taken out of what is under way, so that nobody finds neither.
+        self.cache.with(|kept| {
+            if let Some(Ok(chunk)) = &outcome {
+                kept.keep(self.key, chunk.clone(), self.cache.most_bytes);
+            }
+            kept.under_way.remove(self.key);
+        });
+        let mut state = self.work.state.lock().unwrap_or_else(PoisonError::into_inner);
+        state.ended = Some(outcome);
+        let waits = std::mem::take(&mut state.waits);
+        drop(state);
+        waits.into_iter().for_each(Waker::wake);
+    }
+}
+
+/// Waits for another's read; `None` if that was dropped.
+struct Wait(Arc<UnderWay>);
+
+impl Future for Wait {
+    type Output = Option<Outcome>;
+
+    fn poll(self: Pin<&mut Self>, context: &mut Context<'_>) -> Poll<Option<Outcome>> {
+        let mut state = self.0.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(ended) = &state.ended {
+            return Poll::Ready(ended.clone());
+        }
+        if !state.waits.iter().any(|waker| waker.will_wake(context.waker())) {
+            state.waits.push(context.waker().clone());
+        }
+        Poll::Pending
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use std::pin::pin;
+
+    use pollster::block_on;
+
     use super::*;
+    use crate::fault::damaged;
+
+    fn chunk(bytes: usize) -> Chunk {
+        Chunk { bytes: vec![0; bytes].into(), strides: [1, 1].into() }
+    }
+
+    async fn found(chunk: Option<Chunk>) -> Outcome {
+        Ok(chunk)
+    }
+
+    async fn never() -> Outcome {
+        panic!("another read has it")
+    }
 
     #[test]
     fn what_is_kept_has_a_bound_and_what_is_used_stays() {
-        let cache = ChunkCache::default();
-        let chunk = Chunk { bytes: vec![0; 20 << 20].into(), strides: [1, 1].into() };
+        let cache = ChunkCache::new(256 << 20);
         for n in 0..30 {
             cache.find(&(0, vec![0]));
-            cache.keep((0, vec![n]), Some(chunk.clone()));
+            block_on(cache.get((0, vec![n]), found(Some(chunk(20 << 20))))).0.unwrap();
             let kept = cache.kept.lock().unwrap();
-            assert!(kept.bytes <= MOST_BYTES && kept.by_key.len() == kept.by_use.len());
+            assert!(kept.bytes <= cache.most_bytes && kept.by_key.len() == kept.by_use.len());
         }
         assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![5])).is_none());
         assert!(cache.find(&(1, vec![0])).is_none());
-        cache.keep((2, vec![]), None);
+        block_on(cache.get((2, vec![]), found(None))).0.unwrap();
         assert!(matches!(cache.find(&(2, vec![])), Some(None)));
+        let work = cache.work();
+        assert_eq!((work.decoded, work.absent, work.shared, work.failed), (30, 1, 0, 0));
+        assert_eq!(work.bytes_decoded, 30 * (20 << 20));
+    }
+
+    /// A read that goes on when it is told to.
+    #[derive(Default)]
+    struct Gate(Mutex<(bool, Option<Waker>)>);
+
+    impl Gate {
+        async fn pass(&self) {
+            std::future::poll_fn(|context| {
+                let mut state = self.0.lock().unwrap();
+                state.1 = Some(context.waker().clone());
+                if state.0 { Poll::Ready(()) } else { Poll::Pending }
+            })
+            .await;
+        }
+    }
+
+    #[test]
+    fn reads_at_once_share_one() {
+        let (cache, gate) = (ChunkCache::new(1 << 20), Gate::default());
+        let read = async {
+            gate.pass().await;
+            Ok(Some(chunk(5)))
+        };
+        let mut context = Context::from_waker(Waker::noop());
+        let mut first = pin!(cache.get((0, vec![1]), read));
+        assert!(first.as_mut().poll(&mut context).is_pending());
+        let mut second = pin!(cache.get((0, vec![1]), never()));
+        assert!(second.as_mut().poll(&mut context).is_pending());
+        gate.0.lock().unwrap().0 = true;
+        let Poll::Ready((Ok(Some(_)), Had::Read)) = first.as_mut().poll(&mut context) else { panic!() };
+        let Poll::Ready((Ok(Some(_)), Had::Shared)) = second.as_mut().poll(&mut context) else { panic!() };
+        assert_eq!(cache.work().decoded, 1);
+        assert!(cache.kept.lock().unwrap().under_way.is_empty());
+    }
+
+    #[test]
+    fn a_read_that_is_dropped_leaves_the_chunk_to_who_waits() {
+        let (cache, gate) = (ChunkCache::new(1 << 20), Gate::default());
+        let mut context = Context::from_waker(Waker::noop());
+        let mut first = Box::pin(cache.get((0, vec![1]), async {
+            gate.pass().await;
+            Ok(None)
+        }));
+        assert!(first.as_mut().poll(&mut context).is_pending());
+        let mut second = pin!(cache.get((0, vec![1]), found(Some(chunk(7)))));
+        assert!(second.as_mut().poll(&mut context).is_pending());
+        drop(first);
+        let Poll::Ready((Ok(Some(chunk)), Had::Read)) = second.as_mut().poll(&mut context) else { panic!() };
+        assert_eq!(chunk.bytes.len(), 7);
+    }
+
+    #[test]
+    fn errors_are_shared_and_not_kept() {
+        let cache = ChunkCache::new(1 << 20);
+        let fails = async { Err(damaged("is damaged").at("a/b")) };
+        assert!(block_on(cache.get((0, vec![1]), fails)).0.is_err());
+        assert!(block_on(cache.get((0, vec![1]), found(None))).0.is_ok());
+        assert_eq!((cache.work().failed, cache.work().absent), (1, 1));
+    }
+
+    #[test]
+    fn threads_that_want_the_same_decode_it_once() {
+        let cache = ChunkCache::new(64 << 20);
+        std::thread::scope(|scope| {
+            for thread in 0..4_u64 {
+                let cache = &cache;
+                scope.spawn(move || {
+                    for n in 0..200 {
+                        let key = (0, vec![(n + thread * 7) % 200]);
+                        let read = async {
+                            std::thread::yield_now();
+                            Ok(Some(chunk(100)))
+                        };
+                        assert!(block_on(cache.get(key, read)).0.unwrap().is_some());
+                    }
+                });
+            }
+        });
+        let work = cache.work();
+        assert_eq!((work.decoded, work.shared), (200, 600));
     }
 }

@@ -2,6 +2,7 @@
 
 mod about;
 mod assembly;
+mod boxes;
 mod bricks;
 mod cache;
 mod crop;
@@ -13,10 +14,15 @@ use crate::chunks::{ChunkSource, Grid};
 use crate::values::DType;
 pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
 pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
+pub(crate) use boxes::{BoxValues, Plane, Shared, VoxelBox, filled, paste};
 pub use bricks::{BRICK, BrickCount};
-use cache::ChunkCache;
+pub(crate) use cache::ChunkCache;
+pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
 pub use region::VolumeRegion;
+
+/// Bytes of decoded chunks that are kept.
+const MOST_KEPT: usize = 256 << 20;
 
 /// One level as it is stored.
 pub(crate) struct LevelArray {
@@ -42,7 +48,12 @@ impl Volume {
     /// Of levels, the finest first, as many as `about` has, at least one.
     pub(crate) fn new(about: VolumeAbout, arrays: Vec<LevelArray>) -> Volume {
         debug_assert_eq!(about.levels.len(), arrays.len());
-        Volume { about, arrays, cache: ChunkCache::default() }
+        Volume { about, arrays, cache: ChunkCache::new(MOST_KEPT) }
+    }
+
+    /// How many chunks were read and decoded since it was opened, and how often one was shared.
+    pub fn chunk_work(&self) -> ChunkWork {
+        self.cache.work()
     }
 
     /// What is known of it without reading its values.

@@ -167,6 +167,8 @@ fn format_number(format: LayerFormat) -> u32 {
         LayerFormat::Bc6h => 16,
         LayerFormat::Bc7 => 17,
         LayerFormat::Bc7Srgb => 18,
+        LayerFormat::R32Uint => 19,
+        LayerFormat::Rg32Uint => 20,
     }
 }
 
@@ -273,10 +275,10 @@ fn decode_layers(section: &[u8]) -> Result<Vec<Layer>, DescriptionFault> {
         let (number, len) = (fields.u32()?, fields.u32()?);
         let name =
             std::str::from_utf8(fields.bytes(len as usize)?).map_err(|e| format!("a layer's name: {e}"))?;
-        let format =
-            LayerFormat::ALL.into_iter().find(|&format| format_number(format) == number).ok_or_else(
-                || DescriptionFault::Unsupported(format!("format {number} of layer {name:?} is not known")),
-            )?;
+        let mut known = LayerFormat::ALL.into_iter().chain(LayerFormat::WHOLE_NUMBERS);
+        let format = known.find(|&format| format_number(format) == number).ok_or_else(|| {
+            DescriptionFault::Unsupported(format!("format {number} of layer {name:?} is not known"))
+        })?;
         layers.push(Layer::new(name, format));
     }
     if !fields.is_empty() {

@@ -1,0 +1,423 @@
+//! A volume as a source of tiles: one channel at one time, in bricks with borders.
+//!
+//! A tile is put together of stored chunks ([`crate::Volume`] shares them), or of chunks of levels that are
+//! made. Where a level's voxels lie among its pages is [`VoxelLevels`]' business, what its texels mean
+//! [`ValueCodes`]'.
+
+mod absent;
+mod codes;
+mod sample;
+mod stats;
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use bytes::Bytes;
+use pollster::block_on;
+use vastex_core::{
+    Description, Geometry, Layer, LayerError, PageContents, PagePos, Region, StoredLevel, VoxelLevel,
+    VoxelLevels, VoxelLevelsError,
+};
+use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource};
+
+use crate::chunks::ChunkSource;
+use crate::fault::{VolumeError, VolumeFault};
+use crate::made::{Base, Made, MadeChunks, MadeProgress};
+use crate::reduce::Reduction;
+use crate::volume::{BoxValues, Plane, Shared, Volume, VoxelBox, filled, paste};
+pub use codes::{ValueCodes, VoxelValue};
+pub use sample::{PointValue, SliceAxis, VolumePlane};
+pub use stats::{BINS, BrickStats};
+
+/// What of a volume is a source, and how.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VolumeOptions {
+    /// The channel, from 0.
+    pub channel: u64,
+    /// The time, from 0.
+    pub time: u64,
+    /// Voxels of a brick along each side, without its borders: 64, or 32 where the pool is small.
+    pub brick: u32,
+    /// Voxels of border on each side; one is enough for filters and gradients.
+    pub border: u32,
+    /// Whether values are labels, which are never mixed; `None` for what the volume says.
+    pub labels: Option<bool>,
+    /// How levels are made that are not stored; `None` for the mean, and of labels for the most frequent.
+    pub reduction: Option<Reduction>,
+    /// A directory that keeps levels that are made in the background, an eighth of the coarsest stored one at
+    /// most; `None` for 256 MiB of main memory.
+    pub cache: Option<PathBuf>,
+}
+
+impl Default for VolumeOptions {
+    fn default() -> VolumeOptions {
+        VolumeOptions {
+            channel: 0,
+            time: 0,
+            brick: 64,
+            border: 1,
+            labels: None,
+            reduction: None,
+            cache: None,
+        }
+    }
+}
+
+/// Why a volume is no source of tiles.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum VolumeSourceError {
+    /// The volume cannot be read, or has no such channel or time.
+    #[error(transparent)]
+    Volume(#[from] VolumeError),
+    /// Its levels are no texture.
+    #[error("{path}: {error}")]
+    Levels {
+        /// The volume.
+        path: String,
+        /// What is wrong with them.
+        error: VoxelLevelsError,
+    },
+    /// Its bricks are none.
+    #[error("{path}: {error}")]
+    Layer {
+        /// The volume.
+        path: String,
+        /// What is wrong with them.
+        error: LayerError,
+    },
+}
+
+/// A level of a source, as it is told to people.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LevelState {
+    /// Voxels along x, y and z.
+    pub size: [u32; 3],
+    /// Sides of a voxel in the world.
+    pub scale: [f64; 3],
+    /// The corner of the first voxel in the world.
+    pub origin: [f64; 3],
+    /// Whether it is made and not stored.
+    pub is_made: bool,
+    /// How far levels are that are made; of those that are stored, and of those made at opening, all is done.
+    pub made: Option<MadeProgress>,
+}
+
+/// One channel of a volume at one time, as a source of tiles with three axes.
+///
+/// Tiles hold the voxels that [`VoxelLevels`] says, exactly as they are stored or, where the format of the
+/// layer has fewer bits, as [`ValueCodes`] says. Levels below the coarsest stored one are made: at opening
+/// where that one has up to 64 MiB, else by whoever calls [`VolumeSource::make_levels`], and until then they
+/// are a preview.
+///
+/// Several sources of one volume (its channels, its times) share its decoded chunks.
+pub struct VolumeSource {
+    volume: Arc<Volume>,
+    options: VolumeOptions,
+    description: Arc<Description>,
+    levels: Arc<VoxelLevels>,
+    codes: ValueCodes,
+    is_labels: bool,
+    contents: Option<Arc<PageContents>>,
+    made: Made,
+    /// The level of the geometry from which on levels are made.
+    first_made: u8,
+    stats: stats::Kept,
+}
+
+impl VolumeSource {
+    /// A source of a channel and a time. Lists which chunks are stored where that takes no more than some ten
+    /// thousand keys, and reads the coarsest stored level where it has up to 64 MiB.
+    pub fn open(volume: Arc<Volume>, options: &VolumeOptions) -> Result<VolumeSource, VolumeSourceError> {
+        let about = volume.about().clone();
+        volume.check_plane(options.channel, options.time)?;
+        let is_labels = options.labels.unwrap_or(about.is_label);
+        let codes = match is_labels {
+            false => ValueCodes::of_values(about.dtype),
+            true => ValueCodes::of_labels(about.dtype).ok_or_else(|| {
+                let why = format!("labels are whole numbers, and these are {}", about.dtype.name());
+                VolumeFault::Unsupported(why).at(&about.path)
+            })?,
+        };
+        let stored: Vec<StoredLevel> = about
+            .levels
+            .iter()
+            .map(|level| StoredLevel { size: level.size, scale: level.scale, origin: level.origin })
+            .collect();
+        let (geometry, levels) = VoxelLevels::new(&stored, options.brick, options.border)
+            .map_err(|error| VolumeSourceError::Levels { path: about.path.clone(), error })?;
+        let name = if is_labels { "labels" } else { "values" };
+        let layer = Layer { is_mixable: !is_labels, ..Layer::new(name, codes.format) };
+        let description = Description::new(geometry, vec![layer]);
+        description.check().map_err(|error| VolumeSourceError::Layer { path: about.path.clone(), error })?;
+        let first_made = levels.stored();
+        let coarsest = levels.levels()[first_made - 1].stored.map_or(0, usize::from);
+        let geometry = &description.geometry;
+        let factors: Vec<[u32; 3]> =
+            geometry.levels()[first_made..].iter().map(|level| level.factor).collect();
+        let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
+        let rule = options.reduction.unwrap_or(usual);
+        let identity = options.cache.is_some().then(|| identity(&volume, options, coarsest, rule));
+        let directory = options.cache.as_deref().zip(identity.as_deref());
+        let base =
+            Base { volume: volume.clone(), level: coarsest, channel: options.channel, time: options.time };
+        let made = block_on(Made::new(base, rule, &factors, directory))?;
+        let fill = volume.shared(0).fill()[..about.dtype.bytes()].to_vec();
+        let constant = Bytes::from(codes.encode(fill));
+        let asked: Vec<absent::Asked<'_>> = (0..levels.levels().len())
+            .filter_map(|n| {
+                let level = levels.level(n as u8);
+                let (stored, scale) = match level.stored {
+                    Some(stored) => (usize::from(stored), [1; 3]),
+                    None => (coarsest, made.scale(n - first_made)),
+                };
+                // Another fill value is another content.
+                let is_same = volume.shared(stored).fill() == volume.shared(0).fill();
+                is_same.then_some(absent::Asked { number: n as u8, level, stored, scale })
+            })
+            .collect();
+        let plane = (options.channel, options.time);
+        let contents = block_on(absent::contents(&volume, geometry, &asked, plane, constant));
+        Ok(VolumeSource {
+            options: options.clone(),
+            description: Arc::new(description),
+            levels: Arc::new(levels),
+            codes,
+            is_labels,
+            contents: contents.map(Arc::new),
+            made,
+            first_made: first_made as u8,
+            stats: stats::Kept::default(),
+            volume,
+        })
+    }
+
+    /// The volume.
+    pub fn volume(&self) -> &Arc<Volume> {
+        &self.volume
+    }
+
+    /// Where the voxels of each level lie, in the world and in tiles.
+    pub fn levels(&self) -> &Arc<VoxelLevels> {
+        &self.levels
+    }
+
+    /// What texels mean.
+    pub fn codes(&self) -> &ValueCodes {
+        &self.codes
+    }
+
+    /// Whether values are labels.
+    pub fn is_labels(&self) -> bool {
+        self.is_labels
+    }
+
+    /// What is told of each level, the finest first.
+    pub fn level_states(&self) -> Vec<LevelState> {
+        let state = |level: &VoxelLevel| LevelState {
+            size: level.size,
+            scale: level.scale,
+            origin: level.origin,
+            is_made: level.stored.is_none(),
+            made: level.stored.is_none().then(|| self.made.progress()),
+        };
+        self.levels.levels().iter().map(state).collect()
+    }
+
+    /// What is known of the values of a page's brick, of its finest level if the page is the tail: `None`
+    /// until the brick was read, of labels, and of bricks whose figures made room for those of 65,536 others.
+    pub fn brick_stats(&self, pos: PagePos) -> Option<BrickStats> {
+        self.stats.get(pos)
+    }
+
+    /// Whether a page is known to hold the fill value alone, so that nothing of it need be read.
+    pub fn is_absent(&self, pos: PagePos) -> bool {
+        self.contents.as_ref().is_some_and(|contents| contents.of(pos).is_some())
+    }
+
+    /// Whether levels that are made wait for [`VolumeSource::make_levels`], or are being made by it.
+    pub fn has_levels_to_make(&self) -> bool {
+        self.made.has_work()
+    }
+
+    /// Makes what was asked for of the levels that are not stored, on this thread, until nothing is left or
+    /// `stop` is set: bricks that were read as a preview first, the finest before coarser ones, then all that
+    /// the coarsest level is made of. May take as long as reading the whole of the coarsest stored level.
+    /// Returns at once while another thread is in it.
+    pub fn make_levels(&self, stop: &AtomicBool) {
+        self.made.work(stop);
+    }
+
+    /// The regions whose tiles were a preview and are not any more, since this was last asked. Who keeps
+    /// tiles lets them be read again ([`TileSource::changed`]).
+    pub fn take_changes(&self) -> Vec<Region> {
+        let changed = self.made.take_changed();
+        changed.into_iter().map(|(level, at)| self.region_of(self.first_made + level as u8, at)).collect()
+    }
+
+    /// What went wrong while levels were made, up to a number: chunks that could not be read are as if they
+    /// were not stored.
+    pub fn faults(&self) -> Vec<VolumeError> {
+        self.made.faults()
+    }
+
+    /// The texels of level 0 that a chunk of 64 voxels a side of a made level covers.
+    fn region_of(&self, level: u8, at: [u64; 3]) -> Region {
+        let (of, finest) = (self.levels.level(level), self.levels.level(0));
+        let corner = |n: u64| {
+            let voxel = at.map(|at| ((at + n) * 64) as f64);
+            finest.voxel_from_world(of.world_from_voxel(voxel))
+        };
+        let (begin, end) = (corner(0), corner(1));
+        // A texel more, for what rounding may have taken.
+        let texels = std::array::from_fn(|axis| {
+            (begin[axis].floor() - 1.0).max(0.0) as u32..(end[axis].ceil() + 1.0).max(0.0) as u32
+        });
+        Region { texels, levels: level..=level }
+    }
+
+    fn chunks(&self, level: u8) -> LevelChunks<'_> {
+        match self.levels.level(level).stored {
+            Some(stored) => LevelChunks::Stored(self.volume.shared(stored.into())),
+            None => LevelChunks::Made(self.made.chunks((level - self.first_made).into()), &self.made),
+        }
+    }
+
+    /// The values of a box of a level, wherever it lies.
+    async fn read_box(&self, level: u8, of: &VoxelBox) -> Result<BoxValues, VolumeError> {
+        let chunks = self.chunks(level);
+        chunks.plane(self.options.channel, self.options.time).read(of).await
+    }
+
+    /// The tile of a page that exists.
+    async fn tile(&self, pos: PagePos) -> Result<Tile, VolumeError> {
+        let geometry = &self.description.geometry;
+        let width = self.volume.about().dtype.bytes();
+        let size = geometry.tile();
+        let mut tile = None;
+        let mut is_absent = true;
+        for (level, level_box, place) in geometry.tile_boxes(pos) {
+            let coords = if geometry.is_tail(pos) { [0; 3] } else { pos.coords() };
+            let of = VoxelBox { first: self.levels.level(level).first_voxel(coords), size: level_box.size };
+            let found = self.read_box(level, &of).await?;
+            is_absent &= found.is_absent;
+            if level == pos.level {
+                self.keep_stats(pos, &of, &found.values);
+            }
+            if of.size == size {
+                tile = Some(found.values);
+                continue;
+            }
+            let tile = match &mut tile {
+                Some(tile) => tile,
+                empty => empty.insert(self.empty_tile(width)?),
+            };
+            let sides = |size: [u32; 3]| size.map(|side| side as usize);
+            paste(&found.values, sides(of.size), tile, sides(size), sides(place), width);
+        }
+        let values = tile.map_or_else(|| self.empty_tile(width), Ok)?;
+        let texels = Bytes::from(self.codes.encode(values));
+        let texel = self.codes.format.texel_bytes();
+        // All texels are as the one before them, if so all are the same.
+        if is_absent || texels[texel..] == texels[..texels.len() - texel] {
+            return Ok(Tile { codec: Codec::Constant, bytes: Bytes::copy_from_slice(&texels[..texel]) });
+        }
+        Ok(Tile { codec: Codec::Raw, bytes: texels })
+    }
+
+    fn empty_tile(&self, width: usize) -> Result<Vec<u8>, VolumeError> {
+        let fill = self.volume.shared(0).fill();
+        filled(&fill[..width], self.description.geometry.tile_texels() as usize).ok_or_else(|| {
+            VolumeFault::TooLarge("there is no memory for a brick".into()).at(&self.volume.about().path)
+        })
+    }
+
+    /// Keeps what the payload of a box holds.
+    fn keep_stats(&self, pos: PagePos, of: &VoxelBox, values: &[u8]) {
+        if self.is_labels {
+            return;
+        }
+        let dtype = self.volume.about().dtype;
+        let (border, size) = (self.description.geometry.border(), self.levels.level(pos.level).size);
+        let inner = [0, 1, 2].map(|axis| {
+            // What lies within the border, and within the level.
+            let begin = i64::from(border[axis]).max(-of.first[axis]);
+            let end = i64::from(of.size[axis] - border[axis]).min(i64::from(size[axis]) - of.first[axis]);
+            begin.max(0) as usize..end.max(0) as usize
+        });
+        let [across, down, _] = of.size.map(|side| side as usize);
+        let width = dtype.bytes();
+        let columns = inner[0].start.min(inner[0].end)..inner[0].end;
+        let rows = inner[2]
+            .clone()
+            .flat_map(|z| inner[1].clone().map(move |y| z * down + y))
+            .map(|row| &values[(row * across + columns.start) * width..(row * across + columns.end) * width]);
+        self.stats.put(pos, stats::of_rows(dtype, rows));
+    }
+}
+
+/// The chunks of a level, stored or made.
+enum LevelChunks<'a> {
+    Stored(Shared<'a>),
+    Made(MadeChunks<'a>, &'a Made),
+}
+
+impl LevelChunks<'_> {
+    fn plane(&self, channel: u64, time: u64) -> Plane<'_> {
+        match self {
+            LevelChunks::Stored(shared) => shared.plane(channel, time),
+            LevelChunks::Made(chunks, made) => made.plane(chunks),
+        }
+    }
+}
+
+impl TileSource for VolumeSource {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    /// Pages that are known to hold the fill value alone have content 0.
+    fn contents(&self) -> Option<&Arc<PageContents>> {
+        self.contents.as_ref()
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            let geometry: &Geometry = &self.description.geometry;
+            if !geometry.contains(pos) {
+                return Err(ReadError::NoSuchTile { pos });
+            }
+            self.tile(pos).await.map_err(|error| {
+                let place = error.path;
+                match error.fault {
+                    VolumeFault::Read(error) => ReadError::Store { pos, place, error },
+                    fault => ReadError::Damaged { pos, place, fault: fault.to_string() },
+                }
+            })
+        })
+    }
+}
+
+/// What a volume is, for levels of it that are kept: other values give another text, as far as times of files
+/// tell.
+fn identity(volume: &Volume, options: &VolumeOptions, coarsest: usize, rule: Reduction) -> String {
+    let about = volume.about();
+    let path = std::path::Path::new(&about.path);
+    let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let level = &about.levels[coarsest];
+    // Of an archive, the archive; of a directory, the level's, in which files come and go.
+    let seen = [path.to_owned(), path.join(&level.path)].map(|path| {
+        let archive = path.ancestors().find(|path| path.exists()).map(std::fs::metadata);
+        archive.and_then(Result::ok).map(|found| (found.len(), found.modified().ok()))
+    });
+    format!(
+        "{}\n{:?} {} {:?}\nchannel {} time {}\n{} 1\n{seen:?}\n",
+        whole.display(),
+        level.path,
+        about.dtype.name(),
+        level.size,
+        options.channel,
+        options.time,
+        rule.name()
+    )
+}

@@ -1,0 +1,196 @@
+//! What is known of the values of bricks that were read: kept after a brick has left every cache, so that who
+//! draws can leap over what would not be seen, and windows can follow percentiles.
+
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
+use rustc_hash::FxHashMap;
+use vastex_core::PagePos;
+
+use super::codes::half;
+use crate::values::DType;
+
+/// Bins of a histogram.
+pub const BINS: usize = 64;
+/// Bricks that something is kept of: about 300 bytes each, 20 MiB together.
+const MOST_BRICKS: usize = 1 << 16;
+
+/// What the values of a brick are, its borders left out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BrickStats {
+    /// The least stored value that is finite; 0 where none is.
+    pub least: f64,
+    /// The greatest stored value that is finite; 0 where none is.
+    pub most: f64,
+    /// How many values are finite.
+    pub count: u32,
+    /// How many of these lie in each of 64 equal parts of what is between the least and the greatest. Where
+    /// these are the same, all lie in the first.
+    pub histogram: [u32; BINS],
+}
+
+/// What is kept, by page; the first to come goes first.
+#[derive(Default)]
+pub(super) struct Kept {
+    state: Mutex<State>,
+}
+
+#[derive(Default)]
+struct State {
+    by_page: FxHashMap<PagePos, BrickStats>,
+    order: VecDeque<PagePos>,
+}
+
+impl Kept {
+    pub(super) fn put(&self, page: PagePos, stats: BrickStats) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if state.by_page.insert(page, stats).is_some() {
+            return;
+        }
+        state.order.push_back(page);
+        if state.order.len() > MOST_BRICKS
+            && let Some(oldest) = state.order.pop_front()
+        {
+            state.by_page.remove(&oldest);
+        }
+    }
+
+    pub(super) fn get(&self, page: PagePos) -> Option<BrickStats> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner).by_page.get(&page).cloned()
+    }
+}
+
+/// Rows of values, little-endian.
+pub(super) fn of_rows<'a>(dtype: DType, rows: impl Iterator<Item = &'a [u8]> + Clone) -> BrickStats {
+    match dtype {
+        DType::Bool | DType::U8 => whole::<1>(rows, |[v]| v.into()),
+        DType::I8 => whole::<1>(rows, |[v]| (v as i8).into()),
+        DType::U16 => whole::<2>(rows, |v| u16::from_le_bytes(v).into()),
+        DType::I16 => whole::<2>(rows, |v| i16::from_le_bytes(v).into()),
+        DType::U32 => floats::<4>(rows, |v| u32::from_le_bytes(v).into()),
+        DType::I32 => floats::<4>(rows, |v| i32::from_le_bytes(v).into()),
+        DType::U64 => floats::<8>(rows, |v| u64::from_le_bytes(v) as f64),
+        DType::I64 => floats::<8>(rows, |v| i64::from_le_bytes(v) as f64),
+        DType::F16 => floats::<2>(rows, |v| half(u16::from_le_bytes(v))),
+        DType::F32 => floats::<4>(rows, |v| f32::from_le_bytes(v).into()),
+        DType::F64 => floats::<8>(rows, f64::from_le_bytes),
+    }
+}
+
+/// Of whole numbers of up to 16 bits, in whole numbers.
+fn whole<'a, const N: usize>(
+    rows: impl Iterator<Item = &'a [u8]> + Clone,
+    value: impl Fn([u8; N]) -> i32,
+) -> BrickStats {
+    let (mut least, mut most, mut count) = (i32::MAX, i32::MIN, 0);
+    for row in rows.clone() {
+        let values = row.as_chunks::<N>().0;
+        count += values.len() as u32;
+        for bytes in values {
+            least = least.min(value(*bytes));
+            most = most.max(value(*bytes));
+        }
+    }
+    let mut histogram = [0; BINS];
+    if count == 0 {
+        return BrickStats { least: 0.0, most: 0.0, count, histogram };
+    }
+    let span = (most - least).max(1) as u32;
+    // Bin n begins at least + n * span / 64; the last has its end.
+    let factor = ((BINS as u64) << 32) / u64::from(span) + 1;
+    for row in rows {
+        for bytes in row.as_chunks::<N>().0 {
+            let above = u64::from((value(*bytes) - least) as u32);
+            histogram[((above * factor) >> 32).min(BINS as u64 - 1) as usize] += 1;
+        }
+    }
+    BrickStats { least: least.into(), most: most.into(), count, histogram }
+}
+
+fn floats<'a, const N: usize>(
+    rows: impl Iterator<Item = &'a [u8]> + Clone,
+    value: impl Fn([u8; N]) -> f64,
+) -> BrickStats {
+    let (mut least, mut most, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    for row in rows.clone() {
+        for bytes in row.as_chunks::<N>().0 {
+            let value = value(*bytes);
+            if value.is_finite() {
+                least = least.min(value);
+                most = most.max(value);
+                count += 1;
+            }
+        }
+    }
+    let mut histogram = [0; BINS];
+    if count == 0 {
+        return BrickStats { least: 0.0, most: 0.0, count, histogram };
+    }
+    // Halved first: the whole span may be more than a float holds.
+    let span = most / 2.0 - least / 2.0;
+    for row in rows {
+        for value in
+            row.as_chunks::<N>().0.iter().map(|bytes| value(*bytes)).filter(|value| value.is_finite())
+        {
+            let share = if span > 0.0 { (value / 2.0 - least / 2.0) / span } else { 0.0 };
+            histogram[((share * BINS as f64) as usize).min(BINS - 1)] += 1;
+        }
+    }
+    BrickStats { least, most, count, histogram }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(dtype: DType, values: &[u8]) -> BrickStats {
+        of_rows(dtype, values.chunks(6 * dtype.bytes()))
+    }
+
+    #[test]
+    fn bins_are_equal_parts_between_the_least_and_the_greatest() {
+        let values: Vec<u8> = (0..640_u16).flat_map(|n| (100 + n).to_le_bytes()).collect();
+        let stats = of(DType::U16, &values);
+        assert_eq!((stats.least, stats.most, stats.count), (100.0, 739.0, 640));
+        assert!(stats.histogram.iter().all(|count| (9..=11).contains(count)), "{:?}", stats.histogram);
+        // Every value, by division.
+        for span in [1, 2, 63, 64, 65, 1000, 65_535] {
+            let values: Vec<u8> = (0..=span as u16).flat_map(u16::to_le_bytes).collect();
+            let mut expected = [0; BINS];
+            (0..=span).for_each(|n| expected[(n * BINS as u64 / span).min(BINS as u64 - 1) as usize] += 1);
+            assert_eq!(of(DType::U16, &values).histogram, expected, "{span}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_number_counts_for_nothing() {
+        let values = [1.0_f32, f32::NAN, -3.0, f32::INFINITY, 5.0].map(f32::to_le_bytes).concat();
+        let stats = of(DType::F32, &values);
+        assert_eq!((stats.least, stats.most, stats.count), (-3.0, 5.0, 3));
+        assert_eq!((stats.histogram[0], stats.histogram[32], stats.histogram[63]), (1, 1, 1));
+        let none = of(DType::F32, &f32::NAN.to_le_bytes());
+        assert_eq!((none.least, none.most, none.count), (0.0, 0.0, 0));
+        let wide = [f64::MIN, f64::MAX].map(f64::to_le_bytes).concat();
+        assert_eq!(of(DType::F64, &wide).histogram[63], 1);
+    }
+
+    #[test]
+    fn signs_count() {
+        let stats = of(DType::I16, &[-5_i16, 5, 5].map(i16::to_le_bytes).concat());
+        assert_eq!((stats.least, stats.most, stats.histogram[0], stats.histogram[63]), (-5.0, 5.0, 1, 2));
+        let same = of(DType::U8, &[7; 9]);
+        assert_eq!((same.least, same.most, same.histogram[0]), (7.0, 7.0, 9));
+    }
+
+    #[test]
+    fn what_is_kept_has_a_bound() {
+        let kept = Kept::default();
+        let stats = of(DType::U8, &[1]);
+        for n in 0..MOST_BRICKS as u32 + 10 {
+            kept.put(PagePos::at(0, [n, 0, 0]), stats.clone());
+        }
+        assert_eq!(kept.state.lock().unwrap().by_page.len(), MOST_BRICKS);
+        assert!(kept.get(PagePos::at(0, [9, 0, 0])).is_none());
+        assert_eq!(kept.get(PagePos::at(0, [10, 0, 0])), Some(stats));
+    }
+}
