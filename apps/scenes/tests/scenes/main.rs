@@ -28,5 +28,6 @@ mod sharing;
 mod shown_layers;
 mod streaming;
 mod targets;
+mod values;
 mod views;
 mod whole;

@@ -31,7 +31,8 @@ impl Guided<'_> {
         let Guided { textures, renderer, view, texel_size, shapes, is_settled, is_seen } = *self;
         let sizes = (view.picture, view.image);
         let layer = |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
-        let value = |pixel: DVec2| inspect::texel_at(textures, layer(pixel.x), &view.pose, sizes, pixel);
+        let asked = |pixel: DVec2| (renderer, layer(pixel.x));
+        let value = |pixel: DVec2| inspect::texel_at(textures, asked(pixel), &view.pose, sizes, pixel);
         paint_guides(ui.painter(), free, view, texel_size, value);
         shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, view));
         let of_layers = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);

@@ -1,4 +1,4 @@
-//! The clipboard of the system, for texts that are copied in the window.
+//! The clipboard of the system, for texts that are copied and pasted in the window.
 
 use arboard::Clipboard;
 
@@ -12,11 +12,19 @@ pub(super) struct Copied {
 impl Copied {
     /// Copies a text. Says why where that cannot be.
     pub(super) fn copy(&mut self, text: &str) -> Result<(), String> {
-        let said = |error: arboard::Error| error.to_string();
+        self.clipboard()?.set_text(text).map_err(|error| error.to_string())
+    }
+
+    /// The text that was copied last, in any program. Says why where there is none.
+    pub(super) fn text(&mut self) -> Result<String, String> {
+        self.clipboard()?.get_text().map_err(|error| error.to_string())
+    }
+
+    fn clipboard(&mut self) -> Result<&mut Clipboard, String> {
         let clipboard = match self.clipboard.take() {
             Some(clipboard) => clipboard,
-            None => Clipboard::new().map_err(said)?,
+            None => Clipboard::new().map_err(|error| error.to_string())?,
         };
-        self.clipboard.insert(clipboard).set_text(text).map_err(said)
+        Ok(self.clipboard.insert(clipboard))
     }
 }

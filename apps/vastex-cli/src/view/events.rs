@@ -1,7 +1,7 @@
 //! Events of the window system in the words of the viewer.
 
 use glam::DVec2;
-use vastex_viewer::input::{Button, InputEvent, Key};
+use vastex_viewer::input::{Button, InputEvent, Key, Modifiers};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 use winit::keyboard::{Key as WinitKey, NamedKey};
 
@@ -16,7 +16,11 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
         WindowEvent::CursorMoved { position, .. } => {
             InputEvent::PointerMoved(DVec2::new(position.x, position.y))
         }
-        WindowEvent::ModifiersChanged(modifiers) => InputEvent::Control(modifiers.state().control_key()),
+        WindowEvent::ModifiersChanged(modifiers) => {
+            let held = modifiers.state();
+            let (control, shift, alt) = (held.control_key(), held.shift_key(), held.alt_key());
+            InputEvent::Modifiers(Modifiers { control, shift, alt })
+        }
         WindowEvent::Touch(touch) => InputEvent::Touch {
             finger: touch.id,
             is_down: matches!(touch.phase, TouchPhase::Started | TouchPhase::Moved),
@@ -52,6 +56,7 @@ fn key(key: &WinitKey) -> Option<Key> {
         WinitKey::Named(NamedKey::ArrowUp) => Key::Up,
         WinitKey::Named(NamedKey::ArrowDown) => Key::Down,
         WinitKey::Named(NamedKey::Escape) => Key::Escape,
+        WinitKey::Named(NamedKey::Enter) => Key::Enter,
         WinitKey::Named(NamedKey::Home) => Key::Home,
         WinitKey::Named(NamedKey::Tab) => Key::Tab,
         WinitKey::Named(NamedKey::Backspace) => Key::Backspace,

@@ -60,6 +60,7 @@ use flight::Flight;
 use opening::{Openings, Report};
 use outgoing::Shots;
 use over::Over;
+use panel::Asked;
 use remembered::Remembered;
 use times::Times;
 use viewer::{Viewer, Wake};
@@ -332,27 +333,7 @@ impl App {
             Action::DoubleClick => return self.perform(events, Action::Reset),
             Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
             Action::Undo => viewer.undo_measured(),
-            // A scene is chosen by what can be seen.
-            Action::Scene(_) if viewer.is_empty() => {}
-            Action::Scene(choice) => {
-                let next = |step| Scene::ALL[(scene_index + step) % Scene::ALL.len()];
-                match choice {
-                    Some(scene) if scene != self.scene => match viewer.put_on(scene) {
-                        Ok(()) => self.scene = scene,
-                        Err(error) => viewer.notify(&error.to_string()),
-                    },
-                    Some(_) => {}
-                    // The next that there is.
-                    None => {
-                        let mut others = (1..Scene::ALL.len()).map(next);
-                        self.scene = others.find(|&scene| viewer.put_on(scene).is_ok()).unwrap_or(self.scene);
-                    }
-                }
-                // Nothing can be measured elsewhere, and a double click there is no end of a line.
-                if self.scene != Scene::Image {
-                    viewer.end_measuring();
-                }
-            }
+            Action::Scene(choice) => self.choose_scene(choice),
             Action::Overlay => viewer.next_overlay(),
             Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
             Action::Panel => {
@@ -373,6 +354,10 @@ impl App {
                 viewer.show_or_hide_guides();
                 window.request_redraw();
             }
+            Action::Values => {
+                viewer.show_or_hide_values();
+                window.request_redraw();
+            }
             Action::Keys => {
                 viewer.show_or_hide_keys();
                 window.request_redraw();
@@ -385,7 +370,9 @@ impl App {
             Action::Screenshot(times) => self.shoot(times),
             Action::Record => self.record_or_end(),
             Action::Play => self.play(events)?,
+            Action::Open => return self.grant(events, Asked::Choose),
             Action::CopyView => self.copy_view(),
+            Action::PasteView => return self.paste_view(events),
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
             Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),

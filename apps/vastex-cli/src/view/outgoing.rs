@@ -6,12 +6,14 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use vastex_viewer::ViewText;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
 use super::clipboard::Copied;
 use super::flight::free_name;
+use super::panel::Asked;
 use super::{App, Message, Open};
 use crate::output::Output;
 use crate::report;
@@ -138,6 +140,18 @@ impl App {
                 Ok(())
             }
         }
+    }
+
+    /// Shows what a text in the clipboard says, if it is one of a view.
+    pub(super) fn paste_view(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        let Some(open) = self.open.as_ref().filter(|open| !open.viewer.is_empty()) else { return Ok(()) };
+        let size = open.viewer.image_size();
+        match self.shots.copied.text().map(|text| ViewText::from_text(&text, size)) {
+            Ok(Ok(view)) => return self.grant(events, Asked::Show(view)),
+            Ok(Err(_)) => self.notice("what was copied is no view; Ctrl + C copies one"),
+            Err(why) => self.notice(&format!("there is no text to paste ({why}); Ctrl + C copies a view")),
+        }
+        Ok(())
     }
 
     /// Copies what is shown as a text, which the window and `render` read.

@@ -14,7 +14,7 @@ use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
     DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
-    planet_controls,
+    planet_controls, status_line,
 };
 
 use super::bookmarks::Bookmarks;
@@ -57,6 +57,8 @@ pub(super) struct Told<'a> {
     pub(super) opening: Option<(&'a str, f64)>,
     /// What there is to say to a person.
     pub(super) notice: Option<&'a str>,
+    /// What lies below the pointer, in words; `None` where nothing does or it is not shown.
+    pub(super) below: Option<&'a str>,
     pub(super) scene: Scene,
     /// Where the camera is, and columns and rows of the image.
     pub(super) position: (Pose, [u32; 2]),
@@ -81,6 +83,7 @@ pub(super) struct Panel {
     /// What is written in the field for a file.
     path: String,
     guides_are_shown: bool,
+    values_are_shown: bool,
     position: PositionPanel,
     info: InfoPanel,
     /// What is measured in the image, while that is done.
@@ -97,6 +100,7 @@ impl Panel {
             keys_are_shown: false,
             path: String::new(),
             guides_are_shown: true,
+            values_are_shown: true,
             position: PositionPanel::default(),
             info: InfoPanel::default(),
             measure: None,
@@ -109,6 +113,7 @@ impl Panel {
     /// Open and with guides as when the window was closed last.
     pub(super) fn show_as_before(&mut self, before: &Remembered) {
         (self.is_open, self.guides_are_shown) = (before.panel_is_open, !before.guides_are_hidden);
+        self.values_are_shown = !before.values_are_hidden;
     }
 
     pub(super) fn is_open(&self) -> bool {
@@ -126,6 +131,15 @@ impl Panel {
 
     pub(super) fn show_or_hide_guides(&mut self) {
         self.guides_are_shown = !self.guides_are_shown;
+    }
+
+    /// Whether a line at the foot of the picture says what lies below the pointer.
+    pub(super) fn values_are_shown(&self) -> bool {
+        self.values_are_shown
+    }
+
+    pub(super) fn show_or_hide_values(&mut self) {
+        self.values_are_shown = !self.values_are_shown;
     }
 
     pub(super) fn show_or_hide_keys(&mut self) {
@@ -197,6 +211,8 @@ impl Panel {
         }
         ui.checkbox(&mut self.guides_are_shown, "Guides")
             .on_hover_text("a map, a scale, lines between large texels with their values: G");
+        ui.checkbox(&mut self.values_are_shown, "Value below the pointer")
+            .on_hover_text("a line at the foot of the picture: J");
         if matches!(pose, Pose::Image { .. }) {
             self.measuring(ui, told.texel_size);
         }
@@ -318,13 +334,15 @@ fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
 
 /// What there is to say, at the foot of the picture.
 fn say(ui: &Ui, told: &Told<'_>) {
+    let line = |text: &str| status_line(ui.ctx(), ui.available_rect_before_wrap(), text);
+    let rise = told.below.map_or(0.0, line);
     if told.notice.is_none() && told.opening.is_none() {
         return;
     }
     // At the foot of what no panel covers.
     let free = ui.available_rect_before_wrap();
     let foot = Area::new(Id::unique("foot")).pivot(Align2::LEFT_BOTTOM).interactable(false);
-    let foot = foot.fixed_pos(free.left_bottom() + Vec2::new(8.0, -8.0));
+    let foot = foot.fixed_pos(free.left_bottom() + Vec2::new(8.0, -8.0 - rise));
     foot.show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(free.width().clamp(100.0, 700.0) - 40.0);

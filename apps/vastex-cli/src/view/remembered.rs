@@ -26,6 +26,7 @@ pub(super) struct Remembered {
     pub(super) panel_is_open: bool,
     pub(super) hud_is_shown: bool,
     pub(super) guides_are_hidden: bool,
+    pub(super) values_are_hidden: bool,
     pub(super) theme: Theme,
 }
 

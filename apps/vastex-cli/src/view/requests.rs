@@ -63,6 +63,29 @@ impl App {
         Ok(())
     }
 
+    /// Puts what is displayed on a scene, or on the next that there is.
+    pub(super) fn choose_scene(&mut self, choice: Option<Scene>) {
+        // A scene is chosen by what can be seen.
+        let Some(open) = self.open.as_mut().filter(|open| !open.viewer.is_empty()) else { return };
+        let viewer = &mut open.viewer;
+        match choice {
+            Some(scene) if scene != self.scene => match viewer.put_on(scene) {
+                Ok(()) => self.scene = scene,
+                Err(error) => viewer.notify(&error.to_string()),
+            },
+            Some(_) => {}
+            None => {
+                let next = |step| Scene::ALL[(self.scene as usize + step) % Scene::ALL.len()];
+                let mut others = (1..Scene::ALL.len()).map(next);
+                self.scene = others.find(|&scene| viewer.put_on(scene).is_ok()).unwrap_or(self.scene);
+            }
+        }
+        // Nothing can be measured elsewhere, and a double click there is no end of a line.
+        if self.scene != Scene::Image {
+            viewer.end_measuring();
+        }
+    }
+
     /// Moves the camera to a pose, in its scene.
     fn go(&mut self, events: &ActiveEventLoop, pose: Pose) -> Result<()> {
         let scene = pose.scene(self.scene);

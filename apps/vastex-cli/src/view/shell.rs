@@ -13,8 +13,10 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use vastex_scenes::Gpu;
 use winit::dpi::PhysicalPosition;
 use winit::event::{TouchPhase, WindowEvent};
+use winit::keyboard::Key;
 use winit::window::Window;
 
+use super::clipboard::Copied;
 use super::remembered::Theme;
 use changes::TextureChanges;
 
@@ -40,6 +42,10 @@ pub(super) struct Shell {
     /// Its textures, and what of them has changed since the painter drew.
     textures: TextureChanges,
     jobs: Vec<ClippedPrimitive>,
+    /// What its fields copy and paste.
+    copied: Copied,
+    /// Whether what copies and pastes with a letter is held.
+    has_command: bool,
     pixels_per_point: f32,
     /// When it wants to run again.
     due: Option<Instant>,
@@ -72,6 +78,8 @@ impl Shell {
             pictures: Vec::new(),
             textures: TextureChanges::default(),
             jobs: Vec::new(),
+            copied: Copied::default(),
+            has_command: false,
             pixels_per_point: 1.0,
             due: None,
             free: Rect::EVERYTHING,
@@ -123,6 +131,19 @@ impl Shell {
         match event {
             WindowEvent::RedrawRequested => return Heard::default(),
             WindowEvent::KeyboardInput { .. } if !takes_keys => return Heard::default(),
+            WindowEvent::KeyboardInput { event, .. } if event.state.is_pressed() => {
+                // egui takes what it pastes from a clipboard of its own.
+                let is_paste =
+                    matches!(&event.logical_key, Key::Character(text) if text.eq_ignore_ascii_case("v"));
+                if let Some(Ok(text)) = (self.has_command && is_paste).then(|| self.copied.text()) {
+                    self.state.set_clipboard_text(text);
+                }
+            }
+            WindowEvent::ModifiersChanged(held) => {
+                let held = held.state();
+                self.has_command =
+                    if cfg!(target_os = "macos") { held.super_key() } else { held.control_key() };
+            }
             WindowEvent::CursorMoved { .. } => {
                 // Of many moves between two frames the last one will do.
                 let events = &mut self.state.egui_input_mut().events;
@@ -194,6 +215,12 @@ impl Shell {
             free = ui.available_rect_before_wrap();
         });
         self.free = free;
+        for command in &output.platform_output.commands {
+            if let egui::OutputCommand::CopyText(text) = command {
+                // Without a system's clipboard it is still pasted here.
+                drop(self.copied.copy(text));
+            }
+        }
         self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.due = delay.and_then(|delay| Instant::now().checked_add(delay));

@@ -9,7 +9,7 @@ use super::aim::{Aim, world_from_local};
 use super::pose::{FIELD_OF_VIEW, Pose};
 
 /// The ray through a place of the view, by its parts to the right, upwards and ahead; the last one is 1.
-fn view_ray(point: DVec2) -> DVec3 {
+pub(super) fn view_ray(point: DVec2) -> DVec3 {
     let tangent = 2.0 * (FIELD_OF_VIEW / 2.0).tan();
     DVec3::new(point.x * tangent, -point.y * tangent, 1.0)
 }
@@ -39,7 +39,7 @@ pub(super) struct GroundPoint {
 }
 
 /// Directions of a camera over a plane: to the right, upwards in the picture and ahead.
-fn axes_of_plane(yaw: f64, pitch: f64) -> DMat3 {
+pub(super) fn axes_of_plane(yaw: f64, pitch: f64) -> DMat3 {
     let ahead = DVec3::new(-yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), -pitch.sin());
     let right = DVec3::new(yaw.cos(), yaw.sin(), 0.0);
     DMat3::from_cols(right, right.cross(ahead), ahead)

@@ -9,6 +9,7 @@ mod orientation;
 mod path;
 mod placement;
 mod pose;
+mod rays;
 mod text;
 mod views;
 
@@ -21,5 +22,6 @@ pub use path::Path;
 pub use placement::ImagePlacement;
 pub use pose::Pose;
 pub(crate) use pose::{FIELD_OF_VIEW, METRE};
+pub(crate) use rays::{Ground, Ray};
 pub use text::PoseTextError;
 pub use views::Views;

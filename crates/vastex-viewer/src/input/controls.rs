@@ -19,7 +19,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "two fingers",
                 "move and zoom, by what is below them; on a touchpad by what is below the pointer",
             ),
-            ("W A S D, arrows", "walk"),
+            ("W A S D, arrows", "walk; with Shift four times as fast"),
             ("+ and -, I and O", "zoom in, zoom out"),
             ("1 to 9", "each texel of an image as wide as 1 to 9 pixels"),
             ("Ctrl + 1 to 9", "1 to 9 texels of an image in each pixel"),
@@ -31,8 +31,9 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
     (
         "Files",
         &[
-            ("N, Page Down", "next file, of those named or dropped, else of the folder"),
-            ("P, Page Up", "previous file"),
+            ("Ctrl + O", "open a file that is chosen in a dialog"),
+            ("N, Page Down, Alt + right", "next file, of those named or dropped, else of the folder"),
+            ("P, Page Up, Alt + left", "previous file"),
             ("dropped files", "open the first of them; N and P step through them"),
         ],
     ),
@@ -44,6 +45,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("Tab", "into the panel, and on to its next control; Escape leaves it"),
             ("U", "what the machine does: pools, loads, frames, and what can be changed of them"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
+            ("J", "the value below the pointer at the foot of the picture, with its level"),
             ("C", "black and white by the values in view"),
             (
                 "K",
@@ -59,15 +61,16 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "next overlay: levels, wanted, deficit, pages, feedback, table, atlas; then the picture again",
             ),
             (
-                "F5, F6, F7",
+                "F5, Ctrl + S, F6, F7",
                 "a picture of the window into a file, once everything is there: as large, or two or four times as large",
             ),
             ("F8, F9", "record where the camera goes into a file, and end that; play it"),
             ("Ctrl + C", "copy what is shown as a text, which --view takes"),
+            ("Ctrl + V", "show what such a text in the clipboard says"),
             ("right click", "why a pixel shows what it shows: in the window, and in full on stdout"),
-            ("F, F11", "full screen"),
+            ("F, F11, Alt + Enter", "full screen"),
             ("?, H", "keys and gestures"),
-            ("Q, Escape", "close this list, end measuring, or quit"),
+            ("Q, Ctrl + Q, Escape", "close this list, end measuring, or quit"),
         ],
     ),
 ];

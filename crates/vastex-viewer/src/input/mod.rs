@@ -3,6 +3,7 @@
 //! Neither a window nor a picture is known here: a host translates its own events into [`InputEvent`] and
 //! carries the [`Action`]s out. Times are told as how long ago the host began.
 
+mod actions;
 mod controls;
 mod held;
 
@@ -14,6 +15,7 @@ pub use controls::CONTROLS;
 
 use crate::camera::Move;
 use crate::scene::Scene;
+use actions::{action_of, action_with_alt, action_with_control};
 use held::{Motion, held_move, motion_of, orbit_of};
 
 /// Two clicks within this time, and so many pixels, are a double click.
@@ -51,6 +53,8 @@ pub enum Key {
     Down,
     /// Escape.
     Escape,
+    /// Enter.
+    Enter,
     /// Home.
     Home,
     /// The tabulator.
@@ -76,6 +80,17 @@ pub enum Button {
     Secondary,
 }
 
+/// Keys that change what others mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Modifiers {
+    /// Control.
+    pub control: bool,
+    /// Shift.
+    pub shift: bool,
+    /// Alt.
+    pub alt: bool,
+}
+
 /// What a host says happened.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum InputEvent {
@@ -99,8 +114,8 @@ pub enum InputEvent {
         /// Whether it went down.
         is_pressed: bool,
     },
-    /// Control is held, or no longer.
-    Control(bool),
+    /// Of the keys that change what others mean these are held from here on.
+    Modifiers(Modifiers),
     /// A finger touched the view, moved on it or left it, there in pixels from the top left.
     Touch {
         /// Tells fingers from one another.
@@ -141,6 +156,8 @@ pub enum Action {
     Undo,
     /// An image with so many pixels a texel, towards a point in view heights from the middle.
     Magnify(f64, DVec2),
+    /// A file that a person chooses in a dialog.
+    Open,
     /// The file so many after the one that is shown, or before it.
     File(i32),
     /// Another scene, or the next.
@@ -165,6 +182,8 @@ pub enum Action {
     Hud,
     /// The guides over an image, or the picture alone.
     Guides,
+    /// The value below the pointer in the picture, or not.
+    Values,
     /// The list of keys and gestures, or the picture alone.
     Keys,
     /// The picture, so many times as large as the view, into a file.
@@ -175,6 +194,8 @@ pub enum Action {
     Play,
     /// What is shown, as a text, into the clipboard.
     CopyView,
+    /// What a text in the clipboard says is to be shown.
+    PasteView,
     /// The picture again: it may be stale.
     Redraw,
     /// The end.
@@ -197,7 +218,7 @@ pub struct Input {
     trail: Vec<(Duration, DVec2)>,
     /// How fast the view goes on after a drag, in view heights a second.
     glide: DVec2,
-    has_control: bool,
+    modifiers: Modifiers,
     /// Fingers on the view, and where they are.
     fingers: Vec<(u64, DVec2)>,
     /// When and where the last click was.
@@ -226,8 +247,8 @@ impl Input {
             InputEvent::Button { button: Button::Primary, is_pressed } => {
                 self.on_click(is_pressed, height, now)
             }
-            InputEvent::Control(is_held) => {
-                self.has_control = is_held;
+            InputEvent::Modifiers(held) => {
+                self.modifiers = held;
                 None
             }
             InputEvent::Touch { finger, is_down, place } => {
@@ -239,7 +260,7 @@ impl Input {
                 let point = from_middle(self.pointer, [width, height]);
                 Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR.powf(notches), point)))
             }
-            InputEvent::Scroll(pixels) if self.has_control => {
+            InputEvent::Scroll(pixels) if self.modifiers.control => {
                 self.on_event(InputEvent::Wheel(pixels.y / PIXELS_PER_NOTCH), size, now)
             }
             InputEvent::Scroll(pixels) => {
@@ -254,7 +275,7 @@ impl Input {
             InputEvent::FocusLost => {
                 self.held.clear();
                 self.fingers.clear();
-                (self.is_dragging, self.has_control, self.glide) = (false, false, DVec2::ZERO);
+                (self.is_dragging, self.modifiers, self.glide) = (false, Modifiers::default(), DVec2::ZERO);
                 self.is_orbiting = false;
                 None
             }
@@ -281,7 +302,7 @@ impl Input {
         let since = self.moved_at.replace(now).unwrap_or(now);
         let time = now.saturating_sub(since).min(LONGEST_FRAME);
         if !self.held.is_empty() {
-            return Some(held_move(&self.held, time));
+            return Some(held_move(&self.held, time, self.modifiers.shift));
         }
         // The speed falls by friction; what it comes to meanwhile is its integral.
         let left = (-FRICTION * time.as_secs_f64()).exp();
@@ -353,7 +374,7 @@ impl Input {
     fn on_click(&mut self, is_pressed: bool, height: f64, now: Duration) -> Option<Action> {
         let was_dragging = std::mem::replace(&mut self.is_dragging, is_pressed);
         self.glide = DVec2::ZERO;
-        let was_orbiting = std::mem::replace(&mut self.is_orbiting, is_pressed && self.has_control);
+        let was_orbiting = std::mem::replace(&mut self.is_orbiting, is_pressed && self.modifiers.control);
         if !is_pressed {
             let speed = if was_dragging && !was_orbiting { self.speed(now) / height } else { DVec2::ZERO };
             if speed.length() >= FASTEST_STILL {
@@ -400,9 +421,10 @@ impl Input {
             self.glide = DVec2::ZERO;
         }
         let motion = match is_pressed {
-            true if self.has_control => orbit_of(key),
+            true if self.modifiers.alt => None,
+            true if self.modifiers.control => orbit_of(key),
             true => motion_of(key),
-            // Control may have been let go, or pressed, meanwhile.
+            // Control or Alt may have been let go, or pressed, meanwhile.
             false => [motion_of(key), orbit_of(key)]
                 .into_iter()
                 .flatten()
@@ -413,13 +435,10 @@ impl Input {
                 if let Some(scale) = self.magnification_of(key) {
                     return Some(Action::Magnify(scale, point));
                 }
-                match key {
-                    Key::Char('c' | 'C') if self.has_control => Some(Action::CopyView),
-                    Key::Char('q' | 'Q') if self.has_control => Some(Action::Quit),
-                    // What a letter does alone it does not do by accident with what other programs have on
-                    // it.
-                    Key::Char(_) if self.has_control => None,
-                    _ => action_of(key),
+                match (key, self.modifiers) {
+                    (key, Modifiers { alt: true, .. }) => action_with_alt(key),
+                    (Key::Char(letter), Modifiers { control: true, .. }) => action_with_control(letter),
+                    (key, _) => action_of(key),
                 }
             };
             return (is_pressed && !is_repeat).then(action).flatten();
@@ -431,7 +450,7 @@ impl Input {
                 self.moved_at = Some(now);
             }
             self.held.push(motion);
-            return Some(Action::Move(held_move(&[motion], SHORT_PRESS)));
+            return Some(Action::Move(held_move(&[motion], SHORT_PRESS, self.modifiers.shift)));
         }
         None
     }
@@ -441,52 +460,17 @@ impl Input {
     /// What digits are worth: so many pixels a texel, or with control so many texels a pixel.
     fn magnification_of(&self, key: Key) -> Option<f64> {
         let Key::Char(digit @ '1'..='9') = key else { return None };
+        if self.modifiers.alt {
+            return None;
+        }
         let times = f64::from(digit.to_digit(10)?);
-        Some(if self.has_control { 1.0 / times } else { times })
+        Some(if self.modifiers.control { 1.0 / times } else { times })
     }
 }
 
 /// A place of a view in pixels, in view heights from the middle.
 fn from_middle(place: DVec2, [width, height]: [f64; 2]) -> DVec2 {
     (place - DVec2::new(width, height) / 2.0) / height
-}
-
-fn action_of(key: Key) -> Option<Action> {
-    Some(match key {
-        Key::Escape | Key::Char('q' | 'Q') => Action::Quit,
-        Key::Home | Key::Char('r' | 'R' | '0') => Action::Reset,
-        Key::PageDown | Key::Char('n' | 'N') => Action::File(1),
-        Key::PageUp | Key::Char('p' | 'P') => Action::File(-1),
-        Key::Tab => Action::EnterPanel,
-        Key::Char('e' | 'E') => Action::Scene(None),
-        Key::Char('u' | 'U') => Action::Hud,
-        Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
-        Key::Char('l' | 'L') => Action::Overlay,
-        Key::Char('c' | 'C') => Action::AutoRange,
-        Key::Char('g' | 'G') => Action::Guides,
-        Key::Char('v' | 'V') => Action::Compare,
-        Key::Char('b' | 'B') => Action::Beside,
-        Key::Char('k' | 'K') => Action::Measure,
-        Key::Backspace => Action::Undo,
-        Key::Char('t') => Action::Move(Move::Turn(90.0)),
-        Key::Char('T') => Action::Move(Move::Turn(-90.0)),
-        Key::Char('x' | 'X') => Action::Move(Move::Flip { is_vertical: false }),
-        Key::Char('y' | 'Y') => Action::Move(Move::Flip { is_vertical: true }),
-        Key::Char('z' | 'Z') => Action::Move(Move::Upright),
-        Key::Char('m' | 'M') => Action::Panel,
-        Key::Char('?' | 'h' | 'H') => Action::Keys,
-        Key::F(5) => Action::Screenshot(1),
-        Key::F(6) => Action::Screenshot(2),
-        Key::F(7) => Action::Screenshot(4),
-        Key::F(8) => Action::Record,
-        Key::F(9) => Action::Play,
-        Key::F(1) => Action::Scene(Some(Scene::Image)),
-        Key::F(2) => Action::Scene(Some(Scene::Plane)),
-        Key::F(3) => Action::Scene(Some(Scene::Globe)),
-        Key::F(4) => Action::Scene(Some(Scene::Terrain)),
-        Key::F(10) => Action::Scene(Some(Scene::Planet)),
-        _ => return None,
-    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,13 @@
 //! What keys, the pointer and fingers come to.
 
-use super::held::{WALK_PER_SECOND, ZOOM_PER_SECOND, walk};
+use super::held::{FASTER, WALK_PER_SECOND, ZOOM_PER_SECOND, walk};
 use super::*;
 
 const SIZE: [u32; 2] = [200, 100];
+
+fn control(control: bool) -> InputEvent {
+    InputEvent::Modifiers(Modifiers { control, ..Modifiers::default() })
+}
 
 fn click(input: &mut Input, ms: u64) -> Option<Action> {
     let event = InputEvent::Button { button: Button::Primary, is_pressed: true };
@@ -40,12 +44,12 @@ fn a_click_is_a_press_that_is_let_go_where_it_was() {
 
 #[test]
 fn held_keys_move_by_the_time_and_opposite_ones_cancel() {
-    let Move::Walk(step, zoom) = walk(&[Motion::Right, Motion::In], Duration::from_millis(500)) else {
+    let Move::Walk(step, zoom) = walk(&[Motion::Right, Motion::In], Duration::from_millis(500), 1.0) else {
         unreachable!()
     };
     assert_eq!(step, DVec2::new(WALK_PER_SECOND / 2.0, 0.0));
     assert!((zoom - ZOOM_PER_SECOND.sqrt()).abs() < 1e-6);
-    let still = walk(&[Motion::Left, Motion::Right], Duration::from_secs(1));
+    let still = walk(&[Motion::Left, Motion::Right], Duration::from_secs(1), 1.0);
     assert_eq!(still, Move::Walk(DVec2::ZERO, 1.0));
 }
 
@@ -136,12 +140,12 @@ fn digits_magnify_and_with_control_they_reduce() {
     let point = DVec2::new(0.5, 0.0);
     assert_eq!(at(&mut input, key(Key::Char('1'), true), 0), Some(Action::Magnify(1.0, point)));
     assert_eq!(at(&mut input, key(Key::Char('1'), false), 0), None);
-    at(&mut input, InputEvent::Control(true), 0);
+    at(&mut input, control(true), 0);
     assert_eq!(at(&mut input, key(Key::Char('4'), true), 0), Some(Action::Magnify(0.25, point)));
     // With control, letters do only what they are known for.
     assert_eq!(at(&mut input, key(Key::Char('c'), true), 0), Some(Action::CopyView));
     assert_eq!(at(&mut input, key(Key::Char('q'), true), 0), Some(Action::Quit));
-    for letter in ['v', 't', 'l', 'p', 'r', 'b'] {
+    for letter in ['t', 'l', 'p', 'r', 'b', 'm'] {
         assert_eq!(at(&mut input, key(Key::Char(letter), true), 0), None, "control and {letter}");
     }
     at(&mut input, InputEvent::FocusLost, 0);
@@ -196,7 +200,7 @@ fn control_turns_and_tilts_instead_of_moving() {
     let key = |key, is_pressed| InputEvent::Key { key, is_pressed, is_repeat: false };
     let button = |is_pressed| InputEvent::Button { button: Button::Primary, is_pressed };
     at(&mut input, InputEvent::PointerMoved(DVec2::new(50.0, 50.0)), 0);
-    at(&mut input, InputEvent::Control(true), 0);
+    at(&mut input, control(true), 0);
     at(&mut input, button(true), 0);
     let turned = at(&mut input, InputEvent::PointerMoved(DVec2::new(60.0, 40.0)), 10);
     let angles = DVec2::new(0.1, 0.1) * ORBIT_PER_HEIGHT;
@@ -208,7 +212,7 @@ fn control_turns_and_tilts_instead_of_moving() {
     );
     assert!(matches!(input.motion(Duration::from_millis(120)), Some(Move::Orbit(_))));
     // The key is let go after control.
-    at(&mut input, InputEvent::Control(false), 130);
+    at(&mut input, control(false), 130);
     at(&mut input, key(Key::Up, false), 140);
     assert!(!input.is_moving());
     assert!(matches!(at(&mut input, key(Key::Up, true), 200), Some(Action::Move(Move::Walk(..)))));
@@ -228,7 +232,94 @@ fn two_fingers_on_a_touchpad_move_and_zoom() {
         let spread = at(&mut input, InputEvent::Spread(told), 30);
         assert_eq!(spread, Some(Action::Move(Move::Pinch(DVec2::ZERO, taken, point))), "{told}");
     }
-    at(&mut input, InputEvent::Control(true), 40);
+    at(&mut input, control(true), 40);
     let zoomed = at(&mut input, InputEvent::Scroll(DVec2::new(10.0, 50.0)), 50);
     assert_eq!(zoomed, Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR, point))));
+}
+
+/// What keys do that are known from other viewers, and that they do not do it alone.
+#[test]
+fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
+    let mut input = Input::default();
+    let key = |key, is_pressed| InputEvent::Key { key, is_pressed, is_repeat: false };
+    let held = |control, shift, alt| InputEvent::Modifiers(Modifiers { control, shift, alt });
+    let mut once = |modifiers: InputEvent, pressed: Key| {
+        at(&mut input, modifiers, 0);
+        let action = at(&mut input, key(pressed, true), 0);
+        at(&mut input, key(pressed, false), 0);
+        at(&mut input, held(false, false, false), 0);
+        action
+    };
+    let (control, alt) = (held(true, false, false), held(false, false, true));
+    for (letter, action) in [
+        ('o', Action::Open),
+        ('s', Action::Screenshot(1)),
+        ('S', Action::Screenshot(1)),
+        ('c', Action::CopyView),
+        ('v', Action::PasteView),
+        ('q', Action::Quit),
+    ] {
+        assert_eq!(once(control, Key::Char(letter)), Some(action), "Ctrl + {letter}");
+        assert_eq!(once(alt, Key::Char(letter)), None, "Alt + {letter}");
+    }
+    for (pressed, action) in [
+        (Key::Left, Some(Action::File(-1))),
+        (Key::Right, Some(Action::File(1))),
+        (Key::Enter, Some(Action::FillScreen)),
+        (Key::F(11), Some(Action::FillScreen)),
+        (Key::Up, None),
+        (Key::Char('3'), None),
+    ] {
+        assert_eq!(once(alt, pressed), action, "Alt + {pressed:?}");
+    }
+    let none = held(false, false, false);
+    assert_eq!(once(none, Key::Enter), None);
+    assert_eq!(once(none, Key::Char('j')), Some(Action::Values));
+    // Shift goes faster, and changes nothing else of it.
+    let walked = |action: Option<Action>| match action {
+        Some(Action::Move(Move::Walk(step, zoom))) => (step, zoom),
+        other => panic!("{other:?}"),
+    };
+    let (slow, fast) = (walked(once(none, Key::Right)), walked(once(held(false, true, false), Key::Right)));
+    assert_eq!((slow.0 * FASTER, slow.1), fast);
+    assert!(!input.is_moving());
+    // Shift that is pressed while an arrow is held counts from then on.
+    at(&mut input, key(Key::Right, true), 1000);
+    at(&mut input, held(false, true, false), 1000);
+    let Some(Move::Walk(step, _)) = input.motion(Duration::from_millis(1100)) else { panic!("at rest") };
+    assert!((step.x - 0.1 * WALK_PER_SECOND * FASTER).abs() < 1e-12, "{step}");
+    // Alt that comes while it is held does not hold it for good.
+    at(&mut input, alt, 1100);
+    at(&mut input, key(Key::Right, false), 1100);
+    assert!(!input.is_moving());
+}
+
+/// Every key that does something stands in the list of keys.
+#[test]
+fn the_list_of_keys_has_all_of_them() {
+    let listed: String =
+        CONTROLS.iter().flat_map(|(_, part)| part.iter()).map(|(keys, _)| format!(" {keys},")).collect();
+    let has = |name: &str| listed.contains(&format!(" {name},")) || listed.contains(&format!(" {name} "));
+    let named = |key: Key| match key {
+        Key::Char(letter) => letter.to_uppercase().to_string(),
+        Key::F(number) => format!("F{number}"),
+        Key::PageDown => "Page Down".into(),
+        Key::PageUp => "Page Up".into(),
+        key => format!("{key:?}"),
+    };
+    let letters = ('!'..='~').filter(|letter| !letter.is_ascii_digit()).map(Key::Char);
+    let others = [Key::Escape, Key::Home, Key::Tab, Key::PageDown, Key::PageUp];
+    let functions = (1..=12).map(Key::F);
+    for key in letters.chain(others).chain(functions) {
+        // F1 to F4 stand there as what they are from and to; the same keys without Shift write others.
+        let is_within = matches!(key, Key::F(2..=3) | Key::Char('=' | '_' | '+' | '-'));
+        let is_used = action_of(key).is_some() || motion_of(key).is_some();
+        assert!(!is_used || is_within || has(&named(key)), "{key:?} is not in: {listed}");
+    }
+    for letter in ('a'..='z').filter(|letter| action_with_control(*letter).is_some()) {
+        assert!(has(&format!("Ctrl + {}", letter.to_uppercase())), "control and {letter}: {listed}");
+    }
+    for (key, name) in [(Key::Left, "left"), (Key::Right, "right"), (Key::Enter, "Enter")] {
+        assert!(action_with_alt(key).is_some() && has(&format!("Alt + {name}")), "{listed}");
+    }
 }

@@ -7,6 +7,7 @@ use vastex::{CpuSample, LayerFormat, LayerId, Textures};
 
 use crate::camera::Pose;
 use crate::layers::StoredScale;
+use crate::surface::{SceneRenderer, SeenPlace};
 
 /// A texel of an image, as it is stored.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,26 +23,35 @@ pub struct InspectedTexel {
     is_float: bool,
 }
 
-/// The texel of a layer below a pixel of a picture of an image, in pixels from the top left; nothing beside
-/// the image, and in scenes with perspective. `image` is the image's size, of which the texture may have
-/// fewer texels.
+/// The texel of a layer below a pixel of a scene's picture, in pixels from the top left; `None` beside the
+/// image, on every surface ([`SceneRenderer::sight`]). `image` is the image's size, of which the texture may
+/// have fewer texels.
 pub fn texel_at(
     textures: &Textures,
-    layer: LayerId,
+    (renderer, layer): (&SceneRenderer, LayerId),
     pose: &Pose,
     (picture, image): ([u32; 2], [u32; 2]),
     pixel: DVec2,
 ) -> Option<InspectedTexel> {
-    let placed = pose.placement(picture, image)?;
+    let seen = renderer.sight(textures, pose, (picture, image)).at(pixel)?;
+    texel_of(textures, layer, image, seen)
+}
+
+/// The texel of a layer at a place of an image.
+fn texel_of(
+    textures: &Textures,
+    layer: LayerId,
+    image: [u32; 2],
+    SeenPlace { texel: place, texels_a_pixel }: SeenPlace,
+) -> Option<InspectedTexel> {
     let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
-    let (place, scale) = (placed.texel(pixel), placed.scale);
     let texel = inside(place, image)?;
     let description = textures.texture(layer.texture()).ok()?.description();
     let [width, height, _] = description.geometry.size();
     let held = inside(place * size([width, height]) / size(image), [width, height])?;
     // What is drawn is at least as fine as its pixels, where there are such levels.
     let share = f64::from(width) / f64::from(image[0]);
-    let level = (share / scale).log2().floor().clamp(0.0, 31.0) as u8;
+    let level = (share * texels_a_pixel).log2().floor().clamp(0.0, 31.0) as u8;
     let CpuSample { value, level } = textures.cpu().sampler(layer)?.texel(held, level);
     let format = description.layers.get(layer.index())?.format;
     // Of an image that is held at a share of its size, nothing is of level 0.
@@ -57,7 +67,7 @@ fn inside(place: DVec2, size: [u32; 2]) -> Option<[u32; 2]> {
 
 impl InspectedTexel {
     /// `value` is what shaders sample: light, and 0 to 1 of whole numbers.
-    fn new(texel: [u32; 2], level: u8, format: LayerFormat, value: [f32; 4]) -> InspectedTexel {
+    pub(crate) fn new(texel: [u32; 2], level: u8, format: LayerFormat, value: [f32; 4]) -> InspectedTexel {
         let scale = StoredScale::new(format);
         let stored = |channel: usize| match channel {
             3 => scale.stored_alpha(value[channel]),
@@ -71,6 +81,12 @@ impl InspectedTexel {
             values: (0..channels).map(stored).collect(),
             is_float: scale.most().is_none(),
         }
+    }
+
+    /// The channels in words, one after the other.
+    pub fn values_text(&self) -> String {
+        let text = |value: &f64| if self.is_float { format!("{value:.5}") } else { value.to_string() };
+        self.values.iter().map(text).collect::<Vec<_>>().join(" ")
     }
 
     /// The channels in words, each short enough for a line.
@@ -97,13 +113,7 @@ fn short(value: f64) -> String {
 impl fmt::Display for InspectedTexel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [x, y] = self.texel;
-        write!(f, "{x},{y}:")?;
-        for value in &self.values {
-            match self.is_float {
-                true => write!(f, " {value:.5}")?,
-                false => write!(f, " {value}")?,
-            }
-        }
+        write!(f, "{x},{y}: {}", self.values_text())?;
         match self.level {
             0 => Ok(()),
             level => write!(f, " (level {level})"),

@@ -250,10 +250,7 @@ impl DisplayPanel {
         let extent =
             histogram.and_then(Histogram::extent).map(|extent| extent.map(|value| read(scale.stored(value))));
         let text = match extent {
-            Some([low, high]) if histogram.is_some_and(Histogram::is_of_view) => {
-                format!("values in view: {low} to {high}")
-            }
-            Some([low, high]) => format!("values of all of it: {low} to {high}"),
+            Some([low, high]) => format!("values in view: {low} to {high}"),
             None => "no values are known yet".to_owned(),
         };
         ui.label(RichText::new(text).weak());

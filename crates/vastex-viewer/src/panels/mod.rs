@@ -1,6 +1,6 @@
 //! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, how a
 //! planet is lit, what keys do, where the camera is, a map of the image, and guides and shapes over it, what
-//! went wrong.
+//! is below the pointer, what went wrong.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host
 //! shows the change. Nothing here knows a window or a device.
@@ -20,6 +20,7 @@ mod position;
 mod runs;
 mod shades;
 mod shapes;
+mod status;
 
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
@@ -34,6 +35,7 @@ pub use panes::Panes;
 pub use planet::planet_controls;
 pub use position::{Bookmark, PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
+pub use status::{status_line, status_text};
 
 /// The controls below a node that have no name, for tests: what a person can use and a screen reader could
 /// not tell.

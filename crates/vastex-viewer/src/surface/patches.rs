@@ -24,7 +24,7 @@ pub(crate) const MORPH: [f32; 2] = [0.75, 0.98];
 /// vertices that a finer patch has too from moving, with MORPH; at most what makes too many of them.
 const RANGES: [f32; 2] = [4.25, 12.0];
 /// Pixels between two vertices, about.
-const PIXELS_PER_QUAD: f32 = 8.0;
+pub(super) const PIXELS_PER_QUAD: f32 = 8.0;
 /// Halvings of a patch that leave its vertices exact in f32.
 const MOST_DEPTH: u32 = 17;
 /// Halvings of a patch in fixed point beyond the texels of heights, where those are larger than pixels.

@@ -288,6 +288,11 @@ impl ReliefSurface {
         self.relief.layer
     }
 
+    /// Whether nothing is displaced.
+    pub(super) fn is_level(&self) -> bool {
+        self.relief.is_level
+    }
+
     /// Texels of the heights.
     pub(super) fn texels(&self) -> [u32; 2] {
         self.relief.texels

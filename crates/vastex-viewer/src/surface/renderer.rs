@@ -304,6 +304,16 @@ impl SceneRenderer {
         }
     }
 
+    /// The heights that displace the scene.
+    pub(super) fn relief(&self) -> Option<&ReliefSurface> {
+        self.relief.as_ref()
+    }
+
+    /// How textures lie on the surface.
+    pub(super) fn tiling(&self) -> Tiling {
+        self.made_of.tiling
+    }
+
     /// Whether heights displace the scene.
     pub fn has_relief(&self) -> bool {
         self.relief.is_some()

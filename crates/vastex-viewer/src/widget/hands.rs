@@ -7,7 +7,7 @@ use egui::{EventFilter, Key, PointerButton, Response, Ui, Vec2};
 use glam::DVec2;
 
 use crate::camera::{Controller, Move, Pose};
-use crate::input::{Action, Button, Input, InputEvent, Key as InputKey};
+use crate::input::{Action, Button, Input, InputEvent, Key as InputKey, Modifiers};
 use crate::scene::Scene;
 
 /// Points of scrolling that are worth a notch of the wheel.
@@ -125,7 +125,8 @@ impl Hands {
         let filter = EventFilter { horizontal_arrows: true, vertical_arrows: true, ..EventFilter::default() };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, filter));
         ui.input(|input| {
-            events.push(InputEvent::Control(input.modifiers.command));
+            let egui::Modifiers { command, shift, alt, .. } = input.modifiers;
+            events.push(InputEvent::Modifiers(Modifiers { control: command, shift, alt }));
             for event in &input.events {
                 let egui::Event::Key { key, pressed, repeat, .. } = event else { continue };
                 let known = KEYS.iter().find(|(known, _)| known == key);

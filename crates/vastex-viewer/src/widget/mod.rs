@@ -206,7 +206,8 @@ impl VastexImage {
         let [width, height] = canvas.size().map(f64::from);
         let pixel = DVec2::new(f64::from(share.x) * width, f64::from(share.y) * height);
         let sizes = (canvas.size(), shown.size);
-        texel_at(&self.textures, shown.renderer.layer(), &self.camera.pose(), sizes, pixel)
+        let asked = (&shown.renderer, shown.renderer.layer());
+        texel_at(&self.textures, asked, &self.camera.pose(), sizes, pixel)
     }
 
     /// The textures, to ask about them and to tell them something.

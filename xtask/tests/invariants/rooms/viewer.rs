@@ -12,7 +12,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("stage", &["gpu"]),
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
-    ("inspect", &["camera", "gpu", "layers", "stage"]),
+    ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
     ("view_text", &["camera", "layers", "scene", "surface"]),
     ("panels", &["camera", "input", "inspect", "layers", "surface", "view_text"]),
     ("hud", &["overlay", "stage"]),

@@ -41,6 +41,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             name: "a.png",
             opening: Some(("b.png", 0.25)),
             notice: *notice,
+            below: Some("3, 4   255 0 7   level 2"),
             scene: Scene::Image,
             position: (Pose::first(Scene::Image), [1000, 500]),
             texel_size: None,

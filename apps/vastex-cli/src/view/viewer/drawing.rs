@@ -42,6 +42,7 @@ impl Viewer {
             }
             Some(frame) => self.draw_displayed(frame, pose)?,
         }
+        self.below.drawn(Instant::now());
         let stats = self.textures.stats();
         let (is_source, is_settled) = (self.display.is_source(), self.is_settled(&stats));
         if let Some(times) = self.times.as_mut().filter(|_| self.display.displayed().is_some()) {

@@ -1,6 +1,7 @@
 //! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about
 //! is in `drawing`.
 
+mod below;
 mod drawing;
 mod hud;
 mod layers;
@@ -39,6 +40,7 @@ use super::title::Title;
 use crate::args::ViewArgs;
 use crate::commands::render;
 use crate::report;
+use below::Below;
 use hud::{Again, WindowHud};
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
@@ -54,6 +56,17 @@ pub(super) enum Wake {
     After(Duration),
     /// When something happens to the window.
     OnEvent,
+}
+
+impl Wake {
+    /// The same, or in so long if that is earlier.
+    fn no_later(self, pause: Duration) -> Wake {
+        match self {
+            Wake::Now => Wake::Now,
+            Wake::After(before) => Wake::After(before.min(pause)),
+            Wake::OnEvent => Wake::After(pause),
+        }
+    }
 }
 
 /// A window, and what is displayed in it.
@@ -102,6 +115,7 @@ pub(super) struct Viewer {
     values: Option<panel::Values>,
     /// What the last frame had to say.
     shown_notice: Option<String>,
+    below: Below,
     /// Pixels of which a person asked to be told in words.
     to_print: Vec<[u32; 2]>,
     /// What was asked for in the panel and is the host's to do.
@@ -137,6 +151,7 @@ impl Viewer {
             begun: Instant::now(),
             values: None,
             shown_notice: None,
+            below: Below::default(),
             asked: Vec::new(),
             to_print: Vec::new(),
             window,
@@ -316,20 +331,6 @@ impl Viewer {
         self.display.displayed().map_or([1; 2], |source| source.size)
     }
 
-    /// The pointer is there, in pixels of the view, or not over it: the title says which texel is below it,
-    /// and its value.
-    pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
-        self.pointer = pointer;
-        let panes = self.panes();
-        let pointed = pointer.filter(|_| !self.shell.is_over_panel());
-        self.hud.pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
-        if panes.count > 1 {
-            // The other panes show where it is.
-            self.window.request_redraw();
-        }
-        self.update_title(&self.textures.stats(), pose);
-    }
-
     /// Width over height of the view and of the image.
     pub(super) fn aspects(&self) -> Aspects {
         let [width, height] = self.size();
@@ -414,6 +415,7 @@ impl Viewer {
         Remembered {
             panel_is_open: self.panel.is_open(),
             guides_are_hidden: !self.panel.guides_are_shown(),
+            values_are_hidden: !self.panel.values_are_shown(),
             hud_is_shown: self.hud.is_shown(),
             theme: self.shell.theme(),
             ..window.clone()
@@ -474,19 +476,13 @@ impl Viewer {
         };
         // What is said is seen in the next frame, and gone in the one after its time.
         let wake = if self.title.notice() != self.shown_notice.as_deref() { Wake::Now } else { wake };
-        let wake = match (self.shell.due_in(Instant::now()), wake) {
-            (_, Wake::Now) => Wake::Now,
-            (Some(due), _) if due.is_zero() => Wake::Now,
-            (Some(due), Wake::After(pause)) => Wake::After(pause.min(due)),
-            (Some(due), Wake::OnEvent) => Wake::After(due),
-            (None, wake) => wake,
+        let wake = match self.shell.due_in(Instant::now()) {
+            Some(due) if due.is_zero() => Wake::Now,
+            Some(due) => wake.no_later(due),
+            None => wake,
         };
-        let flickers_in = self.flickers_in().filter(|_| !self.is_hidden);
-        let wake = match (wake, flickers_in) {
-            (Wake::OnEvent, Some(pause)) => Wake::After(pause),
-            (Wake::After(before), Some(pause)) => Wake::After(before.min(pause)),
-            (wake, _) => wake,
-        };
+        let others = [self.flickers_in(), self.below.due_in(Instant::now())];
+        let wake = others.into_iter().flatten().filter(|_| !self.is_hidden).fold(wake, Wake::no_later);
         self.is_busy = wake == Wake::Now;
         wake
     }

@@ -69,19 +69,7 @@ impl Viewer {
                 },
             }
         });
-        // Of a preview that grows, much is not there yet.
-        let whole = displayed.filter(|source| source.is_whole());
-        let texel = self.pointer.zip(whole).and_then(|(pointer, Displayed { renderer, size, .. })| {
-            let (picture, panes) = (self.size(), self.panes());
-            let shown = renderer.layers().inspected_at(pointer.x / f64::from(picture[0].max(1)));
-            inspect::texel_at(
-                &self.textures,
-                shown.layer,
-                &pose,
-                (picture, *size),
-                panes.within(panes.at(pointer), pointer),
-            )
-        });
+        let texel = self.texel_below(&pose);
         let parts = TitleParts {
             name: &name,
             image,

@@ -98,6 +98,8 @@ impl Viewer {
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
         let (panes, pointer) = (self.panes(), self.pointer);
+        let below = self.line_below(&pose);
+        self.below.show(below.clone(), Instant::now());
         let titles = self.pane_titles(&panes, &pose);
         let view = ImageView { pose, picture: self.size(), image: self.image_size() };
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
@@ -131,6 +133,7 @@ impl Viewer {
                 name: &name,
                 opening: opening.map(|(name, share)| (&**name, *share)),
                 notice,
+                below: below.as_deref(),
                 scene: settings.scene,
                 position: (pose, view.image),
                 texel_size,
@@ -200,9 +203,9 @@ impl Viewer {
         }
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
         let sizes = (self.size(), displayed.size);
-        let histogram = shown
-            .as_ref()
-            .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));
+        let histogram = shown.as_ref().and_then(|(layer, map)| {
+            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes)
+        });
         let range = histogram.as_ref().filter(|_| self.panel.display.follows());
         let range = range.and_then(|values| self.automatic_range(shown?.0, values));
         self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
@@ -222,9 +225,9 @@ impl Viewer {
         let layer = self.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
         let sizes = (self.size(), displayed.size);
-        let values = shown
-            .as_ref()
-            .and_then(|(layer, map)| Histogram::of_view(&self.textures, (*layer, map), &pose, sizes));
+        let values = shown.as_ref().and_then(|(layer, map)| {
+            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes)
+        });
         let range = values.and_then(|values| self.automatic_range(shown?.0, &values));
         range.into_iter().for_each(|range| self.set_range(layer, range));
     }

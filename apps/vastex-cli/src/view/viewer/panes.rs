@@ -96,7 +96,7 @@ impl Viewer {
             if layers.len() > 1 {
                 title = format!("{title}: {}", layers.get(layer.index())?.name);
             }
-            let texel = inspect::texel_at(&self.textures, layer, pose, sizes, pointed?);
+            let texel = inspect::texel_at(&self.textures, (&source.renderer, layer), pose, sizes, pointed?);
             Some(texel.map_or_else(|| title.clone(), |texel| format!("{title} – {texel}")))
         };
         let name = |layer: vastex::LayerId| {

@@ -1,0 +1,123 @@
+//! What lies below the pointer, in the title and as a line at the foot of the picture.
+
+use std::time::{Duration, Instant};
+
+use glam::DVec2;
+use vastex_scenes::Pose;
+use vastex_viewer::inspect::{self, InspectedTexel};
+use vastex_viewer::panels::status_text;
+
+use super::Viewer;
+
+/// Between two frames that are drawn for the line alone, at least, and as a multiple of how long a frame
+/// takes: a slow device is left time for what else there is to do.
+const EVERY: Duration = Duration::from_millis(50);
+const SHARE_OF_FRAMES: u32 = 2;
+
+/// The line that was drawn last.
+#[derive(Default)]
+pub(super) struct Below {
+    /// What it said.
+    shown: Option<String>,
+    /// When that was, and how long the frame took.
+    shown_at: Option<Instant>,
+    took: Duration,
+    /// Whether it says something else now.
+    is_stale: bool,
+}
+
+impl Below {
+    /// A frame shows a line.
+    pub(super) fn show(&mut self, text: Option<String>, now: Instant) {
+        (self.shown, self.shown_at, self.is_stale) = (text, Some(now), false);
+    }
+
+    /// The frame is drawn.
+    pub(super) fn drawn(&mut self, now: Instant) {
+        self.took = self.shown_at.map_or(Duration::ZERO, |begun| now.saturating_duration_since(begun));
+    }
+
+    /// The line would say this now.
+    fn note(&mut self, text: Option<&str>) {
+        self.is_stale = self.shown.as_deref() != text;
+    }
+
+    /// In how long a frame is due for it.
+    pub(super) fn due_in(&self, now: Instant) -> Option<Duration> {
+        let pause = EVERY.max(self.took * SHARE_OF_FRAMES);
+        let since = self.shown_at.map_or(pause, |shown| now.saturating_duration_since(shown));
+        self.is_stale.then(|| pause.saturating_sub(since))
+    }
+}
+
+impl Viewer {
+    /// The pointer is there, in pixels of the view, or not over it: the title and the line at the foot of the
+    /// picture say which texel is below it, and its value.
+    pub(in super::super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
+        self.pointer = pointer;
+        let panes = self.panes();
+        let pointed = pointer.filter(|_| !self.shell.is_over_panel());
+        self.hud.pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
+        if panes.count > 1 {
+            // The other panes show where it is.
+            self.window.request_redraw();
+        }
+        let line = self.line_below(&pose);
+        self.below.note(line.as_deref());
+        self.update_title(&self.textures.stats(), pose);
+    }
+
+    /// The texel below the pointer, of the layer that is seen there.
+    pub(super) fn texel_below(&self, pose: &Pose) -> Option<InspectedTexel> {
+        let pointer = self.pointer?;
+        // Of a preview that grows, much is not there yet.
+        let source = self.display.displayed().filter(|source| source.is_whole())?;
+        let (picture, panes) = (self.size(), self.panes());
+        let shown = source.renderer.layers().inspected_at(pointer.x / f64::from(picture[0].max(1)));
+        let pixel = panes.within(panes.at(pointer), pointer);
+        let asked = (&source.renderer, shown.layer);
+        inspect::texel_at(&self.textures, asked, pose, (picture, source.size), pixel)
+    }
+
+    /// What the line at the foot of the picture says: nothing where it is hidden, or the picture is no
+    /// picture of texels.
+    pub(super) fn line_below(&self, pose: &Pose) -> Option<String> {
+        let has_room =
+            self.panel.is_open() || self.panel.guides_are_shown() || self.window.fullscreen().is_some();
+        if !self.panel.values_are_shown() || !has_room || self.shell.is_over_panel() {
+            return None;
+        }
+        let source = self.display.displayed().filter(|source| source.overlay.is_none())?;
+        let globe = source.renderer.scene().is_round().then_some(source.size);
+        Some(status_text(&self.texel_below(pose)?, globe))
+    }
+
+    /// Shows the line, or hides it.
+    pub(in super::super) fn show_or_hide_values(&mut self) {
+        self.panel.show_or_hide_values();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_that_changes_is_drawn_soon_and_leaves_a_slow_device_time() {
+        let (mut below, begin) = (Below::default(), Instant::now());
+        let ms = Duration::from_millis;
+        assert_eq!(below.due_in(begin), None);
+        below.note(Some("a"));
+        assert_eq!(below.due_in(begin), Some(Duration::ZERO), "nothing was drawn yet");
+        below.show(Some("a".into()), begin);
+        below.drawn(begin + ms(5));
+        below.note(Some("a"));
+        assert_eq!(below.due_in(begin + ms(10)), None, "it is there already");
+        below.note(None);
+        assert_eq!(below.due_in(begin + ms(10)), Some(ms(40)));
+        below.drawn(begin + ms(400));
+        assert_eq!(below.due_in(begin + ms(410)), Some(ms(390)), "twice as long as a frame took");
+        below.show(None, begin + ms(800));
+        assert_eq!(below.due_in(begin + ms(800)), None);
+    }
+}

@@ -1,0 +1,87 @@
+//! What lies below the pointer, as a line at the lower edge of the picture.
+
+use egui::{Align2, Area, Color32, Context, CornerRadius, Frame, Id, Margin, Rect, RichText, Vec2};
+
+use crate::inspect::InspectedTexel;
+
+/// Points between the line and the edges of the picture.
+const MARGIN: f32 = 8.0;
+/// What is left to the scale bar beside it.
+const BESIDE: f32 = 220.0;
+const FONT: f32 = 13.0;
+
+/// What is below the pointer in words: the texel, its values as they are stored, the level that they are of,
+/// and on a globe, of an image of `globe` texels, where that is.
+pub fn status_text(texel: &InspectedTexel, globe: Option<[u32; 2]>) -> String {
+    let [x, y] = texel.texel;
+    let mut text = format!("{x}, {y}   {}   level {}", texel.values_text(), texel.level);
+    if let Some([width, height]) = globe {
+        let share = |texel: u32, size: u32| (f64::from(texel) + 0.5) / f64::from(size.max(1));
+        let (longitude, latitude) = (360.0 * share(x, width) - 180.0, 90.0 - 180.0 * share(y, height));
+        // As many digits as tell texels apart.
+        let digits = (f64::from(width) / 36.0).log10().ceil().clamp(0.0, 8.0) as usize;
+        let said = |degrees: f64, [above, below]: [&str; 2]| {
+            format!("{:.digits$}° {}", degrees.abs(), if degrees < 0.0 { below } else { above })
+        };
+        text += &format!("   {} {}", said(latitude, ["N", "S"]), said(longitude, ["E", "W"]));
+    }
+    text
+}
+
+/// Shows a line at the lower left of `free`, the part of the picture that no panel covers. It takes no
+/// pointer from the picture. Gives back how high it is, in points, with its margin.
+pub fn status_line(context: &Context, free: Rect, text: &str) -> f32 {
+    if free.width() < BESIDE || free.height() < 80.0 {
+        return 0.0;
+    }
+    let line = Area::new(Id::unique("below the pointer")).pivot(Align2::LEFT_BOTTOM).interactable(false);
+    let line = line.fixed_pos(free.left_bottom() + Vec2::new(MARGIN, -MARGIN)).show(context, |ui| {
+        let frame = Frame::new()
+            .fill(Color32::from_black_alpha(170))
+            .corner_radius(CornerRadius::same(4))
+            .inner_margin(Margin::symmetric(6, 2));
+        frame.show(ui, |ui| {
+            ui.set_max_width((free.width() - BESIDE).max(160.0));
+            let text = RichText::new(text).size(FONT).color(Color32::WHITE);
+            ui.add(egui::Label::new(text).selectable(false).truncate());
+        });
+    });
+    line.response.rect.height() + MARGIN
+}
+
+#[cfg(test)]
+mod tests {
+    use egui_kittest::Harness;
+    use egui_kittest::kittest::Queryable;
+    use vastex::LayerFormat;
+
+    use super::*;
+
+    #[test]
+    fn the_line_says_texel_value_level_and_place() {
+        let texel = |format, level| InspectedTexel::new([300, 100], level, format, [0.2, 1.0, 0.0, 1.0]);
+        assert_eq!(status_text(&texel(LayerFormat::Rgba8, 0), None), "300, 100   51 255 0   level 0");
+        let on_globe = status_text(&texel(LayerFormat::R32Float, 3), Some([720, 360]));
+        assert_eq!(on_globe, "300, 100   0.20000   level 3   39.75° N 29.75° W");
+        let south = InspectedTexel::new([719, 359], 0, LayerFormat::R8, [1.0; 4]);
+        assert!(status_text(&south, Some([720, 360])).ends_with("89.75° S 179.75° E"));
+    }
+
+    #[test]
+    fn the_line_stands_at_the_lower_edge_and_takes_no_clicks() {
+        let show = |ui: &mut egui::Ui, height: &mut f32| {
+            *height = status_line(ui.ctx(), ui.max_rect(), "1, 2   3   level 4");
+        };
+        let mut harness = Harness::builder().with_size([600.0, 300.0]).build_ui_state(show, 0.0);
+        harness.run();
+        let line = harness.get_by_label("1, 2   3   level 4").rect();
+        assert!(line.left() < 30.0 && line.bottom() > 270.0 && line.bottom() < 300.0, "{line:?}");
+        assert!((15.0..50.0).contains(harness.state()), "{}", harness.state());
+        let over = harness.ctx.layer_id_at(line.center());
+        assert!(over.is_none_or(|layer| layer.order == egui::Order::Background), "{over:?}");
+        // Where there is no room it is left out.
+        harness.set_size([150.0, 300.0].into());
+        harness.run();
+        assert!(harness.query_by_label("1, 2   3   level 4").is_none());
+    }
+}
