@@ -37,8 +37,8 @@ enum Seen<'a> {
 }
 
 impl SceneRenderer {
-    /// What pixels of a picture of `picture` pixels show to a camera at a pose, of an image of `image` texels,
-    /// of which the texture may have fewer. Costs as little as a texel of the heights.
+    /// What pixels of a picture of `picture` pixels show to a camera at a pose, of an image of `image`
+    /// texels, of which the texture may have fewer. Costs as little as a texel of the heights.
     pub fn sight<'a>(
         &'a self,
         textures: &'a Textures,
