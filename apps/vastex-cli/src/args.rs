@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackMode, Filter};
 use vastex_scenes::{DisplayOptions, LayerOptions, Overlay, Pose, Scene};
-use vastex_viewer::ViewText;
 use vastex_viewer::layers::CompareMode;
+use vastex_viewer::{Link, ViewText};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -20,6 +20,8 @@ pub(crate) use disk_cache::DiskCacheArgs;
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
 pub(crate) use info::InfoArgs;
 pub(crate) use learn::LearnArgs;
+#[cfg(feature = "view")]
+pub(crate) use link::{is_link, without_help};
 #[cfg(feature = "build")]
 pub(crate) use merge::MergeArgs;
 #[cfg(feature = "record")]
@@ -29,7 +31,7 @@ pub(crate) use render::{CameraMotion, PictureFormat, RenderArgs};
 pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
-pub(crate) use view::ViewArgs;
+pub(crate) use view::{ViewArgs, of_link};
 
 use pixels::{parse_pixel, parse_size};
 
@@ -51,6 +53,7 @@ mod inset;
 #[cfg(feature = "build")]
 mod layer;
 mod learn;
+mod link;
 #[cfg(feature = "build")]
 mod merge;
 mod pixels;
@@ -93,8 +96,9 @@ pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
         let named = args[place].to_string_lossy();
         let is_command = named == "help" || Args::command().find_subcommand(&*named).is_some();
         // Something like a path need not be there: `view` says what is wrong with it.
-        let is_file =
-            named.contains(['.', '/', std::path::MAIN_SEPARATOR]) || Path::new(&args[place]).exists();
+        let is_file = named.contains(['.', '/', std::path::MAIN_SEPARATOR])
+            || Link::is_link(&named)
+            || Path::new(&args[place]).exists();
         if !is_command && is_file {
             args.insert(place, "view".into());
         }
@@ -181,11 +185,12 @@ pub(crate) struct VerifyArgs {
 pub(crate) const PLANET: &str = "planet:";
 
 /// What both `render` and `view` are told.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct SceneArgs {
     /// An image, which is built into --cache the first time; a container, a tile directory or a TIFF pyramid.
     /// Or planet:BITS[:IMAGE], a map that is generated while it is looked at, of 2^BITS texels round the
-    /// equator (8 to 31) and with the continents of IMAGE, if that is named
+    /// equator (8 to 31) and with the continents of IMAGE, if that is named. Or a link as the window copies
+    /// it, vastex:FILE?view=VIEW
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]
@@ -194,10 +199,11 @@ pub(crate) struct SceneArgs {
     /// 1 where all of the image fits, 10 where a tenth does; also turn=DEGREES, clockwise, and mirror=1.
     /// plane:x=..,y=..,z=..,yaw=..,pitch=..: in halves of the plane's width, and degrees.
     /// globe:lon=..,lat=..,alt=..m: degrees, and metres above the ground; also heading=DEGREES, clockwise
-    /// from north, and tilt=DEGREES, from straight down. The text decides the scene, but over a globe,
-    /// where --on planet puts it under its sun. After it may follow,
-    /// each after a semicolon, what is shown there: layer=.. as --layer has it, compare=.. as --compare-mode,
-    /// and on=terrain
+    /// from north, and tilt=DEGREES, from straight down. After it may follow, each after a semicolon, what
+    /// is shown there: on=SCENE, else as --on says where that is a scene of such a place; layer=.. as
+    /// --layer has it, compare=.. as --compare-mode, overlay=.. as --overlay; heights as
+    /// height=[NAME][:file=N][:scale=N][:zero=N]; and of a planet sun=.., exaggeration=.. and atmosphere=..
+    /// as the options have them, lights=N, how bright they are, and the layers night=.. and clouds=..
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
     #[command(flatten)]
@@ -254,26 +260,43 @@ pub(crate) struct SceneArgs {
 }
 
 impl SceneArgs {
-    fn check(&self) -> Result<(), clap::Error> {
+    pub(crate) fn check(&self) -> Result<(), clap::Error> {
         let said = self.view_text([1; 2]);
-        let of_view = said.as_ref().is_some_and(|view| !view.layers.is_empty());
-        if of_view && self.layers.are_named() {
+        if said.as_ref().is_some_and(ViewText::names_layers) && self.layers.are_named() {
             return Err(conflict(
                 "--view says which layers are shown; leave them out of it, or leave out --layer",
             ));
         }
-        if said.is_some_and(|view| view.compare_mode != CompareMode::Off)
-            && self.layers.compare_mode != CompareMode::Off
-        {
-            return Err(conflict(
-                "--view says how layers are compared; leave that out of it, or leave out --compare-mode",
-            ));
+        if let Some(view) = &said {
+            let is_compared = view.compare_mode.is_some() && self.layers.compare_mode != CompareMode::Off;
+            let twice = [
+                (is_compared, "how layers are compared", "--compare-mode"),
+                (view.planet.sun.is_some() && self.planet.sun.is_some(), "where the sun stands", "--sun"),
+                (
+                    view.planet.exaggeration.is_some() && self.planet.exaggeration.is_some(),
+                    "how high mountains are made",
+                    "--exaggeration",
+                ),
+                (
+                    view.planet.atmosphere.is_some() && self.planet.atmosphere.is_some(),
+                    "how dense the air is",
+                    "--atmosphere",
+                ),
+            ];
+            if let Some((_, what, option)) = twice.iter().find(|(is_twice, ..)| *is_twice) {
+                return Err(conflict(&format!(
+                    "--view says {what}; leave that out of it, or leave out {option}"
+                )));
+            }
         }
-        let fault = shown::fault(&self.shown_layers(), 1 + self.layers.over.len(), self.compare_mode());
+        let shown = self.shown();
+        let files = 1 + self.files_over().count();
+        let fault = shown::fault(&shown.layers, files, shown.compare_mode)
+            .or_else(|| shown::beyond(said.iter().flat_map(ViewText::textures), files));
         if let Some(fault) = fault {
             return Err(value_error(&fault));
         }
-        let fault = self.planet.fault(self.shown_layers().len(), self.scene());
+        let fault = self.planet.fault(&shown, self.scene());
         fault.map_or(Ok(()), |fault| Err(conflict(&fault)))
     }
 
@@ -297,20 +320,18 @@ impl SceneArgs {
         self.view_text(size).map(|view| view.pose)
     }
 
-    /// The layers, the lowest first: those of the view, where it names any.
-    fn shown_layers(&self) -> Vec<LayerOptions> {
-        let of_view = self.view_text([1; 2]).map(|view| view.layers).filter(|layers| !layers.is_empty());
-        of_view.unwrap_or_else(|| self.layers.layers())
-    }
-
-    fn compare_mode(&self) -> CompareMode {
-        let of_view = self.view_text([1; 2]).map(|view| view.compare_mode);
-        of_view.filter(|mode| *mode != CompareMode::Off).unwrap_or(self.layers.compare_mode)
+    /// The overlay that is drawn in the place of the picture.
+    pub(crate) fn overlay(&self) -> Option<Overlay> {
+        self.view_text([1; 2]).map_or(self.overlay, |view| match self.overlay {
+            // What the command line asks for is drawn, unless the view says so itself.
+            Some(asked) => view.overlay.unwrap_or(Some(asked)),
+            None => view.overlay(None),
+        })
     }
 
     /// Whether one opaque layer is shown.
     fn shows_one_layer(&self) -> bool {
-        matches!(&self.shown_layers()[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
+        matches!(&self.shown().layers[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
     }
 
     /// The files that are opened beside the source, in the order in which they are counted after it: those of
@@ -319,17 +340,30 @@ impl SceneArgs {
         self.layers.over.iter().map(PathBuf::as_path).chain(self.planet.files())
     }
 
-    /// What is shown of the textures, whatever they are.
+    /// What is shown of the textures, whatever they are: what the view says in the place of what options say.
     pub(crate) fn shown(&self) -> DisplayOptions {
         let mut heights = self.heights.heights();
         let planet = self.planet.options(1 + self.layers.over.len(), &mut heights);
-        DisplayOptions {
-            layers: self.shown_layers(),
-            compare_mode: self.compare_mode(),
+        let mut shown = DisplayOptions {
+            layers: self.layers.layers(),
+            compare_mode: self.layers.compare_mode,
             heights,
             planet,
             ..DisplayOptions::default()
+        };
+        let Some(view) = self.view_text([1; 2]) else { return shown };
+        let mode = shown.compare_mode;
+        view.change(&mut shown);
+        shown.compare_mode = view.compare_mode.unwrap_or(mode);
+        if !view.names_layers() {
+            // A file that lights, clouds or heights are of is shown as a layer only if one is named.
+            let is_named = |texture| self.layers.layers.iter().any(|layer| layer.texture == texture);
+            let of_planet = shown.clone();
+            let is_shown =
+                |layer: &LayerOptions| !of_planet.is_of_planet(layer.texture) || is_named(layer.texture);
+            shown.layers.retain(is_shown);
         }
+        shown
     }
 }
 

@@ -9,6 +9,8 @@ mod commands;
 mod disk_cache;
 mod explained;
 mod gpu;
+#[cfg(feature = "view")]
+mod link;
 mod open;
 mod output;
 mod pictures;
@@ -36,8 +38,8 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 fn main() -> ExitCode {
-    let args = Args::parse_from(args::with_view(std::env::args_os().collect()));
-    if let Err(error) = args.check() {
+    let mut args = Args::parse_from(args::with_view(std::env::args_os().collect()));
+    if let Err(error) = args.follow_links().and_then(|()| args.check()) {
         error.exit();
     }
     start_log(args.verbose);

@@ -11,6 +11,7 @@ pub mod hud;
 pub mod input;
 pub mod inspect;
 pub mod layers;
+pub mod link;
 pub mod overlay;
 #[cfg(feature = "egui")]
 pub mod panels;
@@ -18,7 +19,7 @@ mod picture;
 mod scene;
 pub mod stage;
 pub mod surface;
-mod view_text;
+pub mod view_text;
 #[cfg(feature = "egui")]
 pub mod widget;
 
@@ -28,6 +29,7 @@ pub use layers::{
     Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, PlanetText, ShownLayer, Tone,
     UnknownLayer,
 };
+pub use link::{Link, LinkError};
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, side_by_side};
 pub use scene::{Scene, direction};
@@ -38,4 +40,4 @@ pub use surface::{
     LayerOptionsError, Mesh, PlanetLight, PlanetOptions, Relief, SceneDesc, ScenePipelines, SceneRenderer,
     Tiling, Vertex, surface,
 };
-pub use view_text::{ViewText, ViewTextError};
+pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError};

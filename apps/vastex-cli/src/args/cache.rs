@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 /// Where images are kept that are built to be shown.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct CacheArgs {
     /// A directory for images that are built to be shown, which programs may share; or off: nothing is built,
     /// and they are decoded into memory, reduced above 1 GiB [default: vastex in $XDG_CACHE_HOME or ~/.cache]

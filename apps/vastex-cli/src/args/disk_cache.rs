@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 
 /// Whether tiles are kept on a disk, and where.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct DiskCacheArgs {
     /// Keep tiles in this directory, beyond the end of the program; for sources on slow media and network
     /// file systems. It is made if need be, may be shared by all sources, and is removed by removing it

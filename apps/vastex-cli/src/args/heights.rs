@@ -4,7 +4,7 @@ use clap::Args;
 use vastex_scenes::Heights;
 
 /// The options for heights that displace a terrain or the globe.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct HeightArgs {
     /// The layer of heights, by its name; on a terrain by default the one called height, or the one shown if
     /// it has one channel. With any of these options the globe is displaced as well

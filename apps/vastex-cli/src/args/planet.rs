@@ -3,11 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use vastex_scenes::{Heights, LayerOptions, PlanetLight, PlanetOptions, Scene};
+use vastex_scenes::{DisplayOptions, Heights, LayerOptions, PlanetLight, PlanetOptions, Scene};
+use vastex_viewer::Sun;
 use vastex_viewer::layers::MOST_LAYERS;
 
 /// The options for a planet.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct PlanetArgs {
     /// Heights in a file of their own, which may be whatever a source may be: on a planet, a globe or a
     /// terrain
@@ -21,19 +22,15 @@ pub(crate) struct PlanetArgs {
     pub(crate) clouds: Option<PathBuf>,
     /// Longitude and latitude in degrees over which a planet's sun stands; off: all of it is as light as it
     /// can be
-    #[arg(long, value_name = "LON,LAT", value_parser = parse_sun, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LON,LAT", allow_hyphen_values = true)]
     pub(crate) sun: Option<Sun>,
     /// How many times as high as it is a planet's relief is made, 0 to 1000
-    #[arg(long, value_name = "N", value_parser = |text: &str| number(text, 1000.0))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| number(text, PlanetLight::MOST_EXAGGERATION))]
     pub(crate) exaggeration: Option<f32>,
     /// How dense a planet's air is, the Earth's being 1; 0 for none, 20 at most
-    #[arg(long, value_name = "N", value_parser = |text: &str| number(text, 20.0))]
+    #[arg(long, value_name = "N", value_parser = |text: &str| number(text, PlanetLight::MOST_ATMOSPHERE))]
     pub(crate) atmosphere: Option<f32>,
 }
-
-/// Where a sun stands, if there is one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Sun(Option<[f64; 2]>);
 
 impl PlanetArgs {
     /// The files, in the order in which they are opened.
@@ -53,7 +50,7 @@ impl PlanetArgs {
             night: next(&self.night).map(layer),
             clouds: next(&self.clouds).map(layer),
             light: PlanetLight {
-                sun: self.sun.map_or(light.sun, |Sun(sun)| sun),
+                sun: self.sun.map_or(light.sun, Sun::into),
                 exaggeration: self.exaggeration.unwrap_or(light.exaggeration),
                 atmosphere: self.atmosphere.unwrap_or(light.atmosphere),
                 ..light
@@ -61,8 +58,8 @@ impl PlanetArgs {
         }
     }
 
-    /// What does not go together with the scene, on which so many layers lie over one another.
-    pub(crate) fn fault(&self, layers: usize, scene: Scene) -> Option<String> {
+    /// What does not go together with the scene, and with all that is shown there.
+    pub(crate) fn fault(&self, shown: &DisplayOptions, scene: Scene) -> Option<String> {
         let is_told = [
             ("--night", self.night.is_some()),
             ("--clouds", self.clouds.is_some()),
@@ -79,29 +76,11 @@ impl PlanetArgs {
                     .into(),
             );
         }
-        let count = layers + self.night.iter().count() + self.clouds.iter().count();
-        (count > MOST_LAYERS).then(|| {
-            format!("{count} layers with those of --night and --clouds; {MOST_LAYERS} are shown at most")
+        let PlanetOptions { night, clouds, .. } = &shown.planet;
+        let count = shown.layers.len() + night.iter().count() + clouds.iter().count();
+        (scene == Scene::Planet && count > MOST_LAYERS).then(|| {
+            format!("{count} layers with lights at night and clouds; {MOST_LAYERS} are shown at most")
         })
-    }
-}
-
-/// A longitude and a latitude, or `off`.
-fn parse_sun(text: &str) -> Result<Sun, String> {
-    if text == "off" {
-        return Ok(Sun(None));
-    }
-    let place = text.split_once(',').and_then(|(longitude, latitude)| {
-        Some([longitude.trim().parse().ok()?, latitude.trim().parse().ok()?])
-    });
-    match place {
-        Some([longitude, latitude]) if f64::abs(longitude) <= 360.0 && f64::abs(latitude) <= 90.0 => {
-            Ok(Sun(Some([longitude, latitude])))
-        }
-        _ => {
-            Err("write a longitude from -360 to 360 and a latitude from -90 to 90, as in -40,15, or off"
-                .into())
-        }
     }
 }
 
@@ -129,12 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn suns_and_numbers_are_checked() {
-        assert_eq!(parse_sun("-40, 15.5"), Ok(Sun(Some([-40.0, 15.5]))));
-        assert_eq!(parse_sun("off"), Ok(Sun(None)));
-        for bad in ["", "40", "40,", "nan,0", "0,91", "361,0", "on", "1,2,3"] {
-            assert!(parse_sun(bad).is_err(), "{bad}");
-        }
+    fn numbers_are_checked() {
         assert_eq!(number("20", 20.0), Ok(20.0));
         for bad in ["", "-1", "21", "nan", "inf"] {
             assert!(number(bad, 20.0).is_err(), "{bad}");
@@ -155,11 +129,16 @@ mod tests {
     #[test]
     fn what_is_of_a_planet_goes_on_a_planet() {
         let night = PlanetArgs { night: Some("n".into()), ..args() };
-        assert!(night.fault(1, Scene::Globe).unwrap().contains("--night is for a planet"));
-        assert_eq!(night.fault(1, Scene::Planet), None);
-        assert!(night.fault(8, Scene::Planet).unwrap().contains("9 layers"));
+        let shown = |layers: usize| DisplayOptions {
+            layers: vec![LayerOptions::default(); layers],
+            planet: night.options(layers, &mut Heights::default()),
+            ..DisplayOptions::default()
+        };
+        assert!(night.fault(&shown(1), Scene::Globe).unwrap().contains("--night is for a planet"));
+        assert_eq!(night.fault(&shown(1), Scene::Planet), None);
+        assert!(night.fault(&shown(8), Scene::Planet).unwrap().contains("9 layers"));
         let height = PlanetArgs { height: Some("h".into()), ..args() };
-        assert_eq!(height.fault(1, Scene::Terrain), None);
-        assert!(height.fault(1, Scene::Image).unwrap().contains("--height"));
+        assert_eq!(height.fault(&shown(1), Scene::Terrain), None);
+        assert!(height.fault(&shown(1), Scene::Image).unwrap().contains("--height"));
     }
 }

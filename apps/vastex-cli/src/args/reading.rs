@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args as ClapArgs;
 use vastex::Settings;
 
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct ReadingArgs {
     /// Reads of the source that may be under way at once, whatever the settings say; 8 by default, and always
     /// 8 with --direct

@@ -71,6 +71,8 @@ Examples:
   vastex render earth.vastex --on globe --camera-path fly --stats-csv fly.csv --dump-pools
   vastex render earth.vastex --on plane --frames 12 --overlay deficit -o deficit.png --explain 640,700
   vastex render earth.vastex --on globe --estimate quadtree -o without-feedback.png
+  vastex render 'vastex:/data/earth.jpg?file=/data/night.jpg&view=globe:lon=9,lat=36,alt=9000000m;on=planet;layer=;night=:file=2' \\
+    -o night.png
   vastex render earth.vastex --on plane --fade-ms 200 --frames 8 -o fading-in.png
 
 Without --frames it plays the camera path to its end and holds the last pose until everything is loaded; if not

@@ -9,7 +9,7 @@ use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
 use vastex_viewer::surface::{ParseLayerError, range_of};
 
 /// Which layers are shown.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct ShownArgs {
     /// The layer to show, by its name; the first where none is named
     #[arg(long, value_name = "NAME")]
@@ -45,6 +45,19 @@ pub(crate) struct ShownArgs {
     pub(crate) compare_mode: CompareMode,
 }
 
+/// As where nothing is said.
+impl Default for ShownArgs {
+    fn default() -> ShownArgs {
+        ShownArgs {
+            layer_shown: None,
+            range: [0.0, 1.0],
+            layers: Vec::new(),
+            over: Vec::new(),
+            compare_mode: CompareMode::Off,
+        }
+    }
+}
+
 impl ShownArgs {
     /// In the words of the scenes.
     pub(crate) fn layers(&self) -> Vec<LayerOptions> {
@@ -72,9 +85,8 @@ impl ShownArgs {
 
 /// What is wrong with a list of layers as a whole, of so many files.
 pub(super) fn fault(layers: &[LayerOptions], files: usize, compare_mode: CompareMode) -> Option<String> {
-    if let Some(layer) = layers.iter().find(|layer| layer.texture >= files) {
-        let file = layer.texture + 1;
-        return Some(format!("'file={file}': there are {files} files, the source and those of --over"));
+    if let Some(fault) = beyond(layers.iter().map(|layer| layer.texture), files) {
+        return Some(fault);
     }
     let is_seen = |layer: &&LayerOptions| layer.is_visible && layer.opacity > 0.0;
     if compare_mode != CompareMode::Off && layers.iter().filter(is_seen).count() < 2 {
@@ -84,6 +96,12 @@ pub(super) fn fault(layers: &[LayerOptions], files: usize, compare_mode: Compare
     let count = layers.len();
     (count > MOST_LAYERS)
         .then(|| format!("'--layer' and '--over': {count} layers named, {MOST_LAYERS} are shown at most"))
+}
+
+/// What is wrong where one of the textures is of no file, of so many.
+pub(super) fn beyond(mut textures: impl Iterator<Item = usize>, files: usize) -> Option<String> {
+    let file = textures.find(|texture| *texture >= files)? + 1;
+    Some(format!("'file={file}': there are {files} files, the source and those beside it"))
 }
 
 /// Two different numbers; the first may be the larger one, which turns black and white round.

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use vastex_scenes::Scene;
 use vastex_viewer::input::CONTROLS;
 use vastex_viewer::layers::CompareMode;
 
 use super::render::check_is_png;
-use super::{MOST_FADE_MS, SceneArgs};
+use super::{MOST_FADE_MS, SceneArgs, is_link, value_error};
 
 /// What the program is called with, for some purposes.
 const EXAMPLES: &str = "\
@@ -23,7 +24,8 @@ Examples:
   vastex view slide.svs --shapes annotations.geojson
   vastex view scan.jpg slides/*.svs
   vastex view --screenshot scan.png --size 3840x2160 scan.jpg
-  vastex view earth.vastex --camera-path flight.path";
+  vastex view earth.vastex --camera-path flight.path
+  vastex view 'vastex:scan.jpg?view=image:x=12000,y=3400,zoom=40'";
 
 impl ViewArgs {
     /// Files that are to be side by side lie over the first one, and are compared so.
@@ -64,7 +66,7 @@ fn after_help() -> String {
 }
 
 /// What `vastex view` is told.
-#[derive(Debug, ClapArgs)]
+#[derive(Clone, Debug, ClapArgs)]
 #[command(after_help = after_help())]
 pub(crate) struct ViewArgs {
     #[command(flatten)]
@@ -106,6 +108,24 @@ pub(crate) struct ViewArgs {
 impl ViewArgs {
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         self.scene.check()?;
+        if let Some(link) = self.files.iter().find(|file| is_link(file)) {
+            let link: String = link.display().to_string().chars().take(100).collect();
+            return Err(value_error(&format!(
+                "'{link}' for '[FILE]...': a link names its files itself; open it in the place of SOURCE"
+            )));
+        }
         self.screenshot.as_deref().map_or(Ok(()), |output| check_is_png(output, "--screenshot"))
     }
+}
+
+/// The arguments of a window that opens a link: as it was told to open files, and to show what the link says.
+pub(crate) fn of_link(args: &ViewArgs, link: &str) -> Result<ViewArgs, clap::Error> {
+    let mut scene = args.scene.clone();
+    scene.source = link.trim().into();
+    (scene.on, scene.view, scene.overlay) = (Scene::Image, None, None);
+    (scene.layers, scene.heights, scene.planet) = Default::default();
+    scene.follow_link()?;
+    scene.check()?;
+    let (files, shapes, camera_path) = (Vec::new(), None, None);
+    Ok(ViewArgs { scene, files, shapes, camera_path, side_by_side: false, ..args.clone() })
 }

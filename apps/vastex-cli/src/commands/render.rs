@@ -297,7 +297,7 @@ fn draw_sequence(
 
 /// The picture of the last frame, or its overlay.
 fn picture_of(args: &RenderArgs, offscreen: &Offscreen) -> Result<Picture> {
-    Ok(match args.scene.overlay {
+    Ok(match args.scene.overlay() {
         None => offscreen.picture(),
         Some(overlay) => offscreen.overlay(overlay)?,
     })

@@ -84,7 +84,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         scene: scene.scene(),
         pose: None,
         options: scene.shown(),
-        overlay: scene.overlay,
+        overlay: scene.overlay(),
         may_be_crisp: scene.filter == Filter::default(),
         size: scene.size(),
         pixels_per_point: 1.0,

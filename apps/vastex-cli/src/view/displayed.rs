@@ -6,7 +6,8 @@ use anyhow::Result;
 use vastex::Region;
 use vastex::{Filter, TextureId, Textures};
 use vastex_scenes::{
-    DisplayOptions, Gpu, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer, ShownLayer,
+    DisplayOptions, Gpu, Heights, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
+    ShownLayer,
 };
 use vastex_viewer::layers::CompareMode;
 
@@ -46,8 +47,9 @@ pub(super) struct Displayed {
     pub(super) about: FileAbout,
     /// What the surface of the window has to be for it.
     pub(super) format: SurfaceFormat,
-    /// The heights of the texture, once a scene has needed them.
+    /// The heights of the texture, once a scene has needed them, and by what they were looked for.
     relief: Option<Relief>,
+    heights: Heights,
     /// Whether one of the sources is a generated planet, and so all of them are drawn in fixed point.
     is_generated: bool,
     /// Whether its texels are shown as they are, blended with nothing.
@@ -98,6 +100,7 @@ impl Displayed {
             about,
             format,
             relief,
+            heights: settings.options.heights.clone(),
             is_generated,
             is_crisp: false,
             growth,
@@ -129,6 +132,9 @@ impl Displayed {
         settings: &DisplaySettings,
     ) -> Result<()> {
         let shown = self.textures();
+        if self.heights != settings.options.heights {
+            (self.relief, self.heights) = (None, settings.options.heights.clone());
+        }
         let drawn =
             described(settings, (self.is_crisp, self.is_generated), textures, &shown, &mut self.relief)?;
         let layers = drawn.layers.clone();

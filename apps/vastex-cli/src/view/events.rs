@@ -49,6 +49,12 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
     })
 }
 
+/// What winit says without the line of its source that says it.
+pub(super) fn without_place(error: &str) -> &str {
+    let said = error.strip_prefix("os error at ").and_then(|placed| placed.split_once(": "));
+    said.map_or(error, |(_, why)| why)
+}
+
 fn key(key: &WinitKey) -> Option<Key> {
     Some(match key {
         WinitKey::Named(NamedKey::ArrowLeft) => Key::Left,
@@ -82,4 +88,16 @@ fn key(key: &WinitKey) -> Option<Key> {
         }
         _ => return None,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_error_names_a_place_of_the_machine_that_built_the_program() {
+        let error = "os error at /home/builder/.cargo/registry/winit/mod.rs:765: no display is named";
+        assert_eq!(without_place(error), "no display is named");
+        assert_eq!(without_place("no display is named"), "no display is named");
+    }
 }

@@ -6,9 +6,9 @@
 //! on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests` does what is
 //! asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them
 //! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures,
-//! camera paths (`flight`), and texts (`clipboard`). `events` translates winit's events, `surface` is where
-//! pictures appear, `title` is the window's title, `times` what is measured of it, `remembered` what it was
-//! like when it was closed last.
+//! camera paths (`flight`), and texts (`clipboard`, `links`). `events` translates winit's events, `surface`
+//! is where pictures appear, `title` is the window's title, `times` what is measured of it, `remembered` what
+//! it was like when it was closed last.
 
 mod bookmarks;
 mod clipboard;
@@ -19,6 +19,7 @@ mod displayed;
 mod events;
 mod files;
 mod flight;
+mod links;
 mod opening;
 mod outgoing;
 mod over;
@@ -57,6 +58,7 @@ use crate::{report, screenshot};
 use dialog::Chosen;
 use files::Files;
 use flight::Flight;
+use links::{AskedBefore, Linked};
 use opening::{Openings, Report};
 use outgoing::Shots;
 use over::Over;
@@ -86,7 +88,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         anyhow!(
             "no window can be opened; run this where there is a display (DISPLAY or WAYLAND_DISPLAY names it), or draw to a \
              file with `vastex render`: {}",
-            without_place(&error.to_string())
+            events::without_place(&error.to_string())
         )
     })?;
     let mut app = App {
@@ -103,6 +105,9 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         openings: Openings::default(),
         over: Over::new(args.scene.files_over()),
         camera_of: 0,
+        args_of: 1,
+        linked: None,
+        before_link: None,
         keeps_camera: false,
         flight: Flight::default(),
         shots: Shots::default(),
@@ -113,12 +118,6 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     };
     events.run_app(&mut app).context("the window system broke off")?;
     app.outcome
-}
-
-/// What winit says without the line of its source that says it.
-fn without_place(error: &str) -> &str {
-    let said = error.strip_prefix("os error at ").and_then(|placed| placed.split_once(": "));
-    said.map_or(error, |(_, why)| why)
 }
 
 /// What other threads say to the loop of events.
@@ -153,6 +152,11 @@ struct App {
     over: Over,
     /// The opening whose source the cameras look at.
     camera_of: u64,
+    /// The opening that the arguments say of where the camera is and what is shown.
+    args_of: u64,
+    /// The link that is being opened; and what was asked for before the one that was opened last.
+    linked: Option<Linked>,
+    before_link: Option<(AskedBefore, Arc<ViewArgs>, u64)>,
     /// Whether they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
     flight: Flight,
@@ -191,7 +195,7 @@ impl App {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }
         let window = events.create_window(attributes).map_err(|error| {
-            let why = without_place(&error.to_string()).to_owned();
+            let why = events::without_place(&error.to_string()).to_owned();
             anyhow!("no window can be opened; draw to a file with `vastex render`: {why}")
         })?;
         let window = Arc::new(window);
@@ -276,6 +280,8 @@ impl App {
             WindowEvent::DroppedFile(path) => {
                 if path.extension().is_some_and(|ending| ending == "path") {
                     self.play_file(window_events, path)?;
+                } else if let Some(link) = links::link_in(path) {
+                    self.open_link(&link)?;
                 } else if self.files.drop_in(path, self.begun.elapsed()) {
                     self.open_another()?;
                 }
@@ -372,7 +378,8 @@ impl App {
             Action::Play => self.play(events)?,
             Action::Open => return self.grant(events, Asked::Choose),
             Action::CopyView => self.copy_view(),
-            Action::PasteView => return self.paste_view(events),
+            Action::CopyLink => self.copy_link(),
+            Action::PasteView => self.paste_view()?,
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
             Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
@@ -467,16 +474,4 @@ fn is_device_lost(error: &Error) -> bool {
 
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn no_error_names_a_place_of_the_machine_that_built_the_program() {
-        let error = "os error at /home/builder/.cargo/registry/winit/mod.rs:765: no display is named";
-        assert_eq!(without_place(error), "no display is named");
-        assert_eq!(without_place("no display is named"), "no display is named");
-    }
 }

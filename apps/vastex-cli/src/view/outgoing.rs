@@ -6,14 +6,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
-use vastex_viewer::ViewText;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
 use super::clipboard::Copied;
 use super::flight::free_name;
-use super::panel::Asked;
 use super::{App, Message, Open};
 use crate::output::Output;
 use crate::report;
@@ -28,7 +26,7 @@ const LONGEST_END: Duration = Duration::from_secs(20);
 #[derive(Default)]
 pub(super) struct Shots {
     threads: Vec<JoinHandle<()>>,
-    copied: Copied,
+    pub(super) copied: Copied,
 }
 
 impl Drop for Shots {
@@ -42,7 +40,8 @@ impl Drop for Shots {
 }
 
 impl App {
-    fn notice(&mut self, notice: &str) {
+    /// Says something in the title of the window.
+    pub(super) fn notice(&mut self, notice: &str) {
         if let Some(Open { window, viewer }) = &mut self.open {
             viewer.notify_in_title(notice);
             window.request_redraw();
@@ -142,27 +141,20 @@ impl App {
         }
     }
 
-    /// Shows what a text in the clipboard says, if it is one of a view.
-    pub(super) fn paste_view(&mut self, events: &ActiveEventLoop) -> Result<()> {
-        let Some(open) = self.open.as_ref().filter(|open| !open.viewer.is_empty()) else { return Ok(()) };
-        let size = open.viewer.image_size();
-        match self.shots.copied.text().map(|text| ViewText::from_text(&text, size)) {
-            Ok(Ok(view)) => return self.grant(events, Asked::Show(view)),
-            Ok(Err(_)) => self.notice("what was copied is no view; Ctrl + C copies one"),
-            Err(why) => self.notice(&format!("there is no text to paste ({why}); Ctrl + C copies a view")),
-        }
-        Ok(())
-    }
-
     /// Copies what is shown as a text, which the window and `render` read.
     pub(super) fn copy_view(&mut self) {
         let pose = self.cameras[self.scene as usize].pose();
         let Some(text) = self.open.as_ref().and_then(|open| open.viewer.view_text(pose)) else { return };
-        let said = match self.shots.copied.copy(&text) {
+        self.copy_text("the view", &text);
+    }
+
+    /// Copies a text, or says it on stderr.
+    pub(super) fn copy_text(&mut self, what: &str, text: &str) {
+        let said = match self.shots.copied.copy(text) {
             Ok(()) => format!("copied: {text}"),
             Err(why) => {
-                report::say(&format!("the view is {text}"));
-                format!("the clipboard cannot be reached ({why}); the view stands on stderr")
+                report::say(&format!("{what} is {text}"));
+                format!("the clipboard cannot be reached ({why}); {what} stands on stderr")
             }
         };
         self.notice(&said);

@@ -40,6 +40,16 @@ impl Over {
         &self.laid
     }
 
+    /// Those that lie there and those that are to, the lowest first.
+    pub(super) fn all(&self) -> impl Iterator<Item = &Path> {
+        self.laid.iter().chain(&self.files).map(PathBuf::as_path)
+    }
+
+    /// Files that are to lie over the one that is being opened.
+    pub(super) fn add(&mut self, files: Vec<PathBuf>) {
+        self.files.extend(files);
+    }
+
     /// Nothing is being opened any more. What was begun is opened again from its start.
     pub(super) fn begin_again(&mut self) {
         self.opening = None;

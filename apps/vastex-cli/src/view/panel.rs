@@ -43,9 +43,13 @@ pub(super) enum Asked {
     /// The camera there, in the scene of the pose.
     Go(Pose),
     /// The camera there, and what is shown as it says.
-    Show(ViewText),
+    Show(Box<ViewText>),
     /// What is shown, as a text, into the clipboard.
     CopyView,
+    /// The same with its files, as a link.
+    CopyLink,
+    /// What is shown as a bookmark of this name.
+    Keep(String),
     Move(Move),
 }
 
@@ -205,7 +209,8 @@ impl Panel {
             Some(PositionChange::Show(view)) => asked.push(Asked::Show(view)),
             Some(PositionChange::Copy) => asked.push(Asked::CopyView),
             Some(PositionChange::Move(moved)) => asked.push(Asked::Move(moved)),
-            Some(PositionChange::Keep(view)) => self.bookmarks.keep(&view),
+            Some(PositionChange::CopyLink) => asked.push(Asked::CopyLink),
+            Some(PositionChange::Keep(name)) => asked.push(Asked::Keep(name)),
             Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),
             None => {}
         }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use vastex_scenes::{Pose, Scene};
+use vastex_viewer::Link;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
@@ -12,6 +13,7 @@ use super::dialog::{self, Chosen};
 use super::files::Files;
 use super::panel::Asked;
 use super::{App, Message};
+use crate::args::is_link;
 use crate::open;
 
 /// Whether a path names bands of a file.
@@ -41,7 +43,10 @@ impl App {
 
     /// Begins to open a file that a person chose in the window. Where it cannot be shown, what was there
     /// before stays.
-    fn open_chosen(&mut self, path: &Path) -> Result<()> {
+    pub(super) fn open_chosen(&mut self, path: &Path) -> Result<()> {
+        if let Some(link) = path.to_str().filter(|text| Link::is_link(text)) {
+            return self.open_link(link);
+        }
         // Other bands of a file are seen where those before were.
         self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.files.current());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
@@ -102,6 +107,10 @@ impl App {
     pub(super) fn grant(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
         match asked {
             Asked::Open(path) => self.open_chosen(&path),
+            Asked::LayOver(path) if is_link(&path) => {
+                self.notice("a link is opened, and lies over nothing; open it, or lay its file over");
+                Ok(())
+            }
             Asked::LayOver(path) => self.lay_over(&path),
             Asked::OpenAgain => self.open_again(),
             Asked::Choose | Asked::ChooseOver if self.is_choosing => Ok(()),
@@ -119,14 +128,16 @@ impl App {
             Asked::Fit => self.perform(events, Action::Reset),
             Asked::Go(pose) => self.go(events, pose),
             Asked::Show(view) => {
-                if view.is_terrain {
-                    self.perform(events, Action::Scene(Some(Scene::Terrain)))?;
-                }
-                self.go(events, view.pose)?;
-                self.open.iter_mut().for_each(|open| open.viewer.show_view(&view));
+                self.show_text(&view);
                 Ok(())
             }
             Asked::CopyView => self.perform(events, Action::CopyView),
+            Asked::CopyLink => self.perform(events, Action::CopyLink),
+            Asked::Keep(name) => {
+                let pose = self.cameras[self.scene as usize].pose();
+                self.open.iter_mut().for_each(|open| open.viewer.keep_view(name.clone(), pose));
+                Ok(())
+            }
             Asked::Move(moved) => self.perform(events, Action::Move(moved)),
         }
     }

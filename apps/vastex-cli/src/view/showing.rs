@@ -1,6 +1,6 @@
 //! What becomes of the file that is to be shown: it is opened, and displayed or refused.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Error, Result};
@@ -16,7 +16,9 @@ impl App {
     pub(super) fn open_file(&mut self) -> Result<()> {
         let path = self.files.current().to_owned();
         self.over.begin_again();
-        self.begin(&path, true, false).map(drop)
+        let number = self.begin(&path, true, false)?;
+        self.linked.iter_mut().for_each(|linked| linked.opening = Some(number));
+        Ok(())
     }
 
     /// Begins anew to open the file that is being opened. What a person did with what there is of it stays.
@@ -27,11 +29,18 @@ impl App {
 
     /// Begins to open another file than the one that is displayed or being opened, with nothing over it.
     pub(super) fn open_another(&mut self) -> Result<()> {
+        self.linked = None;
+        self.open_with(Vec::new())
+    }
+
+    /// The same with files that are to lie over it.
+    pub(super) fn open_with(&mut self, over: Vec<PathBuf>) -> Result<()> {
         let is_empty = self.open.as_ref().is_none_or(|open| open.viewer.is_empty());
         match is_empty {
             true => self.over.forget(),
             false => self.over.set_aside(),
         }
+        self.over.add(over);
         self.open_file()
     }
 
@@ -44,7 +53,7 @@ impl App {
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |report| drop(proxy.send_event(Message::Opening(report)));
-        self.openings.begin((path, has_previews, is_again), self.args.clone(), preparer, send)
+        self.openings.begin((path, has_previews, is_again), self.opening_args(), preparer, send)
     }
 
     /// Hears of the file that is being opened. Reports of other files are old.
@@ -57,6 +66,11 @@ impl App {
             return Ok(());
         }
         let is_measured = self.is_measured();
+        if let (Some(opening), OpeningEvent::Preview(_) | OpeningEvent::Opened(_)) =
+            (self.openings.current(number), &event)
+        {
+            self.follow_link(opening.first);
+        }
         let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
             return Ok(());
         };
@@ -85,7 +99,7 @@ impl App {
                     self.openings.end();
                     match shown.context(path) {
                         Ok(scene) => {
-                            self.files_before = None;
+                            (self.files_before, self.before_link) = (None, None);
                             self.over.drop_aside();
                             if !is_measured {
                                 open.viewer.remember(self.files.current());
@@ -113,9 +127,10 @@ impl App {
             if !std::mem::take(&mut self.keeps_camera) {
                 self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
             }
-            // What the command line says of the camera is of the first file that is opened.
+            // What the command line says of the camera is of the first file that is opened, and what a link
+            // says is of its own.
             let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
-            if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == 1) {
+            if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == self.args_of) {
                 self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
             }
             self.input.rest();
@@ -128,6 +143,7 @@ impl App {
     fn refuse(&mut self, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
         self.over.take_back();
+        self.take_back_link();
         let before = self.files_before.take();
         let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
         if let Some(before) = before {

@@ -18,6 +18,7 @@ mod in_place;
 mod inset;
 mod layers;
 mod learn;
+mod links;
 mod nodata;
 mod out;
 mod overlays;

@@ -8,6 +8,7 @@ use crate::scene::Scene;
 /// accident with control.
 pub(super) fn action_with_control(letter: char) -> Option<Action> {
     Some(match letter.to_ascii_lowercase() {
+        'c' if letter == 'C' => Action::CopyLink,
         'o' => Action::Open,
         's' => Action::Screenshot(1),
         'c' => Action::CopyView,

@@ -194,7 +194,9 @@ pub enum Action {
     Play,
     /// What is shown, as a text, into the clipboard.
     CopyView,
-    /// What a text in the clipboard says is to be shown.
+    /// What is shown and its files, as a link, into the clipboard.
+    CopyLink,
+    /// What a view or a link in the clipboard says is to be shown.
     PasteView,
     /// The picture again: it may be stale.
     Redraw,

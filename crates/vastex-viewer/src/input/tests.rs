@@ -256,6 +256,7 @@ fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
         ('s', Action::Screenshot(1)),
         ('S', Action::Screenshot(1)),
         ('c', Action::CopyView),
+        ('C', Action::CopyLink),
         ('v', Action::PasteView),
         ('q', Action::Quit),
     ] {

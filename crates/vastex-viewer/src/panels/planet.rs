@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-use egui::{Slider, Ui};
+use egui::{Slider, SliderClamping, Ui};
 
 use crate::surface::{LayerOptions, PlanetLight, PlanetOptions};
 
@@ -18,7 +18,9 @@ pub fn planet_controls(ui: &mut Ui, planet: &mut PlanetOptions) -> bool {
     }
     if let Some([longitude, latitude]) = &mut light.sun {
         let degrees = |ui: &mut Ui, angle: &mut f64, most: f64, name: &str| {
-            ui.add(Slider::new(angle, -most..=most).suffix("°").max_decimals(1).text(name));
+            // One beyond the slider stays until it is moved.
+            let slider = Slider::new(angle, -most..=most).clamping(SliderClamping::Edits);
+            ui.add(slider.suffix("°").max_decimals(1).text(name));
         };
         degrees(ui, longitude, 180.0, "Sun's longitude");
         degrees(ui, latitude, 90.0, "Sun's latitude");
@@ -33,12 +35,14 @@ pub fn planet_controls(ui: &mut Ui, planet: &mut PlanetOptions) -> bool {
     {
         number(ui, &mut clouds.opacity, 0.0..=1.0, "Clouds", "how much of the ground they hide");
     }
+    // What is written into a field may be any number.
+    planet.light = planet.light.within();
     *planet != before
 }
 
 /// A slider for a number, which is taken as it is where it lies beyond.
 fn number(ui: &mut Ui, number: &mut f32, range: RangeInclusive<f32>, name: &str, what: &str) {
-    let slider = Slider::new(number, range).clamping(egui::SliderClamping::Never).max_decimals(2);
+    let slider = Slider::new(number, range).clamping(SliderClamping::Never).max_decimals(2);
     ui.add(slider.text(name)).on_hover_text(what);
 }
 

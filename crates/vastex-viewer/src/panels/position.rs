@@ -11,14 +11,15 @@ use crate::view_text::ViewText;
 pub struct Bookmark {
     /// What the person calls it; it may be nothing.
     pub name: String,
-    /// The text of its pose.
+    /// The text of the view ([`ViewText`]).
     pub view: String,
 }
 
 impl Bookmark {
-    /// What it is known by: its name, or its view where it has none.
+    /// What it is known by: its name, or where its camera is if it has none.
     fn title(&self) -> String {
-        if self.name.is_empty() { readable(&self.view) } else { self.name.clone() }
+        let pose = self.view.split(';').next().unwrap_or_default();
+        if self.name.is_empty() { readable(pose) } else { self.name.clone() }
     }
 }
 
@@ -30,11 +31,13 @@ pub enum PositionChange {
     /// The camera is moved.
     Move(Move),
     /// The camera goes there, and what is shown becomes what the text says.
-    Show(ViewText),
+    Show(Box<ViewText>),
     /// What is shown is copied as a text.
     Copy,
-    /// Where the camera is becomes a bookmark.
-    Keep(Bookmark),
+    /// What is shown and its files are copied as a link.
+    CopyLink,
+    /// What is shown becomes a bookmark of this name, which may be empty.
+    Keep(String),
     /// The bookmark of this index goes.
     Forget(usize),
 }
@@ -68,7 +71,7 @@ impl PositionPanel {
             let field = TextEdit::singleline(&mut text).desired_width(ui.available_width() - 56.0);
             let field = ui.add(field).labelled_by(label.id).on_hover_text(
                 "where the camera is; write another place and press Enter: column,row of an image, latitude,longitude of a globe, \
-                 or the whole as it stands here",
+                 or the whole as it stands here or was copied",
             );
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             if field.changed() {
@@ -81,7 +84,7 @@ impl PositionPanel {
             let is_wanted = self.text.is_some() && (is_entered || go.clicked());
             if is_wanted {
                 let wanted = match text.contains(';') {
-                    true => ViewText::from_text(&text, size).map(PositionChange::Show).map_err(|error| error.to_string()),
+                    true => ViewText::from_text(&text, size).map(shown).map_err(|error| error.to_string()),
                     false => pose_of(&text, pose, size).map(PositionChange::Go),
                 };
                 match wanted {
@@ -105,21 +108,24 @@ impl PositionPanel {
         ui.horizontal(|ui| {
             let keep = ui.button("Keep view").on_hover_text("as a bookmark of this file");
             let label = ui.label("named");
-            let field = TextEdit::singleline(&mut self.name).desired_width(ui.available_width() - 92.0);
+            let field = TextEdit::singleline(&mut self.name).desired_width(ui.available_width());
             let field = ui.add(field.hint_text("name")).labelled_by(label.id);
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             if keep.clicked() || is_entered {
                 let name = std::mem::take(&mut self.name).trim().to_owned();
-                change = Some(PositionChange::Keep(Bookmark { name, view: at }));
+                change = Some(PositionChange::Keep(name));
             }
-            let copy = ui.button("Copy view");
-            if copy
-                .on_hover_text(
-                    "as a text, with layers and their colours, for this field and for --view: Ctrl + C",
-                )
-                .clicked()
+        });
+        ui.horizontal_wrapped(|ui| {
+            let view = "as a text, with all that is shown, for this field and for --view: Ctrl + C";
+            let link =
+                "as a text with its files, for the field of the path and for `vastex view`: Ctrl + Shift + C";
+            for (name, what, copies) in
+                [("Copy view", view, PositionChange::Copy), ("Copy link", link, PositionChange::CopyLink)]
             {
-                change = Some(PositionChange::Copy);
+                if ui.button(name).on_hover_text(what).clicked() {
+                    change = Some(copies);
+                }
             }
         });
         if !bookmarks.is_empty() {
@@ -133,8 +139,11 @@ impl PositionPanel {
                         }
                         let go =
                             ui.add(Button::new(title).frame(false).truncate()).on_hover_text(readable(view));
-                        if let Some(pose) = Pose::from_text(view, size).ok().filter(|_| go.clicked()) {
-                            change = Some(PositionChange::Go(pose));
+                        if go.clicked() {
+                            match ViewText::from_text(view, size) {
+                                Ok(view) => change = Some(shown(view)),
+                                Err(error) => self.error = Some(error.to_string()),
+                            }
                         }
                     });
                 }
@@ -142,6 +151,10 @@ impl PositionPanel {
         }
         change
     }
+}
+
+fn shown(view: ViewText) -> PositionChange {
+    PositionChange::Show(Box::new(view))
 }
 
 /// How an image is turned, for a person to change.
@@ -167,8 +180,11 @@ fn turn_controls(ui: &mut Ui, degrees: f64) -> Option<Move> {
     moved
 }
 
-/// The text of a pose with no more digits than a person reads.
+/// The text of a view with no more digits of its pose than a person reads.
 fn readable(text: &str) -> String {
+    if let Some((pose, rest)) = text.split_once(';') {
+        return format!("{};{rest}", readable(pose));
+    }
     let rounded = |word: &str| {
         let (name, number) = word.split_once('=')?;
         let (number, unit) = number.strip_suffix('m').map_or((number, ""), |number| (number, "m"));
@@ -258,9 +274,13 @@ mod tests {
         for (text, read) in [
             ("image:x=427.0701924412416,y=2100000.123456,zoom=12", "image:x=427.0702,y=2100000.12,zoom=12"),
             ("globe:lon=-0.50000000001,lat=0,alt=0.00001m", "globe:lon=-0.5,lat=0,alt=0.00001m"),
+            (
+                "globe:lon=0.50000000001,lat=0,alt=1m;on=planet;sun=0.123456789,1",
+                "globe:lon=0.5,lat=0,alt=1m;on=planet;sun=0.123456789,1",
+            ),
         ] {
             assert_eq!(readable(text), read);
-            assert!(Pose::from_text(read, [1 << 31; 2]).is_ok(), "{read}");
+            assert!(ViewText::from_text(read, [1 << 31; 2]).is_ok(), "{read}");
         }
     }
 

@@ -92,10 +92,7 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         _ => Err(format!("write a number from {least} to {most}, as in {example}")),
     };
     match key {
-        "file" => match value.parse() {
-            Ok(file @ 1..=MOST_LAYERS) => layer.texture = file - 1,
-            _ => return Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
-        },
+        "file" => layer.texture = file_of_text(value)?,
         "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
         "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
         "range" => layer.range = Some(range_of(value, "..")?),
@@ -112,6 +109,14 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         _ => return Err(format!("no such setting of a layer; write {SHAPE}")),
     }
     Ok(())
+}
+
+/// Which of the textures a text names, counted from 1 there and from 0 here.
+pub(crate) fn file_of_text(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(file @ 1..=MOST_LAYERS) => Ok(file - 1),
+        _ => Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
+    }
 }
 
 /// The values for black and white, with a word between them: two different numbers. The first may be the

@@ -29,6 +29,35 @@ impl Default for PlanetLight {
     }
 }
 
+impl PlanetLight {
+    /// The most of each number that texts and panels have.
+    pub const MOST_EXAGGERATION: f32 = 1000.0;
+    /// Twenty Earths' air.
+    pub const MOST_ATMOSPHERE: f32 = 20.0;
+    /// A hundred times as bright as lights are told.
+    pub const MOST_NIGHT: f32 = 100.0;
+
+    /// The same with the nearest numbers that texts may have; what is no number is as it is at first.
+    #[must_use]
+    pub fn within(self) -> PlanetLight {
+        let usual = PlanetLight::default();
+        let number = |number: f32, most: f32, usual: f32| {
+            if number.is_nan() { usual } else { number.clamp(0.0, most) }
+        };
+        let is_place = |sun: &[f64; 2]| sun.iter().all(|angle| angle.is_finite());
+        PlanetLight {
+            // The same place by turns fewer.
+            sun: self.sun.filter(is_place).map(|[longitude, latitude]| {
+                let turned = if longitude.abs() > 360.0 { longitude % 360.0 } else { longitude };
+                [turned, latitude.clamp(-90.0, 90.0)]
+            }),
+            exaggeration: number(self.exaggeration, PlanetLight::MOST_EXAGGERATION, usual.exaggeration),
+            atmosphere: number(self.atmosphere, PlanetLight::MOST_ATMOSPHERE, usual.atmosphere),
+            night: number(self.night, PlanetLight::MOST_NIGHT, usual.night),
+        }
+    }
+}
+
 /// What the shaders are told; laid out as `Planet` in surface.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]

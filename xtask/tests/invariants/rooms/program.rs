@@ -5,6 +5,7 @@ use super::Room;
 pub(super) const ROOMS: &[Room] = &[
     ("report", &[]),
     ("args", &["report"]),
+    ("link", &["args"]),
     ("output", &[]),
     ("progress", &[]),
     ("gpu", &["report"]),
@@ -33,6 +34,20 @@ pub(super) const ROOMS: &[Room] = &[
     ),
     ("screenshot", &["args", "commands", "open", "output", "report"]),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
-    ("view", &["args", "commands", "explained", "gpu", "open", "output", "report", "screenshot", "shortage"]),
+    (
+        "view",
+        &[
+            "args",
+            "commands",
+            "explained",
+            "gpu",
+            "link",
+            "open",
+            "output",
+            "report",
+            "screenshot",
+            "shortage",
+        ],
+    ),
     ("main", &["args", "commands", "open", "report", "view"]),
 ];

@@ -13,9 +13,13 @@ pub(super) const ROOMS: &[Room] = &[
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
-    ("view_text", &["camera", "layers", "scene", "surface"]),
+    ("view_text", &["camera", "layers", "overlay", "scene", "surface"]),
+    ("link", &["view_text"]),
     ("panels", &["camera", "input", "inspect", "layers", "surface", "view_text"]),
     ("hud", &["overlay", "stage"]),
     ("widget", &["camera", "gpu", "input", "inspect", "layers", "scene", "stage", "surface"]),
-    ("lib", &["camera", "gpu", "layers", "overlay", "picture", "scene", "stage", "surface", "view_text"]),
+    (
+        "lib",
+        &["camera", "gpu", "layers", "link", "overlay", "picture", "scene", "stage", "surface", "view_text"],
+    ),
 ];

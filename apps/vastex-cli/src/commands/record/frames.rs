@@ -65,7 +65,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
     }
     write(directory, &format!("{name}.table.txt"), tables(offscreen.textures()))?;
     write(directory, &format!("{name}.png"), picture::encode(&offscreen.picture())?)?;
-    match args.scene.overlay {
+    match args.scene.overlay() {
         Some(_) => overlays(directory, name, &offscreen),
         None => Ok(()),
     }

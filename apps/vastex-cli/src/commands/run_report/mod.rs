@@ -11,6 +11,7 @@ use anyhow::{Context, Result, bail};
 use vastex::Textures;
 use vastex::diagnostics::{Cell, PoolDump, PoolRecord};
 use vastex_scenes::{Offscreen, Outcome, Overlay};
+use vastex_viewer::ViewText;
 
 use crate::args::{CameraMotion, RenderArgs};
 use crate::output::{Output, encode};
@@ -260,7 +261,10 @@ fn settings_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, Strin
         CameraMotion::BuiltIn(path) => path.name().to_owned(),
         CameraMotion::File(file) => file.display().to_string(),
     };
-    let view = offscreen.pose().to_text(offscreen.image_size());
+    let (shown, of) = (scene.shown(), offscreen.renderer().scene());
+    let count = offscreen.textures().inspect().textures().count();
+    let view = ViewText::of(offscreen.pose(), of, &shown, scene.overlay(), count);
+    let view = view.to_text(offscreen.image_size());
     let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
     [
         ("command", words.join(" ")),

@@ -126,9 +126,18 @@ fn a_view_is_written_kept_and_gone_back_to() {
     let first = "image:x=500,y=250,zoom=1";
     assert_eq!(harness.get_by_label("View").value().as_deref(), Some(first));
     click(&mut harness, "Keep view");
+    click(&mut harness, "Copy view");
+    click(&mut harness, "Copy link");
+    assert_eq!(harness.state().asked, [Asked::Keep(String::new()), Asked::CopyView, Asked::CopyLink]);
+    harness.state_mut().asked.clear();
+    // The host says all that is shown.
+    let view = format!("{first};layer=:gamma=0.5");
+    let bookmark = vastex_viewer::panels::Bookmark { name: String::new(), view: view.clone() };
+    harness.state_mut().panel.bookmarks.keep(&bookmark);
+    harness.run();
     click(&mut harness, first);
-    let pose = Pose::first(Scene::Image);
-    assert_eq!(harness.state().asked, [Asked::Go(pose)]);
+    let view = ViewText::from_text(&view, [1000, 500]).unwrap();
+    assert_eq!(harness.state().asked, [Asked::Show(Box::new(view))]);
     let all = egui::Modifiers::COMMAND;
     for (text, asked) in [("100,2000", None), ("100,200", Some([0.1005, 0.401]))] {
         harness.get_by_label("View").focus();

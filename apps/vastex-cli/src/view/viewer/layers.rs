@@ -4,13 +4,16 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use vastex_scenes::{LayerOptions, PlanetOptions};
+use vastex_scenes::{LayerOptions, PlanetOptions, Pose};
 use vastex_viewer::ViewText;
 use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::PanelTexture;
+use vastex_viewer::panels::{Bookmark, PanelTexture};
 
+use super::super::displayed::DisplaySettings;
+use super::super::links::AskedBefore;
 use super::super::opening::PreparedSource;
 use super::Viewer;
+use crate::args::SceneArgs;
 
 impl Viewer {
     /// What the panel is told of the textures that are displayed.
@@ -39,13 +42,51 @@ impl Viewer {
         self.wake();
     }
 
-    /// Displays the layers of a view as it says, if it says anything of them.
-    pub(in super::super) fn show_view(&mut self, view: &ViewText) {
-        if !view.layers.is_empty() {
-            self.show_layers(view.layers.clone());
-            self.settings.options.compare_mode = view.compare_mode;
-            self.wake();
+    /// Displays what a view says, in its scene. Where that cannot be, it is said, and all stays as it was.
+    /// Returns true if it is displayed.
+    pub(in super::super) fn show_view(&mut self, view: &ViewText) -> bool {
+        self.finish_taking_over();
+        let mut settings = self.settings.clone();
+        view.change(&mut settings.options);
+        (settings.scene, settings.overlay) = (view.scene(settings.scene), view.overlay(settings.overlay));
+        let Some(displayed) = self.display.displayed_mut() else { return false };
+        let count = displayed.textures().len();
+        if let Some(texture) = view.textures().find(|texture| *texture >= count) {
+            self.notify(&format!("the view is of file {}, and {count} are open", texture + 1));
+            return false;
         }
+        let is_other = (&settings.options, settings.scene, settings.overlay)
+            != (&self.settings.options, self.settings.scene, self.settings.overlay);
+        if is_other && let Err(error) = displayed.put_on(&self.gpu, &mut self.textures, &settings) {
+            self.notify(&error.to_string());
+            return false;
+        }
+        self.settings = settings;
+        self.values = None;
+        true
+    }
+
+    /// What is shown becomes a bookmark.
+    pub(in super::super) fn keep_view(&mut self, name: String, pose: Pose) {
+        if let Some(view) = self.view_text(pose) {
+            self.panel.bookmarks.keep(&Bookmark { name, view });
+        }
+    }
+
+    /// The next file is displayed as these arguments say. Gives back what was asked before.
+    pub(in super::super) fn ask(&mut self, args: &SceneArgs) -> AskedBefore {
+        let options = args.shown();
+        let (scene, overlay) = (args.scene(), args.overlay());
+        let first_layers = options.layers.clone();
+        let settings = DisplaySettings { scene, options, overlay, ..self.settings.clone() };
+        let before = AskedBefore { first_layers: self.first_layers.clone(), settings: self.settings.clone() };
+        self.ask_again(AskedBefore { first_layers, settings });
+        before
+    }
+
+    /// Files are displayed as was asked before.
+    pub(in super::super) fn ask_again(&mut self, asked: AskedBefore) {
+        (self.first_layers, self.settings) = (asked.first_layers, asked.settings);
     }
 
     /// Lights the planet otherwise, or shows other parts of it.

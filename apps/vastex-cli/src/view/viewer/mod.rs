@@ -160,7 +160,7 @@ impl Viewer {
             settings: DisplaySettings {
                 scene,
                 options: args.shown(),
-                overlay: args.overlay,
+                overlay: args.overlay(),
                 may_be_crisp: args.filter == Filter::default(),
             },
             display: Display::Empty,

@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use vastex_scenes::{LayerOptions, Pose, Scene};
+use vastex::Filter;
+use vastex_scenes::Pose;
 use vastex_viewer::ViewText;
 
 use super::Viewer;
@@ -36,39 +37,16 @@ impl Viewer {
     /// What is shown, as a text; `None` if nothing is.
     pub(in super::super) fn view_text(&self, pose: Pose) -> Option<String> {
         let displayed = self.display.displayed()?;
-        let options = &self.settings.options;
-        let view = ViewText {
-            pose,
-            is_terrain: self.settings.scene == Scene::Terrain,
-            layers: said(&options.layers, displayed.textures().len()),
-            compare_mode: options.compare_mode,
-        };
-        Some(view.to_text(displayed.size))
-    }
-}
-
-/// The layers that a text has to name, of so many textures: none where they are as they are where nothing is
-/// said.
-fn said(layers: &[LayerOptions], textures: usize) -> Vec<LayerOptions> {
-    let usual = |layer: &LayerOptions| LayerOptions {
-        range: layer.range.filter(|range| *range != [0.0, 1.0]),
-        ..layer.clone()
-    };
-    let layers: Vec<LayerOptions> = layers.iter().map(usual).collect();
-    let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
-    if layers.iter().cloned().eq((0..textures).map(first_of)) { Vec::new() } else { layers }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn layers_that_nobody_changed_are_not_named() {
-        let first = LayerOptions { range: Some([0.0, 1.0]), ..LayerOptions::default() };
-        assert!(said(std::slice::from_ref(&first), 1).is_empty());
-        assert_eq!(said(std::slice::from_ref(&first), 2).len(), 1, "what lies over it is not shown");
-        let dim = LayerOptions { opacity: 0.5, ..first.clone() };
-        assert_eq!(said(&[dim], 1)[0].to_string(), ":opacity=0.5");
+        let mut options = self.settings.options.clone();
+        // How texels are blended is said of each layer.
+        let filter = self.textures.inspect().settings().filter;
+        let planet = &mut options.planet;
+        let layers = options.layers.iter_mut().chain(&mut planet.night).chain(&mut planet.clouds);
+        for layer in layers.filter(|layer| layer.filter.is_none() && filter != Filter::default()) {
+            layer.filter = Some(filter);
+        }
+        let (scene, overlay) = (self.settings.scene, self.settings.overlay);
+        let count = displayed.textures().len();
+        Some(ViewText::of(pose, scene, &options, overlay, count).to_text(displayed.size))
     }
 }

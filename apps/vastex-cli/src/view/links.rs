@@ -1,0 +1,168 @@
+//! Links and views of texts: copied out of the window, and opened in it from its field, the clipboard and
+//! files that are dropped onto it.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Result, anyhow};
+use vastex_scenes::{LayerOptions, Scene};
+use vastex_viewer::camera::Controller;
+use vastex_viewer::{Link, ViewText};
+
+use super::displayed::DisplaySettings;
+use super::files::Files;
+use super::{App, Open};
+use crate::args::{ViewArgs, of_link, without_help};
+use crate::{link, open, report};
+
+/// Bytes of a file that may be a link.
+const MOST_BYTES: u64 = 1 << 16;
+
+/// What a link asks for, until its source is there.
+pub(super) struct Linked {
+    /// The opening of its source, once it has begun.
+    pub(super) opening: Option<u64>,
+    pub(super) args: Arc<ViewArgs>,
+}
+
+/// How files are displayed that nobody has changed anything of.
+#[derive(Clone)]
+pub(super) struct AskedBefore {
+    pub(super) first_layers: Vec<LayerOptions>,
+    pub(super) settings: DisplaySettings,
+}
+
+/// The link that a file has, if it has one and nothing else.
+pub(super) fn link_in(file: &Path) -> Option<String> {
+    let mut text = String::new();
+    std::fs::File::open(file).ok()?.take(MOST_BYTES).read_to_string(&mut text).ok()?;
+    (Link::is_link(&text) && text.trim().lines().count() == 1).then(|| text.trim().to_owned())
+}
+
+impl App {
+    /// With what a source is opened: as the link says that it is of, or as the command line does.
+    pub(super) fn opening_args(&self) -> Arc<ViewArgs> {
+        self.linked.as_ref().map_or(&self.args, |linked| &linked.args).clone()
+    }
+
+    /// Something of an opening is there: where that is the one of a link, all is as the link says. Where it
+    /// cannot be displayed, [`App::take_back_link`] has it as it was.
+    pub(super) fn follow_link(&mut self, opening: u64) {
+        let Some(linked) = self.linked.take_if(|linked| linked.opening == Some(opening)) else { return };
+        if let Some(Open { viewer, .. }) = &mut self.open {
+            let asked = viewer.ask(&linked.args.scene);
+            let args = std::mem::replace(&mut self.args, linked.args);
+            let args_of = std::mem::replace(&mut self.args_of, opening);
+            self.before_link = Some((asked, args, args_of));
+        }
+    }
+
+    /// The source of a link cannot be displayed: all is as it was before.
+    pub(super) fn take_back_link(&mut self) {
+        self.linked = None;
+        let Some((asked, args, args_of)) = self.before_link.take() else { return };
+        (self.args, self.args_of) = (args, args_of);
+        self.open.iter_mut().for_each(|open| open.viewer.ask_again(asked.clone()));
+    }
+
+    /// Begins to open what a link names. A link that cannot be read is told, and nothing changes.
+    pub(super) fn open_link(&mut self, text: &str) -> Result<()> {
+        let args = of_link(&self.args, text).map_err(|error| anyhow!(without_help(&error)));
+        let args = args.and_then(|mut args| {
+            open::pick_bands(&mut args.scene)?;
+            Ok(args)
+        });
+        let args = match args {
+            Ok(args) => args,
+            Err(error) => {
+                self.say_wrong("link", &report::message(&error));
+                return Ok(());
+            }
+        };
+        let over: Vec<PathBuf> = args.scene.files_over().map(Path::to_owned).collect();
+        let before = std::mem::replace(&mut self.files, Files::new(&args.scene.source, &[]));
+        self.files_before.get_or_insert(before);
+        self.keeps_camera = false;
+        self.linked = Some(Linked { opening: None, args: Arc::new(args) });
+        self.open_with(over)
+    }
+
+    /// Moves the camera to where a view is, and shows what it says. What cannot be shown is told, and nothing
+    /// changes.
+    pub(super) fn show_text(&mut self, view: &ViewText) {
+        let scene = view.scene(self.scene);
+        let Some(Open { viewer, window }) = &mut self.open else { return };
+        if viewer.show_view(view) {
+            self.scene = scene;
+            self.cameras[scene as usize] = Controller::new(view.pose);
+            if scene != Scene::Image {
+                viewer.end_measuring();
+            }
+            viewer.jumped();
+            self.input.rest();
+            self.flight.stop();
+        }
+        window.request_redraw();
+    }
+
+    /// Shows the view that was copied, or opens the link or the file.
+    pub(super) fn paste_view(&mut self) -> Result<()> {
+        let text = match self.shots.copied.text() {
+            Ok(text) => text,
+            Err(why) => {
+                self.notice(&format!("nothing can be pasted: {why}"));
+                return Ok(());
+            }
+        };
+        let text = text.trim();
+        if Link::is_link(text) {
+            return self.open_link(text);
+        }
+        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+        match ViewText::from_text(text, image) {
+            Ok(view) => self.show_text(&view),
+            Err(_) if Path::new(text).exists() => return self.open_chosen(Path::new(text)),
+            Err(error) => self.say_wrong("paste", &report::message(&error.into())),
+        }
+        Ok(())
+    }
+
+    /// Copies a link to what is shown.
+    pub(super) fn copy_link(&mut self) {
+        let pose = self.cameras[self.scene as usize].pose();
+        let Some(view) = self.open.as_ref().and_then(|open| open.viewer.view_text(pose)) else { return };
+        match link::link_of(self.files.current(), self.over.all(), Some(view)) {
+            Ok(link) => self.copy_text("the link", &link.to_string()),
+            Err(error) => self.say_wrong("link", &report::message(&error)),
+        }
+    }
+
+    /// Says what went wrong on stderr, and in the window until it is read.
+    fn say_wrong(&mut self, topic: &str, message: &str) {
+        report::say(&format!("error: {message}"));
+        self.open.iter_mut().for_each(|open| open.viewer.tell(topic, message));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_is_a_link_has_nothing_else_in_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.txt");
+        for (text, link) in [
+            ("vastex:a.tif\n", Some("vastex:a.tif")),
+            ("vastex:a.tif\nvastex:b.tif\n", None),
+            ("see vastex:a.tif", None),
+            ("", None),
+        ] {
+            std::fs::write(&file, text).unwrap();
+            assert_eq!(link_in(&file).as_deref(), link, "{text}");
+        }
+        std::fs::write(&file, [0xff, 0xfe]).unwrap();
+        assert!(link_in(&file).is_none() && link_in(directory.path()).is_none());
+    }
+}
