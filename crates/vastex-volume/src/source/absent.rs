@@ -4,7 +4,7 @@
 use bytes::Bytes;
 use vastex_core::{Geometry, PageContents, PageNumbering, VoxelLevel};
 
-use crate::chunks::{ChunkSource, Grid, Presence};
+use crate::chunks::{Grid, Presence};
 use crate::volume::Volume;
 
 /// Keys that are listed for a level, or chunks in indices of shards.
@@ -39,17 +39,12 @@ pub(super) async fn contents(
     let numbering = PageNumbering::new(geometry);
     let mut is_stored = vec![0_u64; numbering.entries().div_ceil(64) as usize];
     let mut is_known = vec![false; geometry.levels().len()];
-    let mut listed: Option<(usize, Presence)> = None;
     for asked in levels {
         if !numbering.is_finer(asked.number) {
             continue;
         }
-        if listed.as_ref().is_none_or(|(stored, _)| *stored != asked.stored) {
-            // A listing that fails tells nothing; reading will say what is wrong.
-            let found = volume.shared(asked.stored).presence(MOST_KEYS).await;
-            listed = Some((asked.stored, found.unwrap_or(Presence::Unknown)));
-        }
-        let Some((_, Presence::These(chunks))) = &listed else { continue };
+        let listed = volume.stored_chunks(asked.stored, MOST_KEYS).await;
+        let Presence::These(chunks) = &*listed else { continue };
         let grid = volume.grid(asked.stored);
         let needs = [0, 1, 2].map(|axis| needs(geometry, asked, grid, axis));
         let of_this = chunks.iter().filter(|coords| is_of(grid, coords, channel, time));

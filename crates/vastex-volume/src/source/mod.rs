@@ -6,6 +6,7 @@
 
 mod absent;
 mod codes;
+mod groups;
 mod sample;
 mod stats;
 
@@ -122,6 +123,8 @@ pub struct VolumeSource {
     made: Made,
     /// The level of the geometry from which on levels are made.
     first_made: u8,
+    /// How many bricks of each level are read at once.
+    groups: Vec<groups::Group>,
     stats: stats::Kept,
 }
 
@@ -178,7 +181,14 @@ impl VolumeSource {
             .collect();
         let plane = (options.channel, options.time);
         let contents = block_on(absent::contents(&volume, geometry, &asked, plane, constant));
+        let groups = (0..levels.levels().len() as u8).map(|n| {
+            let stored = levels.level(n).stored.map(|stored| &about.levels[usize::from(stored)]);
+            stored.map_or(groups::ALONE, |of| {
+                groups::plan(geometry, n, of.chunk, of.size, about.dtype.bytes() as u64)
+            })
+        });
         Ok(VolumeSource {
+            groups: groups.collect(),
             options: options.clone(),
             description: Arc::new(description),
             levels: Arc::new(levels),
@@ -289,6 +299,25 @@ impl VolumeSource {
         chunks.plane(self.options.channel, self.options.time).read(of).await
     }
 
+    /// The values of a page's tile, by way of a box that bricks beside it are in, too.
+    async fn read_of_group(&self, pos: PagePos, group: groups::Group) -> Result<BoxValues, VolumeError> {
+        let geometry = &self.description.geometry;
+        let (of, place) = groups::box_of(geometry, self.levels.level(pos.level), pos, group);
+        let plane = (self.options.channel, self.options.time);
+        let read = self.read_box(pos.level, &of);
+        let found = self.volume.shared_box(pos.level.into(), plane, &of, read).await?;
+        let sides = |size: [u32; 3]| size.map(|side| side as usize);
+        let width = self.volume.about().dtype.bytes();
+        match found {
+            None => Ok(BoxValues { values: self.empty_tile(width)?, is_absent: true }),
+            Some(values) => {
+                let tile = sides(geometry.tile());
+                let values = groups::cut(&values, sides(of.size), place, tile, width);
+                Ok(BoxValues { values, is_absent: false })
+            }
+        }
+    }
+
     /// The tile of a page that exists.
     async fn tile(&self, pos: PagePos) -> Result<Tile, VolumeError> {
         let geometry = &self.description.geometry;
@@ -299,7 +328,12 @@ impl VolumeSource {
         for (level, level_box, place) in geometry.tile_boxes(pos) {
             let coords = if geometry.is_tail(pos) { [0; 3] } else { pos.coords() };
             let of = VoxelBox { first: self.levels.level(level).first_voxel(coords), size: level_box.size };
-            let found = self.read_box(level, &of).await?;
+            let found = match self.groups[usize::from(level)] {
+                group if group != groups::ALONE && !geometry.is_tail(pos) => {
+                    self.read_of_group(pos, group).await?
+                }
+                _ => self.read_box(level, &of).await?,
+            };
             is_absent &= found.is_absent;
             if level == pos.level {
                 self.keep_stats(pos, &of, &found.values);
@@ -348,11 +382,15 @@ impl VolumeSource {
         let [across, down, _] = of.size.map(|side| side as usize);
         let width = dtype.bytes();
         let columns = inner[0].start.min(inner[0].end)..inner[0].end;
-        let rows = inner[2]
-            .clone()
-            .flat_map(|z| inner[1].clone().map(move |y| z * down + y))
-            .map(|row| &values[(row * across + columns.start) * width..(row * across + columns.end) * width]);
-        self.stats.put(pos, stats::of_rows(dtype, rows));
+        let rows = |step: usize| {
+            let (columns, rows) = (columns.clone(), inner[1].clone());
+            let layers = inner[2].clone().step_by(step);
+            let rows = layers.flat_map(move |z| rows.clone().step_by(step).map(move |y| z * down + y));
+            rows.map(move |row| {
+                &values[(row * across + columns.start) * width..(row * across + columns.end) * width]
+            })
+        };
+        self.stats.put(pos, stats::of_rows(dtype, rows(1), rows(2)));
     }
 }
 

@@ -24,8 +24,9 @@ pub struct BrickStats {
     pub most: f64,
     /// How many values are finite.
     pub count: u32,
-    /// How many of these lie in each of 64 equal parts of what is between the least and the greatest. Where
-    /// these are the same, all lie in the first.
+    /// Of the values of every second row of every second layer: how many lie in each of 64 equal parts of
+    /// what is between the least and the greatest. Where these are the same, all lie in the first. Values
+    /// that are not finite lie in none.
     pub histogram: [u32; BINS],
 }
 
@@ -60,47 +61,57 @@ impl Kept {
     }
 }
 
-/// Rows of values, little-endian.
-pub(super) fn of_rows<'a>(dtype: DType, rows: impl Iterator<Item = &'a [u8]> + Clone) -> BrickStats {
+/// Of values, little-endian: of all rows the bounds, and of the sampled ones the histogram.
+pub(super) fn of_rows<'a, R>(dtype: DType, rows: impl Iterator<Item = &'a [u8]>, sampled: R) -> BrickStats
+where
+    R: Iterator<Item = &'a [u8]>,
+{
     match dtype {
-        DType::Bool | DType::U8 => whole::<1>(rows, |[v]| v.into()),
-        DType::I8 => whole::<1>(rows, |[v]| (v as i8).into()),
-        DType::U16 => whole::<2>(rows, |v| u16::from_le_bytes(v).into()),
-        DType::I16 => whole::<2>(rows, |v| i16::from_le_bytes(v).into()),
-        DType::U32 => floats::<4>(rows, |v| u32::from_le_bytes(v).into()),
-        DType::I32 => floats::<4>(rows, |v| i32::from_le_bytes(v).into()),
-        DType::U64 => floats::<8>(rows, |v| u64::from_le_bytes(v) as f64),
-        DType::I64 => floats::<8>(rows, |v| i64::from_le_bytes(v) as f64),
-        DType::F16 => floats::<2>(rows, |v| half(u16::from_le_bytes(v))),
-        DType::F32 => floats::<4>(rows, |v| f32::from_le_bytes(v).into()),
-        DType::F64 => floats::<8>(rows, f64::from_le_bytes),
+        DType::Bool | DType::U8 => whole::<_, 1>(rows, sampled, |[v]| v),
+        DType::I8 => whole::<_, 1>(rows, sampled, |[v]| v as i8),
+        DType::U16 => whole::<_, 2>(rows, sampled, u16::from_le_bytes),
+        DType::I16 => whole::<_, 2>(rows, sampled, i16::from_le_bytes),
+        DType::U32 => floats::<4>(rows, sampled, |v| u32::from_le_bytes(v).into()),
+        DType::I32 => floats::<4>(rows, sampled, |v| i32::from_le_bytes(v).into()),
+        DType::U64 => floats::<8>(rows, sampled, |v| u64::from_le_bytes(v) as f64),
+        DType::I64 => floats::<8>(rows, sampled, |v| i64::from_le_bytes(v) as f64),
+        DType::F16 => floats::<2>(rows, sampled, |v| half(u16::from_le_bytes(v))),
+        DType::F32 => floats::<4>(rows, sampled, |v| f32::from_le_bytes(v).into()),
+        DType::F64 => floats::<8>(rows, sampled, f64::from_le_bytes),
     }
 }
 
 /// Of whole numbers of up to 16 bits, in whole numbers.
-fn whole<'a, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]> + Clone,
-    value: impl Fn([u8; N]) -> i32,
+fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
+    rows: impl Iterator<Item = &'a [u8]>,
+    sampled: impl Iterator<Item = &'a [u8]>,
+    value: impl Fn([u8; N]) -> T,
 ) -> BrickStats {
-    let (mut least, mut most, mut count) = (i32::MAX, i32::MIN, 0);
-    for row in rows.clone() {
+    let mut bounds: Option<(T, T)> = None;
+    let mut count = 0;
+    for row in rows {
         let values = row.as_chunks::<N>().0;
+        let Some(first) = values.first() else { continue };
         count += values.len() as u32;
+        let first = value(*first);
+        let (mut least, mut most) = bounds.unwrap_or((first, first));
         for bytes in values {
             least = least.min(value(*bytes));
             most = most.max(value(*bytes));
         }
+        bounds = Some((least, most));
     }
     let mut histogram = [0; BINS];
-    if count == 0 {
+    let Some((least, most)) = bounds else {
         return BrickStats { least: 0.0, most: 0.0, count, histogram };
-    }
+    };
+    let (least, most): (i32, i32) = (least.into(), most.into());
     let span = (most - least).max(1) as u32;
     // Bin n begins at least + n * span / 64; the last has its end.
     let factor = ((BINS as u64) << 32) / u64::from(span) + 1;
-    for row in rows {
+    for row in sampled {
         for bytes in row.as_chunks::<N>().0 {
-            let above = u64::from((value(*bytes) - least) as u32);
+            let above = u64::from((value(*bytes).into() - least) as u32);
             histogram[((above * factor) >> 32).min(BINS as u64 - 1) as usize] += 1;
         }
     }
@@ -108,18 +119,18 @@ fn whole<'a, const N: usize>(
 }
 
 fn floats<'a, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]> + Clone,
+    rows: impl Iterator<Item = &'a [u8]>,
+    sampled: impl Iterator<Item = &'a [u8]>,
     value: impl Fn([u8; N]) -> f64,
 ) -> BrickStats {
     let (mut least, mut most, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
-    for row in rows.clone() {
+    for row in rows {
         for bytes in row.as_chunks::<N>().0 {
             let value = value(*bytes);
-            if value.is_finite() {
-                least = least.min(value);
-                most = most.max(value);
-                count += 1;
-            }
+            let is_finite = value.is_finite();
+            least = least.min(if is_finite { value } else { f64::INFINITY });
+            most = most.max(if is_finite { value } else { f64::NEG_INFINITY });
+            count += u32::from(is_finite);
         }
     }
     let mut histogram = [0; BINS];
@@ -128,7 +139,7 @@ fn floats<'a, const N: usize>(
     }
     // Halved first: the whole span may be more than a float holds.
     let span = most / 2.0 - least / 2.0;
-    for row in rows {
+    for row in sampled {
         for value in
             row.as_chunks::<N>().0.iter().map(|bytes| value(*bytes)).filter(|value| value.is_finite())
         {
@@ -144,7 +155,8 @@ mod tests {
     use super::*;
 
     fn of(dtype: DType, values: &[u8]) -> BrickStats {
-        of_rows(dtype, values.chunks(6 * dtype.bytes()))
+        let rows = values.chunks(6 * dtype.bytes());
+        of_rows(dtype, rows.clone(), rows)
     }
 
     #[test]

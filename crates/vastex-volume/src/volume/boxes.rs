@@ -1,6 +1,10 @@
 //! Boxes of voxels put together of chunks, wherever the boxes lie: beyond the faces of a level its last
 //! voxels are repeated, absent chunks are the fill value.
 
+use std::future::Future;
+
+use bytes::Bytes;
+
 use super::cache::Had;
 use super::{LevelArray, Volume};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Grid, PresenceFuture};
@@ -263,6 +267,27 @@ impl ChunkSource for Shared<'_> {
 }
 
 impl Volume {
+    /// A box that many want parts of, as `read` reads it, or as it was kept: of a level as the caller counts
+    /// them, a channel and a time. `None` if no chunk of it is stored.
+    pub(crate) async fn shared_box(
+        &self,
+        level: usize,
+        (channel, time): (u64, u64),
+        of: &VoxelBox,
+        read: impl Future<Output = Result<BoxValues, VolumeError>>,
+    ) -> Result<Option<Bytes>, VolumeError> {
+        let mut key = vec![channel, time];
+        key.extend(of.first.map(|first| first as u64));
+        key.extend(of.size.map(u64::from));
+        let read = async {
+            let found = read.await?;
+            let chunk = Chunk { bytes: found.values.into(), strides: [].into() };
+            Ok((!found.is_absent).then_some(chunk))
+        };
+        let (outcome, _) = self.boxes.get((level, key), read).await;
+        Ok(outcome?.map(|chunk| chunk.bytes))
+    }
+
     /// The chunks of a stored level that exists.
     pub(crate) fn shared(&self, level: usize) -> Shared<'_> {
         Shared { volume: self, level }

@@ -8,9 +8,11 @@ mod cache;
 mod crop;
 mod region;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::chunks::{ChunkSource, Grid};
+use rustc_hash::FxHashMap;
+
+use crate::chunks::{ChunkSource, Grid, Presence};
 use crate::values::DType;
 pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
 pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
@@ -21,7 +23,7 @@ pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
 pub use region::VolumeRegion;
 
-/// Bytes of decoded chunks that are kept.
+/// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
 
 /// One level as it is stored.
@@ -36,6 +38,10 @@ pub struct Volume {
     about: VolumeAbout,
     arrays: Vec<LevelArray>,
     cache: ChunkCache,
+    /// Boxes of which many bricks are cut, where chunks are large.
+    boxes: ChunkCache,
+    /// Which chunks are stored, of levels that were asked about.
+    presence: Mutex<FxHashMap<usize, Arc<Presence>>>,
 }
 
 impl std::fmt::Debug for Volume {
@@ -48,12 +54,31 @@ impl Volume {
     /// Of levels, the finest first, as many as `about` has, at least one.
     pub(crate) fn new(about: VolumeAbout, arrays: Vec<LevelArray>) -> Volume {
         debug_assert_eq!(about.levels.len(), arrays.len());
-        Volume { about, arrays, cache: ChunkCache::new(MOST_KEPT) }
+        Volume {
+            about,
+            arrays,
+            cache: ChunkCache::new(MOST_KEPT),
+            boxes: ChunkCache::new(MOST_KEPT),
+            presence: Mutex::default(),
+        }
     }
 
     /// How many chunks were read and decoded since it was opened, and how often one was shared.
     pub fn chunk_work(&self) -> ChunkWork {
         self.cache.work()
+    }
+
+    /// Which chunks of a level that exists are stored, as far as `most` keys tell: listed once, and kept.
+    pub(crate) async fn stored_chunks(&self, level: usize, most: usize) -> Arc<Presence> {
+        let kept = || self.presence.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = kept().get(&level) {
+            return found.clone();
+        }
+        match self.arrays[level].source.presence(most).await {
+            Ok(found) => kept().entry(level).or_insert(Arc::new(found)).clone(),
+            // A listing that fails tells nothing; reading will say what is wrong.
+            Err(_) => Arc::new(Presence::Unknown),
+        }
     }
 
     /// What is known of it without reading its values.
