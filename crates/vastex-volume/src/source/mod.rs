@@ -9,6 +9,7 @@ mod codes;
 mod groups;
 mod sample;
 mod stats;
+mod window;
 
 use std::path::PathBuf;
 use std::sync::Arc;

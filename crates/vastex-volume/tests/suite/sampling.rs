@@ -220,3 +220,32 @@ fn labels_of_64_bits_are_read_exactly() {
     }
     assert!(largest > 1 << 53, "{largest}");
 }
+
+#[test]
+fn percentiles_are_those_of_the_sorted_values() {
+    let (_directory, volume) = random(&[Level::new([50, 40, 30], [16, 16, 16], [1.0; 3])], |_, _| true);
+    let source = source(&volume);
+    let mut values = Oracle::new(&volume, 0).values;
+    values.sort_by(f64::total_cmp);
+    let last = values.len() - 1;
+    let shares = [0.0, 0.5, 0.998, 1.0, 7.0, -1.0];
+    let found = block_on(source.percentiles(&shares)).unwrap();
+    let expected = shares.map(|share: f64| values[(share.clamp(0.0, 1.0) * last as f64).round() as usize]);
+    assert_eq!(found, expected);
+    let window = block_on(source.usual_window()).unwrap();
+    assert_eq!(window, [0.005, 0.998].map(|share: f64| values[(share * last as f64).round() as usize]));
+}
+
+#[test]
+fn windows_are_those_of_the_file_unless_they_say_nothing() {
+    let source_of = |name: &str, channel: u64| {
+        let volume = Arc::new(volume(&path(name)));
+        VolumeSource::open(volume, &VolumeOptions { channel, ..VolumeOptions::default() }).unwrap()
+    };
+    let named = source_of("v04-center.zip", 0);
+    let window = named.volume().about().channel_info[0].window.unwrap();
+    assert_eq!(block_on(named.usual_window()).unwrap(), window);
+    // One value everywhere.
+    let (_directory, volume) = random(&[Level::new([9, 9, 9], [9, 9, 9], [1.0; 3])], |_, _| false);
+    assert_eq!(block_on(source(&volume).usual_window()).unwrap(), [3.0, 4.0]);
+}

@@ -1,0 +1,68 @@
+//! Which values are shown from dark to bright where nobody says so: the window that the file names, or one by
+//! percentiles of a coarse level.
+
+use super::{VolumeSource, VoxelValue};
+use crate::fault::{VolumeError, VolumeFault};
+use crate::volume::VoxelBox;
+
+/// Voxels of the level whose values are looked at, where there is one of so few.
+const MOST_VOXELS: u64 = 1 << 21;
+/// The shares of values below the darkest and the brightest one.
+const SHARES: [f64; 2] = [0.005, 0.998];
+
+impl VolumeSource {
+    /// The stored values below which such shares of the values lie, each from 0 to 1, in the order in which they
+    /// are named: of the finest level with up to 2 Mi voxels (of one that is still a preview, of that). What is
+    /// not finite counts for nothing; 0 where nothing is finite. Reads that level, and takes 8 bytes for each of
+    /// its voxels.
+    pub async fn percentiles(&self, shares: &[f64]) -> Result<Vec<f64>, VolumeError> {
+        let voxels = |size: [u32; 3]| size.iter().map(|side| u64::from(*side)).product::<u64>();
+        let levels = self.levels.levels();
+        let level = levels.iter().position(|level| voxels(level.size) <= MOST_VOXELS);
+        let level = level.unwrap_or(levels.len() - 1);
+        let of = VoxelBox { first: [0; 3], size: levels[level].size };
+        let bytes = self.read_box(level as u8, &of).await?.values;
+        let dtype = self.volume.about().dtype;
+        let mut values = Vec::new();
+        values
+            .try_reserve_exact(bytes.len() / dtype.bytes())
+            .map_err(|error| VolumeFault::TooLarge(error.to_string()).at(&self.volume.about().path))?;
+        let stored = bytes.chunks_exact(dtype.bytes()).filter_map(|value| VoxelValue::of(dtype, value));
+        values.extend(stored.map(VoxelValue::to_f64).filter(|value| value.is_finite()));
+        let of_share = |share: &f64| match values.len().checked_sub(1) {
+            None => 0.0,
+            Some(last) => {
+                let rank = (share.clamp(0.0, 1.0) * last as f64).round() as usize;
+                *values.select_nth_unstable_by(rank, f64::total_cmp).1
+            }
+        };
+        Ok(shares.iter().map(of_share).collect())
+    }
+
+    /// The stored values that are shown as dark and as bright: those that the file names of the channel, within
+    /// what its values can be; where it names none, or all that its values can be, those between the lowest 0.5
+    /// % and the highest 0.2 % of a coarse level. The first is below the second.
+    pub async fn usual_window(&self) -> Result<[f64; 2], VolumeError> {
+        let about = self.volume.about();
+        let channel = usize::try_from(self.options.channel).ok();
+        let named = channel.and_then(|channel| about.channel_info.get(channel)?.window);
+        let bounds = about.dtype.bounds().map(|(least, most)| [least as f64, most as f64]);
+        let named = named.map(|window| match bounds {
+            Some([least, most]) => window.map(|value| value.clamp(least, most)),
+            None => window,
+        });
+        let is_all =
+            |window: &[f64; 2]| bounds.is_some_and(|bounds| *window == bounds) && about.dtype.bytes() > 1;
+        if let Some(window) = named.filter(|window| window[0] < window[1] && !is_all(window)) {
+            return Ok(window);
+        }
+        let found = self.percentiles(&SHARES).await?;
+        let [dark, bright] = [found[0], found[1]];
+        Ok(if dark < bright { [dark, bright] } else { [dark, dark + above(dark)] })
+    }
+}
+
+/// What is added to a value to have one above it: 1, or more where floats of 64 bits lie further apart.
+fn above(value: f64) -> f64 {
+    1.0_f64.max(value.abs() * f64::from(f32::EPSILON))
+}
