@@ -11,10 +11,10 @@ const MOST_VOXELS: u64 = 1 << 21;
 const SHARES: [f64; 2] = [0.005, 0.998];
 
 impl VolumeSource {
-    /// The stored values below which such shares of the values lie, each from 0 to 1, in the order in which they
-    /// are named: of the finest level with up to 2 Mi voxels (of one that is still a preview, of that). What is
-    /// not finite counts for nothing; 0 where nothing is finite. Reads that level, and takes 8 bytes for each of
-    /// its voxels.
+    /// The stored values below which such shares of the values lie, each from 0 to 1, in the order in which
+    /// they are named: of the finest level with up to 2 Mi voxels (of one that is still a preview, of that).
+    /// What is not finite counts for nothing; 0 where nothing is finite. Reads that level, and takes 8 bytes
+    /// for each of its voxels.
     pub async fn percentiles(&self, shares: &[f64]) -> Result<Vec<f64>, VolumeError> {
         let voxels = |size: [u32; 3]| size.iter().map(|side| u64::from(*side)).product::<u64>();
         let levels = self.levels.levels();
@@ -39,9 +39,9 @@ impl VolumeSource {
         Ok(shares.iter().map(of_share).collect())
     }
 
-    /// The stored values that are shown as dark and as bright: those that the file names of the channel, within
-    /// what its values can be; where it names none, or all that its values can be, those between the lowest 0.5
-    /// % and the highest 0.2 % of a coarse level. The first is below the second.
+    /// The stored values that are shown as dark and as bright: those that the file names of the channel,
+    /// within what its values can be; where it names none, or all that its values can be, those between the
+    /// lowest 0.5 % and the highest 0.2 % of a coarse level. The first is below the second.
     pub async fn usual_window(&self) -> Result<[f64; 2], VolumeError> {
         let about = self.volume.about();
         let channel = usize::try_from(self.options.channel).ok();
