@@ -55,7 +55,7 @@ pub use texture::page::{Dims, PageId, PageIdError, PagePos, TextureNumber};
 pub use texture::page_contents::PageContents;
 pub use texture::page_set::PageSet;
 pub use texture::region::Region;
-pub use texture::space::{Box3, fold, is_border_color};
+pub use texture::space::{Box3, TexelRun, fold, fold_runs, is_border_color};
 pub use texture::voxels::{StoredLevel, VOXEL_FRACTION_BITS, VoxelLevel, VoxelLevels, VoxelLevelsError};
 pub use wanted::compact::FeedbackCompactor;
 pub use wanted::feedback::{Feedback, Need, WantedPage};

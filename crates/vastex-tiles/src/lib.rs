@@ -9,6 +9,7 @@
 
 mod caches;
 mod container;
+mod exchange;
 mod ground;
 mod loader;
 mod sources;
@@ -30,6 +31,7 @@ pub use container::{
     WriterOptions, Written, merge, remove_abandoned, resolved, write_advice,
 };
 pub use container::{filter_without, nodata_of_filter};
+pub use exchange::{npy_header, raw_description, raw_file};
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{

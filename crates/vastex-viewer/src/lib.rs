@@ -5,6 +5,7 @@
 //! brings the window, the clock and the words of its command line.
 
 pub mod camera;
+pub mod figures;
 pub mod gpu;
 #[cfg(feature = "egui")]
 pub mod hud;

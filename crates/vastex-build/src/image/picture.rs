@@ -4,6 +4,8 @@
 use std::io::{self, Read, Seek};
 use std::path::{Path, PathBuf};
 
+use vastex_tiles::{raw_description, raw_file};
+
 use super::fault::InputFault;
 use super::file::open_file;
 use super::header::RowReader;
@@ -11,7 +13,7 @@ use super::{exr, jpeg, oriented, png, raw, tiff};
 
 /// Opens an image by its first bytes, or a raw one by the description beside it.
 pub(super) fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    match raw::find(path) {
+    match raw_file(path) {
         Some(found) => Ok(Box::new(raw::RawReader::new(&found)?)),
         None => open_image(path),
     }
@@ -19,8 +21,8 @@ pub(super) fn open_file_of_texels(path: &Path) -> Result<Box<dyn RowReader>, Inp
 
 /// The files that [`open_file_of_texels`] reads.
 pub(super) fn files_of_texels(path: &Path) -> Vec<PathBuf> {
-    match raw::find(path) {
-        Some(found) => vec![raw::description_of(&found), found],
+    match raw_file(path) {
+        Some(found) => vec![raw_description(&found), found],
         None => vec![path.to_owned()],
     }
 }

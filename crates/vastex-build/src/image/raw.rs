@@ -15,9 +15,10 @@
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Deserialize;
+use vastex_tiles::raw_description;
 
 use super::file::open_file;
 use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader, Sample};
@@ -79,21 +80,6 @@ struct Description {
 
 fn one() -> u8 {
     1
-}
-
-/// The raw file that a path names, itself or by its description; `None` if it is no raw file.
-pub(super) fn find(path: &Path) -> Option<PathBuf> {
-    let is_raw = |path: &Path| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("raw"));
-    let is_toml = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-    let raw = if is_toml { path.with_extension("") } else { path.to_owned() };
-    is_raw(&raw).then_some(raw)
-}
-
-/// Where the description of a raw file is.
-pub(super) fn description_of(raw: &Path) -> PathBuf {
-    let mut path = raw.as_os_str().to_owned();
-    path.push(".toml");
-    path.into()
 }
 
 /// A raw file.
@@ -182,7 +168,7 @@ impl RowReader for RawReader {
 }
 
 fn read_description(raw: &Path) -> Result<Description, InputFault> {
-    let path = description_of(raw);
+    let path = raw_description(raw);
     let in_description = |fault| InputFault::Tile { path: path.clone(), fault: Box::new(fault) };
     if !path.is_file() {
         std::fs::metadata(raw)?;

@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, PoisonError, RwLock};
 
 use vastex_core::{
     AddressMode, Box3, Description, Geometry, GeometryError, GeometrySpec, Layer, PageContents, PagePos,
-    PageSet, Region, fold,
+    PageSet, Region, fold, fold_runs,
 };
 use vastex_tiles::{Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 
@@ -142,13 +142,17 @@ impl MemoryImage {
         let ([x, y, _], [columns, rows, _]) = (level_box.origin, level_box.size);
         let [width, height, _] = geometry.level(level).size;
         let [across, down, _] = geometry.address();
-        let runs = runs(across, width, x, columns);
+        let runs = fold_runs(across, width, x, columns);
         for (target, y) in tile.chunks_mut(stride).zip(y..).take(rows as usize) {
             let Some(row) = levels.row(level, fold(down, y, height)) else { continue };
             let mut to = 0;
-            for &(from, len) in &runs {
-                let (from, len) = (from as usize * self.texel, len as usize * self.texel);
-                target[to..to + len].copy_from_slice(&row[from..from + len]);
+            for run in &runs {
+                let len = run.len as usize * self.texel;
+                // Its edges have no colour of their own.
+                if let Some(first) = run.first {
+                    let from = first as usize * self.texel;
+                    target[to..to + len].copy_from_slice(&row[from..from + len]);
+                }
                 to += len;
             }
         }
@@ -163,19 +167,6 @@ fn halved(header: &ImageHeader, halvings: u32) -> [u32; 2] {
 fn least_halvings(will_do: impl Fn(u32) -> bool) -> u32 {
     let most = MemoryImage::MOST_HALVINGS;
     (0..most).find(|&halvings| will_do(halvings)).unwrap_or(most)
-}
-
-/// The texels of `count` columns from `first` on: first and number of each run of neighbours.
-fn runs(address: AddressMode, width: u32, first: i64, count: u32) -> Vec<(u32, u32)> {
-    let mut runs: Vec<(u32, u32)> = Vec::new();
-    for x in (first..).take(count as usize) {
-        let from = fold(address, x, width);
-        match runs.last_mut() {
-            Some((first, len)) if *first + *len == from => *len += 1,
-            _ => runs.push((from, 1)),
-        }
-    }
-    runs
 }
 
 #[deny(clippy::missing_trait_methods)]

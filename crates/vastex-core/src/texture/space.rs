@@ -45,6 +45,38 @@ pub fn is_border_color(mode: AddressMode, texel: i64, size: u32) -> bool {
     mode == AddressMode::Border && !(0..i64::from(size)).contains(&texel)
 }
 
+/// Texels side by side along an axis, as an address mode has them ([`fold_runs`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TexelRun {
+    /// The first of them, those that follow it being its neighbours in order; `None` where all of them have
+    /// the border colour.
+    pub first: Option<u32>,
+    /// How many there are, 1 at least.
+    pub len: u32,
+}
+
+/// The texels that stand for `count` texels from `first` on, of an axis with `size` texels, in as few runs as
+/// they make. Costs a step for each texel.
+///
+/// ```
+/// use vastex_core::{AddressMode, TexelRun, fold_runs};
+/// let runs = fold_runs(AddressMode::Wrap, 10, -2, 5);
+/// assert_eq!(runs, [TexelRun { first: Some(8), len: 2 }, TexelRun { first: Some(0), len: 3 }]);
+/// ```
+pub fn fold_runs(mode: AddressMode, size: u32, first: i64, count: u32) -> Vec<TexelRun> {
+    let mut runs: Vec<TexelRun> = Vec::new();
+    for texel in (first..).take(count as usize) {
+        let is_colour = is_border_color(mode, texel, size);
+        let from = (!is_colour).then(|| fold(mode, texel, size));
+        match runs.last_mut() {
+            Some(TexelRun { first: None, len }) if is_colour => *len += 1,
+            Some(TexelRun { first: Some(first), len }) if from == Some(*first + *len) => *len += 1,
+            _ => runs.push(TexelRun { first: from, len: 1 }),
+        }
+    }
+    runs
+}
+
 impl Geometry {
     /// The first payload texel of a page finer than the tail, in texels of its level.
     pub fn level_texel_from_page(&self, pos: PagePos) -> [u64; 3] {

@@ -5,6 +5,8 @@ use egui::{
     Color32, Mesh, Pos2, Rect, Role, Sense, Shape, Stroke, StrokeKind, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use crate::figures::round_up;
+
 /// What a graph is drawn on, in light and in dark.
 const GROUND: Color32 = Color32::from_rgb(22, 24, 29);
 const GRID: Color32 = Color32::from_rgb(48, 52, 60);
@@ -45,8 +47,7 @@ impl Series<'_> {
 /// ten.
 pub(super) fn round_top(values: impl IntoIterator<Item = f32>, least: f32) -> f32 {
     let most = values.into_iter().filter(|value| value.is_finite()).fold(least, f32::max);
-    let power = 10f32.powf(most.max(f32::MIN_POSITIVE).log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|times| times * power).into_iter().find(|top| *top >= most).unwrap_or(most)
+    round_up(most.into()) as f32
 }
 
 /// Draws a graph that is `frames` wide and so high, with what each line is now above it. `name` is for those

@@ -99,14 +99,7 @@ fn section(ui: &mut Ui, name: &str, is_open: bool, add: impl FnOnce(&mut Ui)) {
 
 /// Bytes for people.
 fn bytes(count: u64) -> String {
-    match count {
-        0..=1023 => format!("{count} B"),
-        1024..=1_048_575 => format!("{:.0} KiB", count as f64 / 1024.0),
-        _ => {
-            let mib = count as f64 / 1_048_576.0;
-            if mib < 10.0 { format!("{mib:.1} MiB") } else { format!("{mib:.0} MiB") }
-        }
-    }
+    crate::figures::bytes(count as f64)
 }
 
 #[cfg(test)]

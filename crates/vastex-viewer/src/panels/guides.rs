@@ -4,8 +4,9 @@
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Vec2, pos2, vec2};
 use glam::DVec2;
 
-use super::lengths::{TexelSize, round_length};
+use super::lengths::TexelSize;
 use crate::camera::{ImagePlacement, Pose};
+use crate::figures::round_down;
 use crate::inspect::InspectedTexel;
 
 /// Physical pixels of a texel from which on texels are told apart by lines.
@@ -164,7 +165,7 @@ fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: O
             size.round(longest).map(|(length, text)| (LONGEST_BAR * length / longest, text))
         }
         None => {
-            let texels = round_length(LONGEST_BAR * texels_a_point).filter(|(texels, _)| *texels >= 1.0);
+            let texels = round_down(LONGEST_BAR * texels_a_point).filter(|(texels, _)| *texels >= 1.0);
             texels.map(|(texels, _)| {
                 let unit = if texels == 1.0 { "texel" } else { "texels" };
                 (texels / texels_a_point, format!("{texels} {unit}"))

@@ -2,6 +2,8 @@
 
 use glam::DVec2;
 
+use crate::figures::round_down;
+
 /// Metres in a unit, by the names that files have for it.
 const METRES: [(&str, f64); 15] = [
     ("pm", 1e-12),
@@ -107,7 +109,7 @@ impl TexelSize {
                 (format!(" {name}"), metres)
             }
         };
-        let (length, decimals) = round_length(most / unit.1)?;
+        let (length, decimals) = round_down(most / unit.1)?;
         Some((length * unit.1, format!("{length:.decimals$}{}", unit.0)))
     }
 }
@@ -132,19 +134,6 @@ fn four_digits(number: f64) -> String {
         true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
         false => text,
     }
-}
-
-/// The longest of 1, 2 and 5 times a power of ten that is no longer than so much, and how many digits it has
-/// after its point.
-pub(super) fn round_length(most: f64) -> Option<(f64, usize)> {
-    if !(1e-15..1e15).contains(&most) {
-        return None;
-    }
-    let exponent = most.log10().floor() as i32;
-    let round = |times: f64, exponent: i32| (times * 10f64.powi(exponent), (-exponent).max(0) as usize);
-    // What a logarithm rounds may name the power above.
-    let lengths = [(5.0, exponent), (2.0, exponent), (1.0, exponent), (5.0, exponent - 1)];
-    lengths.map(|(times, exponent)| round(times, exponent)).into_iter().find(|(length, _)| *length <= most)
 }
 
 #[cfg(test)]
@@ -177,25 +166,6 @@ mod tests {
             [([0.0, 1.0], "µm"), ([1.0, f64::NAN], "metre"), ([-1.0; 2], "degree"), ([1.0; 2], &*long)]
         {
             assert_eq!(TexelSize::new(size, unit), None);
-        }
-    }
-
-    #[test]
-    fn a_round_length_is_no_longer_than_asked() {
-        for (most, length) in [
-            (0.9, 0.5),
-            (1.0, 1.0),
-            (4.9, 2.0),
-            (5.0, 5.0),
-            (1999.0, 1000.0),
-            (1000.0, 1000.0),
-            (0.001, 0.001),
-        ] {
-            let (found, _) = round_length(most).unwrap();
-            assert!((found / length - 1.0).abs() < 1e-12, "{most}: {found}");
-        }
-        for most in [f64::INFINITY, f64::NAN, 0.0, -1.0] {
-            assert_eq!(round_length(most), None);
         }
     }
 

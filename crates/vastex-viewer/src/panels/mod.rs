@@ -21,6 +21,8 @@ mod runs;
 mod shades;
 mod shapes;
 mod status;
+#[cfg(test)]
+mod unnamed;
 
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
@@ -36,31 +38,5 @@ pub use planet::planet_controls;
 pub use position::{Bookmark, PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
 pub use status::{status_line, status_text};
-
-/// The controls below a node that have no name, for tests: what a person can use and a screen reader could
-/// not tell.
 #[cfg(test)]
-pub(crate) fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
-    use egui::accesskit::{Action, Role};
-    use egui_kittest::kittest::NodeT;
-    let node = root.accesskit_node();
-    // Ways to scroll and the window itself are no controls.
-    let is_plain = matches!(
-        node.role(),
-        Role::Window
-            | Role::Label
-            | Role::ScrollBar
-            | Role::ScrollView
-            | Role::GenericContainer
-            | Role::Unknown
-    );
-    let is_used =
-        [Action::Focus, Action::Click].into_iter().any(|action| node.data().supports_action(action));
-    let has_name = node.label().is_some_and(|label| !label.trim().is_empty());
-    let mut unnamed = Vec::new();
-    if is_used && !is_plain && !has_name {
-        unnamed.push(format!("{:?} {:?}", node.role(), node.value()));
-    }
-    unnamed.extend(root.children().flat_map(|child| self::unnamed(&child)));
-    unnamed
-}
+pub(crate) use unnamed::unnamed;

@@ -14,10 +14,11 @@
 //! | `scale`, `unit` | sides of a voxel along x, y and z, and in what | 1, none |
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
+use vastex_tiles::{raw_description, raw_file};
 
 use super::array::{FlatArray, Layout, Place};
 use crate::chunks::{AxisMap, Grid};
@@ -71,37 +72,22 @@ fn one() -> u64 {
     1
 }
 
-/// The raw file that a path names, itself or by its description; `None` if it is no raw file.
-fn find(path: &Path) -> Option<PathBuf> {
-    let is_raw = |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("raw"));
-    let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
-    let raw = if is_toml { path.with_extension("") } else { path.to_owned() };
-    is_raw(&raw).then_some(raw)
-}
-
-/// Where the description of a raw file is.
-fn description_of(raw: &Path) -> PathBuf {
-    let mut path = raw.as_os_str().to_owned();
-    path.push(".toml");
-    path.into()
-}
-
 fn text_of(raw: &Path) -> Option<String> {
     let mut text = String::new();
-    std::fs::File::open(description_of(raw)).ok()?.take(MAX_TEXT).read_to_string(&mut text).ok()?;
+    std::fs::File::open(raw_description(raw)).ok()?.take(MAX_TEXT).read_to_string(&mut text).ok()?;
     Some(text)
 }
 
 /// Whether a path is a raw file whose description has a depth.
 pub(crate) fn is_raw_volume(path: &Path) -> bool {
-    let table = find(path).and_then(|raw| text_of(&raw)?.parse::<toml::Table>().ok());
+    let table = raw_file(path).and_then(|raw| text_of(&raw)?.parse::<toml::Table>().ok());
     table.is_some_and(|table| table.contains_key("depth"))
 }
 
 /// Opens a raw volume.
 pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
-    let raw = find(path).unwrap_or_else(|| path.to_owned());
-    let description = description_of(&raw);
+    let raw = raw_file(path).unwrap_or_else(|| path.to_owned());
+    let description = raw_description(&raw);
     let at = |fault: VolumeFault| fault.at(description.display().to_string());
     let text = text_of(&raw)
         .ok_or_else(|| at(VolumeFault::Read("there is no such file, or it is no text".into())))?;

@@ -3,6 +3,7 @@
 use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
+    ("exchange", &[]),
     ("ground", &[]),
     ("tile", &["ground"]),
     ("stores", &["ground"]),
@@ -23,6 +24,7 @@ pub(super) const ROOMS: &[Room] = &[
             "container/format",
             "container/read",
             "container/write",
+            "exchange",
             "ground",
             "loader",
             "sources",

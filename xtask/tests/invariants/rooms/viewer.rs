@@ -4,6 +4,7 @@ use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
     ("gpu", &[]),
+    ("figures", &[]),
     ("scene", &[]),
     ("picture", &[]),
     ("camera", &["scene"]),
@@ -15,8 +16,8 @@ pub(super) const ROOMS: &[Room] = &[
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
     ("view_text", &["camera", "layers", "overlay", "scene", "surface"]),
     ("link", &["view_text"]),
-    ("panels", &["camera", "input", "inspect", "layers", "surface", "view_text"]),
-    ("hud", &["overlay", "stage"]),
+    ("panels", &["camera", "figures", "input", "inspect", "layers", "surface", "view_text"]),
+    ("hud", &["figures", "overlay", "stage"]),
     ("widget", &["camera", "gpu", "input", "inspect", "layers", "scene", "stage", "surface"]),
     (
         "lib",

@@ -1,6 +1,8 @@
 //! Graphs of figures by frame, as SVG that stands in a page: lines over a grid, a scale with round numbers,
 //! and a legend.
 
+use vastex_viewer::figures::{bytes, round_up};
+
 use super::page::escaped;
 
 /// Width and height of a graph in its own units, and the room that scales take.
@@ -148,25 +150,17 @@ fn step(unit: Unit, most: f64) -> f64 {
         _ => 1.0,
     };
     let wanted = (most / STEPS).max(least);
-    let base: f64 = if unit == Unit::Bytes { 1024.0 } else { 1000.0 };
-    let scale = base.powi((wanted.ln() / base.ln()).floor() as i32);
-    let rounds: Vec<f64> = match unit {
-        Unit::Bytes => (0..=10).map(|power| f64::from(1u32 << power)).collect(),
-        _ => vec![1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0],
-    };
-    let round = rounds.into_iter().find(|round| round * scale >= wanted * 0.999).unwrap_or(base);
-    if unit == Unit::Levels && wanted <= 0.5 { (wanted / 0.25).ceil() * 0.25 } else { round * scale }
+    match unit {
+        Unit::Bytes => (wanted * 0.999).log2().ceil().exp2(),
+        Unit::Levels if wanted <= 0.5 => (wanted / 0.25).ceil() * 0.25,
+        _ => round_up(wanted),
+    }
 }
 
 /// A number for people.
 pub(super) fn number(unit: Unit, value: f64) -> String {
     match unit {
-        Unit::Bytes => {
-            let power = (value.max(1.0).log2() / 10.0).floor().clamp(0.0, 4.0);
-            let (scaled, name) =
-                (value / 1024f64.powf(power), ["B", "KiB", "MiB", "GiB", "TiB"][power as usize]);
-            format!("{} {name}", trimmed(scaled))
-        }
+        Unit::Bytes => bytes(value),
         Unit::Share => format!("{} %", trimmed(100.0 * value)),
         // Eighths.
         Unit::Levels => with_digits(value, 3),

@@ -7,6 +7,10 @@ use vastex_viewer::layers::CompareMode;
 use vastex_viewer::panels::PanelTexture;
 
 use super::*;
+use unnamed::unnamed;
+
+#[path = "../../../../../crates/vastex-viewer/src/panels/unnamed.rs"]
+mod unnamed;
 
 struct Window {
     panel: Panel,
@@ -186,30 +190,4 @@ fn the_theme_is_chosen_and_remembered() {
         click(&mut harness, name);
         assert_eq!(harness.ctx.options(|options| options.theme_preference), theme);
     }
-}
-
-/// The controls below a node that have no name: a screen reader could not tell them.
-fn unnamed(root: &egui_kittest::Node<'_>) -> Vec<String> {
-    use egui::accesskit::{Action, Role};
-    use egui_kittest::kittest::NodeT;
-    let node = root.accesskit_node();
-    // Texts that can be selected, ways to scroll and the window itself are no controls.
-    let is_plain = matches!(
-        node.role(),
-        Role::Window
-            | Role::Label
-            | Role::ScrollBar
-            | Role::ScrollView
-            | Role::GenericContainer
-            | Role::Unknown
-    );
-    let is_used =
-        [Action::Focus, Action::Click].into_iter().any(|action| node.data().supports_action(action));
-    let has_name = node.label().is_some_and(|label| !label.trim().is_empty());
-    let mut found = Vec::new();
-    if is_used && !is_plain && !has_name {
-        found.push(format!("{:?} {:?}", node.role(), node.value()));
-    }
-    found.extend(root.children().flat_map(|child| unnamed(&child)));
-    found
 }

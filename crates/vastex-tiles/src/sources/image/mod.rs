@@ -14,7 +14,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use vastex_core::{
     AddressMode, Box3, Description, Geometry, GeometryError, GeometrySpec, Layer, LayerError, LayerFormat,
-    PageContents, PagePos, PageSet, Region, fold, is_border_color,
+    PageContents, PagePos, PageSet, Region, fold, fold_runs, is_border_color,
 };
 
 use super::{ReadError, ReadFuture, SourceKey, Tiers, TileSource};
@@ -255,7 +255,7 @@ impl ImageSource {
         let ([x, y, _], [columns, rows, _]) = (level_box.origin, level_box.size);
         let [width, height, _] = geometry.level(level).size;
         let [across, down, _] = geometry.address();
-        let runs = runs(across, width, x, columns);
+        let runs = fold_runs(across, width, x, columns);
         for (to, y) in to.chunks_mut(stride).zip(y..).take(rows as usize) {
             let mut to = &mut to[..columns as usize * self.texel];
             if is_border_color(down, y, height) {
@@ -360,27 +360,6 @@ impl LookedAt {
         };
         self.0.get(at).map(|(_, cell)| cell)
     }
-}
-
-/// Neighbouring columns: the first and how many; of the border colour there is no first.
-struct Run {
-    first: Option<u32>,
-    len: u32,
-}
-
-/// The columns of `count` texels from `first` on, as an address mode has them.
-fn runs(address: AddressMode, width: u32, first: i64, count: u32) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
-    for x in (first..).take(count as usize) {
-        let is_colour = is_border_color(address, x, width);
-        let from = (!is_colour).then(|| fold(address, x, width));
-        match runs.last_mut() {
-            Some(Run { first: None, len }) if is_colour => *len += 1,
-            Some(Run { first: Some(first), len }) if from == Some(*first + *len) => *len += 1,
-            _ => runs.push(Run { first: from, len: 1 }),
-        }
-    }
-    runs
 }
 
 fn fill(to: &mut [u8], texel: &[u8]) {

@@ -99,6 +99,11 @@ impl TiffFile {
 }
 
 impl Directory {
+    /// How many entries it has.
+    pub(super) fn len(&self) -> usize {
+        self.entries.len()
+    }
+
     pub(super) fn entry(&self, tag: u16) -> Option<&Entry> {
         self.entries.get(&tag)
     }

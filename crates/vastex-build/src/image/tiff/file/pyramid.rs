@@ -145,6 +145,7 @@ impl TiffPyramid {
         kind: Kind,
         is_below: bool,
     ) -> Result<(), InputFault> {
+        file.check_read(&directory)?;
         let number = |tag| Ok::<u64, InputFault>(directory.number(file, tag)?.unwrap_or(0));
         let (subfile, size) = (number(SUBFILE_TYPE)?, [number(WIDTH)?, number(HEIGHT)?]);
         let is_tiled = directory.entry(TILE_OFFSETS).is_some();
@@ -255,20 +256,31 @@ mod tests {
 
     /// A page of one texel in a strip, whose colour profile is the first so many bytes of the file.
     fn page(profile: u32, next: u32) -> Vec<u8> {
+        page_of((1, 8), 0, profile, next)
+    }
+
+    /// The same of so many texels a side, each of so many bits; `subfile` says what it is.
+    fn page_of((side, bits): (u32, u32), subfile: u32, profile: u32, next: u32) -> Vec<u8> {
         let entries = [
-            (256u16, 4u16, 1u32, 1u32),
-            (257, 4, 1, 1),
-            (258, 3, 1, 8),
+            (254, 4, 1, subfile),
+            (256, 4, 1, side),
+            (257, 4, 1, side),
+            (258, 3, 1, bits),
             (259, 3, 1, 1),
             (262, 3, 1, 1),
             (273, 4, 1, 0),
             (277, 3, 1, 1),
-            (278, 4, 1, 1),
-            (279, 4, 1, 1),
+            (278, 4, 1, side),
+            (279, 4, 1, side * side * bits / 8),
             (34675, 7, profile, 0),
         ];
+        directory(&entries, next)
+    }
+
+    /// Tags with their kinds, counts and values.
+    fn directory(entries: &[(u16, u16, u32, u32)], next: u32) -> Vec<u8> {
         let mut bytes = (entries.len() as u16).to_le_bytes().to_vec();
-        for (tag, kind, count, value) in entries {
+        for &(tag, kind, count, value) in entries {
             bytes.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
             bytes.extend([count.to_le_bytes(), value.to_le_bytes()].concat());
         }
@@ -297,5 +309,49 @@ mod tests {
         let one = pyramid.alone(&file, "image7").unwrap();
         let image = one.levels[0].as_ref().unwrap();
         assert_eq!(image.profile.as_ref().map(|profile| profile.len()), Some(profile as usize));
+    }
+
+    /// What is wrong with a file of these bytes and so many zeros behind them, and how many bytes were read.
+    fn refused(bytes: &[u8], zeros: u64) -> (String, u64) {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.tif");
+        std::fs::write(&path, bytes).unwrap();
+        let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+        file.set_len(bytes.len() as u64 + zeros).unwrap();
+        let file = TiffFile::open(&path).unwrap().unwrap();
+        let fault = TiffPyramid::of(&file).err().map(|fault| fault.to_string());
+        (fault.unwrap_or_default(), file.reads().bytes)
+    }
+
+    /// Each of them may be a level, until its samples turn out to be others than those of the first.
+    #[test]
+    fn directories_that_lead_to_a_profile_each_are_read_up_to_a_bound() {
+        const PAGES: u32 = 1000;
+        let profile = 16 << 20;
+        let of_page = page(0, 0).len() as u32;
+        let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
+        bytes.extend(page_of((2, 8), 0, 0, 8 + of_page));
+        for n in 2..=PAGES {
+            let next = if n < PAGES { 8 + n * of_page } else { 0 };
+            bytes.extend(page_of((1, 16), IS_REDUCED as u32, profile, next));
+        }
+        let (fault, read) = refused(&bytes, profile.into());
+        assert!(fault.contains("lead to more than 256 MiB"), "{fault}");
+        assert!(read < (256 << 20) + 2 * u64::from(profile), "{read}");
+    }
+
+    #[test]
+    fn directories_have_so_many_entries_together() {
+        const PAGES: u32 = 300;
+        let entries: Vec<_> = (0..4096u16).map(|tag| (40_000 + tag, 4, 1, 0)).collect();
+        let of_page = directory(&entries, 0).len() as u32;
+        let first = page(0, 0).len() as u32;
+        let mut bytes = b"II\x2a\0\x08\0\0\0".to_vec();
+        bytes.extend(page(0, 8 + first));
+        for n in 1..=PAGES {
+            bytes.extend(directory(&entries, if n < PAGES { 8 + first + n * of_page } else { 0 }));
+        }
+        let (fault, _) = refused(&bytes, 0);
+        assert!(fault.contains("have more than 1048576 entries"), "{fault}");
     }
 }

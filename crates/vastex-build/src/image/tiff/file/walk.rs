@@ -9,6 +9,10 @@ use crate::image::InputFault;
 /// Directories that are looked at, of a chain and below its first one each. A stack of more planes than that
 /// is known by its first ones.
 const MOST: usize = 1024;
+/// Entries of all of them. Sound ones have some dozens each.
+const MOST_ENTRIES: usize = 1 << 20;
+/// Bytes of directories, and of what they lead to, that are read to find out what a file's images are.
+const MOST_BYTES: u64 = 256 << 20;
 const SUB_IFDS: u16 = 330;
 
 /// The directories of a file, in the order in which it names them.
@@ -20,13 +24,22 @@ pub(crate) struct Directories {
     pub(super) below: Vec<Directory>,
 }
 
+/// What was read of a file so far.
+#[derive(Default)]
+struct Seen {
+    /// Where the directories lie.
+    places: HashSet<u64>,
+    /// How many entries they have.
+    entries: usize,
+}
+
 impl TiffFile {
     /// Follows the chain, and what its first directory names below it. What leads back to where it was is an
     /// error.
     pub(crate) fn directories(&self) -> Result<Directories, InputFault> {
-        let mut seen = HashSet::new();
-        let mut chain = vec![self.directory(self.first)?];
-        seen.insert(self.first);
+        let mut seen = Seen::default();
+        seen.places.insert(self.first);
+        let mut chain = vec![self.next_directory(self.first, &mut seen)?];
         self.follow(&mut chain, &mut seen)?;
         let mut below = Vec::new();
         let first = &chain[0];
@@ -38,10 +51,10 @@ impl TiffFile {
                 break;
             }
             // Some writers chain what they list.
-            if !seen.insert(at) {
+            if !seen.places.insert(at) {
                 continue;
             }
-            let mut some = vec![self.directory(at)?];
+            let mut some = vec![self.next_directory(at, &mut seen)?];
             self.follow(&mut some, &mut seen)?;
             below.append(&mut some);
         }
@@ -49,16 +62,36 @@ impl TiffFile {
     }
 
     /// Adds those that follow the last of `chain`, as far as they are looked at.
-    fn follow(&self, chain: &mut Vec<Directory>, seen: &mut HashSet<u64>) -> Result<(), InputFault> {
+    fn follow(&self, chain: &mut Vec<Directory>, seen: &mut Seen) -> Result<(), InputFault> {
         while let Some(last) = chain.last().filter(|last| last.next != 0) {
             if chain.len() >= MOST {
                 break;
             }
             let next = last.next;
-            if !seen.insert(next) {
+            if !seen.places.insert(next) {
                 return Err(loops(&last.place));
             }
-            chain.push(self.directory(next)?);
+            chain.push(self.next_directory(next, seen)?);
+        }
+        Ok(())
+    }
+
+    fn next_directory(&self, at: u64, seen: &mut Seen) -> Result<Directory, InputFault> {
+        let directory = self.directory(at)?;
+        seen.entries += directory.len();
+        if seen.entries > MOST_ENTRIES {
+            let why = format!("its directories have more than {MOST_ENTRIES} entries");
+            return Err(super::damaged(&directory.place, why));
+        }
+        self.check_read(&directory)?;
+        Ok(directory)
+    }
+
+    /// Fails where more was read of the file, up to a directory and what it leads to, than sound files have.
+    pub(super) fn check_read(&self, directory: &Directory) -> Result<(), InputFault> {
+        if self.reads().bytes > MOST_BYTES {
+            let why = format!("its directories lead to more than {} MiB", MOST_BYTES >> 20);
+            return Err(super::damaged(&directory.place, why));
         }
         Ok(())
     }
