@@ -44,7 +44,7 @@ const SAMPLE: &[&str] = &[
     "params::records_are_what_was_set_wherever_they_lie",
     "page_tables::pictures_are_the_same_through_either_kind_in_every_frame",
     "pools::page_tables_grow_when_the_view_comes_near",
-    // Feedback in every way, of groups and in texture space.
+    // Feedback in every mode, of groups and in texture space.
     "feedback::compaction_agrees_with_that_on_the_cpu",
     "modes::the_nearest_surface_is_heard_in_whatever_order_they_are_drawn",
     "modes::of_more_surfaces_than_a_cell_has_room_for_those_drawn_first_are_heard",

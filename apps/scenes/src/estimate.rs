@@ -1,4 +1,4 @@
-//! What the scenes tell of their surfaces, so that what a view wants can be estimated without a feedback
+//! What the scenes report of their surfaces, so that what a view wants can be estimated without a feedback
 //! pass.
 
 use vastex::Textures;
@@ -77,7 +77,7 @@ pub struct Estimating {
 
 impl Estimating {
     /// Tells the textures what the view of this frame wants; in texture space, what it wanted two frames ago.
-    pub(crate) fn tell(
+    pub(crate) fn report(
         &self,
         textures: &mut Textures,
         encoder: &mut wgpu::CommandEncoder,

@@ -285,12 +285,12 @@ impl Offscreen {
         // Otherwise a picture is drawn when it is asked for.
         let pictures = if has_feedback { Pictures::ForFeedback } else { Pictures::Never };
         let frame = Frame { views: &views, expected, picture: size, has_feedback, pictures };
-        let tell = |textures: &mut Textures, encoder: &mut _| match estimating {
-            Some(estimating) => estimating.tell(textures, encoder, renderer, &main, size),
+        let report = |textures: &mut Textures, encoder: &mut _| match estimating {
+            Some(estimating) => estimating.report(textures, encoder, renderer, &main, size),
             None => Ok(()),
         };
         let target = self.canvas.target();
-        let encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, tell)?;
+        let encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, report)?;
         self.gpu.queue.submit([encoder.finish()]);
         self.frame += 1;
         Ok(())

@@ -56,7 +56,7 @@ fn coordinates(
     size: [u32; 2],
 ) -> [Vec<[f32; 4]>; 2] {
     let device = &gpu.device;
-    let pipelines = renderer.pipelines("tell", None, &[FORMAT, FORMAT]);
+    let pipelines = renderer.pipelines("locate", None, &[FORMAT, FORMAT]);
     let target = || {
         device.create_texture(&wgpu::TextureDescriptor {
             label: Some("coordinates"),

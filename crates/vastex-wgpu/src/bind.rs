@@ -163,8 +163,8 @@ pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds, place: BindingPlace)
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
     let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
     let fades = usize::from(kinds.fade());
-    // Records are a texture. Tables are buffers, and so is where the main pass tells what it wants; or tables
-    // are textures as well.
+    // Records are a texture. Tables are buffers, and so is where the main pass reports what it wants; or
+    // tables are textures as well.
     let free_textures = sampled.saturating_sub(1);
     let (free_buffers, of_pool) = match kinds.mode() {
         FeedbackMode::Separate => (buffers, fades),
@@ -232,7 +232,7 @@ fn words_in_texture() -> wgpu::BindingType {
     }
 }
 
-/// Where the main pass tells what it wants.
+/// Where the main pass reports what it wants.
 fn cells_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry {
         binding,

@@ -7,7 +7,7 @@ use vastex_core::shader_constants;
 
 use crate::device::{compute_pipelines, dispatch_size, storage, whole_buffer};
 use crate::error::GpuError;
-use crate::mirror::{HASH_SLOT_BYTES, ListHead, Wanted};
+use crate::mirror::{HASH_BUCKET_BYTES, ListHead, Wanted};
 use crate::raw::RawTexture;
 use crate::shader;
 
@@ -47,8 +47,8 @@ impl CompactionPipelines {
 pub(crate) struct Compactor {
     pipelines: CompactionPipelines,
     raw: wgpu::TextureView,
-    slots: wgpu::Buffer,
-    slot_count: u32,
+    buckets: wgpu::Buffer,
+    bucket_count: u32,
     pixels: u32,
 }
 
@@ -63,12 +63,12 @@ impl Compactor {
     /// Fails where a target has more pixels than its pages could be counted of on a device.
     pub(crate) fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<(), GpuError> {
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        let slots = (2 * u64::from(width))
+        let buckets = (2 * u64::from(width))
             .saturating_mul(u64::from(height))
             .checked_next_power_of_two()
             .unwrap_or(u64::MAX);
-        let max = most / HASH_SLOT_BYTES / 4;
-        match slots <= most / HASH_SLOT_BYTES && slots <= u64::from(u32::MAX) {
+        let max = most / HASH_BUCKET_BYTES / 4;
+        match buckets <= most / HASH_BUCKET_BYTES && buckets <= u64::from(u32::MAX) {
             true => Ok(()),
             false => Err(GpuError::TargetSize { width, height, max: max.isqrt() as u32 }),
         }
@@ -77,9 +77,9 @@ impl Compactor {
     pub(crate) fn new(device: &wgpu::Device, pipelines: &CompactionPipelines, raw: &RawTexture) -> Compactor {
         let pixels = raw.size()[0] * raw.size()[1];
         // At most half full, so that probe sequences stay short and always end.
-        let slot_count = (2 * pixels).next_power_of_two();
-        let slots = storage(device, "vastex compaction", u64::from(slot_count) * HASH_SLOT_BYTES);
-        Compactor { pipelines: pipelines.clone(), raw: raw.view().clone(), slots, slot_count, pixels }
+        let bucket_count = (2 * pixels).next_power_of_two();
+        let buckets = storage(device, "vastex compaction", u64::from(bucket_count) * HASH_BUCKET_BYTES);
+        Compactor { pipelines: pipelines.clone(), raw: raw.view().clone(), buckets, bucket_count, pixels }
     }
 
     /// The most pages that a list can hold.
@@ -96,7 +96,7 @@ impl Compactor {
         let buffer = storage(device, "vastex feedback list", self.list_bytes());
         let resources = [
             wgpu::BindingResource::TextureView(&self.raw),
-            self.slots.as_entire_binding(),
+            self.buckets.as_entire_binding(),
             buffer.as_entire_binding(),
         ];
         let entries: Vec<_> = (0..)
@@ -113,7 +113,7 @@ impl Compactor {
 
     /// Records the compaction of what the target then holds into `list`.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, list: &List) {
-        encoder.clear_buffer(&self.slots, 0, None);
+        encoder.clear_buffer(&self.buckets, 0, None);
         encoder.clear_buffer(&list.buffer, 0, Some(HEAD_BYTES));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vastex compaction"),
@@ -121,7 +121,7 @@ impl Compactor {
         });
         pass.set_bind_group(0, &list.bind_group, &[]);
         let CompactionPipelines { count, append, .. } = &self.pipelines;
-        for (pipeline, invocations) in [(count, self.pixels), (append, self.slot_count)] {
+        for (pipeline, invocations) in [(count, self.pixels), (append, self.bucket_count)] {
             let [x, y] = dispatch_size(invocations.div_ceil(shader_constants::WORKGROUP));
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(x, y, 1);

@@ -34,7 +34,7 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
 
 /// The limits worth asking the adapter for: WebGPU's, or of an adapter that has less those of OpenGL ES 3.1
 /// or WebGL 2, and whatever it allows of what pools and page tables are made of. With less than that
-/// everything works too: pools are smaller, and [`crate::FeedbackMode::best`] finds another way.
+/// everything works too: pools are smaller, and [`crate::FeedbackMode::best`] finds another mode.
 pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let has = adapter.limits();
     let known = [wgpu::Limits::default(), wgpu::Limits::downlevel_defaults()];

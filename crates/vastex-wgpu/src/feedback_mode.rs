@@ -1,6 +1,6 @@
 //! The modes in which feedback is gathered, and which of them a device has.
 //!
-//! What each does is told in `feedback` and `inline` (how a view's cells are filled) and in `readback` (how
+//! What each does is said in `feedback` and `inline` (how a view's cells are filled) and in `readback` (how
 //! they come back).
 
 use crate::device::{refused, whole_buffer};
@@ -14,9 +14,9 @@ pub enum FeedbackMode {
     /// are few.
     #[default]
     Separate,
-    /// A few pixels of the main pass say it by themselves (`vastex_tell`), so that nothing is drawn twice.
-    /// Needs fragment shaders that write to a storage buffer, one more than the page tables that they read;
-    /// unless the application asks for an early depth test, the main pass may have to do without.
+    /// A few pixels of the main pass report it by themselves (`vastex_report`), so that nothing is drawn
+    /// twice. Needs fragment shaders that write to a storage buffer, one more than the page tables that they
+    /// read; unless the application asks for an early depth test, the main pass may have to do without.
     Inline,
     /// As [`FeedbackMode::Separate`], but read back whole and compacted on the CPU, and page tables are
     /// textures. For devices without compute shaders or storage buffers, such as those of OpenGL ES 3 and
@@ -133,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_browser_limits_alone_say_which_ways_there_are() {
+    fn in_a_browser_limits_alone_say_which_modes_there_are() {
         let default = wgpu::Limits::default();
         assert_eq!(modes(&default), FeedbackMode::ALL);
         // WebGPU's compatibility mode has 4 storage buffers for each stage, and maybe none for vertices.

@@ -1,7 +1,7 @@
-//! Feedback from the main pass: where its pixels tell what they want, and how that becomes the pixels of a
+//! Feedback from the main pass: where its pixels report what they want, and how that becomes the pixels of a
 //! feedback target.
 //!
-//! What a pixel tells is the shader's business (tell.wgsl), how the result comes back that of
+//! What a pixel reports is the shader's business (report.wgsl), how the result comes back that of
 //! [`crate::Readback`].
 
 use vastex_core::shader_constants;
@@ -13,7 +13,7 @@ use crate::raw::{FEEDBACK_FORMAT, RawTexture};
 use crate::shader;
 use crate::views::Views;
 
-/// How what is told becomes feedback on a device, whatever the target.
+/// How what is reported becomes feedback on a device, whatever the target.
 #[derive(Clone, Debug)]
 pub struct InlinePipelines {
     layout: wgpu::BindGroupLayout,
@@ -39,7 +39,7 @@ impl InlinePipelines {
     }
 }
 
-/// Where the main pass of a view tells which pages it wants.
+/// Where the main pass of a view reports which pages it wants.
 ///
 /// 160 bytes for each cell of 8x8 pixels: two and a half for each pixel of the picture.
 #[derive(Debug)]
@@ -90,8 +90,8 @@ impl InlineTarget {
         self.bound = Some((buffer.clone(), bind_group));
     }
 
-    /// Before the main pass of a frame: forgets what was told and says which pixels are asked, of all that is
-    /// recorded between here and [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger
+    /// Before the main pass of a frame: forgets what was reported and says which pixels are asked, of all that
+    /// is recorded between here and [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger
     /// depth. Writes 4 bytes for each cell.
     pub fn begin(
         &mut self,
@@ -107,7 +107,7 @@ impl InlineTarget {
         self.run(encoder, &self.pipelines.forget);
     }
 
-    /// After it: makes pixels of what was told, of each cell the nearest.
+    /// After it: makes pixels of what was reported, of each cell the nearest.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
         self.run(encoder, &self.pipelines.settle);
     }
@@ -131,7 +131,7 @@ impl InlineTarget {
         self.picture
     }
 
-    /// What was told, to be read back: a pixel for each cell.
+    /// What was reported, to be read back: a pixel for each cell.
     pub fn raw(&self) -> &RawTexture {
         &self.raw
     }

@@ -10,7 +10,7 @@
 //! This crate never chooses a page and never sees a source: it carries out what `vastex-core`'s pager
 //! returns. It asks a device for nothing beyond WebGPU's default limits, and uses what optional features and
 //! larger limits there are ([`required_features`], [`required_limits`]); with less, down to WebGL 2's, it
-//! takes another way ([`FeedbackMode`]). It installs nothing on a device; that one was lost shows as
+//! has another mode ([`FeedbackMode`]). It installs nothing on a device; that one was lost shows as
 //! [`GpuError::DeviceLost`] wherever something is read back.
 //!
 //! In the order in which a frame meets them: [`FeedbackTarget::begin`] and the scene's draws,

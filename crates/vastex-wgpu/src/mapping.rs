@@ -26,17 +26,17 @@ pub(crate) enum Answer {
 }
 
 /// What the encoder keeps until its commands are done. It is dropped with the encoder where they never are.
-struct Teller(Arc<AtomicU8>);
+struct Reporter(Arc<AtomicU8>);
 
-impl Teller {
-    fn tell(self, is_mapped: bool) {
+impl Reporter {
+    fn report(self, is_mapped: bool) {
         self.0.store(if is_mapped { Mapping::MAPPED } else { Mapping::FAILED }, Ordering::Release);
     }
 }
 
-impl Drop for Teller {
+impl Drop for Reporter {
     fn drop(&mut self) {
-        // One that has told something keeps to it.
+        // One that has reported something keeps to it.
         let _ =
             self.0.compare_exchange(Mapping::NONE, Mapping::DROPPED, Ordering::Release, Ordering::Relaxed);
     }
@@ -53,9 +53,9 @@ impl Mapping {
     /// Maps the first `size` bytes once the encoder's commands are submitted and done.
     pub(crate) fn on_submit(encoder: &wgpu::CommandEncoder, buffer: &wgpu::Buffer, size: u64) -> Mapping {
         let answer = Arc::new(AtomicU8::new(Self::NONE));
-        let teller = Teller(Arc::clone(&answer));
+        let reporter = Reporter(Arc::clone(&answer));
         encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, 0..size, move |result| {
-            teller.tell(result.is_ok());
+            reporter.report(result.is_ok());
         });
         Mapping { answer, size }
     }

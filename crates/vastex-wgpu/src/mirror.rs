@@ -1,8 +1,8 @@
 //! The structs that Rust writes and WGSL reads, laid out alike.
 //!
 //! A test parses the shaders and compares every size and offset with these. What the fields mean stands with
-//! the WGSL structs of the same names, in params.wgsl, told.wgsl and compact.wgsl. What textures are told by
-//! is packed (`record`); here are the sizes and codes of it that WGSL has as constants.
+//! the WGSL structs of the same names, in params.wgsl, reports.wgsl and compact.wgsl. What textures are told
+//! by is packed (`record`); here are the sizes and codes of it that WGSL has as constants.
 
 use bytemuck::{Pod, Zeroable};
 use vastex_core::{AddressMode, PoolLayout, shader_constants};
@@ -95,8 +95,8 @@ pub(crate) const RECORDS: u32 = 8;
 /// Bytes of a `VastexiCell`, which only the GPU writes.
 pub(crate) const CELL_BYTES: u64 = 16 + RECORDS as u64 * 16;
 
-/// Bytes of a `VastexHashSlot`, which only the GPU writes.
-pub(crate) const HASH_SLOT_BYTES: u64 = 12;
+/// Bytes of a `VastexHashBucket`, which only the GPU writes.
+pub(crate) const HASH_BUCKET_BYTES: u64 = 12;
 
 #[cfg(test)]
 mod tests {
@@ -220,11 +220,11 @@ mod tests {
     }
 
     #[test]
-    fn what_the_main_pass_tells_is_laid_out_alike() {
+    fn what_the_main_pass_reports_is_laid_out_alike() {
         for text in [text(FeedbackMode::Inline), shader::inline_wgsl()] {
             let head = [("count", 0), ("unused_0", 4), ("unused_1", 8), ("unused_2", 12)]
                 .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint)));
-            let cell = [&head[..], &[("told", 16, None)]].concat();
+            let cell = [&head[..], &[("reports", 16, None)]].concat();
             check(&text, "VastexiCell", CELL_BYTES as usize, &cell);
         }
     }
@@ -239,8 +239,8 @@ mod tests {
         check(&text, "VastexList", size_of::<ListHead>(), &[head, &unused].concat());
         check(
             &text,
-            "VastexHashSlot",
-            HASH_SLOT_BYTES as usize,
+            "VastexHashBucket",
+            HASH_BUCKET_BYTES as usize,
             &[("owner", 0), ("pixels", 4), ("sharpness", 8)]
                 .map(|(name, offset)| (name, offset, Some(ScalarKind::Uint))),
         );

@@ -8,7 +8,7 @@ use crate::error::GpuError;
 
 pub(crate) const RECORDS: &str = include_str!("wgsl/records.wgsl");
 pub(crate) const VIEW: &str = include_str!("wgsl/view.wgsl");
-pub(crate) const TELL: &str = include_str!("wgsl/tell.wgsl");
+pub(crate) const REPORT: &str = include_str!("wgsl/report.wgsl");
 pub(crate) const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 pub(crate) const NAMES_SAMPLE: &str = include_str!("wgsl/names_sample.wgsl");
 pub(crate) const NAMES_FEEDBACK: &str = include_str!("wgsl/names_feedback.wgsl");
@@ -32,7 +32,7 @@ const ALL: &str = "all";
 /// Fails where a name cannot stand in WGSL, or would make two functions of one name.
 pub(crate) fn check_names<'a>(members: impl Iterator<Item = &'a str>) -> Result<(), GpuError> {
     let refuse = |name: &str, why| Err(GpuError::MemberName { name: name.to_owned(), why });
-    let shared = [RECORDS, VIEW, TELL, TEXTURE_SPACE].into_iter().flat_map(functions).map(str::to_owned);
+    let shared = [RECORDS, VIEW, REPORT, TEXTURE_SPACE].into_iter().flat_map(functions).map(str::to_owned);
     let of_all = functions(NAMES_FEEDBACK).map(|function| named(function, None));
     let mut taken: BTreeSet<String> = shared.chain(of_all).collect();
     for name in members {

@@ -14,7 +14,7 @@ use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
 use crate::kind::{Atlas, Kinds, PageSides, TableKind, TextRead};
 use crate::mirror::{RECORD_HEAD, RECORD_LEVEL, RECORDS as RECORDS_OF_CELL, VIEWS, address_code};
-use crate::names::{self, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, TELL, TEXTURE_SPACE, VIEW};
+use crate::names::{self, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE, VIEW};
 
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
 const PARAM: &str = include_str!("wgsl/param.wgsl");
@@ -50,8 +50,8 @@ const FILTER_BICUBIC: &str = include_str!("wgsl/filter_bicubic.wgsl");
 const SAMPLE: &str = include_str!("wgsl/sample.wgsl");
 const FEEDBACK: &str = include_str!("wgsl/feedback.wgsl");
 const INSPECT: &str = include_str!("wgsl/inspect.wgsl");
-const TOLD: &str = include_str!("wgsl/told.wgsl");
-const TELL_NOTHING: &str = include_str!("wgsl/tell_nothing.wgsl");
+const REPORTS: &str = include_str!("wgsl/reports.wgsl");
+const REPORT_NOTHING: &str = include_str!("wgsl/report_nothing.wgsl");
 const INLINE: &str = include_str!("wgsl/inline.wgsl");
 const POOL_TABLES: &str = include_str!("wgsl/tables/changes.wgsl");
 const COMPACT: &str = include_str!("wgsl/compact.wgsl");
@@ -91,8 +91,8 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_sample_fixed(id, anchor, offset)` | fragment, uniform control flow | the texture, at a place in fixed point |
 /// | `vastex_feedback_fixed(id, view, anchor, offset)` | fragment, uniform control flow | a feedback pixel for it |
 /// | either with `_grad(.., ddx, ddy)`, `_level(.., level)` | all | the same, from gradients of the offset, or at a level |
-/// | `vastex_tell(view, position, wanted)` | fragment, main pass | nothing; tells such a pixel where feedback is inline |
-/// | `vastex_asked(view, position)` | fragment, main pass | whether that would tell it in this frame |
+/// | `vastex_report(view, position, wanted)` | fragment, main pass | nothing; reports such a pixel where feedback is inline |
+/// | `vastex_asked(view, position)` | fragment, main pass | whether that would report it in this frame |
 /// | `vastex_dither(view, position, opacity)` | fragment | for feedback, an alpha test: whether this pixel reports the surface, or what lies behind it |
 /// | `vastex_turn(view, position, count)` | fragment | which of `count` answers this pixel gives in this frame |
 /// | `vastex_gradients(position, uv)` | fragment, uniform control flow | gradients of uv, exact on flat triangles |
@@ -128,18 +128,18 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 ///
 /// Layers whose values may not be mixed are read as by `vastex_sample_nearest`, whatever is called.
 ///
-/// `position` is `@builtin(position)`. What `vastex_tell` is given is best computed only where it is asked
+/// `position` is `@builtin(position)`. What `vastex_report` is given is best computed only where it is asked
 /// for:
 ///
 /// ```wgsl
 /// let ddx = dpdx(uv);
 /// let ddy = dpdy(uv);
 /// if vastex_asked(view, position) {
-///     vastex_tell(view, position, vastex_feedback_grad(id, view, uv, ddx, ddy));
+///     vastex_report(view, position, vastex_feedback_grad(id, view, uv, ddx, ddy));
 /// }
 /// ```
 ///
-/// after every `discard`, since what is told stays told. In a feedback pass `vastex_gradients` gives
+/// after every `discard`, since what is reported stays reported. In a feedback pass `vastex_gradients` gives
 /// gradients that are better than `vastex_feedback(id, view, uv)` finds by itself, between pixels that stand
 /// 8 apart; there, a fragment that is not kept is discarded.
 ///
@@ -260,7 +260,7 @@ fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
         modules.push(CUBIC);
     }
     modules.extend([FEEDBACK, VIEW, INSPECT, TEXTURE_SPACE]);
-    modules.extend(tell_modules(kinds.mode()));
+    modules.extend(report_modules(kinds.mode()));
     modules
 }
 
@@ -269,10 +269,10 @@ fn reaches(filter: Filter) -> bool {
     matches!(filter, Filter::Anisotropic(_) | Filter::Bicubic)
 }
 
-fn tell_modules(mode: FeedbackMode) -> &'static [&'static str] {
+fn report_modules(mode: FeedbackMode) -> &'static [&'static str] {
     match mode {
-        FeedbackMode::Inline => &[TOLD, TELL],
-        FeedbackMode::Separate | FeedbackMode::Raw => &[TELL_NOTHING],
+        FeedbackMode::Inline => &[REPORTS, REPORT],
+        FeedbackMode::Separate | FeedbackMode::Raw => &[REPORT_NOTHING],
     }
 }
 
@@ -322,9 +322,9 @@ pub(crate) fn compact_wgsl() -> String {
     joined(&[COMPACT])
 }
 
-/// The shader that makes a feedback target's pixels of what a main pass told.
+/// The shader that makes a feedback target's pixels of what a main pass reported.
 pub(crate) fn inline_wgsl() -> String {
-    joined(&[TOLD, INLINE])
+    joined(&[REPORTS, INLINE])
 }
 
 fn joined(modules: &[&str]) -> String {

@@ -1,5 +1,5 @@
 //! What shaders know of the views that are drawn: the parameters of all of them in one buffer, and where
-//! feedback is inline the cells in which main passes tell what they want. Shaders name a view by its number
+//! feedback is inline the cells in which main passes report what they want. Shaders name a view by its number
 //! here, so that bind groups know of none.
 
 use crate::device::{staged, storage};
@@ -151,7 +151,7 @@ impl Views {
     }
 
     /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew.
-    /// Before that, those that have the old ones tell what nobody hears.
+    /// Before that, those that have the old ones report what nobody reads.
     pub fn is_moved(&mut self) -> bool {
         self.cells.as_mut().is_some_and(|cells| std::mem::take(&mut cells.is_moved))
     }

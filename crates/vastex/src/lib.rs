@@ -51,7 +51,7 @@
 //! | sample beyond 2^20 texels | `vastex_sample_fixed(id, anchor, offset)`, `vastex_sample_fixed_grad`, `vastex_sample_fixed_level` |
 //! | say what is wanted | `vastex_feedback(id, view, uv)`, `vastex_feedback_wrapped`, `vastex_feedback_grad`, `vastex_feedback_level`, `vastex_feedback_fixed`, `vastex_feedback_fixed_grad`, `vastex_feedback_fixed_level` |
 //! | place and thin out the feedback pass | `vastex_feedback_clip(view, clip)`, `vastex_gradients(position, uv)`, `vastex_dither(view, position, opacity)`, `vastex_turn(view, position, count)`, `vastex_pixel_scale(view)` |
-//! | say it from the picture | `vastex_asked(view, position)`, `vastex_tell(view, position, wanted)` |
+//! | say it from the picture | `vastex_asked(view, position)`, `vastex_report(view, position, wanted)` |
 //! | ask about a texture | `vastex_size(id)`, `vastex_level_of(id, ddx, ddy)`, `vastex_inspect(id, uv)`, `vastex_inspect_grad`, `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` |
 //! | look into the pool of a text | `vastex_inspect_page(id, page, level)`, `vastex_inspect_slot(slot, tile_texel)`, `vastex_inspect_slot_size()` |
 //! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |

@@ -1,4 +1,4 @@
-//! What feedback costs in each of its ways, beside the main pass, and what it brings back.
+//! What feedback costs in each of its modes, beside the main pass, and what it brings back.
 
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -28,7 +28,7 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
          | scene | mode | main pass ms | feedback ms | of the frame % | pages | read back B | of 12 B a page |\n|---|---|---|---|---|---|---|---|\n",
         size[0], size[1],
     );
-    // The share of the cheapest way, where it is largest.
+    // The share of the cheapest mode, where it is largest.
     let mut share: f64 = 0.0;
     let mut compacted: f64 = 0.0;
     for scene in [Scene::Plane, Scene::Globe] {

@@ -48,7 +48,7 @@ fn shade(surface: Surface) -> @location(0) vec4<f32> {
     let ddx = dpdx(surface.uv);
     let ddy = dpdy(surface.uv);
     if vastex_asked(0u, surface.clip) {
-        vastex_tell(0u, surface.clip, vastex_feedback_grad(planet.ids[0].x, 0u, surface.uv, ddx, ddy));
+        vastex_report(0u, surface.clip, vastex_feedback_grad(planet.ids[0].x, 0u, surface.uv, ddx, ddy));
     }
     let ground = planet_color(surface.uv, ddx, ddy).rgb;
     let clouds = planet_clouds(surface.uv, ddx, ddy).r;

@@ -258,7 +258,7 @@ impl App {
         }
         let asked = self.open.as_mut().map(|open| open.viewer.take_asked()).unwrap_or_default();
         for asked in asked {
-            self.grant(events, asked)?;
+            self.perform(events, asked)?;
             self.open.iter().for_each(|open| open.window.request_redraw());
         }
         Ok(())

@@ -94,8 +94,8 @@ impl<P: Copy> Candidate<P> {
 
 impl<P: Ord> Ord for Candidate<P> {
     fn cmp(&self, other: &Candidate<P>) -> Ordering {
-        let by_lateness = self.reuse_distance.total_cmp(&other.reuse_distance);
-        by_lateness.then(other.level.cmp(&self.level)).then_with(|| other.page.cmp(&self.page))
+        let by_reuse_distance = self.reuse_distance.total_cmp(&other.reuse_distance);
+        by_reuse_distance.then(other.level.cmp(&self.level)).then_with(|| other.page.cmp(&self.page))
     }
 }
 

@@ -158,7 +158,7 @@ fn directives_of_an_application_stay_first() {
 }
 
 #[test]
-fn a_mistake_in_an_applications_text_is_told_at_its_own_line() {
+fn a_mistake_in_an_applications_text_is_reported_at_its_own_line() {
     let shader =
         "fn fine() -> f32 { return 1.0; }\n\nfn broken() -> f32 {\n    return vastex_no_such(1.0);\n}\n";
     for text in texts() {
@@ -182,7 +182,7 @@ fn no_mark_is_left_and_what_is_not_public_says_so() {
         let known = [
             "sample",
             "feedback",
-            "tell",
+            "report",
             "asked",
             "dither",
             "turn",
@@ -211,7 +211,7 @@ fn where_tiles_do_not_fade_the_text_knows_nothing_of_it() {
 
 #[test]
 fn feedback_is_the_same_whether_tiles_fade_or_not() {
-    for module in [FEEDBACK, NAMES_FEEDBACK, LEVELS, PAGE, VIEW, TELL, TEXTURE_SPACE] {
+    for module in [FEEDBACK, NAMES_FEEDBACK, LEVELS, PAGE, VIEW, REPORT, TEXTURE_SPACE] {
         assert!(!module.contains("vastexi_shown") && !module.contains("vastexi_filtered"));
     }
 }

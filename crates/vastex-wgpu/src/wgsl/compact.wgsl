@@ -1,10 +1,10 @@
 // Compaction of a feedback target: distinct pages, each with its pixel count and its sharpest eighth.
 // CPU twin: FeedbackCompactor of vastex-core (wanted/compact.rs).
 //
-// A slot of the hash table is claimed by the index of a pixel, plus one, and keys are compared in the raw target.
+// A bucket of the hash table is claimed by the index of a pixel, plus one, and keys are compared in the raw target.
 
-struct VastexHashSlot {
-    owner: atomic<u32>,     // index of the pixel that claimed the slot, plus 1; 0 where free
+struct VastexHashBucket {
+    owner: atomic<u32>,     // index of the pixel that claimed the bucket, plus 1; 0 where free
     pixels: atomic<u32>,
     sharpness: atomic<u32>, // VASTEX_STEPS_PER_LEVEL less the smallest eighth
 }
@@ -24,7 +24,7 @@ struct VastexList {
 }
 
 @group(0) @binding(0) var raw: texture_2d<u32>;
-@group(0) @binding(1) var<storage, read_write> slots: array<VastexHashSlot>; // a power of two, twice the pixels at least
+@group(0) @binding(1) var<storage, read_write> buckets: array<VastexHashBucket>; // a power of two, twice the pixels at least
 @group(0) @binding(2) var<storage, read_write> list: VastexList;
 
 fn pixel_at(index: u32) -> vec4<u32> {
@@ -38,24 +38,24 @@ fn hash_of(page: vec2<u32>) -> u32 {
     return hash ^ (hash >> 13u);
 }
 
-// The slot of a page: the one that a pixel with the same page has, or a free one, claimed now.
-fn slot_of(page: vec2<u32>, pixel: u32) -> u32 {
-    let mask = arrayLength(&slots) - 1u;
-    var slot = hash_of(page) & mask;
+// The bucket of a page: the one that a pixel with the same page has, or a free one, claimed now.
+fn bucket_of(page: vec2<u32>, pixel: u32) -> u32 {
+    let mask = arrayLength(&buckets) - 1u;
+    var bucket = hash_of(page) & mask;
     loop {
-        let claim = atomicCompareExchangeWeak(&slots[slot].owner, 0u, pixel + 1u);
+        let claim = atomicCompareExchangeWeak(&buckets[bucket].owner, 0u, pixel + 1u);
         if claim.exchanged {
             break;
         }
-        // A weak exchange may also fail on a free slot; then it is tried again.
+        // A weak exchange may also fail on a free bucket; then it is tried again.
         if claim.old_value != 0u {
             if all(pixel_at(claim.old_value - 1u).xy == page) {
                 break;
             }
-            slot = (slot + 1u) & mask;
+            bucket = (bucket + 1u) & mask;
         }
     }
-    return slot;
+    return bucket;
 }
 
 @compute @workgroup_size(VASTEX_WORKGROUP)
@@ -70,24 +70,24 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_work
         atomicAdd(&list.degenerate, 1u);
     }
     if pixel.w == VASTEX_FEEDBACK_WANTED {
-        let slot = slot_of(pixel.xy, index);
-        atomicAdd(&slots[slot].pixels, 1u);
-        atomicMax(&slots[slot].sharpness, VASTEX_STEPS_PER_LEVEL - pixel.z);
+        let bucket = bucket_of(pixel.xy, index);
+        atomicAdd(&buckets[bucket].pixels, 1u);
+        atomicMax(&buckets[bucket].sharpness, VASTEX_STEPS_PER_LEVEL - pixel.z);
     }
 }
 
 @compute @workgroup_size(VASTEX_WORKGROUP)
 fn append(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let slot = invocation.y * groups.x * VASTEX_WORKGROUP + invocation.x;
-    if slot >= arrayLength(&slots) {
+    let bucket = invocation.y * groups.x * VASTEX_WORKGROUP + invocation.x;
+    if bucket >= arrayLength(&buckets) {
         return;
     }
-    let owner = atomicLoad(&slots[slot].owner);
+    let owner = atomicLoad(&buckets[bucket].owner);
     if owner == 0u {
         return;
     }
     let page = pixel_at(owner - 1u).xy;
-    let eighth = VASTEX_STEPS_PER_LEVEL - atomicLoad(&slots[slot].sharpness);
-    let pixels = atomicLoad(&slots[slot].pixels);
+    let eighth = VASTEX_STEPS_PER_LEVEL - atomicLoad(&buckets[bucket].sharpness);
+    let pixels = atomicLoad(&buckets[bucket].pixels);
     list.wanted[atomicAdd(&list.pages, 1u)] = VastexWanted(page.x, page.y, (pixels << VASTEX_STEP_BITS) | eighth);
 }

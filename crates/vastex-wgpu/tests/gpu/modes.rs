@@ -47,7 +47,7 @@ impl Stage {
         let drawn = FeedbackTarget::new(device, PICTURE, FeedbackScale::Reduced).unwrap();
         Stage {
             drawn: (pipeline(&bindings, VIEWS[0], "draw", FEEDBACK_FORMAT, true), drawn),
-            told: (pipeline(&bindings, VIEWS[1], "tell", COLOUR, false), told),
+            told: (pipeline(&bindings, VIEWS[1], "report", COLOUR, false), told),
             world,
             bindings,
         }

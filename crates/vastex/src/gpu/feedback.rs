@@ -53,9 +53,9 @@ impl Gpu {
         frame: u64,
         draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
     ) -> Result<(), Error> {
-        let is_told = self.mode == FeedbackMode::Inline;
+        let is_reported = self.mode == FeedbackMode::Inline;
         let mut is_moved = false;
-        if is_told {
+        if is_reported {
             is_moved = self.fit_feedback_path(view, picture)?;
             self.check_once(view, frame.saturating_sub(1))?;
         }
@@ -63,7 +63,7 @@ impl Gpu {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let (ViewState { path, cycle, .. }, groups) = (state, &self.bind_groups);
         match path {
-            Some(FeedbackPath { target: Target::Told(target), .. }) if is_told => {
+            Some(FeedbackPath { target: Target::Reported(target), .. }) if is_reported => {
                 let nth = cycle.pass();
                 target.begin(&self.device, encoder, &self.view_params, nth, reversed_depth);
                 draw(encoder, groups);
@@ -206,15 +206,15 @@ impl Gpu {
     }
 
     /// The cells moved while the frame was drawn: an application that merges entries into bind groups of its
-    /// own told nobody in it.
+    /// own reported nothing in it.
     fn look_again(&mut self, view: ViewId, frame: u64) {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             state.cycle.lose(frame);
         }
     }
 
-    /// Makes room for what a main view of so many pixels tells, where feedback is inline, so that bind groups
-    /// stay when it is drawn.
+    /// Makes room for what a main view of so many pixels reports, where feedback is inline, so that bind
+    /// groups stay when it is drawn.
     pub(crate) fn fit_main_view(&mut self, picture: [u32; 2]) {
         let cells = FeedbackView::new(picture, FeedbackScale::Reduced, 0).target_size();
         // What is too large is refused where it is drawn.
@@ -237,7 +237,7 @@ impl Gpu {
             _ => match &self.pipelines.inline {
                 Some(inline) => {
                     let views = &mut self.view_params;
-                    InlineTarget::new(device, inline, views, number, picture).map(Target::Told)
+                    InlineTarget::new(device, inline, views, number, picture).map(Target::Reported)
                 }
                 None => drawn(FeedbackScale::Reduced),
             },

@@ -30,7 +30,7 @@ pub(super) enum Target {
     /// By a pass of its own.
     Drawn(FeedbackTarget),
     /// From the main pass.
-    Told(InlineTarget),
+    Reported(InlineTarget),
 }
 
 impl FeedbackPath {
@@ -45,7 +45,7 @@ impl FeedbackPath {
     pub(super) fn picture(&self) -> [u32; 2] {
         match &self.target {
             Target::Drawn(target) => target.picture(),
-            Target::Told(target) => target.picture(),
+            Target::Reported(target) => target.picture(),
         }
     }
 }
@@ -54,7 +54,7 @@ impl Target {
     pub(super) fn raw(&self) -> &RawTexture {
         match self {
             Target::Drawn(target) => target.raw(),
-            Target::Told(target) => target.raw(),
+            Target::Reported(target) => target.raw(),
         }
     }
 }

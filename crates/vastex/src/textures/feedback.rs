@@ -49,7 +49,7 @@ impl Textures {
 
     /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws
     /// it with. Where the mode is [`FeedbackMode::Inline`], the picture says by itself what it wants: its
-    /// fragment shaders call `vastex_tell(view, position, wanted)`, and it begins at the first pixel of its
+    /// fragment shaders call `vastex_report(view, position, wanted)`, and it begins at the first pixel of its
     /// target. Otherwise nothing but `draw` happens, so that an application that calls both this and
     /// [`Textures::feedback`] serves every mode.
     ///

@@ -22,7 +22,7 @@ pub(crate) struct Case {
 }
 
 impl Case {
-    /// Every way of feedback with either kind of page table.
+    /// Every feedback mode with either kind of page table.
     pub(crate) fn all() -> impl Iterator<Item = Case> {
         let of = |mode| [TableChoice::Direct, TableChoice::Hashed].map(move |tables| Case { mode, tables });
         FeedbackMode::ALL.into_iter().flat_map(of)

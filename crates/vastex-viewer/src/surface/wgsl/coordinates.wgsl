@@ -7,7 +7,7 @@ struct Coordinates_WAY {
 }
 
 @fragment
-fn tell_WAY(seen: Seen_WAY) -> Coordinates_WAY {
+fn locate_WAY(seen: Seen_WAY) -> Coordinates_WAY {
     let look = look_WAY(seen);
     let covered = select(0.0, 1.0, look.is_met);
     return Coordinates_WAY(vec4<f32>(look.offset, look.ddx), vec4<f32>(look.ddy, covered, light_WAY(look)));

@@ -1,4 +1,4 @@
-// The picture, from virtual textures. Where feedback is inline, it tells what it wants.
+// The picture, from virtual textures. Where feedback is inline, it reports what it wants.
 
 @fragment
 fn shade_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
@@ -7,7 +7,7 @@ fn shade_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
         return scene_beside();
     }
     if vastex_asked(scene.ids.view, seen.clip) {
-        vastex_tell(scene.ids.view, seen.clip, wanted_WAY(seen, look));
+        vastex_report(scene.ids.view, seen.clip, wanted_WAY(seen, look));
     }
     return shown_WAY(look, seen.clip.xy);
 }

@@ -1,4 +1,4 @@
-// Surfaces one behind another, which report what they want in each way of feedback.
+// Surfaces one behind another, which report what they want in each feedback mode.
 
 @group(1) @binding(0) var<storage, read> surfaces: array<vec4<f32>>;
 struct Corner { @builtin(position) clip: vec4<f32>, @location(0) @interpolate(flat) nth: u32 }
@@ -10,9 +10,9 @@ fn wanted(corner: Corner) -> vec4<u32> {
     let turn = vastex_turn(VIEW, corner.clip, u32(surfaces[corner.nth].z));
     return vec4<u32>(corner.nth, turn, corner.nth % 8u, VASTEX_FEEDBACK_WANTED);
 }
-@fragment fn tell(corner: Corner) -> @location(0) vec4<f32> {
+@fragment fn report(corner: Corner) -> @location(0) vec4<f32> {
     if vastex_dither(VIEW, corner.clip, surfaces[corner.nth].y) {
-        vastex_tell(VIEW, corner.clip, wanted(corner));
+        vastex_report(VIEW, corner.clip, wanted(corner));
     }
     return vec4<f32>(1.0);
 }

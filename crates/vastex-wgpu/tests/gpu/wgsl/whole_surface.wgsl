@@ -6,7 +6,7 @@
 }
 @fragment fn main_pass(@builtin(position) at: vec4<f32>, @location(0) @interpolate(flat) id: u32) -> @location(0) vec4<f32> {
     if vastex_asked(2u, at) && vastex_dither(2u, at, 0.5) {
-        vastex_tell(2u, at, vastex_feedback_NAME_grad(id, 2u, at.xy, at.yx, at.zw));
+        vastex_report(2u, at, vastex_feedback_NAME_grad(id, 2u, at.xy, at.yx, at.zw));
     }
     let inspected = vastex_inspect_NAME(id, at.xy);
     let shown = vastex_inspect_NAME_page(id, inspected.page, inspected.shown);

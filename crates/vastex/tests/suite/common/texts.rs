@@ -110,7 +110,7 @@ pub fn two_filters(wanted: usize) -> String {
 pub fn telling() -> String {
     assert!(SCREEN.contains(SHOWN));
     let told = "vastex_feedback(placed.ids.x, placed.view, uv_from_pixel(placed))";
-    SCREEN.replace(SHOWN, &format!("vastex_tell(placed.view, placed.clip, {told});\n    {SHOWN}"))
+    SCREEN.replace(SHOWN, &format!("vastex_report(placed.view, placed.clip, {told});\n    {SHOWN}"))
 }
 
 /// The screen's shader, whose picture shows eighths of the pixels along one of its own.
