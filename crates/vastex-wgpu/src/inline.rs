@@ -90,9 +90,9 @@ impl InlineTarget {
         self.bound = Some((buffer.clone(), bind_group));
     }
 
-    /// Before the main pass of a frame: forgets what was reported and says which pixels are asked, of all that
-    /// is recorded between here and [`InlineTarget::end`]. `reversed_depth` is true where nearer is a larger
-    /// depth. Writes 4 bytes for each cell.
+    /// Before the main pass of a frame: forgets what was reported and says which pixels are asked, of all
+    /// that is recorded between here and [`InlineTarget::end`]. `reversed_depth` is true where nearer is a
+    /// larger depth. Writes 4 bytes for each cell.
     pub fn begin(
         &mut self,
         device: &wgpu::Device,

@@ -258,7 +258,7 @@ impl App {
         }
         let asked = self.open.as_mut().map(|open| open.viewer.take_asked()).unwrap_or_default();
         for asked in asked {
-            self.perform(events, asked)?;
+            self.on_asked(events, asked)?;
             self.open.iter().for_each(|open| open.window.request_redraw());
         }
         Ok(())
@@ -376,7 +376,7 @@ impl App {
             Action::Screenshot(times) => self.shoot(times),
             Action::Record => self.record_or_end(),
             Action::Play => self.play(events)?,
-            Action::Open => return self.grant(events, Asked::Choose),
+            Action::Open => return self.on_asked(events, Asked::Choose),
             Action::CopyView => self.copy_view(),
             Action::CopyLink => self.copy_link(),
             Action::PasteView => self.paste_view()?,

@@ -104,7 +104,7 @@ impl App {
     }
 
     /// Does what was asked for in the panel.
-    pub(super) fn perform(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
+    pub(super) fn on_asked(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
         match asked {
             Asked::Open(path) => self.open_chosen(&path),
             Asked::LayOver(path) if is_link(&path) => {
