@@ -25,7 +25,7 @@ use rustc_hash::FxHashSet;
 use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault};
 use crate::reduce::{Reduction, reduce_into, reduced_size};
-use crate::volume::{ChunkCache, Plane, Shared, Volume, VoxelBox, paste};
+use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Shared, Volume, VoxelBox, paste};
 use files::Files;
 use preview::Preview;
 
@@ -35,12 +35,13 @@ const SIDE: u64 = 64;
 /// in; larger ones are made by who works. So large may a level be of which all is made at opening.
 const CHEAP_BYTES: u64 = 64 << 20;
 const CHEAP_CHUNKS: u64 = 1 << 14;
-/// Bytes of made levels that are kept in memory: of coarse levels, which fit whole, and of finer ones.
-const COARSE_BYTES: u64 = 192 << 20;
-const FINE_BYTES: usize = 64 << 20;
-/// The same where files keep them.
-const COARSE_BYTES_BESIDE_FILES: u64 = 32 << 20;
-const FINE_BYTES_BESIDE_FILES: usize = 32 << 20;
+/// Bytes that coarse levels may come to which are kept apart from finer ones, of all channels together: what
+/// fits is made again only where many times are open.
+const COARSE_BYTES: u64 = COARSE_MADE_KEPT as u64 - (16 << 20);
+/// Channels that are taken to be shown at once.
+const MOST_CHANNELS: u64 = 16;
+/// Counts what is made.
+static NEXT: AtomicU64 = AtomicU64::new(0);
 /// Chunks that are asked for at most, and faults that are remembered.
 const MOST_ASKED: usize = 4096;
 const MOST_FAULTS: usize = 16;
@@ -62,9 +63,9 @@ pub(crate) struct Made {
     base: Base,
     rule: Reduction,
     levels: Vec<MadeLevel>,
-    /// Chunks of levels that fit whole, and of those that do not.
-    coarse: ChunkCache,
-    fine: ChunkCache,
+    /// Tells its chunks from those of others that the volume keeps.
+    number: u64,
+    /// The first of the levels that fit whole.
     first_coarse: usize,
     files: Option<Files>,
     /// One array, under one key.
@@ -141,11 +142,7 @@ impl Made {
                 }
             }
         }
-        let (coarse, fine) = match files {
-            None => (COARSE_BYTES, FINE_BYTES),
-            Some(_) => (COARSE_BYTES_BESIDE_FILES, FINE_BYTES_BESIDE_FILES),
-        };
-        let mut left = coarse;
+        let mut left = COARSE_BYTES / base.volume.about().channels.clamp(1, MOST_CHANNELS);
         let fits = |level: &&MadeLevel| {
             let bytes = bytes_of(level.grid.size(), width).saturating_add(chunks_of(level) * 512);
             left = left.saturating_sub(bytes);
@@ -156,8 +153,7 @@ impl Made {
         let made = Made {
             base,
             rule,
-            coarse: ChunkCache::new((coarse + (16 << 20)) as usize),
-            fine: ChunkCache::new(fine),
+            number: NEXT.fetch_add(1, Ordering::Relaxed),
             first_coarse,
             files,
             preview: ChunkCache::new(usize::MAX),
@@ -230,7 +226,13 @@ impl Made {
     }
 
     fn cache(&self, level: usize) -> &ChunkCache {
-        if level >= self.first_coarse { &self.coarse } else { &self.fine }
+        let [coarse, fine] = self.base.volume.made();
+        if level >= self.first_coarse { coarse } else { fine }
+    }
+
+    /// Under which a chunk is kept.
+    fn key(&self, level: usize, [x, y, z]: [u64; 3]) -> (usize, Vec<u64>) {
+        (level, vec![self.number, x, y, z])
     }
 
     /// Whether a chunk of a level is made where it is asked for.
@@ -242,7 +244,7 @@ impl Made {
 
     /// A chunk of a level, or a preview of it.
     async fn chunk(&self, level: usize, at: [u64; 3]) -> Result<Chunk, VolumeError> {
-        if let Some(Some(chunk)) = self.cache(level).find(&(level, at.to_vec())) {
+        if let Some(Some(chunk)) = self.cache(level).find(&self.key(level, at)) {
             return Ok(chunk);
         }
         if self.is_cheap(level) {
@@ -259,7 +261,7 @@ impl Made {
         state.previewed.insert((level, at));
         drop(state);
         // It may have come between the looks.
-        match self.cache(level).find(&(level, at.to_vec())) {
+        match self.cache(level).find(&self.key(level, at)) {
             Some(Some(chunk)) => Ok(chunk),
             _ => Ok(preview.chunk(&self.base, &self.levels[level], at)),
         }
@@ -290,7 +292,7 @@ impl Made {
                 }
                 Ok(Some(self.chunk_of(values, size)))
             };
-            let (outcome, _) = self.cache(level).get((level, at.to_vec()), make).await;
+            let (outcome, _) = self.cache(level).get(self.key(level, at), make).await;
             let chunk = outcome?;
             let mut state = self.lock();
             if state.previewed.remove(&(level, at)) {

@@ -62,7 +62,7 @@ impl Made {
     fn next(&self, before: usize) -> Option<MadePos> {
         let mut state = self.lock();
         let task = state.asked.iter().copied().find(|(level, at)| {
-            *level < before && !self.cache(*level).is_under_way(&(*level, at.to_vec()))
+            *level < before && !self.cache(*level).is_under_way(&self.key(*level, *at))
         })?;
         state.asked.remove(&task);
         state.in_hand += 1;

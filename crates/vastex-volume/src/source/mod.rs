@@ -47,8 +47,8 @@ pub struct VolumeOptions {
     pub labels: Option<bool>,
     /// How levels are made that are not stored; `None` for the mean, and of labels for the most frequent.
     pub reduction: Option<Reduction>,
-    /// A directory that keeps levels that are made in the background, an eighth of the coarsest stored one at
-    /// most; `None` for 256 MiB of main memory.
+    /// A directory that keeps levels that are made in the background, a seventh of the coarsest stored one at
+    /// most; `None` for 256 MiB of main memory, which all sources of a volume share.
     pub cache: Option<PathBuf>,
 }
 

@@ -25,6 +25,9 @@ pub use region::VolumeRegion;
 
 /// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
+/// Bytes of levels that are made and not stored which are kept: of coarse ones, and of finer ones.
+pub(crate) const COARSE_MADE_KEPT: usize = 192 << 20;
+const FINE_MADE_KEPT: usize = 64 << 20;
 
 /// One level as it is stored.
 pub(crate) struct LevelArray {
@@ -40,6 +43,8 @@ pub struct Volume {
     cache: ChunkCache,
     /// Boxes of which many bricks are cut, where chunks are large.
     boxes: ChunkCache,
+    /// Chunks of levels that are made: of coarse ones, and of finer ones.
+    made: [ChunkCache; 2],
     /// Which chunks are stored, of levels that were asked about.
     presence: Mutex<FxHashMap<usize, Arc<Presence>>>,
 }
@@ -59,6 +64,7 @@ impl Volume {
             arrays,
             cache: ChunkCache::new(MOST_KEPT),
             boxes: ChunkCache::new(MOST_KEPT),
+            made: [COARSE_MADE_KEPT, FINE_MADE_KEPT].map(ChunkCache::new),
             presence: Mutex::default(),
         }
     }
@@ -66,6 +72,12 @@ impl Volume {
     /// How many chunks were read and decoded since it was opened, and how often one was shared.
     pub fn chunk_work(&self) -> ChunkWork {
         self.cache.work()
+    }
+
+    /// What keeps chunks of levels that are made, for all channels and times: of coarse ones, and of finer
+    /// ones.
+    pub(crate) fn made(&self) -> &[ChunkCache; 2] {
+        &self.made
     }
 
     /// Which chunks of a level that exists are stored, as far as `most` keys tell: listed once, and kept.
