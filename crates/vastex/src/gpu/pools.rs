@@ -66,6 +66,8 @@ pub(crate) struct PoolState {
     pub(crate) shape: Shape,
     /// Whether it is for textures that are held whole.
     pub(crate) is_whole: bool,
+    /// Whether somebody chose its size, so that it does not follow the picture.
+    pub(crate) is_sized: bool,
     pub(crate) tiles: Arc<str>,
     /// The first texture, as its source and as the device has it.
     stored: Arc<Description>,
@@ -149,6 +151,7 @@ impl PoolState {
             slots,
             shape,
             is_whole: false,
+            is_sized: false,
             tiles,
             stored,
             held,
@@ -177,6 +180,7 @@ impl PoolState {
             slots,
             shape: self.shape.clone(),
             is_whole: self.is_whole,
+            is_sized: self.is_sized,
             tiles: self.tiles.clone(),
             stored: self.stored.clone(),
             held: self.held.clone(),

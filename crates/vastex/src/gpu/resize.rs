@@ -31,6 +31,11 @@ impl Gpu {
         self.pools[usize::from(pool.number())].resized(&self.device, &self.queue, slots)
     }
 
+    /// Says whether somebody chose the size of a pool.
+    pub(crate) fn set_sized(&mut self, pool: PoolId, is_sized: bool) {
+        self.pools[usize::from(pool.number())].is_sized = is_sized;
+    }
+
     /// Copies the tiles that stay, and puts the new pool in the place of the old one. The page tables of its
     /// textures are to be begun anew, which the next [`Gpu::carry_out`] does.
     pub(crate) fn replace_pool(

@@ -9,6 +9,7 @@ use vastex_core::{BiasRule, PoolId};
 use super::Textures;
 use crate::error::Error;
 use crate::gpu::{PoolResize, PoolState};
+use crate::settings::Settings;
 
 /// The GPU's memory, and the device that it is on; [`Textures::memory`] gives it.
 pub struct Memory<'a> {
@@ -58,35 +59,57 @@ impl Memory<'_> {
     /// the pool is then as it was. Where there is no memory for a page table after that, pictures are as they
     /// were, and the next [update](Textures::update) goes on with the new pool. Costs a copy of each tile on
     /// the GPU, and anew the page tables of the pool's textures.
+    ///
+    /// From here on the pool has a size of its own, which [`Memory::set_picture`] leaves as it is, until
+    /// [`Memory::fit_pool`].
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
+        self.resize_as(pool, |_| bytes, true)
+    }
+
+    /// Makes a pool as large as the settings have it for the picture, as it was before
+    /// [`Memory::resize_pool`], and has it follow the picture again. Fails and costs as that does; where it
+    /// fails, the pool has a size of its own if it had one.
+    pub fn fit_pool(&mut self, pool: PoolId) -> Result<PoolResize, Error> {
+        let Settings { pools, picture, .. } = self.textures.settings.clone();
+        self.resize_as(pool, |state| state.planned(&pools, picture), false)
+    }
+
+    fn resize_as(
+        &mut self,
+        pool: PoolId,
+        bytes: impl FnOnce(&PoolState) -> u64,
+        is_sized: bool,
+    ) -> Result<PoolResize, Error> {
         let Some(old) = self.textures.gpu.pools().get(usize::from(pool.number())) else {
             return Err(Error::NoPool(pool));
         };
-        let before = old.bytes();
-        let unchanged = PoolResize { before, bytes: before, transient: before };
         if old.is_whole {
             // As large as its textures, whatever is asked for.
-            return Ok(unchanged);
+            let before = old.bytes();
+            return Ok(PoolResize { before, bytes: before, transient: before });
         }
-        self.textures.resize_to(pool, bytes)
+        let bytes = bytes(old);
+        let resize = self.textures.resize_to(pool, bytes)?;
+        self.textures.gpu.set_sized(pool, is_sized);
+        Ok(resize)
     }
 
     /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there
-    /// are the ones that have no size of their own ([`crate::PoolTuning::bytes`]). A pool that would change
-    /// by less than a quarter stays as it is, so that not every step of dragging a window copies tiles; see
-    /// [`Memory::resize_pool`]. Says what was resized.
+    /// are the ones that have no size of their own ([`crate::PoolTuning::bytes`], [`Memory::resize_pool`]). A
+    /// pool that would change by less than a quarter stays as it is, so that not every step of dragging a
+    /// window copies tiles. Says what was resized, and fails and costs as that does.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
         self.textures.settings.picture = picture;
         self.textures.gpu.fit_main_view(picture);
         let mut resized = Vec::new();
         for (number, pool) in (0..).map(PoolId::new).zip(0..self.textures.gpu.pools().len()) {
-            let PoolState { slots, is_whole, .. } = &self.textures.gpu.pools()[pool];
-            if *is_whole {
+            let PoolState { slots, is_whole, is_sized, .. } = &self.textures.gpu.pools()[pool];
+            if *is_whole || *is_sized {
                 continue;
             }
             let planned = self.textures.gpu.pools()[pool].planned(&self.textures.settings.pools, picture);
             if planned.abs_diff(slots.bytes()) * 4 >= slots.bytes() {
-                resized.push((number, self.resize_pool(number, planned)?));
+                resized.push((number, self.textures.resize_to(number, planned)?));
             }
         }
         Ok(resized)

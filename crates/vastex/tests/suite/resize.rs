@@ -148,3 +148,24 @@ fn pools_without_a_size_of_their_own_follow_the_picture() {
     screen.replace(0, property(SIZE, 32, AddressMode::Clamp));
     assert_eq!(screen.textures.stats().pool_bytes, large);
 }
+
+#[test]
+fn a_pool_that_somebody_sized_keeps_its_size_until_it_is_to_follow_the_picture_again() {
+    let sources = [property(SIZE, 32, AddressMode::Clamp)];
+    let mut screen = Screen::new(&sources, Settings { picture: PICTURE, ..settings() });
+    let planned = screen.textures.stats().pool_bytes;
+    let own = screen.textures.memory().resize_pool(POOL, planned * 3 / 2).unwrap().bytes;
+    // Not even for a moment: nothing is resized.
+    for picture in [PICTURE.map(|side| side * 3), [64, 64], PICTURE] {
+        assert_eq!(screen.textures.memory().set_picture(picture).unwrap(), []);
+        assert_eq!(screen.textures.stats().pool_bytes, own);
+    }
+    // Too few bytes for the tails: it stays as it was, and as free.
+    let error = screen.textures.memory().resize_pool(POOL, TILE).unwrap_err();
+    assert!(matches!(error, Error::Pool(_)), "{error}");
+    assert_eq!(screen.textures.memory().fit_pool(POOL).unwrap().bytes, planned);
+    let resized = screen.textures.memory().set_picture(PICTURE.map(|side| side * 3)).unwrap();
+    assert!(resized.len() == 1 && resized[0].1.bytes > planned, "{resized:?}");
+    let error = screen.textures.memory().fit_pool(PoolId::new(7)).unwrap_err();
+    assert!(matches!(error, Error::NoPool(pool) if pool.number() == 7), "{error}");
+}
