@@ -55,7 +55,7 @@ pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use source::{DirectorySource, SourceError, TiffLevel, TiffSource};
 pub use texels::{FilterError, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning, Quality};
-pub use threads::ThreadsError;
+pub use threads::{ThreadsError, give_way};
 pub use tile::LayerFault;
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,

@@ -30,12 +30,51 @@ pub(crate) fn count(threads: usize) -> usize {
 
 /// So many threads, or one for each core for 0.
 pub(crate) fn pool(threads: usize) -> Result<ThreadPool, ThreadsError> {
+    start(count(threads), || {})
+}
+
+/// The same threads, which give way to others of the program and of the machine ([`give_way`]); where the
+/// system has no such threads one fewer, so that a core is left to others.
+pub(crate) fn pool_that_gives_way(threads: usize) -> Result<ThreadPool, ThreadsError> {
     let threads = count(threads);
+    start(if CAN_GIVE_WAY { threads } else { (threads - 1).max(1) }, || {
+        give_way();
+    })
+}
+
+fn start(threads: usize, begin: fn()) -> Result<ThreadPool, ThreadsError> {
     ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|i| format!("vastex-build-{i}"))
+        .start_handler(move |_| begin())
         .build()
         .map_err(|e| ThreadsError { threads, why: e.to_string() })
+}
+
+/// Whether threads of one program have priorities of their own that may be lowered.
+const CAN_GIVE_WAY: bool = cfg!(target_os = "linux");
+/// By how much less urgent threads are that give way, of the 20 steps that there are: beside a busy thread
+/// they get a tenth of a core, so that what they do always goes on.
+#[cfg(target_os = "linux")]
+const STEPS: i32 = 10;
+
+/// Has the calling thread, and those that it starts from now on, give way to other threads of the program and
+/// of the machine, for good: where all cores are busy it gets a tenth of one, else as much as ever. For work
+/// beside something that a person looks at. Returns true if it does from now on: on Linux; on other systems
+/// nothing is changed.
+pub fn give_way() -> bool {
+    #[cfg(target_os = "linux")]
+    {
+        use rustix::process::{getpid, getpriority_process, setpriority_process};
+        // A number of 0 is the calling thread, that of the program its first one, of which others begin as
+        // urgent.
+        let of_program = getpriority_process(Some(getpid())).unwrap_or(0);
+        let urgency = of_program.saturating_add(STEPS).min(19);
+        getpriority_process(None).is_ok_and(|now| now >= urgency)
+            || setpriority_process(None, urgency).is_ok()
+    }
+    #[cfg(not(target_os = "linux"))]
+    CAN_GIVE_WAY
 }
 
 /// What `make` makes of each item, in the order of the items.
@@ -121,6 +160,28 @@ mod tests {
             let made = pool.install(|| map(0..count, least, |item| item.to_string()));
             assert_eq!(made, (0..count).map(|item| item.to_string()).collect::<Vec<_>>());
         }
+    }
+
+    /// Each thread of such a pool, and none of others, whose makers stay as they are.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn threads_that_give_way_are_less_urgent_than_those_of_the_program() {
+        let urgency = || rustix::process::getpriority_process(None).unwrap();
+        let of = |pool: ThreadPool| pool.broadcast(|_| urgency());
+        let mine = urgency();
+        assert_eq!(of(pool(2).unwrap()), [mine; 2]);
+        assert!(of(pool_that_gives_way(2).unwrap()).iter().all(|there| *there > mine));
+        assert_eq!(urgency(), mine);
+        // What a thread starts once it gives way does so too, and no more than it.
+        let [first, again, started] = std::thread::scope(|scope| {
+            let gives_way = || {
+                let [first, again] = [(); 2].map(|()| (give_way(), urgency()).1);
+                let started = std::thread::spawn(urgency).join().unwrap();
+                [first, again, started]
+            };
+            scope.spawn(gives_way).join().unwrap()
+        });
+        assert!(first > mine && again == first && started == first, "{first}, {again}, {started}");
     }
 
     #[test]

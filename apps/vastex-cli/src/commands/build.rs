@@ -126,6 +126,7 @@ fn options(args: &BuildArgs) -> BuildOptions {
         address: args.address.modes,
         border_color: args.address.color,
         threads: args.threads.count(),
+        gives_way: false,
         durable: args.disk.durable,
         align: args.align.unwrap_or(1),
         mask: args.mask.clone(),

@@ -77,7 +77,9 @@ pub(crate) fn run(
     let mut description = layers::describe(layers, options)?;
     let plans: Result<Vec<_>, _> =
         layers.iter().map(|layer| layer.plan(&description.geometry, options)).collect();
-    let (plans, pool) = (plans?, Arc::new(threads::pool(options.threads)?));
+    let plans = plans?;
+    let pool = if options.gives_way { threads::pool_that_gives_way } else { threads::pool };
+    let pool = Arc::new(pool(options.threads)?);
     let finer_levels = match stage {
         Stage::Whole => 0,
         Stage::UnderInsets { finer_levels } => {

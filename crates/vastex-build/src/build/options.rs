@@ -107,6 +107,10 @@ pub struct BuildOptions {
     /// One thread for each layer, which reads it, and one that writes are not counted. 0 starts one for each
     /// core.
     pub threads: usize,
+    /// Whether these threads give way to others of the program and of the machine ([`crate::give_way`]), for
+    /// a build beside something that a person looks at. It takes as long as any where nothing else is at
+    /// work. On systems other than Linux one thread fewer is started instead. It decides no byte.
+    pub gives_way: bool,
     /// Whether to wait at the end until the disk has everything.
     pub durable: bool,
     /// Every tile begins at a multiple of this many bytes, for direct I/O: a power of two from 4096 to
@@ -145,6 +149,7 @@ impl Default for BuildOptions {
             tolerant: false,
             insets: Vec::new(),
             threads: 0,
+            gives_way: false,
             durable: false,
             align: 1,
             memory_limit: 16 << 30,

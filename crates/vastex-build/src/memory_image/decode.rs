@@ -28,12 +28,15 @@ pub struct DecodeOptions {
     pub wraps: bool,
     /// Threads that help to decode what is stored in pieces; 0 for one for each core.
     pub threads: usize,
+    /// Whether these threads give way to others, as in [`crate::BuildOptions::gives_way`].
+    pub gives_way: bool,
 }
 
 impl Default for DecodeOptions {
     /// 1 GiB for the image, 1 GiB for its reader, edges that are no neighbours, a thread for each core.
     fn default() -> DecodeOptions {
-        DecodeOptions { image_bytes: 1 << 30, reader_bytes: 1 << 30, wraps: false, threads: 0 }
+        let (image_bytes, reader_bytes) = (1 << 30, 1 << 30);
+        DecodeOptions { image_bytes, reader_bytes, wraps: false, threads: 0, gives_way: false }
     }
 }
 
@@ -43,6 +46,7 @@ pub struct Decoding {
     reader: Box<dyn RowReader>,
     image: Arc<MemoryImage>,
     threads: usize,
+    gives_way: bool,
 }
 
 impl Decoding {
@@ -64,7 +68,8 @@ impl Decoding {
         }
         let halvings = MemoryImage::halvings_to_fit(header, options.image_bytes);
         let image = Arc::new(MemoryImage::new(header, halvings, options.wraps)?);
-        Ok(Decoding { path: path.into(), reader, image, threads: options.threads })
+        let &DecodeOptions { threads, gives_way, .. } = options;
+        Ok(Decoding { path: path.into(), reader, image, threads, gives_way })
     }
 
     /// The image, which can be read from before it is decoded: texels that are not there yet are zero.
@@ -77,7 +82,8 @@ impl Decoding {
     pub fn run(mut self, progress: &dyn Progress) -> Result<Arc<MemoryImage>, BuildError> {
         let header = self.reader.header().clone();
         header.notices.iter().for_each(|notice| progress.note(&self.path, notice));
-        let pool = Arc::new(threads::pool(self.threads)?);
+        let pool = if self.gives_way { threads::pool_that_gives_way } else { threads::pool };
+        let pool = Arc::new(pool(self.threads)?);
         let pieces = PIECES * pool.current_num_threads();
         self.reader.take_help(&Helpers::new(pool, pieces));
         let row = header.row_bytes();
