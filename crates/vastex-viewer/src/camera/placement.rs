@@ -14,6 +14,8 @@ pub struct ImagePlacement {
     centre: DVec2,
     /// The middle of the picture, in pixels.
     middle: DVec2,
+    /// Its first corner.
+    corner: DVec2,
     /// Steps in the image from those that are seen, and the other way round.
     image_from_seen: DMat2,
     seen_from_image: DMat2,
@@ -52,7 +54,15 @@ impl ImagePlacement {
 
     /// [`ImagePlacement::bounds`] of the whole picture.
     pub fn seen(&self) -> [DVec2; 2] {
-        self.bounds(DVec2::ZERO, 2.0 * self.middle)
+        self.bounds(self.corner, 2.0 * self.middle - self.corner)
+    }
+
+    /// The same in a picture that is a part of a larger one, whose pixels are meant from here on. Its first
+    /// corner is at the pixel `corner` of that one.
+    #[must_use]
+    pub fn within(self, corner: DVec2) -> ImagePlacement {
+        let moved = corner - self.corner;
+        ImagePlacement { middle: self.middle + moved, corner, ..self }
     }
 }
 
@@ -66,7 +76,8 @@ impl Pose {
         let (image_from_seen, seen_from_image) =
             (orientation.image_from_seen(), orientation.seen_from_image());
         let (centre, middle) = (centre * size(image), size(picture) / 2.0);
-        Some(ImagePlacement { scale, centre, middle, image_from_seen, seen_from_image })
+        let corner = DVec2::ZERO;
+        Some(ImagePlacement { scale, centre, middle, corner, image_from_seen, seen_from_image })
     }
 
     /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows
@@ -107,6 +118,16 @@ mod tests {
             let texel = DVec2::new(17.25, 400.5);
             assert!((placed.texel(placed.pixel(texel)) - texel).length() < 1e-9, "{orientation:?}");
         }
+    }
+
+    #[test]
+    fn a_part_of_a_picture_shows_the_same_further_to_the_right() {
+        let pose = Pose::image(DVec2::new(0.3, 0.6), 3.0);
+        let alone = pose.placement([640, 480], [1000, 500]).unwrap();
+        let part = alone.within(DVec2::new(640.0, 0.0));
+        let texel = DVec2::new(17.25, 400.5);
+        assert_eq!(part.pixel(texel), alone.pixel(texel) + DVec2::new(640.0, 0.0));
+        assert_eq!((part.seen(), part.within(DVec2::ZERO)), (alone.seen(), alone));
     }
 
     #[test]

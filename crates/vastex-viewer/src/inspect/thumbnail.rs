@@ -33,12 +33,23 @@ impl Thumbnail {
         image: [u32; 2],
         size: [usize; 2],
     ) -> Option<Thumbnail> {
-        let shown = || layers.iter().filter(|shown| shown.is_visible && shown.opacity > 0.0);
-        let shrunk = (shown().count().max(1) as f64).sqrt();
+        Thumbnail::of_shown(textures, layers.iter(), image, size)
+    }
+
+    /// The same of some layers alone.
+    pub fn of_shown<'a>(
+        textures: &Textures,
+        layers: impl Iterator<Item = &'a ShownLayer>,
+        image: [u32; 2],
+        size: [usize; 2],
+    ) -> Option<Thumbnail> {
+        let seen = layers.filter(|shown| shown.is_visible && shown.opacity > 0.0);
+        let shown: Vec<&ShownLayer> = seen.collect();
+        let shrunk = (shown.len().max(1) as f64).sqrt();
         let size = size.map(|side| ((side as f64 / shrunk).round() as usize).max(1));
         let mut pixels = vec![[0, 0, 0, 255]; size[0] * size[1]];
         let mut levels = vec![0; CELLS[0] * CELLS[1]];
-        for (n, shown) in shown().enumerate() {
+        for (n, shown) in shown.into_iter().enumerate() {
             add(textures, shown, n == 0, (size, &mut pixels), (image, &mut levels))?;
         }
         Some(Thumbnail { size, pixels, cells: CELLS, levels })

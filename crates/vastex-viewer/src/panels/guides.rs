@@ -27,12 +27,22 @@ pub struct ImageView {
     pub picture: [u32; 2],
     /// Columns and rows of the image.
     pub image: [u32; 2],
+    /// Physical pixels of the window to the left of the picture, which may be one of several panes.
+    pub left: u32,
+}
+
+impl ImageView {
+    /// How the image lies in the pixels of the window; `None` in scenes that have no guides.
+    pub(super) fn placement(&self) -> Option<ImagePlacement> {
+        let placed = self.pose.placement(self.picture, self.image)?;
+        Some(placed.within(DVec2::new(self.left.into(), 0.0)))
+    }
 }
 
 /// Paints the guides of an image within `free`, the part of the picture that no panel covers. The scale bar
 /// is a length in the world where `texel_size` says how large texels are there, else so many texels.
 ///
-/// `value` answers what is stored below a physical pixel. It is asked once for each texel in view, and only
+/// `value` answers what is stored below a physical pixel of the picture. It is asked once for each texel in view, and only
 /// where texels are at least 44 points wide: at most some thousand times.
 pub fn paint_guides(
     painter: &Painter,
@@ -56,7 +66,7 @@ pub fn paint_guides(
             if !free.expand(placed.side()).contains(placed.point(middle)) {
                 continue;
             }
-            if let Some(texel) = value(placed.pixel(middle)) {
+            if let Some(texel) = value(placed.pixel(middle) - placed.corner()) {
                 paint_values(&painter, placed.point(middle), placed.side(), &texel);
             }
         }
@@ -70,14 +80,21 @@ struct Placed {
     image_placement: ImagePlacement,
     picture: [u32; 2],
     image: [u32; 2],
+    /// Of the picture in the window, in physical pixels.
+    left: u32,
     pixels_per_point: f64,
 }
 
 impl Placed {
     fn new(view: &ImageView, pixels_per_point: f32) -> Option<Placed> {
-        let image_placement = view.pose.placement(view.picture, view.image)?;
-        let ImageView { picture, image, .. } = *view;
-        Some(Placed { image_placement, picture, image, pixels_per_point: pixels_per_point.into() })
+        let image_placement = view.placement()?;
+        let ImageView { picture, image, left, .. } = *view;
+        Some(Placed { image_placement, picture, image, left, pixels_per_point: pixels_per_point.into() })
+    }
+
+    /// The first corner of the picture in the window, in physical pixels.
+    fn corner(&self) -> DVec2 {
+        DVec2::new(self.left.into(), 0.0)
     }
 
     /// Side of a texel in points.
@@ -98,10 +115,10 @@ impl Placed {
     /// The columns and the rows of the image that are in a part of the window: the first one, and one past
     /// the last.
     fn seen(&self, part: Rect) -> [[u32; 2]; 2] {
-        let picture = DVec2::from(self.picture.map(f64::from));
+        let (corner, picture) = (self.corner(), DVec2::from(self.picture.map(f64::from)));
         let pixel = |point: Pos2| {
             let pixel = DVec2::new(point.x.into(), point.y.into()) * self.pixels_per_point;
-            pixel.clamp(DVec2::ZERO, picture)
+            pixel.clamp(corner, corner + picture)
         };
         let [low, high] = self.image_placement.bounds(pixel(part.min), pixel(part.max));
         [0, 1].map(|axis| {
@@ -209,13 +226,18 @@ mod tests {
     fn texels_lie_where_the_camera_shows_them() {
         // 20 pixels a texel, the middle of the view on the corner between the texels (9, 4) and (10, 5).
         let pose = Pose::image(DVec2::new(0.1, 0.1), 20.0);
-        let view = ImageView { pose, picture: [100, 60], image: [100, 50] };
+        let view = ImageView { pose, picture: [100, 60], image: [100, 50], left: 0 };
         let placed = Placed::new(&view, 2.0).unwrap();
         assert_eq!(placed.image_placement.scale, 20.0);
         assert_eq!(placed.point(DVec2::new(10.0, 5.0)), pos2(25.0, 15.0));
         assert_eq!(placed.pixel(DVec2::new(9.5, 5.5)), DVec2::new(40.0, 40.0));
         let seen = placed.seen(Rect::from_min_max(pos2(0.0, 0.0), pos2(50.0, 30.0)));
         assert_eq!(seen, [[7, 13], [3, 7]]);
+        // The same in the second of two panes.
+        let second = Placed::new(&ImageView { left: 100, ..view }, 2.0).unwrap();
+        assert_eq!(second.point(DVec2::new(10.0, 5.0)), pos2(75.0, 15.0));
+        assert_eq!(second.seen(Rect::from_min_max(pos2(50.0, 0.0), pos2(100.0, 30.0))), seen);
+        assert_eq!(second.seen(Rect::EVERYTHING), seen, "what another pane shows is not its own");
         // No more than there is of the image.
         let placed = Placed::new(&ImageView { pose: Pose::first(crate::Scene::Image), ..view }, 1.0).unwrap();
         assert_eq!(placed.seen(Rect::EVERYTHING), [[0, 100], [0, 50]]);

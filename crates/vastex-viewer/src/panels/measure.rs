@@ -84,7 +84,7 @@ impl Measure {
 
     /// Paints the line over the picture of its image, within `free`, the part of it that no panel covers.
     pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView, texel_size: Option<&TexelSize>) {
-        let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
+        let Some(placed) = view.placement() else { return };
         let painter = painter.with_clip_rect(free);
         let pixels_per_point = f64::from(painter.pixels_per_point());
         let place = |texel: &DVec2| placed.pixel(*texel) / pixels_per_point;

@@ -1,4 +1,4 @@
-//! What went wrong, told over the picture until a person has read it.
+//! What went wrong and what there is to know of a file, told over the picture until a person has read it.
 
 use egui::{
     Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Rect, RichText, Vec2,
@@ -6,12 +6,16 @@ use egui::{
 
 /// Messages that are told at once; of more the newest.
 const MOST: usize = 4;
-/// What they are written on.
-const GROUND: Color32 = Color32::from_rgb(122, 30, 30);
+/// What they are written on, the colour of their letters, and their buttons'.
+const ERROR: [Color32; 3] =
+    [Color32::from_rgb(122, 30, 30), Color32::from_rgb(255, 236, 232), Color32::from_rgb(78, 16, 16)];
+const NOTE: [Color32; 3] =
+    [Color32::from_rgb(34, 44, 62), Color32::from_rgb(226, 233, 244), Color32::from_rgb(20, 27, 40)];
 /// Points that a message is wide at most.
 const WIDTH: f32 = 560.0;
 
-/// What went wrong. A message stays until it is dismissed, or until its owner says that it is no longer so.
+/// What went wrong, and what there is to know. A message stays until it is dismissed, or until its owner says
+/// that it is no longer so.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Messages {
     /// The oldest first.
@@ -25,6 +29,8 @@ struct Message {
     text: String,
     /// How often it happened.
     times: u32,
+    /// Whether nothing went wrong.
+    is_note: bool,
 }
 
 impl Messages {
@@ -32,13 +38,35 @@ impl Messages {
     pub fn add(&mut self, topic: &str, text: impl Into<String>) {
         let before = self.told.iter().position(|message| message.topic == topic);
         let times = before.map_or(0, |at| self.told.remove(at).times);
-        self.told.push(Message {
-            topic: topic.to_owned(),
-            text: text.into(),
-            times: times.saturating_add(1),
-        });
-        let surplus = self.told.len().saturating_sub(MOST);
-        self.told.drain(..surplus);
+        let (topic, text, times) = (topic.to_owned(), text.into(), times.saturating_add(1));
+        self.push(Message { topic, text, times, is_note: false });
+    }
+
+    /// There is something to know. It is added to what is said of its topic already, on a line of its own,
+    /// unless the same is said there.
+    pub fn note(&mut self, topic: &str, text: &str) {
+        match self.told.iter_mut().find(|message| message.is_note && message.topic == topic) {
+            Some(message) if message.text.lines().any(|line| line == text) => {}
+            Some(message) => message.text = format!("{}\n{text}", message.text),
+            None => {
+                let (topic, text) = (topic.to_owned(), text.to_owned());
+                self.push(Message { topic, text, times: 1, is_note: true });
+            }
+        }
+    }
+
+    /// Nothing of what was there to know concerns what is shown.
+    pub fn forget_notes(&mut self) {
+        self.told.retain(|message| !message.is_note);
+    }
+
+    fn push(&mut self, message: Message) {
+        self.told.push(message);
+        // What went wrong is said rather than what there is to know.
+        while self.told.len() > MOST {
+            let least = self.told.iter().position(|message| message.is_note).unwrap_or(0);
+            self.told.remove(least);
+        }
     }
 
     /// What is said of a topic is no longer so. Returns true if anything was.
@@ -65,16 +93,17 @@ impl Messages {
         area.show(context, |ui| {
             let mut read = None;
             for (n, message) in self.told.iter().enumerate() {
+                let [ground, letters, button] = if message.is_note { NOTE } else { ERROR };
                 let frame = Frame::new()
-                    .fill(GROUND)
+                    .fill(ground)
                     .corner_radius(CornerRadius::same(4))
                     .inner_margin(Margin::same(8));
                 frame.show(ui, |ui| {
                     ui.set_width(width);
-                    ui.visuals_mut().override_text_color = Some(Color32::from_rgb(255, 236, 232));
+                    ui.visuals_mut().override_text_color = Some(letters);
                     ui.add(Label::new(RichText::new(&message.text)).wrap());
                     ui.horizontal(|ui| {
-                        let button = Button::new("Dismiss").fill(Color32::from_rgb(78, 16, 16));
+                        let button = Button::new("Dismiss").fill(button);
                         if ui.add(button).clicked() {
                             read = Some(n);
                         }
@@ -127,6 +156,28 @@ mod tests {
         assert!(harness.state_mut().forget("tiles") && harness.state().is_empty());
         harness.run();
         assert!(harness.query_by_label("Dismiss").is_none());
+    }
+
+    #[test]
+    fn notes_of_a_topic_stand_together_and_go_with_what_they_are_of() {
+        let mut messages = Messages::default();
+        for note in ["the whole image is held in memory", "colours are converted"].repeat(2) {
+            messages.note("a.jpg", note);
+        }
+        messages.add("tiles", "level 0 3,4 failed");
+        let mut harness = shown(messages);
+        harness.run();
+        assert!(harness.query_by_label("the whole image is held in memory\ncolours are converted").is_some());
+        assert_eq!(harness.get_all_by_label("Dismiss").count(), 2);
+        assert!(super::super::unnamed(&harness.root()).is_empty());
+        harness.state_mut().forget_notes();
+        harness.run();
+        assert!(harness.query_by_label("level 0 3,4 failed").is_some(), "what went wrong stays");
+        assert_eq!(harness.get_all_by_label("Dismiss").count(), 1);
+        // Of too many, notes go first.
+        harness.state_mut().note("b.jpg", "only the first image of the file is read");
+        (0..MOST).for_each(|n| harness.state_mut().add(&n.to_string(), format!("file {n}")));
+        assert!(harness.state().told.iter().all(|message| !message.is_note));
     }
 
     #[test]

@@ -62,7 +62,7 @@ impl Minimap {
         }
         self.renew(context, size, is_settled, take);
         let Taken { thumbnail, texture, .. } = self.taken.as_ref()?;
-        let area = Area::new(Id::unique("minimap")).fixed_pos(free.min + Vec2::splat(MARGIN));
+        let area = Area::new(Id::unique(("minimap", view.left))).fixed_pos(free.min + Vec2::splat(MARGIN));
         let shown = area.show(context, |ui| {
             let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
             response.widget_info(|| WidgetInfo::labeled(egui::Role::Image, true, "Map of the image"));
@@ -164,7 +164,7 @@ mod tests {
 
     fn view(centre: [f64; 2], zoom: f64) -> ImageView {
         let pose = Pose::image(centre.into(), zoom);
-        ImageView { pose, picture: [800, 400], image: [4000, 2000] }
+        ImageView { pose, picture: [800, 400], image: [4000, 2000], left: 0 }
     }
 
     #[test]

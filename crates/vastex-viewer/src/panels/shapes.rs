@@ -127,7 +127,7 @@ impl Shapes {
     /// points are painted as are in view and told apart, and of all about a quarter of a million at most.
     /// Costs some nanoseconds for each shape, and each 256 points of one, that is not in view.
     pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView) {
-        let Some(placed) = view.pose.placement(view.picture, view.image) else { return };
+        let Some(placed) = view.placement() else { return };
         let sight = Sight::new(painter, free, &placed);
         let mut crowd = Crowd::new(free);
         let mut room = MOST_PAINTED;

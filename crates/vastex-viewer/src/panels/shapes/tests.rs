@@ -100,7 +100,7 @@ fn of_a_crowd_one_is_painted_in_each_cell() {
 /// What is painted of shapes in a window of 200x100 points over an image of 2000x1000 texels.
 fn painted(shapes: &Shapes, pose: Pose) -> Vec<Shape> {
     let context = Context::default();
-    let view = ImageView { pose, picture: [200, 100], image: [2000, 1000] };
+    let view = ImageView { pose, picture: [200, 100], image: [2000, 1000], left: 0 };
     let window = Rect::from_min_size(Pos2::ZERO, Vec2::new(200.0, 100.0));
     let input = RawInput { screen_rect: Some(window), ..RawInput::default() };
     let mut output = context.run_ui(input, |ui| {
