@@ -40,14 +40,15 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
     };
     let cache = BuildCache::new(directory, options.cache.cache_gib << 30);
     let x = if options.wraps { AddressMode::Wrap } else { AddressMode::Clamp };
-    let build = BuildOptions { address: [x, AddressMode::Clamp], ..BuildOptions::default() };
+    let gives_way = options.observer.is_watched();
+    let build = BuildOptions { address: [x, AddressMode::Clamp], gives_way, ..BuildOptions::default() };
     let progress = ImageProgress::new(path, options, Some(cache.directory()));
     let opened = cache.open(path, &build, &progress);
     progress.bar.finish_and_clear();
     match opened {
         Ok(cached) => {
             let anew = Anew { cache, image: path.to_owned(), options: build };
-            Ok(Some(Arc::new(Mended::new(cached.container, anew))))
+            Ok(Some(Arc::new(Mended::new(cached.container, anew, options.observer.mending()))))
         }
         Err(CacheError::Build(BuildError::Input { fault, .. })) if is_no_image(&fault) => Ok(None),
         Err(CacheError::Unusable { directory, error }) => bail!(
@@ -66,7 +67,8 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
 /// An image decoded into memory, at half of its size or less where all of it would take too much.
 fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     let progress = ImageProgress::new(path, options, None);
-    let decode = DecodeOptions { wraps: options.wraps, ..DecodeOptions::default() };
+    let gives_way = options.observer.is_watched();
+    let decode = DecodeOptions { wraps: options.wraps, gives_way, ..DecodeOptions::default() };
     let decoded = Decoding::open(path, &decode).and_then(|decoding| {
         progress.note_reduced(decoding.image(), decode.image_bytes);
         progress.preview.borrow_mut().take(decoding.image().clone());
@@ -108,6 +110,7 @@ struct ImageProgress<'a> {
     path: &'a Path,
     observer: &'a dyn OpenObserver,
     is_said: Cell<bool>,
+    gives_way: Cell<bool>,
     waits: Cell<u32>,
     preview: RefCell<Preview<'a>>,
 }
@@ -121,6 +124,7 @@ impl<'a> ImageProgress<'a> {
             path,
             observer,
             is_said: Cell::default(),
+            gives_way: Cell::default(),
             waits: Cell::default(),
             preview: RefCell::new(Preview::new(path, wraps, observer)),
         }
@@ -153,12 +157,16 @@ impl Progress for ImageProgress<'_> {
                 "note: {path}: is built into {directory} once, and opens at once from then on"
             ));
         }
+        self.preview.borrow_mut().begin();
+        // A quick preview is there: from now on the picture comes before the rest of the image.
+        if self.observer.is_watched() && !self.gives_way.replace(true) {
+            vastex_build::give_way();
+        }
         self.bar.set_length(rows_total);
         self.bar.set_position(rows_done);
         if bytes_written > 0 {
             self.bar.set_message(format!(", {} written", report::bytes(bytes_written)));
         }
-        self.preview.borrow_mut().begin();
         self.observer.advance(rows_done as f64 / rows_total.max(1) as f64)
     }
 
@@ -178,5 +186,6 @@ impl Progress for ImageProgress<'_> {
 
     fn note(&self, image: &Path, notice: &Notice) {
         self.bar.suspend(|| report::say_of_image(image, notice));
+        self.observer.note(&format!("{}: {notice}", image.display()));
     }
 }

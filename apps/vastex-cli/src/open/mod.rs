@@ -35,6 +35,8 @@ use crate::{disk_cache, planet, report};
 pub(crate) use about::{FileAbout, FileBands};
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
+#[cfg(all(feature = "view", feature = "build"))]
+pub(crate) use observer::{MendObserver, Mending};
 #[cfg(feature = "view")]
 pub(crate) use shapes::{check_shapes, shapes_over};
 
@@ -220,7 +222,7 @@ fn is_volume(_: &Path) -> bool {
 /// The same of whatever is drawn.
 fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
-        let refused = match in_place(path) {
+        let refused = match in_place(path, image.map(|image| image.observer)) {
             Ok(Some(tiles)) => return Ok(tiles),
             Ok(None) => None,
             Err(error) => Some(error),
@@ -262,11 +264,14 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
 /// What others wrote, where it lies: a TIFF pyramid or a directory of tiles; `None` if `path` is something
 /// else.
 #[cfg(feature = "build")]
-fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
+fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<Arc<dyn TileSource>>> {
     use vastex_build::{DirectorySource, InputFault, SourceError, TiffSource};
 
     let say = |notices: &[vastex_build::Notice]| {
-        notices.iter().for_each(|notice| report::say(&format!("note: {}: {notice}", path.display())));
+        for note in notices.iter().map(|notice| format!("{}: {notice}", path.display())) {
+            report::say(&format!("note: {note}"));
+            observer.iter().for_each(|observer| observer.note(&note));
+        }
     };
     let is_none =
         |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
@@ -290,7 +295,7 @@ fn in_place(path: &Path) -> Result<Option<Arc<dyn TileSource>>> {
 
 /// Without the readers of `vastex build` nothing of others can be read.
 #[cfg(not(feature = "build"))]
-fn in_place(_: &Path) -> Result<Option<Arc<dyn TileSource>>> {
+fn in_place(_: &Path, _: Option<&dyn OpenObserver>) -> Result<Option<Arc<dyn TileSource>>> {
     Ok(None)
 }
 

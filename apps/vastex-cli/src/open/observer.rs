@@ -6,9 +6,28 @@ use std::ops::ControlFlow;
 #[cfg(feature = "build")]
 use std::sync::Arc;
 
+/// What becomes of a cached image of which a tile turned out to be damaged.
+pub(crate) enum Mending {
+    /// It is being built anew, as the text says.
+    Begun(String),
+    /// It is whole again: what failed is to be tried again.
+    Done,
+    /// It stays damaged, for the reason that the text gives; stderr has it already.
+    Failed(String),
+}
+
+/// Is told of that, from any thread and long after the image was opened.
+#[cfg(feature = "build")]
+pub(crate) type MendObserver = Arc<dyn Fn(Mending) + Send + Sync>;
+
 /// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that
 /// opens it.
 pub(crate) trait OpenObserver {
+    /// Whether a person looks at something meanwhile, so that what is built gives way to that.
+    fn is_watched(&self) -> bool {
+        false
+    }
+
     /// Whether previews are wanted at all.
     fn wants_preview(&self) -> bool {
         false
@@ -26,6 +45,18 @@ pub(crate) trait OpenObserver {
         ControlFlow::Continue(())
     }
 
+    /// Who is told of a cached image that is found damaged. Reads of its damaged tiles then fail while it is
+    /// built anew, and are to be tried again; where nobody is told, they wait.
+    #[cfg(feature = "build")]
+    fn mending(&self) -> Option<MendObserver> {
+        None
+    }
+
+    /// Something of the file that a person should know, as a text that names it; stderr has it already.
+    fn note(&self, note: &str) {
+        let _ = note;
+    }
+
     /// The image of `size` texels will be there at a share of its size, for the reason that `note` gives;
     /// stderr has it already.
     fn reduced(&self, size: [u32; 2], note: &str) {
@@ -40,7 +71,20 @@ impl OpenObserver for () {}
 pub(super) struct WithoutPreview<'a>(pub(super) &'a dyn OpenObserver);
 
 impl OpenObserver for WithoutPreview<'_> {
+    fn is_watched(&self) -> bool {
+        self.0.is_watched()
+    }
+
     fn advance(&self, share: f64) -> ControlFlow<()> {
         self.0.advance(share)
+    }
+
+    #[cfg(feature = "build")]
+    fn mending(&self) -> Option<MendObserver> {
+        self.0.mending()
+    }
+
+    fn note(&self, note: &str) {
+        self.0.note(note);
     }
 }

@@ -11,7 +11,8 @@ use vastex_viewer::panels::{ImageView, Minimap, Shapes, TexelSize, paint_guides}
 /// Pixels a texel from which an image's texels are shown as they are.
 pub(crate) const CRISP: f64 = 4.0;
 
-/// An image, and what its guides are taken from.
+/// An image, and what its guides are taken from. Where layers are side by side, `view` is that of the first
+/// pane.
 pub(crate) struct Guided<'a> {
     pub(crate) textures: &'a Textures,
     pub(crate) renderer: &'a SceneRenderer,
@@ -25,18 +26,30 @@ pub(crate) struct Guided<'a> {
 }
 
 impl Guided<'_> {
-    /// Paints the guides within `free`, the part of the picture that no panel covers. Gives back where a
+    /// Paints the guides of a pane within `free`, the part of it that no panel covers. Gives back where a
     /// person wants the camera.
-    pub(crate) fn show(&self, ui: &Ui, free: Rect, minimap: &mut Minimap) -> Option<Pose> {
+    pub(crate) fn show(&self, ui: &Ui, pane: u32, free: Rect, minimap: &mut Minimap) -> Option<Pose> {
         let Guided { textures, renderer, view, texel_size, shapes, is_settled, is_seen } = *self;
-        let sizes = (view.picture, view.image);
-        let layer = |across: f64| renderer.layers().inspected_at(across / f64::from(view.picture[0])).layer;
-        let asked = |pixel: DVec2| (renderer, layer(pixel.x));
-        let value = |pixel: DVec2| inspect::texel_at(textures, asked(pixel), &view.pose, sizes, pixel);
-        paint_guides(ui.painter(), free, view, texel_size, value);
-        shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, view));
-        let of_layers = |size| Thumbnail::of_layers(textures, renderer.layers(), view.image, size);
+        let (layers, sizes) = (renderer.layers(), (view.picture, view.image));
+        let view = ImageView { left: view.left + pane * view.picture[0], ..*view };
+        // A share of a pane's width, counted from the first pane on.
+        let across = |pixel: DVec2| f64::from(pane) + pixel.x / f64::from(view.picture[0].max(1));
+        let value = |pixel: DVec2| {
+            let layer = layers.inspected_at(across(pixel)).layer;
+            inspect::texel_at(textures, (renderer, layer), &view.pose, sizes, pixel)
+        };
+        paint_guides(ui.painter(), free, &view, texel_size, value);
+        shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, &view));
+        let of_layers = |size| match layers.panes() {
+            1 => Thumbnail::of_layers(textures, layers, view.image, size),
+            _ => Thumbnail::of_shown(
+                textures,
+                layers.in_panes().nth(pane as usize).into_iter(),
+                view.image,
+                size,
+            ),
+        };
         let take = |size| if is_seen { of_layers(size) } else { None };
-        minimap.show(ui.ctx(), free, view, is_settled, take)
+        minimap.show(ui.ctx(), free, &view, is_settled, take)
     }
 }

@@ -216,7 +216,7 @@ impl Shot {
     ) -> Result<()> {
         let layers = drawn.renderer().layers();
         let panes = Panes { count: layers.panes(), width: layers.pane_size(self.size)[0] };
-        let view = ImageView { pose, picture: [panes.width, self.size[1]], image: sources.image };
+        let view = ImageView { pose, picture: [panes.width, self.size[1]], image: sources.image, left: 0 };
         let name = |layer: vastex::LayerId| {
             let texture = drawn.textures().texture(layer.texture()).ok();
             texture.and_then(|texture| texture.name().map(str::to_owned)).unwrap_or_default()
@@ -246,7 +246,8 @@ impl Shot {
                 }
             }
         }
-        let (mut hud, mut minimap) = (Hud::default(), Minimap::default());
+        let mut hud = Hud::default();
+        let mut minimaps: Vec<Minimap> = (0..panes.count).map(|_| Minimap::default()).collect();
         let mut compare_mode = self.options.compare_mode;
         let can_compare = drawn.renderer().layers().can_compare();
         painter.run(|ui| {
@@ -255,13 +256,13 @@ impl Shot {
                 drop(hud.show(ui, data));
             }
             let all = ui.available_rect_before_wrap();
-            let free = panes.rect(0, all, ui.pixels_per_point());
+            let free = |pane: u32| panes.rect(pane, all, ui.pixels_per_point());
             panes.paint(ui.painter(), all, &titles, None);
             if self.overlay.is_some() {
                 return;
             }
             if can_compare {
-                swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);
+                swipe_line(ui.ctx(), free(0), view.picture[0], &mut compare_mode);
             }
             if self.has_guides {
                 let about = &sources.about;
@@ -274,7 +275,9 @@ impl Shot {
                     is_settled: true,
                     is_seen: true,
                 };
-                guided.show(ui, free, &mut minimap);
+                for (pane, minimap) in (0..).zip(&mut minimaps) {
+                    guided.show(ui, pane, free(pane), minimap);
+                }
             }
         });
         painter.paint(parts, whole)

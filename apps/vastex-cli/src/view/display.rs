@@ -88,6 +88,13 @@ impl<S> Display<S> {
         }
     }
 
+    /// Displays the same source made anew in the place of the one that is displayed, which is given back.
+    /// `None`, and `source` is dropped, if nothing is displayed.
+    #[must_use = "what is gone is still among the textures"]
+    pub(super) fn exchange(&mut self, source: S) -> Option<S> {
+        Some(std::mem::replace(self.displayed_mut()?, source))
+    }
+
     /// The same of sources that something is done to, which may fail.
     pub(super) fn try_map<T, E>(self, mut map: impl FnMut(S) -> Result<T, E>) -> Result<Display<T>, E> {
         Ok(match self {
@@ -160,6 +167,16 @@ mod tests {
         assert_eq!(display.take_over(true, now), Some('p'));
         assert_eq!((display.displayed(), display.next(), display.is_source()), (Some(&'s'), None, true));
         assert_eq!(display.finish(), None);
+    }
+
+    #[test]
+    fn what_is_made_anew_takes_the_place_of_what_it_was_made_of() {
+        let mut display = Display::Preview { opening: 3, source: 'p' };
+        assert_eq!(display.exchange('q'), Some('p'));
+        assert_eq!(display, Display::Preview { opening: 3, source: 'q' });
+        let mut display = Display::Source('s');
+        assert_eq!((display.exchange('t'), &display), (Some('s'), &Display::Source('t')));
+        assert_eq!(Display::Empty.exchange('x'), None);
     }
 
     #[test]

@@ -65,7 +65,7 @@ use over::Over;
 use panel::Asked;
 use remembered::Remembered;
 use times::Times;
-use viewer::{Viewer, Wake};
+use viewer::{MadeAnew, Viewer, Wake};
 
 /// Devices that may be lost, one after another, before the program gives up.
 const MAX_LOST_DEVICES: u32 = 3;
@@ -125,6 +125,8 @@ enum Message {
     Opening(Report),
     /// What became of the dialog for files.
     Chosen(Chosen),
+    /// Textures for another mode of feedback.
+    MadeAnew(Box<MadeAnew>),
     /// A picture of the window lies in a file, or none does.
     Shot(Result<PathBuf>),
 }
@@ -411,14 +413,13 @@ impl ApplicationHandler<Message> for App {
     }
 
     fn user_event(&mut self, events: &ActiveEventLoop, message: Message) {
-        let heard = match message {
-            Message::Opening(report) => self.on_report(report),
-            Message::Chosen(chosen) => self.on_chosen(chosen),
-            Message::Shot(shot) => {
-                self.on_shot(shot);
-                Ok(())
-            }
-        };
+        let mut heard = Ok(());
+        match message {
+            Message::Opening(report) => heard = self.on_report(report),
+            Message::Chosen(chosen) => heard = self.on_chosen(chosen),
+            Message::MadeAnew(made) => self.take_anew(*made),
+            Message::Shot(shot) => self.on_shot(shot),
+        }
         self.note(events, heard);
     }
 

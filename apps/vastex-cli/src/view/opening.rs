@@ -14,6 +14,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "build")]
+use std::sync::{Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -24,6 +26,8 @@ use vastex_viewer::panels::Shapes;
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
 use crate::open::{self, FileAbout, OpenObserver};
+#[cfg(feature = "build")]
+use crate::open::{MendObserver, Mending};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -44,6 +48,9 @@ pub(super) enum OpeningEvent {
     Progress(f64),
     /// Something that a person should know.
     Note(String),
+    /// What becomes of it where it lies in the cache and is damaged; it comes whenever that is found.
+    #[cfg(feature = "build")]
+    Mending(Mending),
     /// Shapes of another file that lie over it; they may come before the source, or after it.
     Shapes(Result<Arc<Shapes>>),
     /// The source.
@@ -54,6 +61,8 @@ pub(super) enum OpeningEvent {
 /// A source that can be added to the textures.
 pub(super) struct PreparedSource {
     pub(super) prepared: Prepared,
+    /// Where its tiles come from, to be read for other textures too.
+    pub(super) tiles: Arc<dyn TileSource>,
     /// Columns and rows of the image, of which the source may have fewer.
     pub(super) size: [u32; 2],
     /// What its file says beside its texels.
@@ -62,6 +71,7 @@ pub(super) struct PreparedSource {
 }
 
 /// Whether a source has all of its rows.
+#[derive(Clone)]
 pub(super) enum Growth {
     Whole,
     /// More come.
@@ -109,7 +119,17 @@ impl Openings {
             let send = move |event| send(Report { opening: number, event });
             read_shapes((path, shapes), goes_on, send)?;
         }
+        #[cfg(feature = "build")]
+        let mending: MendObserver = {
+            let send = Mutex::new(send.clone());
+            Arc::new(move |mending| {
+                let send = send.lock().unwrap_or_else(PoisonError::into_inner);
+                send(Report { opening: number, event: OpeningEvent::Mending(mending) });
+            })
+        };
         let mut reporter = Reporter {
+            #[cfg(feature = "build")]
+            mending,
             about: FileAbout::default(),
             send: Box::new(move |event| send(Report { opening: number, event })),
             preparer,
@@ -223,6 +243,8 @@ fn text_of(panic: &(dyn Any + Send)) -> &str {
 
 /// Opens a source and reports on it.
 struct Reporter {
+    #[cfg(feature = "build")]
+    mending: MendObserver,
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
     about: FileAbout,
@@ -242,12 +264,16 @@ impl Reporter {
     }
 
     fn prepare(&self, tiles: Arc<dyn TileSource>, size: [u32; 2], growth: Growth) -> Result<PreparedSource> {
-        let prepared = self.preparer.read_blocking(tiles, TextureSettings::default())?;
-        Ok(PreparedSource { prepared, size, about: self.about.clone(), growth })
+        let prepared = self.preparer.read_blocking(tiles.clone(), TextureSettings::default())?;
+        Ok(PreparedSource { prepared, tiles, size, about: self.about.clone(), growth })
     }
 }
 
 impl OpenObserver for Reporter {
+    fn is_watched(&self) -> bool {
+        true
+    }
+
     fn wants_preview(&self) -> bool {
         self.has_previews
     }
@@ -274,7 +300,16 @@ impl OpenObserver for Reporter {
 
     fn reduced(&self, size: [u32; 2], note: &str) {
         self.size.set(Some(size));
+        self.note(note);
+    }
+
+    fn note(&self, note: &str) {
         (self.send)(OpeningEvent::Note(note.to_owned()));
+    }
+
+    #[cfg(feature = "build")]
+    fn mending(&self) -> Option<MendObserver> {
+        Some(self.mending.clone())
     }
 }
 

@@ -55,14 +55,6 @@ impl Over {
         self.opening = None;
     }
 
-    /// What lies there is to be laid there again, before the others.
-    pub(super) fn lay_again(&mut self) {
-        self.opening = None;
-        for file in self.laid.drain(..).rev() {
-            self.files.push_front(file);
-        }
-    }
-
     /// Another file is to be displayed in the place of the one that is: nothing is to lie over that.
     pub(super) fn set_aside(&mut self) {
         let before = (std::mem::take(&mut self.files), std::mem::take(&mut self.laid));
@@ -117,9 +109,11 @@ impl App {
             OpeningEvent::Shapes(_) => return Ok(()),
             OpeningEvent::Progress(share) => return viewer.set_opening(&name, share),
             OpeningEvent::Note(note) => {
-                viewer.notify_in_title(&note);
+                viewer.note(&note);
                 return Ok(());
             }
+            #[cfg(feature = "build")]
+            OpeningEvent::Mending(_) => return Ok(()),
             // Only what is there lies over something.
             OpeningEvent::Preview(_) => return Ok(()),
             OpeningEvent::Opened(source) => match viewer.lay_over(&name, source) {

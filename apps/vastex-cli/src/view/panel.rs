@@ -29,8 +29,8 @@ pub(super) enum Asked {
     Open(PathBuf),
     /// A file over what is displayed.
     LayOver(PathBuf),
-    /// What is displayed, again, since the textures were made again.
-    OpenAgain,
+    /// The textures of the window anew, for another mode of feedback.
+    MakeAnew,
     /// By the system's dialog.
     Choose,
     /// A file over what is displayed, by the system's dialog.

@@ -12,6 +12,7 @@ use winit::event_loop::ActiveEventLoop;
 use super::dialog::{self, Chosen};
 use super::files::Files;
 use super::panel::Asked;
+use super::viewer::MadeAnew;
 use super::{App, Message};
 use crate::args::is_link;
 use crate::open;
@@ -54,18 +55,22 @@ impl App {
         self.open_another()
     }
 
-    /// Opens what is displayed again, with the files over it, for textures that were made again: the camera
-    /// stays where it is.
-    fn open_again(&mut self) -> Result<()> {
-        let is_another = self.openings.number().is_some_and(|number| !self.over.is_of(number));
-        if is_another {
-            return self.open_file();
+    /// Begins to make the textures of the window anew, as they are wanted there.
+    fn make_anew(&mut self) {
+        let (pose, proxy) = (self.cameras[self.scene as usize].pose(), self.proxy.clone());
+        // Nobody listens where the window is closed.
+        let send = move |made| drop(proxy.send_event(Message::MadeAnew(Box::new(made))));
+        if let Some(open) = &mut self.open {
+            open.viewer.make_anew(pose, send);
         }
-        self.over.lay_again();
-        let path = self.files.current().to_owned();
-        self.camera_of = self.begin(&path, true, false)?;
-        self.open.iter_mut().for_each(|open| open.viewer.opens_again(self.camera_of));
-        Ok(())
+    }
+
+    /// Textures for the window were made.
+    pub(super) fn take_anew(&mut self, made: MadeAnew) {
+        if let Some(open) = &mut self.open {
+            open.viewer.take_anew(made);
+            open.window.request_redraw();
+        }
     }
 
     /// Puts what is displayed on a scene, or on the next that there is.
@@ -112,7 +117,10 @@ impl App {
                 Ok(())
             }
             Asked::LayOver(path) => self.lay_over(&path),
-            Asked::OpenAgain => self.open_again(),
+            Asked::MakeAnew => {
+                self.make_anew();
+                Ok(())
+            }
             Asked::Choose | Asked::ChooseOver if self.is_choosing => Ok(()),
             Asked::Choose | Asked::ChooseOver => {
                 self.is_choosing = true;

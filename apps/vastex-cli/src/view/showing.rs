@@ -16,6 +16,7 @@ impl App {
     pub(super) fn open_file(&mut self) -> Result<()> {
         let path = self.files.current().to_owned();
         self.over.begin_again();
+        self.open.iter_mut().for_each(|open| open.viewer.forget_notes());
         let number = self.begin(&path, true, false)?;
         self.linked.iter_mut().for_each(|linked| linked.opening = Some(number));
         Ok(())
@@ -58,13 +59,21 @@ impl App {
 
     /// Hears of the file that is being opened. Reports of other files are old.
     pub(super) fn on_report(&mut self, Report { opening: number, event }: Report) -> Result<()> {
-        if let OpeningEvent::Shapes(shapes) = event {
-            if let Some(open) = &mut self.open {
+        // Some are of files that have been displayed for long.
+        let event = match (event, &mut self.open) {
+            (OpeningEvent::Shapes(shapes), Some(open)) => {
                 open.viewer.take_shapes(number, shapes);
                 open.window.request_redraw();
+                return Ok(());
             }
-            return Ok(());
-        }
+            #[cfg(feature = "build")]
+            (OpeningEvent::Mending(mending), Some(open)) => {
+                open.viewer.hear_of_mending(mending)?;
+                open.window.request_redraw();
+                return Ok(());
+            }
+            (event, _) => event,
+        };
         let is_measured = self.is_measured();
         if let (Some(opening), OpeningEvent::Preview(_) | OpeningEvent::Opened(_)) =
             (self.openings.current(number), &event)
@@ -82,8 +91,10 @@ impl App {
         let (name, path, first) = (name_of(&opening.path), opening.path.display().to_string(), opening.first);
         match event {
             OpeningEvent::Shapes(_) => {}
+            #[cfg(feature = "build")]
+            OpeningEvent::Mending(_) => {}
             OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
-            OpeningEvent::Note(note) => open.viewer.notify_in_title(&note),
+            OpeningEvent::Note(note) => open.viewer.note(&note),
             OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
                 if let Ok(scene) = open.viewer.show_preview(first, &name, source) {

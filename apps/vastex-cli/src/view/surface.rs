@@ -38,6 +38,46 @@ impl SurfaceFormat {
     pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
         self.kind.drawn_format(self.viewed)
     }
+
+    #[cfg(test)]
+    pub(super) fn for_test() -> SurfaceFormat {
+        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+        SurfaceFormat { stored: format, viewed: format, kind: TargetKind::Linear }
+    }
+}
+
+/// A picture like one of a surface, which nobody sees.
+pub(super) struct UnseenPicture {
+    picture: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    light: Option<LinearTarget>,
+}
+
+impl UnseenPicture {
+    /// For a surface of a format, of `size` pixels.
+    pub(super) fn new(device: &wgpu::Device, format: &SurfaceFormat, size: [u32; 2]) -> UnseenPicture {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("unseen picture"),
+            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: format.viewed,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+            view_formats: &[],
+        });
+        let light = || LinearTarget::new(device, size, format.viewed);
+        UnseenPicture {
+            picture: texture.create_view(&Default::default()),
+            depth: depth_view(device, size),
+            light: (format.kind == TargetKind::Linear).then(light),
+        }
+    }
+
+    /// What is drawn into.
+    pub(super) fn target(&self) -> Target<'_> {
+        Target::new(&self.picture, &self.depth, self.light.as_ref())
+    }
 }
 
 /// A picture that is being drawn.

@@ -18,10 +18,6 @@ impl Viewer {
         if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
             self.remove([preview]);
         }
-        // Where textures were made again, the last picture stays until their file is there.
-        if self.is_empty() && self.again.is_some() && self.opening.is_some() {
-            return Ok(());
-        }
         self.ask_below_pointer(pose)?;
         self.draw_small_overlays(pose);
         // What lies over the picture is where the picture has it, and a person may change how it is compared.

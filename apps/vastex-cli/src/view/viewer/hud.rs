@@ -5,16 +5,14 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use vastex::diagnostics::ExplainedPixel;
-use vastex::{BiasRule, FeedbackMode, PoolId, Settings, Textures};
+use vastex::{BiasRule, PoolId, Textures};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose};
 use vastex_viewer::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail};
 use vastex_viewer::inspect;
 use vastex_viewer::overlay::SmallOverlay;
 use vastex_viewer::stage::{GpuTimer, TargetKind};
 
-use super::super::display::Display;
 use super::super::displayed::Displayed;
-use super::super::panel::Asked;
 use super::Viewer;
 use crate::report;
 
@@ -35,10 +33,31 @@ pub(super) struct WindowHud {
     had_settled: bool,
     /// Whether something has come that the panel does not show yet.
     is_stale: bool,
-    /// Bytes of the pools whose sizes a person chose.
+    /// What a person chose of pools.
+    chosen: ChosenPools,
+}
+
+/// What a person chose of pools, which is theirs again where textures are made anew.
+#[derive(Clone, Default)]
+pub(super) struct ChosenPools {
+    /// Bytes of those that were sized by hand.
     sizes: BTreeMap<PoolId, u64>,
-    /// The rules that a person chose.
     rules: BTreeMap<PoolId, Option<BiasRule>>,
+}
+
+impl ChosenPools {
+    /// Gives the pools of textures the sizes and rules that were chosen. Gives back why one cannot have its
+    /// size.
+    pub(super) fn give(&self, textures: &mut Textures) -> Vec<vastex::Error> {
+        let there = textures.stats().pools.len();
+        // One that is not there yet comes with a file that is laid over.
+        let is_there = |pool: &PoolId| usize::from(pool.number()) < there;
+        for (pool, rule) in self.rules.iter().filter(|(pool, _)| is_there(pool)) {
+            drop(textures.memory().set_bias_rule(*pool, *rule));
+        }
+        let sizes = self.sizes.iter().filter(|(pool, _)| is_there(pool));
+        sizes.filter_map(|(pool, bytes)| textures.memory().resize_pool(*pool, *bytes).err()).collect()
+    }
 }
 
 /// The page table and the pool, small, and by what they are known to what draws the panel.
@@ -48,14 +67,6 @@ struct SmallOverlays {
     painter: u64,
     /// What they are of.
     of: (vastex::LayerId, wgpu::TextureFormat),
-}
-
-/// What is to be as it was once textures that were made again have the file again.
-pub(super) struct Again {
-    /// The opening of the file, once it has begun.
-    pub(super) opening: Option<u64>,
-    /// How layers were displayed.
-    pub(super) layers: Vec<LayerOptions>,
 }
 
 impl WindowHud {
@@ -84,6 +95,18 @@ impl WindowHud {
     /// Why a pixel shows what it shows, for the frame that comes.
     pub(super) fn show_explained(&mut self, explained: ExplainedPixel) {
         self.explained = Some(explained);
+        self.is_stale = true;
+    }
+
+    /// What a person chose of pools.
+    pub(super) fn chosen_pools(&self) -> ChosenPools {
+        self.chosen.clone()
+    }
+
+    /// The textures are others: what was made from them and what was asked of them is gone.
+    pub(super) fn forget_textures(&mut self) {
+        (self.small, self.explained) = (None, None);
+        self.is_to_ask = self.pixel.is_some();
         self.is_stale = true;
     }
 
@@ -168,8 +191,10 @@ impl Viewer {
         }
         self.hud.is_stale = false;
         let mut data = HudData::of(&self.textures);
+        // What is chosen is seen to be, also before it is there.
+        data.feedback = self.feedback_mode();
         for pool in &mut data.pools {
-            pool.is_sized_by_hand = self.hud.sizes.contains_key(&pool.stats.pool);
+            pool.is_sized_by_hand = self.hud.chosen.sizes.contains_key(&pool.stats.pool);
         }
         let hud = &self.hud;
         if let Some(SmallOverlays { overlays, names, .. }) = &hud.small {
@@ -195,12 +220,11 @@ impl Viewer {
         let changed = match *change {
             HudChange::PoolBytes(pool, Some(bytes)) => self.size_pool(pool, bytes),
             HudChange::PoolBytes(pool, None) => {
-                self.hud.sizes.remove(&pool);
-                self.fit_pools();
-                Ok(())
+                self.hud.chosen.sizes.remove(&pool);
+                self.textures.memory().fit_pool(pool).map(drop)
             }
             HudChange::Rule(pool, rule) => {
-                self.hud.rules.insert(pool, rule);
+                self.hud.chosen.rules.insert(pool, rule);
                 self.textures.memory().set_bias_rule(pool, rule)
             }
             HudChange::Budgets { uploads, in_flight } => {
@@ -215,7 +239,10 @@ impl Viewer {
                 self.show_overlay(overlay);
                 Ok(())
             }
-            HudChange::Feedback(mode) => self.make_again(mode),
+            HudChange::Feedback(mode) => {
+                self.change_feedback(mode);
+                Ok(())
+            }
         };
         match changed {
             Ok(()) => drop(self.messages.forget("change")),
@@ -230,41 +257,15 @@ impl Viewer {
 
     fn size_pool(&mut self, pool: PoolId, bytes: u64) -> Result<(), vastex::Error> {
         self.textures.memory().resize_pool(pool, bytes)?;
-        self.hud.sizes.insert(pool, bytes);
+        self.hud.chosen.sizes.insert(pool, bytes);
         Ok(())
     }
 
-    /// Pools whose sizes a person chose have these again.
-    pub(super) fn size_pools_by_hand(&mut self) {
-        let there = self.textures.stats().pools.len();
-        let sizes = self.hud.sizes.clone().into_iter();
-        for (pool, bytes) in sizes.filter(|(pool, _)| usize::from(pool.number()) < there) {
-            if let Err(error) = self.textures.memory().resize_pool(pool, bytes) {
-                self.notify(&error.to_string());
-            }
-        }
-    }
-
-    /// Makes the textures again, which say otherwise what is wanted. Their host opens the file again; the
-    /// last picture stays until it is there.
-    fn make_again(&mut self, mode: FeedbackMode) -> Result<(), vastex::Error> {
-        let before = self.textures.inspect().settings().clone();
-        let settings = Settings { feedback: Some(mode), picture: self.surface.size(), ..before };
-        let textures = Textures::new(&self.gpu.device, &self.gpu.queue, settings)?;
-        self.again = Some(Again { opening: None, layers: self.settings.options.layers.clone() });
-        (self.display, self.textures) = (Display::Empty, textures);
-        (self.hud.small, self.values) = (None, None);
-        self.minimap.forget();
-        self.asked.push(Asked::OpenAgain);
-        Ok(())
-    }
-
-    /// Pools have the sizes and rules again that a person chose, where textures were made again.
+    /// Pools have the sizes and rules again that a person chose.
     pub(super) fn change_pools_again(&mut self) {
-        self.size_pools_by_hand();
-        for (pool, rule) in self.hud.rules.clone() {
-            // One that is not there yet comes with a file that is laid over.
-            drop(self.textures.memory().set_bias_rule(pool, rule));
+        let chosen = self.hud.chosen.clone();
+        for error in chosen.give(&mut self.textures) {
+            self.notify(&error.to_string());
         }
     }
 

@@ -112,15 +112,14 @@ impl Viewer {
         let count = displayed.textures().len();
         let mut settings = self.settings.clone();
         if !settings.options.is_of_planet(count) {
-            settings.options.layers =
-                with_another(&settings.options.layers, self.asked_layers(self.layers_of), count);
+            settings.options.layers = with_another(&settings.options.layers, &self.first_layers, count);
         }
         let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
         displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
         displayed.name = format!("{} + {name}", displayed.name);
         self.settings = settings;
         self.change_pools_again();
-        self.minimap.forget();
+        self.minimaps.clear();
         self.wake();
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! A window with a source in it: what happens to it, and when its next frame is due. How a frame comes about
 //! is in `drawing`.
 
+mod anew;
 mod below;
 mod drawing;
 mod hud;
@@ -40,8 +41,10 @@ use super::title::Title;
 use crate::args::ViewArgs;
 use crate::commands::render;
 use crate::report;
+use anew::Anew;
+pub(super) use anew::MadeAnew;
 use below::Below;
-use hud::{Again, WindowHud};
+use hud::WindowHud;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
 /// and a whole jitter cycle belongs to a view.
@@ -99,12 +102,13 @@ pub(super) struct Viewer {
     panel: Panel,
     /// Shapes over the source of an opening, and its number.
     shapes: Option<(u64, Arc<Shapes>)>,
-    minimap: Minimap,
+    /// A map of each pane.
+    minimaps: Vec<Minimap>,
     /// What went wrong, until it is read.
     messages: Messages,
     hud: WindowHud,
-    /// That textures were made again, since the last time that they were.
-    again: Option<Again>,
+    /// Textures that are wanted in the place of these.
+    anew: Anew,
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in
     /// which somebody may have.
     first_layers: Vec<LayerOptions>,
@@ -142,10 +146,10 @@ impl Viewer {
             shell: Shell::new(window.clone()),
             panel: Panel::new(Recent::load(), Bookmarks::load()),
             shapes: None,
-            minimap: Minimap::default(),
+            minimaps: Vec::new(),
             messages: Messages::default(),
             hud: WindowHud::default(),
-            again: None,
+            anew: Anew::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
             begun: Instant::now(),
@@ -247,7 +251,7 @@ impl Viewer {
         let is_other = self.layers_of != opening;
         if is_other {
             // Those of other files come when these are laid over it.
-            let layers = self.asked_layers(opening).iter().filter(|layer| layer.texture == 0);
+            let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
             settings.options.layers = layers.cloned().collect();
         }
         let source = (name, source);
@@ -256,32 +260,10 @@ impl Viewer {
         if is_other {
             (self.layers_of, self.settings, self.panel.display) =
                 (opening, settings, DisplayPanel::default());
-            if !self.is_again(opening) {
-                self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());
-            }
+            self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());
         }
         self.change_pools_again();
         Ok(made)
-    }
-
-    /// Whether an opening is of the file that was displayed when textures were made again.
-    fn is_again(&self, opening: u64) -> bool {
-        self.again.as_ref().is_some_and(|again| again.opening == Some(opening))
-    }
-
-    /// How the layers of the file of an opening are displayed at first, and those of files over it.
-    pub(super) fn asked_layers(&self, opening: u64) -> &[LayerOptions] {
-        match &self.again {
-            Some(again) if again.opening == Some(opening) => &again.layers,
-            _ => &self.first_layers,
-        }
-    }
-
-    /// The opening is of the file that was displayed when textures were made again.
-    pub(super) fn opens_again(&mut self, opening: u64) {
-        if let Some(again) = &mut self.again {
-            again.opening = Some(opening);
-        }
     }
 
     /// Whether anything has been displayed so far.
@@ -297,7 +279,7 @@ impl Viewer {
         }
         self.is_shortage_reported = false;
         self.values = None;
-        self.minimap.forget();
+        self.minimaps.clear();
         self.jumped();
     }
 
@@ -323,7 +305,10 @@ impl Viewer {
         let displayed = displayed.try_map(|source| source.restored(&gpu, &textures, &surface, &settings))?;
         displayed.displayed().iter().for_each(|source| surface.set_format(&source.format));
         let unsettled = UNSETTLED_FRAMES;
-        Ok(Viewer { gpu, window, surface, textures, display: displayed, settings, unsettled, ..self })
+        let mut restored =
+            Viewer { gpu, window, surface, textures, display: displayed, settings, unsettled, ..self };
+        restored.want_anew_again();
+        Ok(restored)
     }
 
     /// Columns and rows of the image.
@@ -360,14 +345,13 @@ impl Viewer {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
             report::say(&format!("{}: the pools keep their size: {error}", self.name()));
         }
-        self.size_pools_by_hand();
     }
 
     /// The view changes.
     pub(super) fn wake(&mut self) {
         self.unsettled = UNSETTLED_FRAMES;
         self.values.iter_mut().for_each(panel::Values::age);
-        self.minimap.age();
+        self.minimaps.iter_mut().for_each(Minimap::age);
     }
 
     /// The view is a wholly different one from here on.

@@ -14,6 +14,8 @@ use super::super::displayed::Displayed;
 use super::super::title::{Scale, TitleImage, TitleParts};
 use super::Viewer;
 use crate::explained::Explained;
+#[cfg(feature = "build")]
+use crate::open::Mending;
 use crate::{report, shortage};
 
 impl Viewer {
@@ -52,6 +54,37 @@ impl Viewer {
                 }
             }
         }
+    }
+
+    /// Tells what there is to know of a file, in the window until it is read or another file is displayed.
+    pub(in super::super) fn note(&mut self, note: &str) {
+        self.messages.note("file", note);
+        self.window.request_redraw();
+    }
+
+    /// Another file is being opened, of which other things are to be known.
+    pub(in super::super) fn forget_notes(&mut self) {
+        self.messages.forget_notes();
+    }
+
+    /// Hears what becomes of a file in the cache that is damaged. Once it is whole, what failed is tried
+    /// again.
+    #[cfg(feature = "build")]
+    pub(in super::super) fn hear_of_mending(&mut self, mending: Mending) -> Result<()> {
+        match mending {
+            Mending::Begun(text) => self.messages.note("cache", &text),
+            Mending::Failed(text) => self.tell("cache", &text),
+            Mending::Done => {
+                self.messages.forget("cache");
+                let shown = [self.display.displayed(), self.display.next()];
+                let textures: Vec<_> = shown.into_iter().flatten().flat_map(Displayed::textures).collect();
+                for texture in textures {
+                    self.textures.texture_mut(texture)?.invalidate(&vastex::Region::whole());
+                }
+                self.wake();
+            }
+        }
+        Ok(())
     }
 
     pub(super) fn update_title(&mut self, stats: &FrameStats, pose: Pose) {

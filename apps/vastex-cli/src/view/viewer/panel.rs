@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use vastex_scenes::{LayerOptions, Pose, Scene};
 use vastex_viewer::inspect::Histogram;
 use vastex_viewer::layers::StoredScale;
-use vastex_viewer::panels::{ImageView, ShownTextures, swipe_line};
+use vastex_viewer::panels::{ImageView, Minimap, ShownTextures, swipe_line};
 use winit::event::WindowEvent;
 
 use super::super::panel::{Asked, Told};
@@ -101,7 +101,7 @@ impl Viewer {
         let below = self.line_below(&pose);
         self.below.show(below.clone(), Instant::now());
         let titles = self.pane_titles(&panes, &pose);
-        let view = ImageView { pose, picture: self.size(), image: self.image_size() };
+        let view = ImageView { pose, picture: self.size(), image: self.image_size(), left: 0 };
         let (panel, settings, textures) = (&mut self.panel, &self.settings, &self.textures);
         // An overlay is no picture of texels.
         let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
@@ -116,7 +116,8 @@ impl Viewer {
         let before = panel.display.clone();
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
-        let (minimap, is_hidden) = (&mut self.minimap, self.is_hidden);
+        let (minimaps, is_hidden) = (&mut self.minimaps, self.is_hidden);
+        minimaps.resize_with(panes.count as usize, Minimap::default);
         let (hud, mut hud_changes) = (&mut self.hud.panel, Vec::new());
         let messages = &mut self.messages;
         self.shell.run(|ui| {
@@ -144,25 +145,31 @@ impl Viewer {
                 texture,
             };
             let (asks, changes) = panel.show(ui, &mut told);
-            if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
-                let free = panes.rect(0, ui.available_rect_before_wrap(), ui.pixels_per_point());
-                measure.paint(ui.painter(), free, &view, texel_size);
-            }
             let all = ui.available_rect_before_wrap();
-            // What lies over the image lies in the first of several panes.
-            let free = panes.rect(0, all, ui.pixels_per_point());
+            let free = |pane: u32| panes.rect(pane, all, ui.pixels_per_point());
+            // What lies over the image lies over it in each pane that a panel leaves something of.
+            let seen = || (0..panes.count).filter(|pane| free(*pane).is_positive());
+            if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
+                for pane in seen() {
+                    let view = ImageView { left: pane * panes.width, ..view };
+                    measure.paint(ui.painter(), free(pane), &view, texel_size);
+                }
+            }
             panes.paint(ui.painter(), all, &titles, pointer);
             if is_compared {
-                swipe_line(ui.ctx(), free, view.picture[0], &mut compare_mode);
+                swipe_line(ui.ctx(), free(0), view.picture[0], &mut compare_mode);
             }
             if let Some(renderer) = guided.filter(|_| panel.guides_are_shown()) {
                 let shapes = shapes.map(|shapes| &**shapes);
                 let is_seen = !is_hidden;
                 let guided =
                     Guided { textures, renderer, view: &view, texel_size, shapes, is_settled, is_seen };
-                asked.extend(guided.show(ui, free, minimap).map(Asked::Go));
+                for pane in seen() {
+                    let Some(minimap) = minimaps.get_mut(pane as usize) else { continue };
+                    asked.extend(guided.show(ui, pane, free(pane), minimap).map(Asked::Go));
+                }
             }
-            messages.show(ui.ctx(), free);
+            messages.show(ui.ctx(), all);
             asked.extend(asks);
             is_changed |= changes;
         });
