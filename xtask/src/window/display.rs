@@ -69,6 +69,13 @@ impl Display {
         Ok((count > 0).then(|| Found { count, middle: sum.map(|sum| sum / count) }))
     }
 
+    /// The lowest row in which some columns have a pixel of a colour.
+    pub(super) fn lowest(&self, columns: Range<usize>, [r, g, b]: [u8; 3]) -> Result<Option<usize>> {
+        let width = columns.len();
+        let seen = self.look(columns)?;
+        Ok(seen.chunks_exact(4).rposition(|pixel| pixel[..3] == [b, g, r]).map(|n| n / width))
+    }
+
     /// Keeps what stands on it as a PNG file.
     pub(super) fn keep(&self, path: &Path) -> Result<()> {
         let rgb: Vec<u8> =

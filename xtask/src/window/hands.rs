@@ -1,6 +1,8 @@
 //! The window under the hands of a person: keys and pointer are sent to it on a display of its own, and its
 //! title and its pixels say what came of them.
 
+mod changes;
+
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus};
@@ -30,7 +32,8 @@ const GROUND: [u8; 3] = [22, 24, 29];
 
 /// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a
 /// file, goes to a globe, looks at what the machine does, makes its pool too small and large enough again,
-/// and ends; opened again it is as it was.
+/// changes how views say what they want and the theme, takes a picture of a planet, and ends; opened again it
+/// is as it was.
 pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<()> {
     let display = Display::start(place)?;
     let steps = place.join("steps");
@@ -63,7 +66,8 @@ impl<'a> Window<'a> {
         options: &[&str],
     ) -> Result<Window<'a>> {
         let mut command = Command::new(program);
-        command.current_dir(shell::root()).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        // Pictures of the window are written where it runs.
+        command.current_dir(place).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
         command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
         command.arg("view").arg(image).args(options);
         let program = command.stderr(File::create(place.join("hands.txt"))?).spawn()?;
@@ -100,6 +104,9 @@ impl<'a> Window<'a> {
         self.key("F1")?;
         self.until("the image again", |window| window.magnification().ok())?;
         self.look_at_machine()?;
+        self.change_feedback()?;
+        self.change_theme()?;
+        self.see_planet()?;
         // Of the file that could not be shown the exit code tells, too.
         let ended = self.quit()?;
         ensure!(ended.code() == Some(1), "it ended with {ended}");
@@ -112,7 +119,7 @@ impl<'a> Window<'a> {
         let grounds = |window: &mut Self| window.display.find(HUD, GROUND).ok().flatten();
         self.until("what was shown before", |window| grounds(window).filter(|found| found.count > 10_000))?;
         self.settled()?;
-        self.keep("14-again")?;
+        self.keep("19-again")?;
         let geometry = self.xdotool(&["getwindowgeometry", "--shell", &self.id])?;
         let has = |what: &str| geometry.lines().any(|line| line == what);
         ensure!(has("WIDTH=1280") && has("HEIGHT=800"), "opened again it is another size: {geometry}");
