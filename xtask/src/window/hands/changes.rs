@@ -97,7 +97,7 @@ impl Window<'_> {
         let place = self.place.clone();
         let picture = self.until("a picture of the window", |window| {
             let title = window.title()?;
-            let name = title.split("the picture is ").nth(1)?.split(" – ").next()?.to_owned();
+            let name = title.split("the picture is ").nth(1)?.trim().to_owned();
             fs::read(place.join(name)).ok()
         })?;
         let side = |at: usize| Some(u32::from_be_bytes(picture.get(at..at + 4)?.try_into().ok()?) as usize);
