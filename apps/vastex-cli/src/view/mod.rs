@@ -122,7 +122,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
 
 /// What other threads say to the loop of events.
 enum Message {
-    Opening(Report),
+    Opening(Box<Report>),
     /// What became of the dialog for files.
     Chosen(Chosen),
     /// Textures for another mode of feedback.
@@ -415,7 +415,7 @@ impl ApplicationHandler<Message> for App {
     fn user_event(&mut self, events: &ActiveEventLoop, message: Message) {
         let mut heard = Ok(());
         match message {
-            Message::Opening(report) => heard = self.on_report(report),
+            Message::Opening(report) => heard = self.on_report(*report),
             Message::Chosen(chosen) => heard = self.on_chosen(chosen),
             Message::MadeAnew(made) => self.take_anew(*made),
             Message::Shot(shot) => self.on_shot(shot),

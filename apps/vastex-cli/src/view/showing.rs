@@ -53,7 +53,7 @@ impl App {
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
-        let send = move |report| drop(proxy.send_event(Message::Opening(report)));
+        let send = move |report| drop(proxy.send_event(Message::Opening(Box::new(report))));
         self.openings.begin((path, has_previews, is_again), self.opening_args(), preparer, send)
     }
 

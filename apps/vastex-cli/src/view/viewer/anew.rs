@@ -283,7 +283,8 @@ fn is_device_lost(error: &Error) -> bool {
     matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
 }
 
-#[cfg(all(test, feature = "build"))]
+#[cfg(feature = "build")]
+#[cfg(test)]
 mod tests {
     use std::path::Path;
 
