@@ -42,8 +42,8 @@ impl ImageView {
 /// Paints the guides of an image within `free`, the part of the picture that no panel covers. The scale bar
 /// is a length in the world where `texel_size` says how large texels are there, else so many texels.
 ///
-/// `value` answers what is stored below a physical pixel of the picture. It is asked once for each texel in view, and only
-/// where texels are at least 44 points wide: at most some thousand times.
+/// `value` answers what is stored below a physical pixel of the picture. It is asked once for each texel in
+/// view, and only where texels are at least 44 points wide: at most some thousand times.
 pub fn paint_guides(
     painter: &Painter,
     free: Rect,
