@@ -109,7 +109,7 @@ fn layers_are_drawn_in_their_order() {
         draw(&mut textures, shown)
     };
     let as_viridis: fn(ColorMap) -> ColorMap = |map| {
-        map.with_palette(Palette::Viridis).with_tone(Tone {
+        map.with_palette(Palette::VIRIDIS).with_tone(Tone {
             range: [0.1, 0.8],
             curve: Curve::Log,
             gamma: 1.4,

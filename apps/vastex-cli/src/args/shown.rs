@@ -22,10 +22,11 @@ pub(crate) struct ShownArgs {
     /// source and 2 the first of --over; bands=B, one of its channels, or bands=R,G,B, those that are red,
     /// green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that
     /// stands for no data as it is stored, or nan, or off, instead of what the file says: what has it is not
-    /// drawn; range=LO..HI, the values that are black and white; map=grey, viridis or inferno, the colours of
-    /// a single channel; log, a logarithmic curve within the range; gamma=G, the exponent of values in the
-    /// range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has
-    /// it; hidden, to load nothing of it
+    /// drawn; range=LO..HI, the values that are black and white; map=M, the colours of a single channel (grey,
+    /// viridis, magma, inferno, plasma, cividis, turbo, coolwarm, terrain, or one of these reversed, as in
+    /// viridis_r); log, a logarithmic curve within the range; gamma=G, the exponent of values in the range
+    /// (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has it;
+    /// hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = "NAME[:SETTING]...",
@@ -138,7 +139,7 @@ mod tests {
         assert_eq!(parse_layer("height"), Ok(named("height")));
         let expected = LayerOptions {
             range: Some([-11000.0, 8848.5]),
-            palette: Palette::Viridis,
+            palette: Palette::VIRIDIS,
             curve: Curve::Log,
             gamma: 0.5,
             opacity: 0.25,
@@ -159,7 +160,7 @@ mod tests {
             ("range=0..1", "stands where the layer's name does"),
             ("a:range=0,1", "0..0.5"),
             ("a:range=1..1", "not the same"),
-            ("a:map=jet", "grey, viridis, inferno"),
+            ("a:map=jet", "grey, viridis, magma"),
             ("a:bands=0", "counted from 1"),
             ("a:bands=1,2", "bands=3,2,1"),
             ("a:nodata=none", "nodata=-9999"),

@@ -142,7 +142,7 @@ fn what_is_no_layer_is_told() {
     let sandbox = sandbox_with_layers();
     for (words, code, said) in [
         ("--layer snow", 1, "there is no layer \"snow\"; the layers are depth, height"),
-        ("--layer height:map=jet", 2, "grey, viridis, inferno"),
+        ("--layer height:map=jet", 2, "grey, viridis, magma"),
         ("--layer height:opacity=2", 2, "from 0 to 1"),
         ("--layer height --layer-shown depth", 2, "cannot be used with"),
         ("--layer height --range 0,1", 2, "cannot be used with"),

@@ -82,7 +82,7 @@ fn a_view_says_what_is_shown_there() {
         over
     );
     for (words, code, said) in [
-        (format!("--view {place};layer=color:map=jet"), 2, "grey, viridis, inferno"),
+        (format!("--view {place};layer=color:map=jet"), 2, "grey, viridis, magma"),
         (format!("--view {place};layer=snow"), 1, "there is no layer \"snow\""),
         (format!("--view {place};layer=color --layer color"), 2, "--view says which layers are shown"),
         (format!("--view {place};layer=:file=2"), 2, "'file=2': there are 1 files"),

@@ -16,7 +16,8 @@ use vastex::Layer;
 
 pub use compare::{CompareMode, ParseCompareModeError};
 pub use list::{Layers, LayersError, PlanetLayers, ShownLayer};
-pub use palette::Palette;
+pub(crate) use palette::PaletteUniform;
+pub use palette::{Palette, ParsePaletteError};
 pub use stored::StoredScale;
 pub use text::{LayersText, MOST_LAYERS, PlanetText};
 pub use tone::{Curve, Tone};
@@ -65,6 +66,7 @@ pub(crate) struct LayerUniform {
     opacity: f32,
     /// What they mean ([`ColorMap::look`]), and [`DISPLAY`].
     channels: u32,
+    /// 1 where the palette makes colours of a single channel.
     map: u32,
     id: u32,
     /// The share of the picture's width to the left of which it is not drawn, and by how much its difference
@@ -74,6 +76,7 @@ pub(crate) struct LayerUniform {
     nodata: f32,
     /// In such shares the place from which on it is not drawn.
     pub(crate) ends: f32,
+    palette: PaletteUniform,
 }
 
 /// Beyond the right edge of any picture.
@@ -106,7 +109,7 @@ impl ColorMap {
             Channels::RedGreen => [0, 1, 1],
             Channels::Colour => [0, 1, 2],
         };
-        let (is_srgb, palette, nodata) = (layer.format.is_srgb(), Palette::Grey, Nodata::None);
+        let (is_srgb, palette, nodata) = (layer.format.is_srgb(), Palette::GREY, Nodata::None);
         let scale = StoredScale::new(layer.format);
         ColorMap { channels, bands, nodata, scale, is_srgb, tone, palette }
     }
@@ -187,12 +190,18 @@ impl ColorMap {
             tone: self.tone.told(),
             opacity,
             channels: self.look() + if self.is_srgb { 0 } else { DISPLAY },
-            map: self.palette as u32,
+            map: self.map(),
+            palette: self.palette.uniform(),
             id,
             nodata: self.nodata(),
             ends: NO_END,
             ..LayerUniform::default()
         }
+    }
+
+    /// Whether shaders look up the colours of a single channel, as a number.
+    pub(crate) fn map(&self) -> u32 {
+        u32::from(!self.palette.is_plain())
     }
 
     /// The format of pictures: colours encoded as the texture's own, so that nothing is lost between them.
@@ -268,10 +277,7 @@ impl ColorMap {
     pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
         let is_nodata = self.values_of(value).is_none();
         let shown = self.bands.map(|band| self.tone.shade(value[usize::from(band)]));
-        let grey = match self.palette {
-            Palette::Grey => [shown[0]; 3],
-            palette => palette.color(shown[0]),
-        };
+        let grey = if self.palette.is_plain() { [shown[0]; 3] } else { self.palette.color(shown[0]) };
         let background = self.background();
         let over = |colour: [f32; 3], alpha: f32| {
             std::array::from_fn(|channel| background[channel] * (1.0 - alpha) + colour[channel] * alpha)

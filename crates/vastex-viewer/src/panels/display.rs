@@ -5,9 +5,10 @@ use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
 
 use super::compare::compare_controls;
+use super::palettes::palette_controls;
 use super::shades::shades;
 use crate::inspect::Histogram;
-use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, Palette, StoredScale};
+use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, StoredScale};
 use crate::surface::LayerOptions;
 
 /// The share of the values in view, in percent, that is left out at each end by the automatic range of the
@@ -234,12 +235,7 @@ impl DisplayPanel {
                 .text("Gamma"),
         );
         if color_map.takes_palette() {
-            let box_of = ComboBox::from_label("Colour map").selected_text(options.palette.name());
-            box_of.show_ui(ui, |ui| {
-                for palette in Palette::ALL {
-                    ui.selectable_value(&mut options.palette, palette, palette.name());
-                }
-            });
+            palette_controls(ui, &mut options.palette);
         }
         band_controls(ui, layer.format.channels(), &mut options.bands);
         nodata_controls(ui, scale, layer, &mut options.nodata);

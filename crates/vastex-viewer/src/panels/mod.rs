@@ -14,6 +14,7 @@ mod lengths;
 mod measure;
 mod messages;
 mod minimap;
+mod palettes;
 mod panes;
 mod planet;
 mod position;

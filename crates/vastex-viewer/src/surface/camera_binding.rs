@@ -12,7 +12,7 @@ use super::fixed_relief::{FixedReliefView, GridUniform};
 use super::patches::{MOST_PATCHES, Patch};
 use super::planet::PlanetUniform;
 use super::relief::{ReliefUniform, ReliefView};
-use crate::layers::{ColorMap, MOST_LAYERS};
+use crate::layers::{ColorMap, MOST_LAYERS, PaletteUniform};
 use crate::stage::Uniform;
 
 /// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
@@ -32,6 +32,7 @@ struct SceneUniform {
     grid: [GridUniform; 2],
     places: Places,
     planet: PlanetUniform,
+    palette: PaletteUniform,
 }
 
 /// Of each layer of a list, of heights, and of what is wanted together.
@@ -104,7 +105,8 @@ impl CameraBinding {
             background: color_map.background(),
             tone: color_map.tone().told().into(),
             picture: pane.map(|side| side as f32),
-            map: color_map.palette() as u32,
+            map: color_map.map(),
+            palette: color_map.palette().uniform(),
             nodata: color_map.nodata(),
             ids: [all, color, height, self.view],
             places,

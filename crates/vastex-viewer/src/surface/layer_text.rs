@@ -11,7 +11,7 @@ use std::str::FromStr;
 use vastex::Filter;
 
 use super::display_options::LayerOptions;
-use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, Palette};
+use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, ParsePaletteError};
 
 /// What a text may say of a layer, as errors have it.
 const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
@@ -41,7 +41,7 @@ impl fmt::Display for LayerOptions {
             write!(f, ":range={low}..{high}")?;
         }
         if self.palette != usual.palette {
-            write!(f, ":map={}", self.palette.name())?;
+            write!(f, ":map={}", self.palette)?;
         }
         if self.curve == Curve::Log {
             f.write_str(":log")?;
@@ -97,9 +97,7 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
         "range" => layer.range = Some(range_of(value, "..")?),
         "map" => {
-            let names = Palette::ALL.map(Palette::name).join(", ");
-            let named = Palette::ALL.into_iter().find(|palette| palette.name() == value);
-            layer.palette = named.ok_or_else(|| format!("the colour maps are {names}"))?;
+            layer.palette = value.parse().map_err(|error: ParsePaletteError| error.to_string())?;
         }
         "gamma" => layer.gamma = number(0.01, 100.0, "gamma=0.5")?,
         "opacity" => layer.opacity = number(0.0, 1.0, "opacity=0.5")?,

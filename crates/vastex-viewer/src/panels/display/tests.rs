@@ -5,6 +5,7 @@ use egui_kittest::kittest::Queryable;
 use vastex::{Layer, LayerFormat};
 
 use super::*;
+use crate::layers::Palette;
 use crate::panels::{keys_window, swipe_line};
 
 /// What a test has of a texture.
@@ -106,7 +107,9 @@ fn curves_and_colour_maps_are_chosen() {
     harness.get_by_label("Colour map").click();
     harness.run();
     click(&mut harness, "inferno");
-    assert_eq!(harness.state().shown[0].palette, Palette::Inferno);
+    assert_eq!(harness.state().shown[0].palette, Palette::INFERNO);
+    click(&mut harness, "Reversed");
+    assert_eq!(harness.state().shown[0].palette, Palette::INFERNO.reversed());
     // Colours have none of another's.
     let harness = self::harness(&[("color", LayerFormat::Rgba8Srgb)], None);
     assert!(harness.query_by_label("Colour map").is_none());

@@ -4,28 +4,42 @@ struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
     look: u32,        // as SCENE_LOOK; 4,096 more where the values are display values
-    map: u32,         // see palette_color
+    map: u32,         // 1 where the palette makes colours of a single channel
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
     difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that
     nodata: f32,      // the value that stands for no data
     ends: f32,        // and the one from which on it is not drawn
+    palette: array<vec4<u32>, PALETTE_WORDS>, // see Scene
 }
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
 
+// The colour of a layer's value, and how much it hides.
+fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
+    let look = layered[n].look & 4095u;
+    let plain = scene_value_color(value, look, layered[n].nodata, layered[n].tone);
+    if !scene_takes_map(value, look, layered[n].map) {
+        return plain;
+    }
+    let at = palette_place(plain.r);
+    let first = palette_first(at);
+    let low = layered[n].palette[first / 4u][first % 4u];
+    let high = layered[n].palette[(first + 1u) / 4u][(first + 1u) % 4u];
+    return vec4<f32>(palette_between(low, high, at - f32(first)), plain.a);
+}
+
 // The light after one more layer, on ground that is so light.
 fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
-    let layer = layered[n];
-    let colour = scene_value_color(value, layer.look & 4095u, layer.nodata, layer.tone, layer.map);
+    let colour = layered_color(value, n);
     let lit = colour.rgb * light;
-    var shown = select(lit, light_from_display(lit), layer.look >= 4096u);
+    var shown = select(lit, light_from_display(lit), layered[n].look >= 4096u);
     // Asked of the value first: no condition depends on a uniform alone.
-    if (!(value.a < -1e30)) & (layer.difference > 0.0) {
+    if (!(value.a < -1e30)) & (layered[n].difference > 0.0) {
         let apart = abs(display_from_light(shown) - display_from_light(below));
-        shown = light_from_display(min(apart * layer.difference, vec3<f32>(1.0)));
+        shown = light_from_display(min(apart * layered[n].difference, vec3<f32>(1.0)));
     }
-    return mix(below, shown, colour.a * layer.opacity);
+    return mix(below, shown, colour.a * layered[n].opacity);
 }
 
 // What is looked at, in the texels of one of the textures.

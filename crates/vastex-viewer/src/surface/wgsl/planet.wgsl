@@ -200,10 +200,9 @@ fn planet_lights(value: vec4<f32>, n: u32) -> vec3<f32> {
 
 // How much of the ground clouds hide: how light they are, and by their alpha.
 fn planet_coverage(value: vec4<f32>, n: u32) -> f32 {
-    let layer = layered[n];
-    let colour = scene_value_color(value, layer.look & 4095u, layer.nodata, layer.tone, layer.map);
-    let shown = select(display_from_light(colour.rgb), colour.rgb, layer.look >= 4096u);
-    return clamp(dot(shown, vec3<f32>(0.2126, 0.7152, 0.0722)), 0.0, 1.0) * colour.a * layer.opacity;
+    let colour = layered_color(value, n);
+    let shown = select(display_from_light(colour.rgb), colour.rgb, layered[n].look >= 4096u);
+    return clamp(dot(shown, vec3<f32>(0.2126, 0.7152, 0.0722)), 0.0, 1.0) * colour.a * layered[n].opacity;
 }
 
 // The light that is seen of a place.

@@ -98,7 +98,7 @@ struct Scene {
     background: vec4<f32>,
     tone: Tone,
     picture: vec2<f32>, // size in pixels
-    map: u32,           // the colour map of a single channel; see palette_color
+    map: u32,           // 1 where the palette makes colours of a single channel
     nodata: f32,        // the value that stands for no data
     relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
@@ -106,6 +106,7 @@ struct Scene {
     grid: array<ReliefGrid, 2>,
     places: array<LayerPlace, 10>,
     planet: Planet,
+    palette: array<vec4<u32>, PALETTE_WORDS>, // the points of the colour map, evenly spread; four 8-bit numbers each
 }
 
 @group(1) @binding(0) var<uniform> scene: Scene;
@@ -144,7 +145,15 @@ fn scene_colour(value: vec4<f32>) -> vec4<f32> {
 // The colour of a texture's value, as light or as a display value, as the layer has it: grey, grey with alpha, red and green, or a
 // colour; over the background. Alpha 1 says "covered".
 fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
-    let colour = scene_value_color(value, SCENE_LOOK, scene.nodata, scene.tone, scene.map);
+    let plain = scene_value_color(value, SCENE_LOOK, scene.nodata, scene.tone);
+    var colour = plain;
+    if scene_takes_map(value, SCENE_LOOK, scene.map) {
+        let at = palette_place(plain.r);
+        let first = palette_first(at);
+        let low = scene.palette[first / 4u][first % 4u];
+        let high = scene.palette[(first + 1u) / 4u][(first + 1u) % 4u];
+        colour = vec4<f32>(palette_between(low, high, at - f32(first)), plain.a);
+    }
     return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
 }
 
@@ -176,9 +185,29 @@ fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
     return !any(is_number & (is_other | vec3<bool>(is_any_value)));
 }
 
-// The colour of a value and how much it hides, by what channels mean, the value that stands for no data, how values become shades, and the
-// colour map of a single channel.
-fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone, map: u32) -> vec4<f32> {
+// Whether a colour map makes the colour of a value, of which `scene_value_color` is the shade then.
+fn scene_takes_map(value: vec4<f32>, look: u32, map: u32) -> bool {
+    let channels = look & 3u;
+    let is_value = !(value.a < -1e30);
+    return is_value & (map != 0u) & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA));
+}
+
+// Where among the points of a colour map a value lies, and the first of the two points around it.
+fn palette_place(value: f32) -> f32 {
+    return clamp(value, 0.0, 1.0) * f32(PALETTE_LAST);
+}
+
+fn palette_first(at: f32) -> u32 {
+    return min(u32(at), PALETTE_LAST - 1u);
+}
+
+fn palette_between(low: u32, high: u32, share: f32) -> vec3<f32> {
+    return mix(unpack4x8unorm(low).rgb, unpack4x8unorm(high).rgb, share);
+}
+
+// The colour of a value and how much it hides, by what channels mean, the value that stands for no data, and how values become shades: of a
+// single channel the shade, which a colour map may make a colour of.
+fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> vec4<f32> {
     let channels = look & 3u;
     let bands = vec3<u32>(look >> 2u, look >> 4u, look >> 6u) & vec3<u32>(3u);
     let values = vec3<f32>(value[bands.x], value[bands.y], value[bands.z]);
@@ -196,10 +225,7 @@ fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone, map: 
     }
     if is_value & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA)) {
         let alpha = select(1.0, value.g, channels == SCENE_GREY_ALPHA);
-        if is_value & (map == 0u) {
-            return vec4<f32>(shown.rrr, alpha);
-        }
-        return vec4<f32>(palette_color(map, shown.r), alpha);
+        return vec4<f32>(shown.rrr, alpha);
     }
     if is_value & (channels == SCENE_RED_GREEN) {
         return vec4<f32>(shown.rg, 0.0, 1.0);
