@@ -73,7 +73,8 @@ pub(super) const PLASMA: Points = [
     0xf0f921,
 ];
 
-/// From the table of 256 colours of Nunez, Anderton and Renslow as matplotlib has it, under matplotlib's licence.
+/// From the table of 256 colours of Nunez, Anderton and Renslow as matplotlib has it, under matplotlib's
+/// licence.
 #[rustfmt::skip]
 pub(super) const CIVIDIS: Points = [
     0x00224e, 0x002553, 0x002758, 0x00295e, 0x002b64, 0x002e6a, 0x00306f, 0x003171,
