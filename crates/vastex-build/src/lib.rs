@@ -17,6 +17,9 @@
 //! there is a quick way to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`]
 //! makes one without any build.
 //!
+//! [`build_volume`] (feature `volumes`) makes containers and OME-Zarr of volumes, with all of their levels, in
+//! one pass over blocks of voxels.
+//!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
 mod build;
@@ -30,6 +33,7 @@ mod keep_levels;
 #[doc(hidden)]
 pub mod measure;
 mod memory_image;
+mod new_directory;
 mod progress;
 mod pyramid;
 mod replace;
@@ -37,6 +41,8 @@ mod source;
 mod texels;
 mod threads;
 mod tile;
+#[cfg(feature = "volumes")]
+mod volume;
 
 use std::path::Path;
 
@@ -59,6 +65,11 @@ pub use threads::{ThreadsError, give_way};
 pub use tile::LayerFault;
 pub use vastex_tiles::{
     Compression, MergeError, PartOf, ReorderError, UpdateError, Updated, WriteError, Written, merge, reorder,
+};
+#[cfg(feature = "volumes")]
+pub use volume::{
+    ContainerOptions, VolumeBuildError, VolumeFormat, VolumeOptions, VolumeReport, ZarrCodec, ZarrOptions,
+    ZarrVersion, build_volume,
 };
 
 /// Makes a container of the images in `inputs`: a path for the one layer `color`, or a [`LayerInput`] for

@@ -25,12 +25,12 @@ pub use container::verify_file;
 pub use container::{Container, ContainerError, Fault, Info, Saved, Verification, verify};
 #[cfg(all(feature = "write", not(target_family = "wasm")))]
 pub use container::{ContainerUpdate, ReorderError, UpdateError, Updated, reorder, rewrite};
+pub use container::{ContainerVolume, filter_without, nodata_of_filter};
 #[cfg(feature = "write")]
 pub use container::{
     ContainerWriter, Left, MergeError, Origin, PartOf, PartWriter, ResumableWriter, TempFile, WriteError,
     WriterOptions, Written, merge, remove_abandoned, resolved, write_advice,
 };
-pub use container::{filter_without, nodata_of_filter};
 pub use exchange::{npy_header, raw_description, raw_file};
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};

@@ -1,4 +1,5 @@
-//! The reading part of volumes: OME-Zarr of every version, NIfTI, raw files and TIFF stacks, where they lie.
+//! The reading part of volumes: OME-Zarr of every version, NIfTI, raw files, TIFF stacks and the project's own
+//! containers, where they lie.
 //!
 //! [`open`] turns a path into a [`Volume`]: its levels, channels and times, with what its metadata say and
 //! what was odd about them ([`VolumeAbout`]). Values are read as boxes of a level ([`Volume::read`]), exactly
@@ -20,10 +21,12 @@ mod open;
 mod reduce;
 mod source;
 mod stack;
+mod tiled;
 mod values;
 mod volume;
 mod zarr;
 
+pub use codecs::crc32c;
 pub use fault::{VolumeError, VolumeFault};
 pub use made::MadeProgress;
 pub use open::{ImageList, Opened, is_volume, open};
@@ -32,6 +35,7 @@ pub use source::{
     BINS, BrickStats, LevelState, PointValue, SliceAxis, ValueCodes, VolumeOptions, VolumePlane,
     VolumeSource, VolumeSourceError, VoxelValue,
 };
+pub use tiled::container_volume;
 pub use values::{DType, npy_header};
 pub use volume::{
     BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, ChunkWork, Convention, Volume, VolumeAbout,

@@ -11,6 +11,7 @@ use crate::flat::{is_nifti, is_raw_volume, open_nifti, open_raw};
 use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
 use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
 use crate::stack::{is_stack, open_stack};
+use crate::tiled::{is_container, open_container};
 use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeLevel};
 use crate::zarr::open_array;
 
@@ -44,13 +45,13 @@ pub fn is_volume(path: &Path) -> bool {
         return NAMES.iter().any(|name| path.join(name).is_file());
     }
     match path.is_file() {
-        true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path),
+        true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path) || is_container(path),
         false => in_archive(path).is_some(),
     }
 }
 
 /// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI,
-/// a raw file with its description, a TIFF stack. Reads metadata alone. The error says what is wrong, where,
+/// a raw file with its description, a TIFF stack, a container of a volume. Reads metadata alone. The error says what is wrong, where,
 /// and what to do.
 pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     let volume = |volume: Volume| Opened::Volume(Box::new(volume));
@@ -71,11 +72,14 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     if is_file && is_stack(path) {
         return open_stack(path).map(volume);
     }
+    if is_file && is_container(path) {
+        return open_container(path).map(volume);
+    }
     let found = std::fs::metadata(path);
     Err(match found {
         Err(error) => VolumeFault::Read(error.to_string()),
         Ok(_) => VolumeFault::NoVolume(
-            "is no volume: no Zarr, no NIfTI, no raw file with a depth, no TIFF stack".into(),
+            "is no volume: no Zarr, no NIfTI, no raw file with a depth, no TIFF stack, no container of a volume".into(),
         ),
     }
     .at(path.display().to_string()))
@@ -163,6 +167,7 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
         labels: Vec::new(),
         is_label: false,
         value_scale: None,
+        downsample: None,
         oddities: oddities.into_vec(),
         path,
     };

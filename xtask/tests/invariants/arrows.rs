@@ -9,7 +9,8 @@ use crate::tree::{WASM, crates, direct};
 const ARROWS: &[(&str, &[&str])] = &[
     ("vastex-core", &[]),
     ("vastex-tiles", &["vastex-core"]),
-    ("vastex-build", &["vastex-core", "vastex-tiles"]),
+    // Levels are made of volumes that are read there.
+    ("vastex-build", &["vastex-core", "vastex-tiles", "vastex-volume"]),
     ("vastex-volume", &["vastex-core", "vastex-tiles"]),
     ("vastex-fuzz", &["vastex-core", "vastex-tiles", "vastex-build", "vastex-volume"]),
     ("vastex-wgpu", &["vastex-core"]),

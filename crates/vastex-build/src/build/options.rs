@@ -184,7 +184,8 @@ impl BuildOptions {
     }
 
     pub(crate) fn writer_options(&self, filters: Vec<String>) -> WriterOptions {
-        WriterOptions { compression: self.compression, durable: self.durable, align: self.align, filters }
+        let (compression, durable, align) = (self.compression, self.durable, self.align);
+        WriterOptions { compression, durable, align, filters, volume: None }
     }
 }
 

@@ -3,10 +3,9 @@
 //! [`export`] reads every level as the texture holds it, in rows of pages, and cuts it anew: nothing is
 //! filtered or compressed twice, but where a layout's grid cannot hold the texture's size. Each layout has a
 //! module that turns the texture's shape into a [`plan::Plan`]; how rows come about is [`level_rows`]' and
-//! [`resample`]'s business, files are [`encode`]'s and [`directory`]'s.
+//! [`resample`]'s business, files are [`encode`]'s and [`crate::new_directory`]'s.
 
 mod deep_zoom;
-mod directory;
 mod encode;
 mod level_rows;
 mod plan;
@@ -22,10 +21,10 @@ use vastex_core::{Geometry, PageSet};
 use vastex_tiles::TileSource;
 
 use crate::image::Notice;
+use crate::new_directory::{DirectoryFault, NewDirectory};
 use crate::progress::Progress;
 use crate::threads::{self, ThreadsError};
 use crate::tile::{LayerFault, LayerOf};
-use directory::NewDirectory;
 use encode::Encoder;
 use level_rows::{Window, Work};
 use plan::{LevelPlan, Plan};
@@ -153,6 +152,15 @@ pub enum ExportError {
     Cancelled,
 }
 
+impl From<DirectoryFault> for ExportError {
+    fn from(fault: DirectoryFault) -> ExportError {
+        match fault {
+            DirectoryFault::Target(path, why) => ExportError::Target { path, why },
+            DirectoryFault::Output(path, why) => ExportError::Output { path, why },
+        }
+    }
+}
+
 /// Writes a texture into a new directory at `target`, which appears when it is whole.
 ///
 /// `target` may exist, if it is empty. Memory follows the width of the texture: a row of pages and a row of
@@ -169,7 +177,7 @@ pub fn export(
     let name = name_of(target)?;
     let plan = plan(layer.geometry(), options, format, name)?;
     let pool = threads::pool(options.threads)?;
-    let directory = NewDirectory::create(target)?;
+    let directory = NewDirectory::create(target, |_| false)?;
     let encoder = Encoder { format, layer: layer.format(), quality: options.quality.clamp(1, 100) };
     let present = source.present().map(|present| (layer.geometry(), &**present));
     let tiles = Tiles { encoder, directory: &directory, present };

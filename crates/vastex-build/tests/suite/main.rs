@@ -29,3 +29,5 @@ mod resume;
 mod same_input;
 mod sparse;
 mod tiff_kinds;
+#[cfg(feature = "volumes")]
+mod volumes;

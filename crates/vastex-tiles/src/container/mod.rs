@@ -17,7 +17,7 @@ mod tests;
 
 #[cfg(not(target_family = "wasm"))]
 pub(crate) use format::description::bytes as description_bytes;
-pub use format::description::{filter_without, nodata_of_filter};
+pub use format::description::{ContainerVolume, filter_without, nodata_of_filter};
 pub use format::error::ContainerError;
 pub use read::*;
 #[cfg(feature = "write")]

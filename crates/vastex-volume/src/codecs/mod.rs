@@ -110,6 +110,11 @@ pub(crate) fn without_crc32c(bytes: &[u8]) -> Result<&[u8], String> {
     unpack::crc32c(bytes)
 }
 
+/// The CRC-32C of bytes, as checksums of Zarr have it.
+pub fn crc32c(bytes: &[u8]) -> u32 {
+    unpack::checksum(bytes)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

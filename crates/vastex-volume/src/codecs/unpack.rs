@@ -119,7 +119,7 @@ const fn tables() -> [[u32; 256]; 8] {
     tables
 }
 
-fn checksum(bytes: &[u8]) -> u32 {
+pub(super) fn checksum(bytes: &[u8]) -> u32 {
     let mut rest = u32::MAX;
     let (words, tail) = bytes.as_chunks::<8>();
     for word in words {

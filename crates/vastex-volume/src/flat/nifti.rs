@@ -193,6 +193,7 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         labels: Vec::new(),
         is_label: false,
         value_scale: is_scaled.then_some([slope, intercept]),
+        downsample: None,
         oddities,
     };
     let source = Arc::new(FlatArray::new(place, layout));

@@ -155,6 +155,7 @@ pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
         labels: Vec::new(),
         is_label: false,
         value_scale: None,
+        downsample: None,
         oddities: Vec::new(),
     };
     let source = Arc::new(FlatArray::new(Place::Plain(raw), layout));

@@ -81,6 +81,7 @@ pub(crate) async fn open_image(
         labels,
         is_label: attributes.get("image-label").is_some(),
         value_scale: None,
+        downsample: text(multiscale, "type").filter(|name| !name.is_empty()).map(str::to_owned),
         oddities: oddities.into_vec(),
         path,
     };

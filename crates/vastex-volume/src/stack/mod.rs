@@ -49,6 +49,7 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         labels: Vec::new(),
         is_label: false,
         value_scale: None,
+        downsample: None,
         oddities,
     };
     let level = match pages.one_run(&grid) {

@@ -7,7 +7,7 @@ use crate::values::DType;
 pub struct VolumeAbout {
     /// The path that was opened.
     pub path: String,
-    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack` or `raw`.
+    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack`, `raw` or `vastex`.
     pub kind: &'static str,
     /// The version of its format, where it names one.
     pub version: Option<String>,
@@ -33,6 +33,8 @@ pub struct VolumeAbout {
     pub is_label: bool,
     /// What makes meant values of stored ones: `slope * value + intercept`. Nothing here applies it.
     pub value_scale: Option<[f64; 2]>,
+    /// How coarser levels were made of finer ones, as the file calls it: `mean`, `gaussian`.
+    pub downsample: Option<String>,
     /// What was wrong, and what was made of it; one sentence each.
     pub oddities: Vec<String>,
 }

@@ -93,6 +93,12 @@ impl Volume {
         }
     }
 
+    /// The value of voxels of the finest level that nothing is stored of: the bytes of one value,
+    /// little-endian.
+    pub fn fill(&self) -> Vec<u8> {
+        self.arrays[0].source.fill()[..self.about.dtype.bytes()].to_vec()
+    }
+
     /// What is known of it without reading its values.
     pub fn about(&self) -> &VolumeAbout {
         &self.about

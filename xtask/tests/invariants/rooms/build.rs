@@ -6,6 +6,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("image", &[]),
     ("threads", &[]),
     ("progress", &["image"]),
+    ("new_directory", &[]),
     ("texels", &["image"]),
     ("tile", &["image", "texels"]),
     // A pyramid's rows of pages hand their texels to the encoder: that saves a copy of each tile.
@@ -17,12 +18,13 @@ pub(super) const ROOMS: &[Room] = &[
     ("build/error", &["image", "replace/error", "texels", "threads"]),
     ("build", &["build/error", "image", "progress", "pyramid", "texels", "threads", "tile"]),
     ("inset", &["build", "build/error", "image", "progress", "replace", "replace/error", "threads", "tile"]),
-    ("export", &["image", "progress", "texels", "threads", "tile"]),
+    ("export", &["image", "new_directory", "progress", "texels", "threads", "tile"]),
     ("cache", &["build", "build/error", "image", "progress"]),
     ("source", &["image", "texels"]),
     ("keep_levels", &["build", "build/error", "image", "progress", "source", "texels", "threads", "tile"]),
     ("memory_image", &["build/error", "image", "progress", "texels", "threads"]),
     ("crop", &["image", "progress", "source", "threads", "tile"]),
+    ("volume", &["build", "new_directory", "progress", "threads"]),
     (
         "lib",
         &[
@@ -42,6 +44,7 @@ pub(super) const ROOMS: &[Room] = &[
             "texels",
             "threads",
             "tile",
+            "volume",
         ],
     ),
     ("measure", &["build", "build/error", "texels"]),

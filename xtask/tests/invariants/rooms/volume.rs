@@ -17,6 +17,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("ome", &["chunks", "fault", "json", "keys", "volume", "zarr"]),
     ("flat", &["chunks", "fault", "values", "volume"]),
     ("stack", &["chunks", "fault", "flat", "values", "volume"]),
-    ("open", &["chunks", "fault", "flat", "keys", "ome", "stack", "volume", "zarr"]),
-    ("lib", &["fault", "made", "open", "reduce", "source", "values", "volume"]),
+    ("tiled", &["chunks", "fault", "json", "reduce", "values", "volume"]),
+    ("open", &["chunks", "fault", "flat", "keys", "ome", "stack", "tiled", "volume", "zarr"]),
+    ("lib", &["codecs", "fault", "made", "open", "reduce", "source", "tiled", "values", "volume"]),
 ];

@@ -46,6 +46,14 @@ pub enum ContainerError {
         /// What this program does not know.
         what: String,
     },
+    /// The file is of a volume, which cannot be had here.
+    #[error("{name}: {what}")]
+    OfVolume {
+        /// The file or URL.
+        name: String,
+        /// What cannot be done, and what to do.
+        what: String,
+    },
     /// The file ends too early.
     #[error("{name}: truncated: {len} of {expected} bytes; copy it again, or build it again")]
     Truncated {

@@ -178,7 +178,7 @@ impl Index {
     }
 
     /// The texel of a record, or `None` if the record is not that of a constant tile.
-    fn constant_of(&self, record: u32) -> Option<Bytes> {
+    pub(crate) fn constant_of(&self, record: u32) -> Option<Bytes> {
         let record = self.record(record).ok().filter(|record| record.codec == Codec::Constant)?;
         self.constant(record.section.extent).ok()
     }

@@ -82,7 +82,7 @@ impl Container {
             version: VERSION,
             bytes: self.header.file_len,
             align: self.align(),
-            pages: self.numbering.pages(),
+            pages: self.numbering.pages() * self.textures(),
             tiles: 0,
             tiles_by_level: vec![0; usize::from(self.description().geometry.tail().first_level()) + 1],
             stored_tiles: 0,
@@ -97,7 +97,7 @@ impl Container {
             let Some(number) = number else { continue };
             let Ok(record) = self.index.record(number) else { continue };
             info.tiles += 1;
-            let level = self.numbering.level_of(page).map(usize::from);
+            let level = self.numbering.level_of(page % self.numbering.pages()).map(usize::from);
             if let Some(tiles) = level.and_then(|level| info.tiles_by_level.get_mut(level)) {
                 *tiles += 1;
             }

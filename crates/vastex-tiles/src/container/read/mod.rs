@@ -12,7 +12,7 @@ use std::sync::{Arc, OnceLock};
 use bytes::Bytes;
 use vastex_core::{Description, PageContents, PageNumbering, PagePos, PageSet};
 
-use super::format::description::{self, Contents, DescriptionFault};
+use super::format::description::{self, ContainerVolume, Contents, DescriptionFault};
 use super::format::error::ContainerError;
 use super::format::header::Header;
 use super::format::index::{Index, Record};
@@ -36,6 +36,7 @@ pub struct Container {
     description: Arc<Description>,
     filters: Vec<String>,
     align: u32,
+    volume: Option<ContainerVolume>,
     index: Index,
     numbering: PageNumbering,
     /// The pages that have tiles, or `None` if all have.
@@ -73,9 +74,11 @@ impl Container {
         header: Header,
         opening: &Bytes,
     ) -> Result<Container, ContainerError> {
-        let Contents { description, filters, align } = read_description(&*store, &header, opening).await?;
+        let Contents { description, filters, align, volume } =
+            read_description(&*store, &header, opening).await?;
         let numbering = PageNumbering::new(&description.geometry);
-        let (coarse, index) = read_coarse_and_index(&*store, &header, numbering.pages()).await?;
+        let textures = volume.as_ref().map_or(1, ContainerVolume::textures);
+        let (coarse, index) = read_coarse_and_index(&*store, &header, numbering.pages() * textures).await?;
         let present = index.lacks_pages().then(|| {
             let geometry = &description.geometry;
             let record = |pos| index.record_of_page(numbering.number_of(pos)?);
@@ -87,6 +90,7 @@ impl Container {
             description,
             filters,
             align,
+            volume,
             index,
             numbering,
             present,
@@ -150,6 +154,40 @@ impl Container {
         self.align
     }
 
+    /// The volume of whose channels and times the textures are, or `None` if there is one texture, of no
+    /// volume. As a source of tiles the container is the first texture.
+    pub fn volume(&self) -> Option<&ContainerVolume> {
+        self.volume.as_ref()
+    }
+
+    /// How many textures there are.
+    pub(in crate::container) fn textures(&self) -> u64 {
+        self.volume.as_ref().map_or(1, ContainerVolume::textures)
+    }
+
+    /// Fails if the container is of a volume.
+    #[cfg(feature = "write")]
+    pub(in crate::container) fn refuse_volume(&self, why: &str) -> Result<(), ContainerError> {
+        match self.volume {
+            Some(_) => Err(ContainerError::OfVolume { name: self.name().into(), what: why.into() }),
+            None => Ok(()),
+        }
+    }
+
+    /// Reads a tile of one of a volume's textures, by the texture's number; [`ReadError::NoSuchTile`] where
+    /// there is none.
+    pub async fn read_of(&self, texture: u64, pos: PagePos) -> Result<Tile, ReadError> {
+        let page = self.number_of(pos).filter(|_| texture < self.textures());
+        self.read_page(pos, page.map(|page| texture * self.numbering.pages() + page)).await
+    }
+
+    /// The texel of which all of a tile's are copies, if they are: known from the index, without a read.
+    pub fn constant_of(&self, texture: u64, pos: PagePos) -> Option<Bytes> {
+        let page = self.number_of(pos).filter(|_| texture < self.textures())?;
+        let number = self.index.record_of_page(texture * self.numbering.pages() + page)?;
+        self.index.constant_of(number)
+    }
+
     /// The number of a page in the index, or `None` if the page does not exist.
     pub(in crate::container) fn number_of(&self, pos: PagePos) -> Option<u64> {
         self.numbering.number_of(pos)
@@ -159,7 +197,11 @@ impl Container {
         if self.present.as_ref().is_some_and(|present| !present.contains(pos)) {
             return Err(ReadError::NoSuchTile { pos });
         }
-        let page = self.number_of(pos);
+        self.read_page(pos, self.number_of(pos)).await
+    }
+
+    /// Reads the tile of a page by its number in the index.
+    async fn read_page(&self, pos: PagePos, page: Option<u64>) -> Result<Tile, ReadError> {
         let number =
             page.and_then(|page| self.index.record_of_page(page)).ok_or(ReadError::NoSuchTile { pos })?;
         let in_index = |fault| {

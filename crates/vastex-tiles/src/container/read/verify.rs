@@ -139,7 +139,8 @@ async fn check_header_copies(store: &dyn Store, newest: &Header, found: &mut Ver
 fn check_pages(container: &Container, found: &mut Verification) {
     let mut named = vec![false; container.index.records() as usize];
     let geometry = &container.description().geometry;
-    for (pos, number) in geometry.pages().zip(container.index.page_records()) {
+    let pages = (0..container.textures()).flat_map(|_| geometry.pages());
+    for (pos, number) in pages.zip(container.index.page_records()) {
         match number.map(|number| named.get_mut(number as usize)) {
             Some(Some(named)) => *named = true,
             Some(None) => found.add("the index", format!("{pos} names a record that does not exist")),

@@ -13,3 +13,4 @@ mod round_trip;
 #[cfg(not(target_family = "wasm"))]
 mod update;
 mod versions;
+mod volume;

@@ -56,12 +56,14 @@ pub fn reorder(
     progress: impl FnMut(u64, u64) -> ControlFlow<()>,
 ) -> Result<Written, ReorderError> {
     let container = Container::open_file(input)?;
+    container.refuse_volume("is of a volume, which is not reordered")?;
     let description = (**container.description()).clone();
     let options = WriterOptions {
         compression: Compression::None,
         durable,
         filters: container.filters().to_vec(),
         align: container.align(),
+        volume: None,
     };
     let writer = ContainerWriter::create(output, description, options)?;
     let raw_len = container.description().tile_bytes();

@@ -140,6 +140,7 @@ impl ContainerUpdate {
         // Only now is the version known that nobody else changes.
         let store = FileStore::open(path).map_err(ContainerError::from)?;
         let old = Arc::new(block_on(Container::open(Arc::new(store)))?);
+        old.refuse_volume("is of a volume, of which no regions are replaced; build it again")?;
         ContainerUpdate::new(Box::new(file), old, durable)
     }
 
@@ -165,7 +166,7 @@ impl ContainerUpdate {
             record_of_content: FxHashMap::default(),
             pages,
             constants: Vec::new(),
-            held_level: held_level(old.description()),
+            held_level: held_level(old.description(), 1),
             held: FxHashMap::default(),
             offset: old.header().file_len,
             flipping: false,

@@ -13,10 +13,10 @@ use vastex_core::{Description, PageNumbering, PagePos};
 
 use super::error::WriteError;
 use super::output::TempFile;
-use crate::container::format::description;
+use crate::container::format::description::{self, ContainerVolume};
 use crate::container::format::header::Header;
 use crate::container::format::index::{self, Record};
-use crate::container::format::layout::{Extent, HEADER_BYTES, NO_RECORD, Section};
+use crate::container::format::layout::{Extent, HEADER_BYTES, MAX_COARSE_BYTES, NO_RECORD, Section};
 use crate::tile::{Codec, Compression, EncodedTile, Tile};
 
 /// Decoded bytes of the coarse tiles that are held back, so that they lie together before the index. The tail
@@ -37,11 +37,19 @@ pub struct WriterOptions {
     /// alignment, or a power of two from 4096 to 65,536. Costs on average half of that for each distinct
     /// tile.
     pub align: u32,
+    /// Which volume the container is of: then it has a texture for each of the volume's channels and times.
+    pub volume: Option<ContainerVolume>,
 }
 
 impl Default for WriterOptions {
     fn default() -> WriterOptions {
-        WriterOptions { compression: Compression::default(), filters: Vec::new(), durable: false, align: 1 }
+        WriterOptions {
+            compression: Compression::default(),
+            filters: Vec::new(),
+            durable: false,
+            align: 1,
+            volume: None,
+        }
     }
 }
 
@@ -50,6 +58,7 @@ impl WriterOptions {
     pub(super) fn check(&self, description: &Description) -> Result<(), String> {
         description::check(description)?;
         description::check_filters(description, &self.filters)?;
+        self.volume.as_ref().map_or(Ok(()), |volume| volume.check(description))?;
         description::check_align(self.align)
     }
 }
@@ -169,14 +178,17 @@ impl<W: Write + Seek> ContainerWriter<W> {
             return Err(WriteError::Description { name, fault });
         }
         let numbering = PageNumbering::new(&description.geometry);
+        let textures = options.volume.as_ref().map_or(1, ContainerVolume::textures);
+        // A container has at most 2^31 pages, which was checked.
+        let count = numbering.pages() * textures;
         let mut pages = Vec::new();
-        if pages.try_reserve_exact(numbering.pages() as usize).is_err() {
-            let fault =
-                format!("{} pages need more memory than there is; use larger pages", numbering.pages());
+        if pages.try_reserve_exact(count as usize).is_err() {
+            let fault = format!("{count} pages need more memory than there is; use larger pages");
             return Err(WriteError::Description { name, fault });
         }
-        pages.resize(numbering.pages() as usize, NO_RECORD);
-        let description_bytes = description::encode(&description, &options.filters, options.align);
+        pages.resize(count as usize, NO_RECORD);
+        let volume = options.volume.as_ref();
+        let description_bytes = description::encode(&description, &options.filters, options.align, volume);
         let mut writer = ContainerWriter {
             out,
             name,
@@ -187,7 +199,7 @@ impl<W: Write + Seek> ContainerWriter<W> {
             pages,
             numbering,
             constants: Vec::new(),
-            held_level: held_level(&description),
+            held_level: held_level(&description, textures),
             held: Vec::new(),
             offset: 0,
             broken: false,
@@ -197,6 +209,11 @@ impl<W: Write + Seek> ContainerWriter<W> {
         writer.put(&[0; HEADER_BYTES as usize])?;
         writer.put(&description_bytes)?;
         Ok(writer)
+    }
+
+    /// How many textures there are: 1, unless the container is of a volume.
+    fn textures(&self) -> u64 {
+        self.pages.len() as u64 / self.numbering.pages()
     }
 
     /// The texture being written.
@@ -213,13 +230,19 @@ impl<W: Write + Seek> ContainerWriter<W> {
 
     /// Appends a tile; each page once, in any order. Costs a look-up and a copy.
     pub fn append(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        self.add(pos, tile, ContainerWriter::put)
+        self.append_to(0, pos, tile)
+    }
+
+    /// Appends a tile of one of a volume's textures, by the texture's number; each page of each once, in any
+    /// order.
+    pub fn append_to(&mut self, texture: u64, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
+        self.add(texture, pos, tile, ContainerWriter::put)
     }
 
     /// Appends a tile whose bytes, if their destination is [`Destination::File`], are in the file already, at
     /// [`Self::offset`].
     pub(super) fn take_over(&mut self, pos: PagePos, tile: EncodedTile) -> Result<(), WriteError> {
-        self.add(pos, tile, |writer, bytes| {
+        self.add(0, pos, tile, |writer, bytes| {
             writer.offset += bytes.len() as u64;
             Ok(())
         })
@@ -228,13 +251,15 @@ impl<W: Write + Seek> ContainerWriter<W> {
     /// Appends a tile; `put` brings its bytes into the file.
     fn add(
         &mut self,
+        texture: u64,
         pos: PagePos,
         tile: EncodedTile,
         put: impl Fn(&mut Self, &[u8]) -> Result<(), WriteError>,
     ) -> Result<(), WriteError> {
         let refuse = |fault: String| WriteError::Tile { name: self.name.clone(), pos, fault };
-        let page = self.numbering.number_of(pos);
+        let page = self.numbering.number_of(pos).filter(|_| texture < self.textures());
         let page = page.ok_or_else(|| refuse("there is no such page".into()))?;
+        let page = texture * self.numbering.pages() + page;
         if self.pages[page as usize] != NO_RECORD {
             return Err(refuse("the page has a tile already".into()));
         }
@@ -327,7 +352,8 @@ impl<W: Write + Seek> ContainerWriter<W> {
         if self.broken {
             return Err(incomplete("an earlier write failed"));
         }
-        if self.pages[0] == NO_RECORD {
+        let first_pages = self.pages.iter().step_by(self.numbering.pages() as usize);
+        if first_pages.into_iter().any(|page| *page == NO_RECORD) {
             return Err(incomplete("it has no tail; write the tile of the coarsest levels"));
         }
         let coarse_offset = self.offset;
@@ -374,11 +400,15 @@ pub(super) fn gap_before(offset: u64, align: u32) -> &'static [u8] {
     &ZEROS[..gap as usize]
 }
 
-/// The finest level from which all that are coarser come to at most [`HELD_BYTES`], the tail not counted.
-pub(super) fn held_level(description: &Description) -> u8 {
+/// The finest level from which all that are coarser come to at most [`HELD_BYTES`], the tail not counted, of
+/// all textures. No level is held back where the tails alone come to more than a reader keeps.
+pub(super) fn held_level(description: &Description, textures: u64) -> u8 {
     let geometry = &description.geometry;
     let tail_level = geometry.tail().first_level();
-    let tile_bytes = description.tile_bytes() as u64;
+    let tile_bytes = (description.tile_bytes() as u64).saturating_mul(textures);
+    if textures > 1 && tile_bytes > MAX_COARSE_BYTES {
+        return u8::MAX;
+    }
     let mut bytes = 0;
     (0..tail_level)
         .rev()

@@ -207,7 +207,8 @@ fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), 
         found.map(|key| key[3])
     };
     let text = |wanted: u64| {
-        let key = keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == GEO_TEXTS.into())?;
+        let key =
+            keys.chunks_exact(4).skip(1).find(|key| key[0] == wanted && key[1] == u64::from(GEO_TEXTS))?;
         let (from, len) = (key[3] as usize, key[2] as usize);
         let found = texts.get(from..from.checked_add(len)?.min(texts.len()))?;
         let found = found.trim_end_matches('|').trim();

@@ -4,6 +4,7 @@
 //! A reader passes over a section that it does not know if the section's number says that it may.
 
 mod nodata;
+mod volume;
 
 use vastex_core::{Description, GeometryBytesError, GeometryParts, Layer, LayerFormat, TexelPositions};
 
@@ -11,6 +12,7 @@ use super::layout::{Fields, MAX_PAGES};
 use crate::tile::MAX_TILE_BYTES;
 
 pub use nodata::{filter_without, nodata_of_filter};
+pub use volume::ContainerVolume;
 
 /// The section that holds levels, pages and borders.
 const GEOMETRY: u32 = 1;
@@ -18,6 +20,8 @@ const GEOMETRY: u32 = 1;
 const LAYERS: u32 = 2;
 /// The section that holds what the first two have no room for. Left out if all of it is as usual.
 const MORE: u32 = 3;
+/// The section that says that there is a texture for each channel and time of a volume.
+const VOLUME: u32 = 4;
 /// Set in the number of a section that a reader may pass over.
 const OPTIONAL: u32 = 1 << 31;
 /// The section with the filter of each layer. A program that only reads can do without it.
@@ -71,21 +75,29 @@ pub(crate) struct Contents {
     pub(crate) filters: Vec<String>,
     /// Every tile in the file begins at a multiple of so many bytes; 1 if the file states no alignment.
     pub(crate) align: u32,
+    /// Which volume the textures are of, if they are of one.
+    pub(crate) volume: Option<ContainerVolume>,
 }
 
 /// A description as bytes that are the same in every run.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn bytes(description: &Description) -> Vec<u8> {
-    encode(description, &[], 1)
+    encode(description, &[], 1, None)
 }
 
 /// A description as bytes; `filters` has one name for each layer, or none at all.
-pub(crate) fn encode(description: &Description, filters: &[String], align: u32) -> Vec<u8> {
+pub(crate) fn encode(
+    description: &Description,
+    filters: &[String],
+    align: u32,
+    volume: Option<&ContainerVolume>,
+) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, description.geometry.shape_bytes()), (LAYERS, layer_bytes(&description.layers))];
     if has_more(description) {
         sections.push((MORE, more_bytes(description)));
     }
+    sections.extend(volume.map(|volume| (VOLUME, volume.encode())));
     if !filters.is_empty() {
         sections.push((FILTERS, filter_bytes(filters)));
     }
@@ -176,6 +188,7 @@ fn format_number(format: LayerFormat) -> u32 {
 pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
     let (mut filters, mut align, mut mixing, mut nodata) = (Vec::new(), 1, None, None);
+    let mut volume = None;
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -188,6 +201,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             GEOMETRY => geometry = Some(GeometryParts::from_shape(section)?),
             LAYERS => layers = Some(decode_layers(section)?),
             MORE => more = Some(decode_more(section)?),
+            VOLUME => volume = Some(ContainerVolume::decode(section)?),
             FILTERS => filters = decode_filters(section)?,
             ALIGN => align = decode_align(section)?,
             MIXING => mixing = Some(decode_mixing(section)?),
@@ -205,6 +219,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             let mut description = describe(geometry, layers, more)?;
             check(&description)?;
             check_filters(&description, &filters)?;
+            volume.as_ref().map_or(Ok(()), |volume| volume.check(&description))?;
             let mixable = mixing.unwrap_or_else(|| mixable_by(&filters, description.layers.len()));
             let (said, layers) = (mixable.len(), description.layers.len());
             if said != layers {
@@ -219,7 +234,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
                 );
             }
             description.layers.iter_mut().zip(nodata).for_each(|(layer, nodata)| layer.nodata = nodata);
-            Ok(Contents { description, filters, align })
+            Ok(Contents { description, filters, align, volume })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),
     }
