@@ -32,6 +32,8 @@ pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
 pub(crate) use view::{ViewArgs, of_link};
+#[cfg(all(feature = "build", feature = "volumes"))]
+pub(crate) use volume_build::{Downsample, Zarr};
 
 use pixels::{parse_pixel, parse_size};
 
@@ -68,6 +70,8 @@ mod replay;
 mod shown;
 #[cfg(feature = "view")]
 mod view;
+#[cfg(feature = "build")]
+mod volume_build;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
@@ -109,7 +113,8 @@ pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Make a container of an image (JPEG, PNG, TIFF, OpenEXR, raw texels), a mosaic or a tile directory
+    /// Make a container of an image (JPEG, PNG, TIFF, OpenEXR, raw texels), a mosaic or a tile directory; a
+    /// container or an OME-Zarr of a volume
     #[cfg(feature = "build")]
     Build(BuildArgs),
     /// Write a region of a level of an image or a volume as it is stored, to a NumPy array, PNG or TIFF

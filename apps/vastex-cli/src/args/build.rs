@@ -10,6 +10,7 @@ use vastex_core::{GeometrySpec, LayerFormat, PAGE_TEXELS};
 use super::common::{DiskArgs, PrintArgs, ThreadArgs};
 use super::inset::{of_layer, parse_inset};
 use super::layer::parse_layer;
+use super::volume_build::VolumeArgs;
 use super::{ClapArgs, named, value_error};
 
 /// What `vastex build` is told.
@@ -27,14 +28,20 @@ Examples:
   vastex build earth.tif -o earth.vastex --format bc7-srgb
   vastex build world.tif -o world.vastex --inset rome.png@738816,184320,5 --inset alps.tif@34000,8000,1
   vastex build -o ground.vastex --layer color=c.tif:bc1-srgb --layer normal=n.png:bc5 --layer height=h.png:r16:max
+  vastex build head.nii.gz -o head.vastex                      # a volume (docs/volumes.md): OME-Zarr, NIfTI, TIFF stack, raw
+  vastex build stack.tif -o stack.zarr --shards 8 --downsample max
 
 The output appears when it is whole; after an error or Ctrl-C nothing is left behind. With --resume, what was built so far
 stays beside the output (.NAME.partial, .NAME.journal; with insets .NAME.*.insets), and the same command goes on with it to the same bytes; after a crash,
-too, whether or not that build had --resume. Without --resume a build starts anew.",
+too, whether or not that build had --resume. Without --resume a build starts anew.
+
+Of a volume, --page, --border, --compress, --align, --threads, --memory-mib, --tolerant, --durable and the options marked
+\"volume\" count; the others are of images. A TIFF file of several pages of one size is a volume; --layer color=FILE takes its
+first page as an image.",
 mut_arg("threads", |arg| arg.help("Threads that decode, filter and encode [default: one for each core]")))]
 pub(crate) struct BuildArgs {
-    /// The image, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its .dzi), of
-    /// pages
+    /// The image, a volume, or a tile directory: of Gaia Sky, of Celestia (or its .ctx), of Deep Zoom (or its
+    /// .dzi), of pages
     #[arg(value_name = "IN", required_unless_present = "layers", conflicts_with = "layers")]
     pub(crate) input: Option<PathBuf>,
     /// A layer, instead of IN; once for each. Images have one size, or half or a quarter of the largest;
@@ -49,18 +56,20 @@ pub(crate) struct BuildArgs {
     /// How well block-compressed layers (bc1 to bc7) are encoded
     #[arg(long, value_enum, default_value_t = Encode::Normal)]
     pub(crate) quality: Encode,
-    /// The container to make
+    /// The container to make; of a volume also OUT.zarr, an OME-Zarr
     #[arg(short, long, value_name = "OUT.vastex")]
     pub(crate) output: PathBuf,
-    /// Texels of payload per side of a page
-    #[arg(long, default_value_t = 128, value_name = "TEXELS", value_parser = page_parser())]
-    pub(crate) page: u32,
-    /// Texels of border on each side of a page
-    #[arg(long, default_value_t = 4, value_name = "TEXELS")]
-    pub(crate) border: u32,
-    /// How tiles are compressed
-    #[arg(long, value_enum, default_value_t = Compress::Lz4)]
-    pub(crate) compress: Compress,
+    /// Texels of payload per side of a page; of a volume, voxels per side of a brick, or of a chunk of OUT.zarr
+    /// [default: 128; of a volume 64]
+    #[arg(long, value_name = "TEXELS", value_parser = page_parser())]
+    pub(crate) page: Option<u32>,
+    /// Texels of border on each side of a page [default: 4; of a volume 1]
+    #[arg(long, value_name = "TEXELS")]
+    pub(crate) border: Option<u32>,
+    /// How tiles are compressed: none, lz4 or zstd; of OUT.zarr none, zstd or gzip [default: lz4; of OUT.zarr
+    /// zstd]
+    #[arg(long, value_enum, hide_possible_values = true)]
+    pub(crate) compress: Option<Compress>,
     /// Whether colour is filtered in linear light; else as it is stored
     #[arg(long, action = clap::ArgAction::Set, default_value = "on", value_name = "on|off", value_parser = named(&[true, false], on_off))]
     pub(crate) linear: bool,
@@ -126,6 +135,8 @@ pub(crate) struct BuildArgs {
     #[arg(long)]
     pub(crate) tolerant: bool,
     #[command(flatten)]
+    pub(crate) volume: VolumeArgs,
+    #[command(flatten)]
     pub(crate) disk: DiskArgs,
     #[command(flatten)]
     pub(crate) print: PrintArgs,
@@ -140,6 +151,8 @@ pub(crate) enum Compress {
     Lz4,
     /// Smaller
     Zstd,
+    /// Of OME-Zarr, for programs that read nothing else
+    Gzip,
 }
 
 /// What lies beyond the edges.
@@ -188,10 +201,20 @@ impl BuildArgs {
         }
     }
 
+    /// Texels of payload per side of an image's page.
+    pub(crate) fn image_page(&self) -> u32 {
+        self.page.unwrap_or(128)
+    }
+
+    /// Texels of border on each side of an image's page.
+    pub(crate) fn image_border(&self) -> u32 {
+        self.border.unwrap_or(4)
+    }
+
     /// The border must suit the page.
     pub(super) fn check(&self) -> Result<(), clap::Error> {
-        let spec = GeometrySpec { page: self.page, border: self.border, ..GeometrySpec::image(1, 1) };
-        let border = self.border;
+        let border = self.image_border();
+        let spec = GeometrySpec { page: self.image_page(), border, ..GeometrySpec::image(1, 1) };
         Geometry::new(spec)
             .map(drop)
             .map_err(|error| value_error(&format!("'{border}' for '--border <TEXELS>': {error}")))

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "build")]
 pub(crate) mod build;
+#[cfg(all(feature = "build", feature = "volumes"))]
+mod build_volume;
 #[cfg(feature = "build")]
 pub(crate) mod crop;
 #[cfg(feature = "build")]

@@ -83,7 +83,7 @@ fn list_text(list: &ImageList) -> String {
 }
 
 /// A text from metadata as a terminal may have it: control characters, which it would obey, are replaced.
-fn printable(text: &str) -> String {
+pub(super) fn printable(text: &str) -> String {
     text.chars().map(|one| if one.is_control() { char::REPLACEMENT_CHARACTER } else { one }).collect()
 }
 

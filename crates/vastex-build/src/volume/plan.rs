@@ -36,8 +36,9 @@ pub(super) struct Round {
     pub(super) halo: [u64; 3],
 }
 
-/// How often chunks may be decoded before larger blocks are taken.
-const MOST_DECODED: f64 = 1.6;
+/// How often chunks may be decoded before larger blocks are taken. With borders it is twice or so; what counts is
+/// that planes are not decoded for each of the many blocks that they cross.
+const MOST_DECODED: f64 = 3.0;
 
 impl Shape<'_> {
     /// The rounds of a volume. Blocks have at most `usual` bytes, or up to `most` where chunks would be decoded

@@ -31,7 +31,7 @@ fn sample(dtype: DType) -> &'static str {
 /// A number for each voxel: often the same as its neighbours', with both signs; of floats a multiple of 1/4.
 fn value(dtype: DType, n: usize) -> Vec<u8> {
     let mixed = (n as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
-    let number = if mixed % 4 == 0 { mixed % 3 } else { mixed % 5000 };
+    let number = if mixed.is_multiple_of(4) { mixed % 3 } else { mixed % 5000 };
     match dtype {
         DType::F16 => half::f16::from_f64(number as f64 / 4.0 - 300.0).to_le_bytes().into(),
         DType::F32 => (number as f32 / 4.0 - 300.0).to_le_bytes().into(),

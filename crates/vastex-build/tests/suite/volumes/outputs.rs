@@ -176,7 +176,7 @@ fn containers_of_volumes_verify_and_say_what_they_hold() {
     for compression in [Compression::None, Compression::Lz4, Compression::Zstd(0)] {
         let options = ContainerOptions { page: 16, compression, align: 4096, ..ContainerOptions::default() };
         let (_, volume) = raw.build("out.vastex", &container(options));
-        let verification = verify_file(&raw.out("out.vastex"), |_, _| {}).unwrap();
+        let verification = verify_file(raw.out("out.vastex"), |_, _| {}).unwrap();
         assert_eq!(verification.faults, []);
         let about = volume.about();
         assert_eq!((about.kind, about.unit.as_deref()), ("vastex", Some("micrometer")));
