@@ -8,6 +8,7 @@
 
 mod bench;
 mod bench_view;
+mod bench_volumes;
 mod block_speed;
 mod browser;
 mod campaign;
@@ -61,6 +62,9 @@ Commands:
                            is asked of a GPU; into docs/bench-draw.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
+  bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, read by zarr-python; into docs/bench-volumes.md
+      --runs N               interleaved runs of each program [default: 3]
+      --write                put the figures there
   record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names
       --compare              make it anew and name each difference from what lies in DIR
       --only PART,..         only these: worlds, frames, files, help, names, tests
@@ -117,6 +121,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench", "textures", options @ ..] => TEXTURES.bench(options),
         ["bench", "draw", options @ ..] => DRAW.bench(options),
         ["bench", "view", options @ ..] => bench_view::run(options),
+        ["bench", "volumes", options @ ..] => bench_volumes::volumes(options),
         ["bench", other, ..] => Err(Usage(format!(
             "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow, textures, view"
         ))

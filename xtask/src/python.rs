@@ -12,12 +12,18 @@ const PACKAGES: [&str; 2] = ["numpy", "opencv-python-headless"];
 
 /// The interpreter, made unless it is there.
 pub(crate) fn with_packages(directory: &Path) -> Result<PathBuf> {
-    let python = directory.join("python/bin/python");
+    with(directory, "python", &PACKAGES)
+}
+
+/// An interpreter of that name with these packages, made unless it is there.
+pub(crate) fn with(directory: &Path, name: &str, packages: &[&str]) -> Result<PathBuf> {
+    let home = directory.join(name);
+    let python = home.join("bin/python");
     if !python.exists() {
         setup::ensure(&setup::PYTHON)?;
-        println!("making a Python with {}, since the benchmark needs it", PACKAGES.join(" and "));
-        shell::run(shell::command("python3").args(["-m", "venv"]).arg(directory.join("python")))?;
-        pip(directory, &["install", "--quiet"], &PACKAGES)?;
+        println!("making a Python with {}, since the benchmark needs it", packages.join(" and "));
+        shell::run(shell::command("python3").args(["-m", "venv"]).arg(&home))?;
+        pip(&home, &["install", "--quiet"], packages)?;
     }
     Ok(python)
 }
@@ -25,10 +31,10 @@ pub(crate) fn with_packages(directory: &Path) -> Result<PathBuf> {
 /// Fetches one package, as it is published, into the directory.
 pub(crate) fn download(directory: &Path, package: &str) -> Result<()> {
     let into = directory.to_string_lossy();
-    pip(directory, &["download", "--quiet", "--no-deps", "--dest", &into], &[package])
+    pip(&directory.join("python"), &["download", "--quiet", "--no-deps", "--dest", &into], &[package])
 }
 
-fn pip(directory: &Path, command: &[&str], packages: &[&str]) -> Result<()> {
-    let pip = directory.join("python/bin/pip");
+fn pip(home: &Path, command: &[&str], packages: &[&str]) -> Result<()> {
+    let pip = home.join("bin/pip");
     shell::run(shell::command(&pip.to_string_lossy()).args(command).args(packages))
 }

@@ -39,6 +39,8 @@ use pixels::{parse_pixel, parse_size};
 
 #[cfg(feature = "build")]
 mod build;
+#[cfg(feature = "build")]
+mod build_kind;
 mod cache;
 #[cfg(feature = "build")]
 mod common;

@@ -46,7 +46,7 @@ fn main() -> ExitCode {
     survive_file_limits();
     let outcome = match args.command {
         #[cfg(feature = "build")]
-        Command::Build(args) => commands::build::run(&args),
+        Command::Build(args) => commands::build_kind::run(&args),
         #[cfg(feature = "build")]
         Command::Crop(args) => commands::crop::run(&args),
         #[cfg(feature = "build")]

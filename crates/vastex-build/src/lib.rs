@@ -17,8 +17,8 @@
 //! there is a quick way to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`]
 //! makes one without any build.
 //!
-//! [`build_volume`] (feature `volumes`) makes containers and OME-Zarr of volumes, with all of their levels, in
-//! one pass over blocks of voxels.
+//! [`build_volume`] (feature `volumes`) makes containers and OME-Zarr of volumes, with all of their levels,
+//! in one pass over blocks of voxels.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 

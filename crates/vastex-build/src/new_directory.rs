@@ -73,7 +73,8 @@ impl NewDirectory {
                         });
                     }
                 }
-                // Left behind by a process of the same number that was killed, or another one of this process.
+                // Left behind by a process of the same number that was killed, or another one of this
+                // process.
                 Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
                 Err(error) => return Err(refused(format!("cannot be made: {}", write_advice(&error)))),
             }

@@ -1,5 +1,5 @@
-//! The reading part of volumes: OME-Zarr of every version, NIfTI, raw files, TIFF stacks and the project's own
-//! containers, where they lie.
+//! The reading part of volumes: OME-Zarr of every version, NIfTI, raw files, TIFF stacks and the project's
+//! own containers, where they lie.
 //!
 //! [`open`] turns a path into a [`Volume`]: its levels, channels and times, with what its metadata say and
 //! what was odd about them ([`VolumeAbout`]). Values are read as boxes of a level ([`Volume::read`]), exactly

@@ -51,8 +51,8 @@ pub fn is_volume(path: &Path) -> bool {
 }
 
 /// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI,
-/// a raw file with its description, a TIFF stack, a container of a volume. Reads metadata alone. The error says what is wrong, where,
-/// and what to do.
+/// a raw file with its description, a TIFF stack, a container of a volume. Reads metadata alone. The error
+/// says what is wrong, where, and what to do.
 pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     let volume = |volume: Volume| Opened::Volume(Box::new(volume));
     if path.is_dir() {

@@ -59,8 +59,8 @@ pub(crate) struct BuildArgs {
     /// The container to make; of a volume also OUT.zarr, an OME-Zarr
     #[arg(short, long, value_name = "OUT.vastex")]
     pub(crate) output: PathBuf,
-    /// Texels of payload per side of a page; of a volume, voxels per side of a brick, or of a chunk of OUT.zarr
-    /// [default: 128; of a volume 64]
+    /// Texels of payload per side of a page; of a volume, voxels per side of a brick, or of a chunk of
+    /// OUT.zarr [default: 128; of a volume 64]
     #[arg(long, value_name = "TEXELS", value_parser = page_parser())]
     pub(crate) page: Option<u32>,
     /// Texels of border on each side of a page [default: 4; of a volume 1]

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use vastex_build::{
@@ -50,13 +50,6 @@ pub(crate) fn is_interrupted() -> bool {
 
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     handle_interrupts()?;
-    #[cfg(feature = "volumes")]
-    if let Some(input) = args.input.as_ref().filter(|path| super::volume::is_shown(path)) {
-        return super::build_volume::run(args, input);
-    }
-    if let Some(why) = args.of_volumes_alone() {
-        bail!("{why}, and this is built as an image; leave it out, or name a volume");
-    }
     if !args.print.quiet && args.output.is_file() {
         let output = args.output.display();
         report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));

@@ -12,7 +12,7 @@ use vastex_build::{
 };
 use vastex_volume::Reduction;
 
-use super::build::{Bar, INTERRUPTED};
+use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use super::volume::printable;
 use crate::args::{BuildArgs, Compress, Downsample, Zarr};
 use crate::report;
@@ -26,6 +26,7 @@ pub(super) fn run(args: &BuildArgs, input: &Path) -> Result<ExitCode> {
         );
     }
     let options = options(args)?;
+    handle_interrupts()?;
     if !args.print.quiet && args.output.exists() {
         let output = args.output.display();
         report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "build")]
 pub(crate) mod build;
+#[cfg(feature = "build")]
+pub(crate) mod build_kind;
 #[cfg(all(feature = "build", feature = "volumes"))]
 mod build_volume;
 #[cfg(feature = "build")]

@@ -90,7 +90,7 @@ pub(super) fn printable(text: &str) -> String {
 /// What `--json` prints of a volume.
 #[derive(Serialize)]
 struct Summary {
-    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack` or `raw`.
+    /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack`, `raw` or `vastex`.
     kind: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     version: Option<String>,
@@ -115,6 +115,9 @@ struct Summary {
     /// Slope and intercept of stored values, which are not applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     value_scale: Option<[f64; 2]>,
+    /// How coarser levels were made, as the file calls it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    downsample: Option<String>,
     /// Voxels along each side of a brick.
     brick: u64,
     /// Of all stored levels, channels and times.
@@ -177,6 +180,7 @@ impl Summary {
             labels: about.labels.clone(),
             is_label: about.is_label,
             value_scale: about.value_scale,
+            downsample: about.downsample.clone(),
             brick: BRICK,
             bricks: count.bricks,
             absent_bricks: count.absent,
@@ -195,7 +199,8 @@ impl Summary {
             self.channel_info.iter().take(MOST_NAMED).enumerate().map(|(n, channel)| ("", channel.text(n))),
         );
         rows.push(("times", self.times.to_string()));
-        rows.push(("levels", format!("{} stored; origins by {}", self.levels.len(), self.convention)));
+        let made = self.downsample.as_ref().map(|rule| format!(" by {rule}")).unwrap_or_default();
+        rows.push(("levels", format!("{} stored{made}; origins by {}", self.levels.len(), self.convention)));
         let unit = self.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
         rows.extend(self.levels.iter().enumerate().map(|(n, level)| {
             let LevelSummary { path, size, scale, chunk, .. } = level;

@@ -234,6 +234,10 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
             (Some(Ok(None)) | None, None) => {}
         }
     }
+    // A container of a volume is one of the project's own all the same.
+    if is_volume(path) {
+        return Err(of_volume(path));
+    }
     Ok(if direct { open_direct(path) } else { vastex::open(path) }?)
 }
 

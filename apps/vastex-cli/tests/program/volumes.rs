@@ -127,3 +127,38 @@ fn what_cannot_be_cut_says_why_and_leaves_nothing() {
         assert!(!sandbox.path("a.npy").exists() && !sandbox.path("a.png").exists(), "{args}");
     }
 }
+
+#[test]
+fn a_volume_is_built_and_read_again() {
+    let sandbox = Sandbox::new();
+    copy(&sandbox, "v04-center.zip");
+    for (output, format) in [("out.vastex", "container"), ("out.zarr", "ome-zarr")] {
+        let told = sandbox.run(&["build", "v04-center.zip", "-o", output, "--json"]).expect_code(0).json();
+        assert_eq!((&told["format"], &told["downsample"]), (&json!(format), &json!("mean")), "{told}");
+        assert_eq!((&told["channels"], &told["times"]), (&json!(2), &json!(2)));
+        let info = sandbox.run(&["info", output, "--json"]).expect_code(0).json();
+        assert_eq!((&info["size"], &info["dtype"]), (&json!([22, 20, 6]), &json!("uint16")));
+        assert_eq!((&info["downsample"], &info["unit"]), (&json!("mean"), &json!("micrometer")));
+        let npy = format!("{format}.npy");
+        let whole = ["--at", "0,0,0", "--size", "22x20x6", "--channel", "1", "--time", "1", "-o", &npy];
+        sandbox.run(&[&["crop", output][..], &whole].concat()).expect_code(0);
+        let (_, found) = array(&sandbox.read(&npy));
+        assert!(found == expected("v04-center")[3 * 22 * 20 * 6 * 2..], "{format}");
+    }
+    sandbox.run(&["verify", "out.vastex"]).expect_code(0);
+    // What is of images, and what is of volumes.
+    for (arguments, says) in [
+        (&["v04-center.zip", "-o", "x.vastex", "--format", "r8"][..], "--format"),
+        (&["v04-center.zip", "-o", "x.vastex", "--reorder"], "--reorder"),
+        (&["v04-center.zip", "-o", "x.vastex", "--shards", "2"], "--shards"),
+        (&["v04-center.zip", "-o", "x.zarr", "--compress", "lz4"], "zstd, gzip or none"),
+        (&["v04-center.zip", "-o", "x.zarr", "--zarr", "0.4", "--shards", "2"], "0.4 has no shards"),
+        (&["plate.zip", "-o", "x.zarr"], "A/1/0"),
+    ] {
+        copy(&sandbox, "plate.zip");
+        let error = sandbox.run(&[&["build"][..], arguments].concat()).expect_code(1).stderr;
+        assert!(error.contains(says), "{arguments:?}: {error}");
+    }
+    let error = sandbox.run(&["render", "out.vastex", "--on", "plane", "-o", "x.png"]).expect_code(1).stderr;
+    assert!(error.contains("is a volume"), "{error}");
+}

@@ -72,8 +72,8 @@ impl Block {
         Block { at: begin, size, values, inner: self.inner }
     }
 
-    /// The part of the next coarser level that this one makes, by the threads of the pool that the caller runs
-    /// in. `factor` is 1 or 2 along each axis, and `at` a multiple of it.
+    /// The part of the next coarser level that this one makes, by the threads of the pool that the caller
+    /// runs in. `factor` is 1 or 2 along each axis, and `at` a multiple of it.
     pub(super) fn halved(&self, dtype: DType, rule: Reduction, factor: [u64; 3]) -> Block {
         let factor = factor.map(|factor| factor as usize);
         let size = vastex_volume::reduced_size(self.size, factor);

@@ -14,10 +14,10 @@ pub(super) struct Level {
 /// Levels that a volume can have: each halves a side, and sides have at most 2^31 voxels.
 const MOST: usize = 32;
 
-/// The levels of a volume of so many voxels, whose sides are `spacing`, down to the first one that is `enough`.
-/// Each halves every axis that has more than one voxel, rounding up. With `keeps_z` z is left as it is while
-/// its voxels are larger than those along x and y, as long as one of these can be halved. `None` where that
-/// takes more levels than there can be.
+/// The levels of a volume of so many voxels, whose sides are `spacing`, down to the first one that is
+/// `enough`. Each halves every axis that has more than one voxel, rounding up. With `keeps_z` z is left as it
+/// is while its voxels are larger than those along x and y, as long as one of these can be halved. `None`
+/// where that takes more levels than there can be.
 pub(super) fn levels(
     size: [u64; 3],
     spacing: [f64; 3],

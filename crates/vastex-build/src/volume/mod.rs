@@ -110,8 +110,8 @@ pub struct VolumeReport {
 /// Makes a container or an OME-Zarr of the volume at a path, with all levels, channels and times, and the
 /// labels beside it where the output has a place for them.
 ///
-/// The output appears when it is whole. A container replaces a file that is there; a directory replaces only an
-/// empty one, or an OME-Zarr that was made here. After an error or a cancellation nothing is left behind.
+/// The output appears when it is whole. A container replaces a file that is there; a directory replaces only
+/// an empty one, or an OME-Zarr that was made here. After an error or a cancellation nothing is left behind.
 /// Takes the memory that [`VolumeOptions::memory_limit`] says, whatever the size of the volume.
 pub fn build_volume(
     input: &Path,

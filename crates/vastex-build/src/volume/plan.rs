@@ -2,8 +2,8 @@
 //! level that is left, in the same way.
 //!
 //! A *round* reads blocks of its base level and makes the levels from there to its top one in memory. What
-//! comes after the top is kept whole, as the base of the next round: after three halvings that is 1/512 of the
-//! volume. So memory depends on the size of a block and not on that of the volume.
+//! comes after the top is kept whole, as the base of the next round: after three halvings that is 1/512 of
+//! the volume. So memory depends on the size of a block and not on that of the volume.
 
 use super::levels::Level;
 
@@ -36,14 +36,14 @@ pub(super) struct Round {
     pub(super) halo: [u64; 3],
 }
 
-/// How often chunks may be decoded before larger blocks are taken. With borders it is twice or so; what counts is
-/// that planes are not decoded for each of the many blocks that they cross.
+/// How often chunks may be decoded before larger blocks are taken. With borders it is twice or so; what
+/// counts is that planes are not decoded for each of the many blocks that they cross.
 const MOST_DECODED: f64 = 3.0;
 
 impl Shape<'_> {
-    /// The rounds of a volume. Blocks have at most `usual` bytes, or up to `most` where chunks would be decoded
-    /// again and again otherwise, or where what is written at once is that large; `None` if even that does not
-    /// do.
+    /// The rounds of a volume. Blocks have at most `usual` bytes, or up to `most` where chunks would be
+    /// decoded again and again otherwise, or where what is written at once is that large; `None` if even that
+    /// does not do.
     pub(super) fn rounds(&self, usual: u64, most: u64) -> Option<Vec<Round>> {
         let mut rounds: Vec<Round> = Vec::new();
         let mut base = 0;
@@ -79,8 +79,8 @@ impl Shape<'_> {
     fn round(&self, base: usize, top: usize, chunk: [u64; 3], limit: u64) -> Option<Round> {
         let size = self.levels[base].size;
         let next = (top + 1).min(self.levels.len() - 1);
-        // Pieces of all levels are whole in it, and so is every voxel of the next level. What is one piece along
-        // an axis is there only when the whole axis is.
+        // Pieces of all levels are whole in it, and so is every voxel of the next level. What is one piece
+        // along an axis is there only when the whole axis is.
         let unit: [u64; 3] = std::array::from_fn(|axis| {
             let aligned = self.ratio(base, next, axis);
             let mut unit = aligned;

@@ -23,8 +23,8 @@ enum Store {
 }
 
 impl Scratch {
-    /// A level of so many voxels in parts of so many, kept in memory up to `most` bytes, else in a file in the
-    /// directory of `beside`.
+    /// A level of so many voxels in parts of so many, kept in memory up to `most` bytes, else in a file in
+    /// the directory of `beside`.
     pub(super) fn new(
         size: [u64; 3],
         part: [u64; 3],

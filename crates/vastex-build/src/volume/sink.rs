@@ -33,8 +33,8 @@ pub(super) trait Sink: Send {
     /// How many levels, from the finest on, come in parts; the next coarser one comes whole.
     fn by_block(&self) -> usize;
 
-    /// Writes a part of a level, by the threads of the pool that the caller runs in. Its inner box holds whole
-    /// pieces, and the border is there where the level goes on.
+    /// Writes a part of a level, by the threads of the pool that the caller runs in. Its inner box holds
+    /// whole pieces, and the border is there where the level goes on.
     fn write(&mut self, place: Place, block: &Block) -> Result<(), VolumeBuildError>;
 
     /// Takes the level that comes whole.

@@ -32,6 +32,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("land_mask", &["measure", "python", "shell"]),
     ("bench", &["block_speed", "gaia_sky", "inputs", "land_mask", "measure", "setup", "shapes", "shell"]),
     ("bench_view", &["inputs", "measure", "setup", "shell"]),
+    ("bench_volumes", &["measure", "python", "setup", "shell"]),
     ("figures", &["demo", "demo_program", "measure", "setup", "shell"]),
     ("campaign", &["shell"]),
     ("damage", &["shell"]),
@@ -42,6 +43,7 @@ pub(super) const ROOMS: &[Room] = &[
         &[
             "bench",
             "bench_view",
+            "bench_volumes",
             "browser",
             "campaign",
             "damage",

@@ -59,8 +59,8 @@ pub(super) struct Array {
 }
 
 impl Array {
-    /// Of a level with chunks of so many voxels, or as many as there are, and `shards` of them along each axis
-    /// in a file, or as many as there are.
+    /// Of a level with chunks of so many voxels, or as many as there are, and `shards` of them along each
+    /// axis in a file, or as many as there are.
     pub(super) fn new(level: &Level, chunk: [u64; 3], shards: u64) -> Array {
         let chunk: [u64; 3] = std::array::from_fn(|axis| chunk[axis].min(level.size[axis]));
         let counts: [u64; 3] = std::array::from_fn(|axis| level.size[axis].div_ceil(chunk[axis]).min(shards));

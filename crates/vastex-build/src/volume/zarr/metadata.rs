@@ -1,7 +1,7 @@
 //! The metadata of an image of OME-Zarr: axes, levels and where they lie, channels, labels.
 //!
-//! Level 0 has the translation that the source has; each coarser level is moved by half of what its voxels are
-//! larger, so that the middles of voxels lie where they are.
+//! Level 0 has the translation that the source has; each coarser level is moved by half of what its voxels
+//! are larger, so that the middles of voxels lie where they are.
 
 use serde_json::{Map, Value, json};
 use vastex_volume::{Convention, DType, Reduction, VolumeAbout, VolumeChannel};

@@ -129,7 +129,8 @@ impl<'a> ZarrSink<'a> {
         write_group(self.directory, &self.prefix, self.common.version, Some(said))
     }
 
-    /// The bytes of a file at a place, if it holds anything but the fill value; and how many of its chunks do.
+    /// The bytes of a file at a place, if it holds anything but the fill value; and how many of its chunks
+    /// do.
     fn file(&self, array: &Array, at: [u64; 3], block: &Block) -> Result<Option<Vec<u8>>, String> {
         let counts = array.chunks_of_file();
         let width = self.common.dtype.bytes();

@@ -1,5 +1,5 @@
-//! Every value of every level is that of the naive version, whatever the kind of values, the rule, the output,
-//! and the size of blocks.
+//! Every value of every level is that of the naive version, whatever the kind of values, the rule, the
+//! output, and the size of blocks.
 
 use vastex_build::{ContainerOptions, VolumeOptions, ZarrOptions};
 use vastex_volume::{DType, Reduction};

@@ -1,4 +1,5 @@
-//! Volumes built into containers and OME-Zarr, read back, and compared with levels that are made voxel by voxel.
+//! Volumes built into containers and OME-Zarr, read back, and compared with levels that are made voxel by
+//! voxel.
 
 mod levels;
 mod outputs;
