@@ -226,8 +226,11 @@ impl<'a> Build<'a> {
         rule: Reduction,
         options: &ZarrOptions,
     ) -> Result<VolumeReport, VolumeBuildError> {
-        options.check().map_err(VolumeBuildError::Options)?;
         let about = volume.about();
+        let textures = about.channels.saturating_mul(about.times);
+        options
+            .check(about.size(), textures)
+            .map_err(|why| VolumeBuildError::Options(format!("{}: {why}", about.path)))?;
         if let Some([slope, intercept]) = about.value_scale {
             self.notes.push(format!(
                 "{}: its values mean {slope} * stored + {intercept}; OME-Zarr has no place for that, so it is left out",

@@ -26,7 +26,7 @@ const BEGIN: [u8; 4] = *b"\x89VTX";
 pub(crate) fn is_container(path: &Path) -> bool {
     let mut begin = [0; 4];
     let is_one = File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok());
-    is_one && begin == BEGIN && Container::open_file(path).is_ok_and(|container| container.volume().is_some())
+    is_one && begin == BEGIN && Container::holds_volume(path)
 }
 
 /// Opens a container that holds a volume.

@@ -20,6 +20,8 @@ use arrays::{Array, Arrays, Axes, sayable};
 pub use arrays::ZarrVersion;
 pub use codec::ZarrCodec;
 
+/// Files of a level: what more is claims of damaged metadata.
+const MOST_FILES: u64 = 1 << 31;
 /// Bytes of metadata that are looked at to tell who made a directory.
 const MOST_METADATA: u64 = 8 << 20;
 
@@ -48,15 +50,23 @@ impl ZarrOptions {
         (0..3).all(|axis| size[axis] <= self.chunk[axis])
     }
 
-    /// What does not go together.
-    pub(super) fn check(&self) -> Result<(), String> {
+    /// What does not go together, or not with a volume of this size, in so many channels and times.
+    pub(super) fn check(&self, size: [u64; 3], textures: u64) -> Result<(), String> {
         if self.shards > 1 && self.version == ZarrVersion::V04 {
             return Err("OME-Zarr 0.4 has no shards; leave out --shards, or write 0.5".into());
         }
         if self.chunk.contains(&0) || self.shards == 0 {
             return Err("chunks and shards have at least one voxel and one chunk along each axis".into());
         }
-        Ok(())
+        let along = |axis: usize| size[axis].div_ceil(self.chunk[axis].saturating_mul(self.shards));
+        let files = (0..3).fold(textures, |files, axis| files.saturating_mul(along(axis)));
+        match files > MOST_FILES {
+            true => Err(format!(
+                "the finest level would have {files} files, and at most {MOST_FILES} are written; are the sizes of the volume \
+                 right? Else make chunks larger by --page, or write shards by --shards"
+            )),
+            false => Ok(()),
+        }
     }
 }
 

@@ -81,6 +81,17 @@ fn options_that_do_not_go_together_are_named() {
     let huge = VolumeOptions { memory_limit: 1 << 10, ..small() };
     let error = refusal(&raw.path(), &out, &huge);
     assert!(error.contains("--memory-mib"), "{error}");
+    // Metadata that lie: neither output is begun.
+    raw.build("lying.zarr", &small());
+    let lying = raw.out("lying.zarr");
+    let file = lying.join("0/zarr.json");
+    let said = std::fs::read_to_string(&file).unwrap().replace("100", "2000000000");
+    std::fs::write(&file, said).unwrap();
+    let error = refusal(&lying, &out, &small());
+    assert!(error.contains("would have") && error.contains("lying.zarr"), "{error}");
+    let error = refusal(&lying, &raw.out("out.vastex"), &container(ContainerOptions::default()));
+    assert!(error.contains("lying.zarr") || error.contains("at most 2147483648 are allowed"), "{error}");
+    assert_eq!(names(raw.dir.path()), ["in.raw", "in.raw.toml", "lying.zarr"]);
     let dir = tempfile::tempdir().unwrap();
     let labels =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../vastex-volume/fixtures/v04-center.zip/labels/cells");

@@ -108,6 +108,20 @@ impl Container {
         pollster::block_on(Container::open(Arc::new(store)))
     }
 
+    /// Returns true if a local file is a container of a volume, as far as its description says: one read,
+    /// which leaves the index alone.
+    #[cfg(not(target_family = "wasm"))]
+    pub fn holds_volume(path: impl AsRef<std::path::Path>) -> bool {
+        let Ok(store) = crate::stores::FileStore::open(path) else { return false };
+        let described = pollster::block_on(async {
+            let opening = store.read(0, store.len().min(OPENING_BYTES) as usize).await?;
+            let copies = &opening[..opening.len().min(HEADER_BYTES as usize)];
+            let header = Header::newest(store.name(), copies, store.len())?;
+            read_description(&store, &header, &opening).await
+        });
+        described.is_ok_and(|contents| contents.volume.is_some())
+    }
+
     /// Opens a local file whose tiles are read directly from the disk, at most `depth` (1 to 64) at a time.
     /// If tiles are not aligned to the disk's block, or the file system refuses direct reads, opens it as
     /// [`Container::open_file`] does; [`Container::is_direct`] tells which.

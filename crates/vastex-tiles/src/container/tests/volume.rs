@@ -84,6 +84,7 @@ fn what_is_of_images_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("volume.vastex");
     std::fs::write(&path, container()).unwrap();
+    assert!(Container::holds_volume(&path) && !Container::holds_volume(directory.path().join("none")));
     let reordered = reorder(&path, &directory.path().join("out.vastex"), false, |_, _| {
         std::ops::ControlFlow::Continue(())
     });
