@@ -55,11 +55,12 @@ pub(super) struct ContainerSink {
 fn format_of(dtype: DType) -> LayerFormat {
     match dtype {
         DType::F16 => LayerFormat::R16Float,
+        DType::F32 => LayerFormat::R32Float,
         _ => match dtype.bytes() {
             1 => LayerFormat::R8,
             2 => LayerFormat::R16,
-            4 => LayerFormat::R32Float,
-            _ => LayerFormat::Rgba16,
+            4 => LayerFormat::R32Uint,
+            _ => LayerFormat::Rg32Uint,
         },
     }
 }
@@ -88,9 +89,10 @@ impl ContainerSink {
         let factors: Vec<[u32; 3]> =
             levels[1..].iter().map(|level| level.factor.map(|factor| factor as u32)).collect();
         let geometry = Geometry::with_factors(spec, &factors).map_err(|error| refuse(error.to_string()))?;
+        let format = format_of(about.dtype);
         let layer = Layer {
-            is_mixable: rule != Reduction::Majority && !about.is_label,
-            ..Layer::new("values", format_of(about.dtype))
+            is_mixable: !format.is_whole_number() && rule != Reduction::Majority && !about.is_label,
+            ..Layer::new("values", format)
         };
         let description = Description::new(geometry, vec![layer]);
         let held: Option<ContainerVolume> = vastex_volume::container_volume(volume, rule, &volume.fill());

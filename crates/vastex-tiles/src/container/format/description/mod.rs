@@ -217,15 +217,16 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     match (geometry, layers) {
         (Some(geometry), Some(layers)) => {
             let mut description = describe(geometry, layers, more)?;
-            check(&description)?;
             check_filters(&description, &filters)?;
-            volume.as_ref().map_or(Ok(()), |volume| volume.check(&description))?;
             let mixable = mixing.unwrap_or_else(|| mixable_by(&filters, description.layers.len()));
             let (said, layers) = (mixable.len(), description.layers.len());
             if said != layers {
                 return Err(format!("of {said} layers it says whether they may be mixed, of {layers}").into());
             }
             description.layers.iter_mut().zip(mixable).for_each(|(layer, is)| layer.is_mixable = is);
+            // Some formats are never mixed, so that this must be known.
+            check(&description)?;
+            volume.as_ref().map_or(Ok(()), |volume| volume.check(&description))?;
             let nodata = nodata.unwrap_or_else(|| nodata::by_filters(&filters, layers));
             if nodata.len() != layers {
                 let said = nodata.len();
