@@ -39,7 +39,7 @@ pub use residency::stats::Stats;
 pub use residency::time_to_sharp::TimeToSharp;
 pub use table::estimate::PoolEstimate;
 pub use table::hashed_table::{HashedBucket, HashedTable, HashedTextureTable};
-pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot, SlotPlace};
+pub use table::pool::{ArrayLimits, PoolError, PoolId, PoolLayout, Slot};
 pub use table::{ChangeRule, PageTable, TableChange, TableEntry, TableImage};
 pub use texture::format::{Description, Layer, LayerError, LayerFormat};
 pub use texture::geometry::codec::{GeometryBytesError, GeometryParts};

@@ -21,6 +21,7 @@ mod scene;
 pub mod stage;
 pub mod surface;
 pub mod view_text;
+pub mod volume;
 #[cfg(feature = "egui")]
 pub mod widget;
 

@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use vastex_core::Layer;
 
 use crate::device::guarded;
-use crate::layer::{block_rows, layer_texels};
+use crate::layer::{BlockRows, block_rows, layer_texels};
 
 /// What a layer's part of a room begins at a multiple of, as Direct3D 12 wants it.
 const PART_ALIGN: u64 = 512;
@@ -39,29 +39,28 @@ pub(crate) struct Part {
     /// In the tile's bytes, and in the room's.
     from: usize,
     pub(crate) to: u64,
-    /// Of blocks.
-    rows: u32,
-    row_bytes: u32,
+    pub(crate) rows: BlockRows,
     pub(crate) padded_row_bytes: u32,
 }
 
 impl BeltLayout {
     /// For tiles of so many texels per side with these layers; `None` if a layer is no whole number of blocks
     /// of it.
-    pub fn new(tile: [u32; 2], layers: &[Layer]) -> Option<BeltLayout> {
+    pub fn new(tile: [u32; 3], layers: &[Layer]) -> Option<BeltLayout> {
         let (mut parts, mut from, mut to) = (Vec::new(), 0, 0u64);
         for layer in layers {
-            let (rows, row_bytes) = block_rows(layer.format, layer_texels(layer, tile)?);
-            let padded_row_bytes = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-            parts.push(Part { from, to, rows, row_bytes, padded_row_bytes });
-            from += rows as usize * row_bytes as usize;
-            to += u64::from(rows) * u64::from(padded_row_bytes);
+            let rows = block_rows(layer.format, layer_texels(layer, tile)?);
+            let padded_row_bytes = rows.row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+            parts.push(Part { from, to, rows, padded_row_bytes });
+            from += rows.rows as usize * rows.row_bytes as usize;
+            to += u64::from(rows.rows) * u64::from(padded_row_bytes);
             to = to.next_multiple_of(PART_ALIGN);
         }
         Some(BeltLayout { parts, tile_bytes: from as u64, bytes: to })
     }
 
-    /// Bytes of a room: those of a tile, up to 1.9 times as many for 136 texels of one byte.
+    /// Bytes of a room: those of a tile, up to 1.9 times as many for 136 texels of one byte, and up to 3.9
+    /// times for 66, as bricks of volumes have.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -221,12 +220,12 @@ impl Shared {
 fn fill(room: &wgpu::Buffer, layout: &BeltLayout, tile: &[u8]) -> Option<()> {
     let mut mapped = room.get_mapped_range_mut(..).ok()?;
     for part in &layout.parts {
-        let (row_bytes, padded) = (part.row_bytes as usize, part.padded_row_bytes as usize);
-        let rows = tile[part.from..][..part.rows as usize * row_bytes].chunks_exact(row_bytes);
+        let (row_bytes, padded) = (part.rows.row_bytes as usize, part.padded_row_bytes as usize);
+        let part_bytes = part.rows.rows as usize * row_bytes;
+        let rows = tile[part.from..][..part_bytes].chunks_exact(row_bytes);
         let first = part.to as usize;
         if row_bytes == padded {
-            let bytes = part.rows as usize * row_bytes;
-            mapped.slice(first..first + bytes).copy_from_slice(&tile[part.from..][..bytes]);
+            mapped.slice(first..first + part_bytes).copy_from_slice(&tile[part.from..][..part_bytes]);
             continue;
         }
         for (row, to) in rows.zip((first..).step_by(padded)) {
@@ -300,9 +299,9 @@ mod tests {
             Layer { scale: 2, ..Layer::new("mask", LayerFormat::Bc4) },
             Layer::new("value", LayerFormat::R8),
         ];
-        let layout = BeltLayout::new([136, 136], &layers).unwrap();
-        let parts: Vec<_> =
-            layout.parts.iter().map(|p| (p.from, p.to, p.rows, p.row_bytes, p.padded_row_bytes)).collect();
+        let layout = BeltLayout::new([136, 136, 1], &layers).unwrap();
+        let of_part = |p: &Part| (p.from, p.to, p.rows.rows, p.rows.row_bytes, p.padded_row_bytes);
+        let parts: Vec<_> = layout.parts.iter().map(of_part).collect();
         let color = 136 * 544;
         // 17x17 blocks of 8 bytes.
         let mask = 17 * 136;
@@ -317,8 +316,23 @@ mod tests {
         assert_eq!(layout.tile_bytes as usize, color + mask + 136 * 136);
         assert_eq!(layout.bytes(), 136 * 768 + 18 * 256 + 136 * 256);
         // The most that one layer takes besides.
-        let value = BeltLayout::new([136, 136], &layers[2..]).unwrap();
+        let value = BeltLayout::new([136, 136, 1], &layers[2..]).unwrap();
         assert!(value.bytes as f64 / value.tile_bytes as f64 <= 1.9);
-        assert_eq!(BeltLayout::new([134, 134], &layers), None);
+        assert_eq!(BeltLayout::new([134, 134, 1], &layers), None);
+    }
+
+    #[test]
+    fn a_brick_lies_image_after_image() {
+        let layers = [Layer::new("density", LayerFormat::R8), Layer::new("label", LayerFormat::Rgba16)];
+        let layout = BeltLayout::new([66; 3], &layers).unwrap();
+        let [density, label] = layout.parts[..] else { panic!("two layers have two parts") };
+        assert_eq!(
+            (density.rows.rows, density.rows.rows_per_image, density.rows.row_bytes),
+            (66 * 66, 66, 66)
+        );
+        assert_eq!((label.from, label.padded_row_bytes), (66 * 66 * 66, 768));
+        assert_eq!(layout.tile_bytes as usize, 66 * 66 * 66 * 9);
+        // No device holds blocks in a 3-D texture without being asked.
+        assert_eq!(BeltLayout::new([64; 3], &[Layer::new("density", LayerFormat::Bc4)]), None);
     }
 }

@@ -5,10 +5,12 @@
 //! each pool of the text its page tables, its parameters and, where tiles fade in, how far they have; then
 //! the atlas of each layer.
 
+use vastex_core::Dims;
+
 use crate::device::whole_buffer;
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
-use crate::kind::{Atlas, Kinds};
+use crate::kind::{Atlas, Kinds, TextLayer};
 use crate::pool::Pool;
 use crate::views::Views;
 
@@ -111,7 +113,8 @@ pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEnt
         entries.extend(at.fades(pool).map(fades_entry));
     }
     let atlases = kinds.layers().iter().enumerate();
-    entries.extend(atlases.map(|(nth, layer)| atlas_entry(at.atlas(nth), layer.atlas)));
+    let dims = |layer: &TextLayer| kinds.text_pools()[layer.pool].dims;
+    entries.extend(atlases.map(|(nth, layer)| atlas_entry(at.atlas(nth), layer.atlas, dims(layer))));
     entries
 }
 
@@ -196,14 +199,17 @@ fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
     wgpu::BindGroupLayoutEntry { binding, visibility, ty, count: None }
 }
 
-/// The texture array of a layer that is read as `atlas` says.
-fn atlas_entry(binding: u32, atlas: Atlas) -> wgpu::BindGroupLayoutEntry {
+/// The texture of a layer that is read as `atlas` says.
+fn atlas_entry(binding: u32, atlas: Atlas, dims: Dims) -> wgpu::BindGroupLayoutEntry {
     let sample_type = match atlas {
         Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
         Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
         Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
     };
-    let view_dimension = wgpu::TextureViewDimension::D2Array;
+    let view_dimension = match dims {
+        Dims::D2 => wgpu::TextureViewDimension::D2Array,
+        Dims::D3 => wgpu::TextureViewDimension::D3,
+    };
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 
@@ -252,7 +258,7 @@ mod tests {
         let member = |nth: usize| {
             let (tables, pages) = (TableKind::Direct, PageSides::Any);
             let (atlas, filter, layer) = (Atlas::Float, Filter::Trilinear, (nth / pools) as u8);
-            let kind = Kind { tables, pages, layer, atlas, scale: 1, filter };
+            let kind = Kind { dims: Dims::D2, tables, pages, layer, atlas, scale: 1, filter };
             KindMember { name: format!("m{nth}"), pool: nth % pools, kind }
         };
         Kinds::of_group((0..layers).map(member).collect(), mode, fade).unwrap()

@@ -8,10 +8,14 @@ use vastex_core::ArrayLimits;
 use crate::error::GpuError;
 use crate::module::shader_module;
 
-/// What the device allows for texture arrays: what a [`vastex_core::PoolLayout`] is made with.
+/// What the device allows for the textures of pools: what a [`vastex_core::PoolLayout`] is made with.
 pub fn limits(device: &wgpu::Device) -> ArrayLimits {
     let limits = device.limits();
-    ArrayLimits { max_side: limits.max_texture_dimension_2d, max_images: limits.max_texture_array_layers }
+    ArrayLimits {
+        max_side: limits.max_texture_dimension_2d,
+        max_images: limits.max_texture_array_layers,
+        max_side_3d: limits.max_texture_dimension_3d,
+    }
 }
 
 /// The features worth asking the adapter for. Without them everything works: 16-bit data and 32-bit floats

@@ -26,13 +26,10 @@ pub struct Fades {
 impl Fades {
     /// For a pool in which everything is there.
     pub(crate) fn new(device: &wgpu::Device, layout: &PoolLayout) -> Fades {
+        let [columns, rows, images] = layout.grid;
         let texture = device.create_texture(&wgpu::TextureDescriptor {
             label: Some("vastex fades"),
-            size: wgpu::Extent3d {
-                width: layout.columns,
-                height: layout.rows,
-                depth_or_array_layers: layout.images,
-            },
+            size: wgpu::Extent3d { width: columns, height: rows, depth_or_array_layers: images },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -146,8 +143,8 @@ struct Countdown {
 impl Countdown {
     fn new(layout: &PoolLayout) -> Countdown {
         Countdown {
-            columns: layout.columns,
-            rows: layout.rows,
+            columns: layout.grid[0],
+            rows: layout.grid[1],
             shares: vec![0; layout.slots() as usize],
             fading: BTreeMap::new(),
             changed_rows: BTreeSet::new(),
@@ -207,7 +204,7 @@ mod tests {
 
     /// 3 slots to a row, 4 rows to an image, 2 images.
     fn countdown() -> Countdown {
-        Countdown::new(&PoolLayout { tile: [8, 8], columns: 3, rows: 4, images: 2, tile_bytes: 256 })
+        Countdown::new(&PoolLayout { tile: [8, 8, 1], grid: [3, 4, 2], tile_bytes: 256 })
     }
 
     fn changed(countdown: &mut Countdown) -> Vec<(u32, u32)> {

@@ -2,7 +2,7 @@
 //!
 //! What differs from texture to texture but changes no text stands in its record (`record`).
 
-use vastex_core::{Geometry, Level};
+use vastex_core::{Dims, Geometry, Level};
 
 use crate::error::GpuError;
 use crate::feedback_mode::FeedbackMode;
@@ -66,6 +66,10 @@ pub enum PageSides {
 impl PageSides {
     /// Those of a texture.
     pub fn of(geometry: &Geometry) -> PageSides {
+        // Of a volume shaders know that a brick at a time is looked up.
+        if geometry.dims() == Dims::D3 {
+            return PageSides::Any;
+        }
         let is_paged = geometry.tail().first_level() > 0;
         let is_page_fit = !is_paged || geometry.page()[..2].iter().all(|side| side.is_power_of_two());
         // A record has no larger scale.
@@ -83,6 +87,8 @@ impl PageSides {
 /// share pipelines; if they lie in one pool, their bind group too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Kind {
+    /// Whether the textures of the pool are images or volumes.
+    pub dims: Dims,
     /// The page tables of the pool.
     pub tables: TableKind,
     /// What is known of the sides of pages.
@@ -132,6 +138,7 @@ pub(crate) struct TextMember {
 /// A pool of the text.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct TextPool {
+    pub(crate) dims: Dims,
     pub(crate) tables: TableKind,
     pub(crate) pages: PageSides,
     /// The first member that lies in it.
@@ -194,10 +201,10 @@ impl Kinds {
         };
         let mut known_pools = Vec::new();
         for (member, (name, pool, kind)) in of.into_iter().enumerate() {
-            let Kind { tables, pages, layer: index, atlas, scale, filter } = kind;
+            let Kind { dims, tables, pages, layer: index, atlas, scale, filter } = kind;
             let pool = place_of(&mut known_pools, |known| *known == pool, || pool);
             if pool == kinds.pools.len() {
-                kinds.pools.push(TextPool { tables, pages, member });
+                kinds.pools.push(TextPool { dims, tables, pages, member });
             }
             let is_layer = |layer: &TextLayer| (layer.pool, layer.index) == (pool, index);
             let new_layer = || TextLayer { pool, index, atlas, scale, member };
@@ -222,9 +229,9 @@ impl Kinds {
         let of = |(nth, member): (usize, &TextMember)| {
             let read = &self.reads[member.read];
             let TextLayer { pool, index, atlas, scale, .. } = self.layers[read.layer];
-            let TextPool { tables, pages, .. } = self.pools[pool];
+            let TextPool { dims, tables, pages, .. } = self.pools[pool];
             let filter = filters.get(nth).copied().flatten().unwrap_or(read.filter);
-            (member.name.clone(), pool, Kind { tables, pages, layer: index, atlas, scale, filter })
+            (member.name.clone(), pool, Kind { dims, tables, pages, layer: index, atlas, scale, filter })
         };
         Kinds::gathered(self.members.iter().enumerate().map(of), self.mode, self.fade)
     }
@@ -232,7 +239,9 @@ impl Kinds {
     /// Whether the same bindings serve shaders of both: those of the same layers of as many pools.
     pub fn binds_like(&self, other: &Kinds) -> bool {
         let layers = |kinds: &Kinds| {
-            kinds.layers.iter().map(|layer| (layer.pool, layer.index, layer.atlas)).collect::<Vec<_>>()
+            let of_layer =
+                |layer: &TextLayer| (layer.pool, layer.index, layer.atlas, kinds.pools[layer.pool].dims);
+            kinds.layers.iter().map(of_layer).collect::<Vec<_>>()
         };
         (self.mode, self.fade, self.pools.len()) == (other.mode, other.fade, other.pools.len())
             && layers(self) == layers(other)
@@ -246,6 +255,11 @@ impl Kinds {
     /// Whether tiles fade in.
     pub fn fade(&self) -> bool {
         self.fade
+    }
+
+    /// Whether members are of these dimensions.
+    pub(crate) fn has(&self, dims: Dims) -> bool {
+        self.pools.iter().any(|pool| pool.dims == dims)
     }
 
     /// Whether they are those of a group.

@@ -56,16 +56,39 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
 
 /// Size in the layer's texels of what takes `texels` of the texture's; `None` if that is no whole number of
 /// blocks.
-pub(crate) fn layer_texels(layer: &Layer, texels: [u32; 2]) -> Option<[u32; 2]> {
-    let unit = layer.scale * layer.format.block_side();
-    let is_whole = unit != 0 && texels.iter().all(|n| n.is_multiple_of(unit));
-    is_whole.then(|| texels.map(|n| n / layer.scale))
+///
+/// What is one texel deep, as tiles of images are, is so in each layer. No block is deeper than a texel.
+pub(crate) fn layer_texels(layer: &Layer, texels: [u32; 3]) -> Option<[u32; 3]> {
+    let ([width, height, depth], unit) = (texels, layer.scale * layer.format.block_side());
+    let is_deep = depth > 1;
+    let is_whole = unit != 0
+        && [width, height].iter().all(|n| n.is_multiple_of(unit))
+        && !(is_deep && layer.format.is_compressed())
+        && (!is_deep || depth.is_multiple_of(layer.scale));
+    let depth = if is_deep { depth / layer.scale.max(1) } else { depth };
+    is_whole.then(|| [width / layer.scale, height / layer.scale, depth])
 }
 
-/// Rows and bytes of a row of a layer's part of a tile, in blocks; `texels` are the layer's.
-pub(crate) fn block_rows(format: LayerFormat, texels: [u32; 2]) -> (u32, u32) {
-    let [across, rows] = texels.map(|n| n / format.block_side());
-    (rows, across * format.block_bytes() as u32)
+/// Rows and bytes of a row of a layer's part of a tile, in blocks, and how many of the rows make an image;
+/// `texels` are the layer's.
+pub(crate) fn block_rows(format: LayerFormat, texels: [u32; 3]) -> BlockRows {
+    let [across, rows] = [texels[0], texels[1]].map(|n| n / format.block_side());
+    BlockRows {
+        rows: rows * texels[2],
+        row_bytes: across * format.block_bytes() as u32,
+        rows_per_image: rows,
+    }
+}
+
+/// How the bytes of a layer lie in a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BlockRows {
+    /// Rows of blocks, of all images.
+    pub(crate) rows: u32,
+    /// Bytes of a row.
+    pub(crate) row_bytes: u32,
+    /// Rows of blocks of one image; a tile of a volume has as many images as it is deep.
+    pub(crate) rows_per_image: u32,
 }
 
 #[cfg(test)]

@@ -71,7 +71,9 @@ pub use pixel::PixelReadback;
 pub use pool::Pool;
 pub use raw::{FEEDBACK_FORMAT, RawFeedback, RawTexture};
 pub use readback::{Readback, ReadbackPipelines};
-pub use record::{RECORD_WORDS, RecordOf, group_record, no_record, shader_id, texture_record};
+pub use record::{
+    MOST_UNALIGNED_LEVELS, RECORD_WORDS, RecordOf, group_record, no_record, shader_id, texture_record,
+};
 pub use shader::{compute_texts, wgsl};
 pub use tables::{Placement, PoolApplied, PoolTableChanger, PoolTables, RECORDED_AHEAD, Resident};
 pub use texture_space::{TEXTURE_SPACE_BLEND, TEXTURE_SPACE_FORMAT, TextureSpace};

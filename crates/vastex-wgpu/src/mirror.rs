@@ -14,6 +14,8 @@ pub(crate) const VIEWS: u32 = vastex_core::MAX_VIEWS as u32;
 pub(crate) const RECORD_HEAD: usize = 3;
 /// `VASTEXI_RECORD_LEVEL`: words of 16 bytes of a level of a record.
 pub(crate) const RECORD_LEVEL: usize = 4;
+/// `VASTEXI_RECORD_VOLUME_LEVEL`: the same of a volume whose voxels are not its texels.
+pub(crate) const RECORD_VOLUME_LEVEL: usize = 7;
 
 /// `VASTEXI_ADDRESS_*`: how an address mode is written in a record.
 pub(crate) const fn address_code(mode: AddressMode) -> u32 {
@@ -35,20 +37,26 @@ pub(crate) struct PoolParams {
     pub(crate) texel: [f32; 2],
     pub(crate) unknown: [f32; 4],
     pub(crate) bias: f32,
-    pub(crate) unused: [u32; 3],
+    pub(crate) depth: u32,
+    pub(crate) texel_z: f32,
+    pub(crate) unused: u32,
 }
 
 impl PoolParams {
     /// `bias` is in eighths of a level.
     pub(crate) fn new(layout: &PoolLayout, bias: u16, unknown: [f32; 4]) -> PoolParams {
+        let ([width, height, depth], [columns, rows, _]) = (layout.tile, layout.grid);
+        let [texel_x, texel_y, texel_z] = layout.size().map(|side| 1.0 / side as f32);
         PoolParams {
-            tile: layout.tile,
-            slots: [layout.columns, layout.rows],
-            inverse_slots: [layout.columns, layout.rows].map(|slots| 1.0 / slots as f32),
-            texel: layout.image_size().map(|side| 1.0 / side as f32),
+            tile: [width, height],
+            slots: [columns, rows],
+            inverse_slots: [columns, rows].map(|slots| 1.0 / slots as f32),
+            texel: [texel_x, texel_y],
             unknown,
             bias: f32::from(bias) / shader_constants::STEPS_PER_LEVEL as f32,
-            unused: [0; 3],
+            depth,
+            texel_z,
+            unused: 0,
         }
     }
 }
@@ -197,6 +205,7 @@ mod tests {
 
     fn text(mode: FeedbackMode) -> String {
         let kind = Kind {
+            dims: vastex_core::Dims::D2,
             tables: TableKind::Direct,
             pages: PageSides::Any,
             layer: 0,
@@ -211,9 +220,9 @@ mod tests {
     fn pools_and_views_are_laid_out_alike() {
         let text = text(FeedbackMode::Separate);
         let unused = |nth: usize, at: usize| ("unused", at + 4 * nth, None);
-        let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias);
-        let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(PoolParams, unused)));
-        check(&text, "VastexiPool", size_of::<PoolParams>(), &[pool, &rest].concat());
+        let pool: &[Field] =
+            offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, unused);
+        check(&text, "VastexiPool", size_of::<PoolParams>(), pool);
         let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows);
         let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(ViewParams, unused)));
         check(&text, "VastexiView", size_of::<ViewParams>(), &[view, &rest].concat());

@@ -12,6 +12,10 @@ pub(crate) const REPORT: &str = include_str!("wgsl/report.wgsl");
 pub(crate) const TEXTURE_SPACE: &str = include_str!("wgsl/texture_space.wgsl");
 pub(crate) const NAMES_SAMPLE: &str = include_str!("wgsl/names_sample.wgsl");
 pub(crate) const NAMES_FEEDBACK: &str = include_str!("wgsl/names_feedback.wgsl");
+pub(crate) const VOLUME_RECORDS: &str = include_str!("wgsl/volume_records.wgsl");
+pub(crate) const BRICK: &str = include_str!("wgsl/brick.wgsl");
+pub(crate) const NAMES_BRICK: &str = include_str!("wgsl/names_brick.wgsl");
+pub(crate) const NAMES_BRICK_FEEDBACK: &str = include_str!("wgsl/names_brick_feedback.wgsl");
 
 /// Words that WGSL keeps to itself, as far as they could be a member's name; so no field of a struct can be
 /// called so.
@@ -32,8 +36,12 @@ const ALL: &str = "all";
 /// Fails where a name cannot stand in WGSL, or would make two functions of one name.
 pub(crate) fn check_names<'a>(members: impl Iterator<Item = &'a str>) -> Result<(), GpuError> {
     let refuse = |name: &str, why| Err(GpuError::MemberName { name: name.to_owned(), why });
-    let shared = [RECORDS, VIEW, REPORT, TEXTURE_SPACE].into_iter().flat_map(functions).map(str::to_owned);
-    let of_all = functions(NAMES_FEEDBACK).map(|function| named(function, None));
+    let shared = [RECORDS, VIEW, REPORT, TEXTURE_SPACE, VOLUME_RECORDS, BRICK]
+        .into_iter()
+        .flat_map(functions)
+        .map(str::to_owned);
+    let of_all = [NAMES_FEEDBACK, NAMES_BRICK_FEEDBACK].into_iter().flat_map(functions);
+    let of_all = of_all.map(|function| named(function, None));
     let mut taken: BTreeSet<String> = shared.chain(of_all).collect();
     for name in members {
         let is_letter = |c: char| c.is_ascii_lowercase();
@@ -44,7 +52,8 @@ pub(crate) fn check_names<'a>(members: impl Iterator<Item = &'a str>) -> Result<
         if name == ALL {
             return refuse(name, "that is the group as a whole; choose another");
         }
-        let of_member = [NAMES_SAMPLE, NAMES_FEEDBACK].into_iter().flat_map(functions);
+        let of_image = [NAMES_SAMPLE, NAMES_FEEDBACK];
+        let of_member = of_image.into_iter().chain([NAMES_BRICK, NAMES_BRICK_FEEDBACK]).flat_map(functions);
         if of_member.map(|function| named(function, Some(name))).any(|function| !taken.insert(function)) {
             return refuse(name, "it makes two functions of one name; choose another");
         }

@@ -1,39 +1,40 @@
-//! A pool in GPU memory: one texture array for each layer, made of equal slots.
+//! A pool in GPU memory: one texture for each layer, made of equal slots: an array of 2-D images, or a 3-D
+//! texture for the bricks of volumes.
 //!
 //! How many slots there are and where each lies is [`PoolLayout`]'s business, which tile is in which slot the
 //! pager's, in which format a layer is held `layer`'s. Every layer of a page has the same slot; a layer with
-//! a fraction of the resolution has an array of a fraction of the size.
+//! a fraction of the resolution has a texture of a fraction of the size.
 
 use std::sync::Arc;
 
-use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotMove, SlotPlace};
+use vastex_core::{ArrayLimits, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
 
 use crate::belt::{BeltLayout, BeltTile};
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
 use crate::fade::Fades;
 use crate::kind::Atlas;
-use crate::layer::{block_rows, layer_texels, texture_format};
+use crate::layer::{BlockRows, block_rows, layer_texels, texture_format};
 use crate::mirror::PoolParams;
 
-/// The texture array of one layer.
+/// The texture of one layer.
 #[derive(Debug)]
-struct LayerArray {
+struct LayerTexture {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     atlas: Atlas,
     format: LayerFormat,
     /// Texels of the texture along one of the layer.
     scale: u32,
-    /// Size of a slot in the layer's texels.
-    tile: [u32; 2],
+    /// Size of a slot in the layer's texels, along z 1 in an array.
+    tile: [u32; 3],
 }
 
 /// Fixed-size GPU memory for tiles of one size and one set of layers.
 #[derive(Debug)]
 pub struct Pool {
     layout: PoolLayout,
-    layers: Vec<LayerArray>,
+    layers: Vec<LayerTexture>,
     /// How its tiles lie on a belt.
     belt: Arc<BeltLayout>,
     /// What shaders are told.
@@ -58,8 +59,8 @@ impl Pool {
         alive(device)?;
         check(device, layout, layers)?;
         let belt = Arc::new(BeltLayout::new(layout.tile, layers).unwrap_or_default());
-        let arrays = || layers.iter().map(|layer| layer_array(device, layout, layer)).collect();
-        let layers: Result<Vec<LayerArray>, GpuError> = guarded(device, layout.bytes(), arrays)?;
+        let textures = || layers.iter().map(|layer| layer_texture(device, layout, layer)).collect();
+        let layers: Result<Vec<LayerTexture>, GpuError> = guarded(device, layout.bytes(), textures)?;
         let layers = layers?;
         let unknown = [0.0; 4];
         let params = uniform(device, queue, "vastex pool", &PoolParams::new(layout, 0, unknown));
@@ -117,13 +118,13 @@ impl Pool {
         if tile.len() as u64 != self.layout.tile_bytes {
             return Err(GpuError::TileBytes { got: tile.len() as u64, expected: self.layout.tile_bytes });
         }
-        let place = self.layout.place(slot);
+        let origin = self.layout.origin(slot);
         let mut rest = tile;
         for layer in &self.layers {
-            let (rows, row_bytes) = block_rows(layer.format, layer.tile);
-            let (bytes, others) = rest.split_at(rows as usize * row_bytes as usize);
+            let rows = block_rows(layer.format, layer.tile);
+            let (bytes, others) = rest.split_at(rows.rows as usize * rows.row_bytes as usize);
             rest = others;
-            layer.upload(queue, place, bytes, row_bytes);
+            layer.upload(queue, origin, bytes, rows);
         }
         Ok(())
     }
@@ -143,15 +144,17 @@ impl Pool {
                 expected: self.layout.tile_bytes,
             });
         }
-        let (place, buffer) = (self.layout.place(slot), tile.buffer());
+        let (origin, buffer) = (self.layout.origin(slot), tile.buffer());
         for (layer, part) in self.layers.iter().zip(self.belt.parts()) {
-            let [width, height] = layer.tile;
-            let bytes_per_row = Some(part.padded_row_bytes);
-            let layout = wgpu::TexelCopyBufferLayout { offset: part.to, bytes_per_row, rows_per_image: None };
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: part.to,
+                bytes_per_row: Some(part.padded_row_bytes),
+                rows_per_image: Some(part.rows.rows_per_image),
+            };
             encoder.copy_buffer_to_texture(
                 wgpu::TexelCopyBufferInfo { buffer, layout },
-                layer.copy_info(place),
-                wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                layer.copy_info(origin),
+                layer.extent(),
             );
         }
         Ok(())
@@ -173,14 +176,9 @@ impl Pool {
     pub fn copy_from(&mut self, encoder: &mut wgpu::CommandEncoder, other: &Pool, moves: &[SlotMove]) {
         let has = |pool: &Pool, slot: Slot| slot.index() < pool.layout.slots();
         for SlotMove { from, to } in moves.iter().filter(|m| has(other, m.from) && has(self, m.to)) {
-            let (from, to) = (other.layout.place(*from), self.layout.place(*to));
+            let (from, to) = (other.layout.origin(*from), self.layout.origin(*to));
             for (layer, source) in self.layers.iter().zip(&other.layers) {
-                let [width, height] = layer.tile;
-                encoder.copy_texture_to_texture(
-                    source.copy_info(from),
-                    layer.copy_info(to),
-                    wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-                );
+                encoder.copy_texture_to_texture(source.copy_info(from), layer.copy_info(to), layer.extent());
             }
         }
         if let (Some(fades), Some(others)) = (&mut self.fades, &other.fades) {
@@ -212,67 +210,85 @@ impl Pool {
     }
 }
 
-impl LayerArray {
-    /// Where a slot lies, for copies.
-    fn copy_info(&self, place: SlotPlace) -> wgpu::TexelCopyTextureInfo<'_> {
-        let [x, y] = place.origin.map(|n| n / self.scale);
+impl LayerTexture {
+    /// Where a slot lies, for copies; `origin` is in the texture's texels.
+    fn copy_info(&self, origin: [u32; 3]) -> wgpu::TexelCopyTextureInfo<'_> {
+        let [x, y] = [origin[0], origin[1]].map(|n| n / self.scale);
+        // Images of an array are not scaled.
+        let z = if self.tile[2] > 1 { origin[2] / self.scale } else { origin[2] };
         wgpu::TexelCopyTextureInfo {
             texture: &self.texture,
             mip_level: 0,
-            origin: wgpu::Origin3d { x, y, z: place.image },
+            origin: wgpu::Origin3d { x, y, z },
             aspect: wgpu::TextureAspect::All,
         }
     }
 
-    fn upload(&self, queue: &wgpu::Queue, place: SlotPlace, bytes: &[u8], row_bytes: u32) {
-        let [width, height] = self.tile;
-        queue.write_texture(
-            self.copy_info(place),
-            bytes,
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
+    /// The size of a slot.
+    fn extent(&self) -> wgpu::Extent3d {
+        let [width, height, depth_or_array_layers] = self.tile;
+        wgpu::Extent3d { width, height, depth_or_array_layers }
+    }
+
+    fn upload(&self, queue: &wgpu::Queue, origin: [u32; 3], bytes: &[u8], rows: BlockRows) {
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(rows.row_bytes),
+            rows_per_image: Some(rows.rows_per_image),
+        };
+        queue.write_texture(self.copy_info(origin), bytes, layout, self.extent());
     }
 }
 
 fn check(device: &wgpu::Device, layout: &PoolLayout, layers: &[Layer]) -> Result<(), GpuError> {
-    let ArrayLimits { max_side, max_images } = crate::limits(device);
-    let ([width, height], images) = (layout.image_size(), layout.images);
-    if width.max(height) > max_side || images > max_images {
-        return Err(GpuError::PoolLimits { width, height, images, max_side, max_images });
+    let limits = crate::limits(device);
+    let ([width, height, depth], ArrayLimits { max_side, max_images, max_side_3d }) = (layout.size(), limits);
+    let (max_side, max_images) =
+        if layout.is_solid() { (max_side_3d, max_side_3d) } else { (max_side, max_images) };
+    if width.max(height) > max_side || depth > max_images {
+        return Err(GpuError::PoolLimits { width, height, images: depth, max_side, max_images });
     }
     let layer_bytes = |layer: &Layer| {
-        let (rows, row_bytes) = block_rows(layer.format, layer_texels(layer, layout.tile)?);
-        Some(u64::from(rows) * u64::from(row_bytes))
+        let rows = block_rows(layer.format, layer_texels(layer, layout.tile)?);
+        Some(u64::from(rows.rows) * u64::from(rows.row_bytes))
     };
     let got = layers.iter().map(layer_bytes).sum::<Option<u64>>().unwrap_or(0);
     if got != layout.tile_bytes {
-        let texels = u64::from(layout.tile[0]) * u64::from(layout.tile[1]);
+        let texels = layout.tile.iter().map(|&side| u64::from(side)).product();
         return Err(GpuError::PoolFormats { texels, got, expected: layout.tile_bytes });
     }
     Ok(())
 }
 
-fn layer_array(device: &wgpu::Device, layout: &PoolLayout, layer: &Layer) -> Result<LayerArray, GpuError> {
+fn layer_texture(
+    device: &wgpu::Device,
+    layout: &PoolLayout,
+    layer: &Layer,
+) -> Result<LayerTexture, GpuError> {
     let unknown = || GpuError::Format { format: layer.format.name() };
     let (gpu_format, atlas) = texture_format(layer.format, device.features()).ok_or_else(unknown)?;
-    let [width, height] = layout.image_size().map(|side| side / layer.scale);
+    let is_solid = layout.is_solid();
+    let scaled =
+        |[x, y, z]: [u32; 3]| [x / layer.scale, y / layer.scale, if is_solid { z / layer.scale } else { z }];
+    let [width, height, depth_or_array_layers] = scaled(layout.size());
+    let (dimension, view_dimension) = match is_solid {
+        true => (wgpu::TextureDimension::D3, wgpu::TextureViewDimension::D3),
+        false => (wgpu::TextureDimension::D2, wgpu::TextureViewDimension::D2Array),
+    };
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("vastex pool"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: layout.images },
+        size: wgpu::Extent3d { width, height, depth_or_array_layers },
         mip_level_count: 1,
         sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
+        dimension,
         format: gpu_format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::COPY_DST
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    let view = texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        ..Default::default()
-    });
-    let tile = layout.tile.map(|side| side / layer.scale);
-    Ok(LayerArray { texture, view, atlas, format: layer.format, scale: layer.scale, tile })
+    let view = texture
+        .create_view(&wgpu::TextureViewDescriptor { dimension: Some(view_dimension), ..Default::default() });
+    let (format, scale, tile) = (layer.format, layer.scale, scaled(layout.tile));
+    Ok(LayerTexture { texture, view, atlas, format, scale, tile })
 }

@@ -1,13 +1,18 @@
 //! The record of a texture or a group in the array that shaders read by number, and the ids that name them
 //! there.
 //!
-//! What its fields mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in records.wgsl,
-//! which takes it apart; tests sample by it, and compare with twins that read none.
+//! What the fields of an image's mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in
+//! records.wgsl, which takes it apart; those of a volume's are `volume`'s business. Tests sample by them, and
+//! compare with twins that read none.
 
-use vastex_core::{Geometry, LevelRule, Slot, TextureNumber, shader_constants};
+use vastex_core::{Dims, Geometry, LevelRule, Slot, TextureNumber, VoxelLevels, shader_constants};
 
 use crate::mirror::{RECORD_HEAD, RECORD_LEVEL, address_code};
 use crate::tables::Placement;
+
+mod volume;
+
+pub use volume::MOST_UNALIGNED_LEVELS;
 
 /// Texels along an axis that a 32-bit uv tells apart.
 const UV_TEXELS: u32 = 1 << 20;
@@ -39,6 +44,8 @@ pub struct RecordOf<'a> {
     pub geometry: &'a Geometry,
     /// Its id: [`shader_id`].
     pub id: u32,
+    /// Where the voxels of a volume's levels lie, where they are not its texels.
+    pub voxels: Option<&'a VoxelLevels>,
     /// Where its tail lies.
     pub tail_slot: Slot,
     /// How its levels are chosen, as far as it has them.
@@ -58,7 +65,7 @@ pub fn texture_record(of: &RecordOf<'_>) -> Vec<[u32; 4]> {
 pub fn group_record(geometry: &Geometry, id: u32) -> Vec<[u32; 4]> {
     let rule = LevelRule::default().within(geometry);
     let placement = &Placement::without_entries(geometry.coarsest());
-    let of = RecordOf { geometry, id, tail_slot: Slot::new(0), rule, unmixed: 0, placement };
+    let of = RecordOf { geometry, voxels: None, id, tail_slot: Slot::new(0), rule, unmixed: 0, placement };
     record(&of, geometry.coarsest())
 }
 
@@ -70,6 +77,9 @@ pub fn no_record() -> [[u32; 4]; 1] {
 /// `tail` is the first level whose pages are told as the whole level.
 fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let (geometry, rule) = (of.geometry, of.rule);
+    if geometry.dims() == Dims::D3 {
+        return volume::volume_record(of, tail);
+    }
     let [width, height, _] = geometry.size();
     let levels = [geometry.coarsest(), of.placement.finest, rule.finest, rule.coarsest, uv_finest(geometry)];
     let address = [0, 1].map(|axis| address_code(geometry.address()[axis]));
@@ -77,17 +87,21 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let flags = (flags << 4) | (address[1] << 2) | address[0];
     let tail_entry = (u32::from(tail) << shader_constants::ENTRY_SLOT_BITS) | of.tail_slot.index();
     let (page, border) = (geometry.page(), geometry.border());
-    let [(longer, of_longer), (_, of_others)] = of.placement.former;
-    let [end, former_end] = [of.placement.least_length(), longer].map(u32::ilog2);
-    let places = [end, former_end, of_longer.into(), of_others.into(), page[0].ilog2()];
-    let places = places.iter().rev().fold(0, |places, place| (places << 5) | place & 31);
     let mut words = vec![
         [width, height, of.id, flags],
-        [rule.bias.to_bits(), tail_entry, of.unmixed, places],
+        [rule.bias.to_bits(), tail_entry, of.unmixed, packed_placement(of)],
         [page[0], page[1], border[0], border[1]],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));
     words
+}
+
+/// Where to look in which arena, and the side of a page, rounded down to a power of two.
+pub(crate) fn packed_placement(of: &RecordOf<'_>) -> u32 {
+    let [(longer, of_longer), (_, of_others)] = of.placement.former;
+    let [end, former_end] = [of.placement.least_length(), longer].map(u32::ilog2);
+    let places = [end, former_end, of_longer.into(), of_others.into(), of.geometry.page()[0].ilog2()];
+    places.iter().rev().fold(0, |places, place| (places << 5) | place & 31)
 }
 
 fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; RECORD_LEVEL] {

@@ -7,14 +7,19 @@
 
 use std::fmt::Write as _;
 
-use vastex_core::{AddressMode, shader_constants};
+use vastex_core::{AddressMode, Dims, shader_constants};
 
 use crate::bind::{BindingPlace, Bindings};
 use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
-use crate::kind::{Atlas, Kinds, PageSides, TableKind, TextRead};
-use crate::mirror::{RECORD_HEAD, RECORD_LEVEL, RECORDS as RECORDS_OF_CELL, VIEWS, address_code};
-use crate::names::{self, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE, VIEW};
+use crate::kind::{Atlas, Kinds, PageSides, TableKind, TextPool, TextRead};
+use crate::mirror::{
+    RECORD_HEAD, RECORD_LEVEL, RECORD_VOLUME_LEVEL, RECORDS as RECORDS_OF_CELL, VIEWS, address_code,
+};
+use crate::names::{
+    self, BRICK, NAMES_BRICK, NAMES_BRICK_FEEDBACK, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, REPORT,
+    TEXTURE_SPACE, VIEW, VOLUME_RECORDS,
+};
 
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
 const PARAM: &str = include_str!("wgsl/param.wgsl");
@@ -36,6 +41,15 @@ const ATLAS_UNFILTERED: &str = include_str!("wgsl/atlas_unfiltered.wgsl");
 const ATLAS_UINT16: &str = include_str!("wgsl/atlas_uint16.wgsl");
 const ATLAS_UINT16_RGBA: &str = include_str!("wgsl/atlas_uint16_rgba.wgsl");
 const TAPS: &str = include_str!("wgsl/taps.wgsl");
+const BRICK_POOL: &str = include_str!("wgsl/brick_pool.wgsl");
+const BRICK_DIRECT: &str = include_str!("wgsl/brick_direct.wgsl");
+const BRICK_HASHED: &str = include_str!("wgsl/brick_hashed.wgsl");
+const ATLAS_FLOAT_3D: &str = include_str!("wgsl/atlas_float_3d.wgsl");
+const ATLAS_UNFILTERED_3D: &str = include_str!("wgsl/atlas_unfiltered_3d.wgsl");
+const ATLAS_UINT16_3D: &str = include_str!("wgsl/atlas_uint16_3d.wgsl");
+const ATLAS_UINT16_RGBA_3D: &str = include_str!("wgsl/atlas_uint16_rgba_3d.wgsl");
+const TAP_3D: &str = include_str!("wgsl/tap_3d.wgsl");
+const TAPS_3D: &str = include_str!("wgsl/taps_3d.wgsl");
 const REACH: &str = include_str!("wgsl/reach.wgsl");
 const CUBIC: &str = include_str!("wgsl/cubic.wgsl");
 const SHOWN: &str = include_str!("wgsl/shown.wgsl");
@@ -110,6 +124,29 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_inspect_slot(slot, tile_texel)` | all | a texel of a slot of the pool, `vec4<f32>` |
 /// | `vastex_inspect_slot_size()` | all | the size of a slot in texels of the texture, border included, `vec2<u32>` |
 ///
+/// A text for volumes has these in the place of those that sample, tell and ask by uv:
+///
+/// | function | where | gives |
+/// |---|---|---|
+/// | `vastex_volume_level(id, pixel)` | all | the level that a pixel wants, from its size in voxels of level 0 along each axis |
+/// | `vastex_brick(id, anchor, offset, level)` | all | where the voxels of a box lie, `VastexBrick` |
+/// | `vastex_volume_whole_level(id, level)` | all | the level that is looked up there, the mip bias included, `u32` |
+/// | `vastex_volume_scale(id, level)` | all | voxels of level 0 along one of a level, `vec3<f32>` |
+/// | `vastex_volume_box(id, anchor, offset, level)` | all | the box of the brick that feedback names, `VastexBox` |
+/// | `vastex_brick_exit(brick, offset, direction)` | all | how far a ray goes until it leaves the box of a brick |
+/// | `vastex_box_exit(box, offset, direction)` | all | the same for a box |
+/// | `vastex_ray_turn(view, position, count)` | fragment, feedback pass | which of `count` bricks a ray asks for in this frame |
+/// | `vastex_brick_sample(brick, offset)` | all | what lies at a place in it, blended from eight voxels |
+/// | `vastex_brick_exact(brick, offset)` | all | the same blended by the shader in single precision |
+/// | `vastex_brick_nearest(brick, offset)` | all | the voxel there |
+/// | `vastex_volume_sample(id, anchor, offset, level)` | all | both for one sample, `vec4<f32>` |
+/// | `vastex_volume_feedback(id, anchor, offset, level)` | all | a feedback pixel, `vec4<u32>` |
+/// | `vastex_volume_size(id)` | all | size of the volume in voxels, `vec3<u32>` |
+///
+/// A place in a volume is `offset: vec3<f32>` voxels of level 0 after the beginning of voxel `anchor:
+/// vec3<u32>`, the same for all rays of a draw; beyond its faces the last voxels go on. What is drawn is as
+/// exact as the offset: below 2^16 voxels, 1/128 of one.
+///
 /// For a group each member `NAME` has these functions, where they name a texture, with its name after the
 /// first words: `vastex_sample_NAME(id, uv)`, `vastex_sample_NAME_grad(id, uv, ddx, ddy)`,
 /// `vastex_feedback_NAME(id, view, uv)` for a member by itself, `vastex_inspect_NAME(id, uv)`,
@@ -160,20 +197,25 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     let as_it_is = |module: &str| module.to_owned();
     push(&shared_modules(kinds), &as_it_is);
     for (nth, pool) in kinds.text_pools().iter().enumerate() {
-        push(&pool_modules(pool.tables, mode, kinds.fade()), &|module| numbered(module, "POOL", nth));
+        push(&pool_modules(pool, mode, kinds.fade()), &|module| numbered(module, "POOL", nth));
     }
     for (nth, layer) in kinds.layers().iter().enumerate() {
         let of_pool = |module: &str| numbered(module, "POOL", layer.pool);
-        push(atlas_modules(layer.atlas), &|module| numbered(&of_pool(module), "LAYER", nth));
+        let dims = kinds.text_pools()[layer.pool].dims;
+        push(atlas_modules(layer.atlas, dims), &|module| numbered(&of_pool(module), "LAYER", nth));
     }
-    for (nth, read) in kinds.reads().iter().enumerate() {
+    for (nth, read) in kinds.reads().iter().enumerate().filter(|(_, read)| dims_of(kinds, read) == Dims::D2) {
         push(&filter_modules(read.filter, kinds.fade()), &|module| of_read(module, kinds, nth));
         push(&[SAMPLE], &|module| of_read(module, kinds, nth));
     }
     for member in kinds.members() {
         let of_member =
             |module: &str| names::named(&of_read(module, kinds, member.read), member.name.as_deref());
-        push(&[NAMES_SAMPLE, NAMES_FEEDBACK], &of_member);
+        let names = match dims_of(kinds, &kinds.reads()[member.read]) {
+            Dims::D2 => [NAMES_SAMPLE, NAMES_FEEDBACK],
+            Dims::D3 => [NAMES_BRICK, NAMES_BRICK_FEEDBACK],
+        };
+        push(&names, &of_member);
     }
     if kinds.is_group() {
         let of_all = |module: &str| {
@@ -182,13 +224,21 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
                 .fold(module.to_owned(), |module, marker| module.replace(&format!("_{marker}"), "_ALL"));
             names::named(&all, None)
         };
-        push(&[NAMES_FEEDBACK], &of_all);
+        let of_dims = [(Dims::D2, NAMES_FEEDBACK), (Dims::D3, NAMES_BRICK_FEEDBACK)];
+        let names: Vec<&str> =
+            of_dims.iter().filter(|(dims, _)| kinds.has(*dims)).map(|(_, names)| *names).collect();
+        push(&names, &of_all);
         let members = kinds.members().iter().filter_map(|member| member.name.as_deref());
         push(&[&names::ids_struct(members)], &as_it_is);
     }
     let mut constants = constants(&text);
     constants.push_str(&text);
     constants
+}
+
+/// Whether a way to read a layer reads images or volumes.
+fn dims_of(kinds: &Kinds, read: &TextRead) -> Dims {
+    kinds.text_pools()[kinds.layers()[read.layer].pool].dims
 }
 
 /// A module of one way to read a layer.
@@ -260,6 +310,9 @@ fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
         modules.push(CUBIC);
     }
     modules.extend([FEEDBACK, VIEW, INSPECT, TEXTURE_SPACE]);
+    if kinds.has(Dims::D3) {
+        modules.extend([VOLUME_RECORDS, BRICK]);
+    }
     modules.extend(report_modules(kinds.mode()));
     modules
 }
@@ -276,14 +329,16 @@ fn report_modules(mode: FeedbackMode) -> &'static [&'static str] {
     }
 }
 
-fn pool_modules(tables: TableKind, mode: FeedbackMode, fade: bool) -> Vec<&'static str> {
+fn pool_modules(pool: &TextPool, mode: FeedbackMode, fade: bool) -> Vec<&'static str> {
     let mut modules = vec![if mode == FeedbackMode::Raw { ARENA_TEXTURE } else { ARENA_BUFFER }];
-    match tables {
-        TableKind::Direct => modules.push(DIRECT),
-        TableKind::Hashed => modules.extend([HASHED_POOL, HASHED]),
-    }
-    modules.push(POOL);
-    if fade {
+    modules.extend(match (pool.dims, pool.tables) {
+        (Dims::D2, TableKind::Direct) => [DIRECT, POOL].as_slice(),
+        (Dims::D2, TableKind::Hashed) => &[HASHED_POOL, HASHED, POOL],
+        (Dims::D3, TableKind::Direct) => &[BRICK_DIRECT, BRICK_POOL],
+        (Dims::D3, TableKind::Hashed) => &[HASHED_POOL, BRICK_HASHED, BRICK_POOL],
+    });
+    // Bricks do not fade in.
+    if fade && pool.dims == Dims::D2 {
         modules.push(FADES);
     }
     modules
@@ -298,12 +353,16 @@ fn filter_modules(filter: Filter, fade: bool) -> Vec<&'static str> {
     }
 }
 
-fn atlas_modules(atlas: Atlas) -> &'static [&'static str] {
-    match atlas {
-        Atlas::Float => &[ATLAS_FLOAT],
-        Atlas::Unfiltered => &[ATLAS_UNFILTERED, TAPS],
-        Atlas::Uint16 => &[ATLAS_UINT16, TAPS],
-        Atlas::Uint16Rgba => &[ATLAS_UINT16_RGBA, TAPS],
+fn atlas_modules(atlas: Atlas, dims: Dims) -> &'static [&'static str] {
+    match (dims, atlas) {
+        (Dims::D2, Atlas::Float) => &[ATLAS_FLOAT],
+        (Dims::D2, Atlas::Unfiltered) => &[ATLAS_UNFILTERED, TAPS],
+        (Dims::D2, Atlas::Uint16) => &[ATLAS_UINT16, TAPS],
+        (Dims::D2, Atlas::Uint16Rgba) => &[ATLAS_UINT16_RGBA, TAPS],
+        (Dims::D3, Atlas::Float) => &[ATLAS_FLOAT_3D, TAPS_3D],
+        (Dims::D3, Atlas::Unfiltered) => &[ATLAS_UNFILTERED_3D, TAP_3D, TAPS_3D],
+        (Dims::D3, Atlas::Uint16) => &[ATLAS_UINT16_3D, TAP_3D, TAPS_3D],
+        (Dims::D3, Atlas::Uint16Rgba) => &[ATLAS_UINT16_RGBA_3D, TAP_3D, TAPS_3D],
     }
 }
 
@@ -341,6 +400,7 @@ fn constants(text: &str) -> String {
     know("RECORDS", RECORDS_OF_CELL);
     know("RECORD_HEAD", RECORD_HEAD as u32);
     know("RECORD_LEVEL", RECORD_LEVEL as u32);
+    know("RECORD_VOLUME_LEVEL", RECORD_VOLUME_LEVEL as u32);
     know("NUMBER_MASK", (1 << shader_constants::TEXTURE_BITS) - 1);
     know("VIEWS", VIEWS);
     let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];

@@ -88,9 +88,6 @@ pub enum Error {
     /// There is no such pool.
     #[error("there is no pool {}; ids of pools are in the statistics and events of the same textures", .0.number())]
     NoPool(PoolId),
-    /// The texture is a volume; only images can be drawn so far.
-    #[error("the texture is a volume, and only images can be drawn so far")]
-    Volume,
     /// There is no such view.
     #[error("there is no view {}; it was removed, or is one of other textures", .0.number())]
     NoView(ViewId),
@@ -144,6 +141,18 @@ pub enum Error {
         "the values of layer {0} may not be mixed, which can be said of the first 32 layers of a texture; put it before them"
     )]
     UnmixedLayer(usize),
+    /// What was said of a volume's voxels does not fit the volume.
+    #[error(
+        "the voxels of {voxels} levels do not fit a volume of {levels} (of levels whose voxels are not cut as bricks are there may be {most}); take both from one source"
+    )]
+    Voxels {
+        /// Levels of the volume.
+        levels: usize,
+        /// Levels of which it was said where voxels lie.
+        voxels: usize,
+        /// So many levels at most, where voxels lie in bricks in another way than texels.
+        most: usize,
+    },
     /// The textures cannot be a group.
     #[error(transparent)]
     Group(#[from] GroupError),

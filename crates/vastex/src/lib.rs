@@ -96,8 +96,8 @@ pub use vastex_core::shader_constants::JITTER_CYCLE;
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
     GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue, PageId,
-    PagePos, PoolError, PoolId, Progress, Region, Slot, TextureNumber, TicketState, Urgency, ViewError,
-    ViewId, WantedPage,
+    PagePos, PoolError, PoolId, Progress, Region, Slot, StoredLevel, TextureNumber, TicketState, Urgency,
+    ViewError, ViewId, VoxelLevel, VoxelLevels, VoxelLevelsError, WantedPage,
 };
 pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
 /// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that

@@ -121,6 +121,7 @@ impl<'a> Lookups<'a> {
         let mut params = ParamStore::new(device, RECORD_WORDS)?;
         let record = texture_record(&RecordOf {
             geometry,
+            voxels: None,
             id: ID,
             tail_slot: Slot::new(0),
             rule: LevelRule::default().within(geometry),
@@ -155,6 +156,7 @@ impl<'a> Lookups<'a> {
     pub(crate) fn case(&self, table: &Table, own: Option<Own>) -> Case {
         let device = &self.gpu.device;
         let kind = Kind {
+            dims: vastex_core::Dims::D2,
             tables: if table.tables.is_hashed() { TableKind::Hashed } else { TableKind::Direct },
             pages: PageSides::of(&self.description.geometry),
             layer: 0,
@@ -244,10 +246,10 @@ impl Case {
 
 /// An atlas beside the pool's whose slots hold a second level: as large, with half of every tile below it.
 fn second_atlas(device: &wgpu::Device, layout: &PoolLayout) -> wgpu::TextureView {
-    let [width, height] = layout.image_size();
+    let [width, height, images] = layout.size();
     let atlas = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("second levels"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: layout.images },
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: images },
         mip_level_count: 2,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,

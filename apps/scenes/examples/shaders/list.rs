@@ -24,6 +24,8 @@ mod table_texts;
 #[allow(unreachable_pub, reason = "a module of a test program")]
 #[path = "../../../../crates/vastex/tests/suite/common/texts.rs"]
 mod vastex_tests;
+#[path = "volumes.rs"]
+mod volumes;
 
 /// What stands in the place of the library's text in tests of the examples, with ordinary textures.
 const ORDINARY: &str = include_str!("../../../../crates/vastex/tests/suite/ordinary.wgsl");
@@ -46,7 +48,8 @@ struct Choice {
 impl Choice {
     fn kind(self) -> Kind {
         let Choice { filter, atlas, tables, pages, .. } = self;
-        Kind { tables, pages, layer: 0, atlas, scale: 1, filter }
+        let dims = vastex::Dims::D2;
+        Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
     }
 
     fn text(self) -> String {
@@ -170,6 +173,7 @@ fn scenes(visit: &mut Visit<'_>) {
     visit("encode", vastex_viewer::stage::encode_text());
     layer_lists::each(visit);
     lit_planets::each(visit);
+    volumes::each(visit);
     alone(visit, "scene", &Options::of_viewer(), shaders::flat);
     // Colour and heights are layers of one texture, one and the same, or of two textures.
     Options::of_viewer().each(|options| {

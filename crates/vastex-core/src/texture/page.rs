@@ -15,9 +15,10 @@ use crate::shader_constants::{
 };
 
 /// How many coordinates the pages of a texture have; decides how they are packed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Dims {
     /// An image: x and y, 24 bits each.
+    #[default]
     D2,
     /// A volume: x, y and z, 16 bits each.
     D3,

@@ -3,3 +3,6 @@
 
 #[cfg(feature = "egui")]
 mod widget;
+
+mod volume_reference;
+mod volumes;

@@ -17,7 +17,8 @@ pub(crate) fn module(text: &str) -> naga::Module {
 const SURFACE: &str = include_str!("../../tests/gpu/wgsl/whole_surface.wgsl");
 
 fn kind(atlas: Atlas, filter: Filter, tables: TableKind) -> Kind {
-    Kind { tables, pages: PageSides::PowersOfTwo, layer: 0, atlas, scale: 1, filter }
+    let (dims, pages) = (Dims::D2, PageSides::PowersOfTwo);
+    Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
 }
 
 fn member(name: &str, pool: usize, kind: Kind) -> KindMember {
@@ -88,6 +89,60 @@ fn every_variant_of_the_text_for_groups_is_valid() {
                             + vastex_feedback_fixed(ids.all, 1u, vec2<u32>(9u), at.xy);
                     }";
                 module(&(all.to_owned() + &text));
+            }
+        }
+    }
+}
+
+/// Two channels of one pool, one of another that is hashed, and an image.
+#[test]
+fn every_variant_of_the_text_for_volumes_is_valid() {
+    let march = "@fragment fn march(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
+            let anchor = vec3<u32>(9u);
+            let level = vastex_volume_level_NAME(1u, at.xyz);
+            var brick = vastex_brick_NAME(1u, anchor, at.xyz, level);
+            let exit = vastex_brick_exit(brick, at.xyz, at.yzx);
+            return vastex_brick_sample_NAME(brick, at.xyz + exit) + vastex_brick_nearest_NAME(brick, at.xyz)
+                + vastex_brick_exact_NAME(brick, at.xyz)
+                + vastex_volume_sample_NAME(1u, anchor, at.xyz, level) * f32(vastex_volume_size(1u).z);
+        }
+        @fragment fn want(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+            let box = vastex_volume_box_NAME(1u, vec3<u32>(9u), at.xyz, 2.5);
+            let exit = vastex_box_exit(box, at.xyz, vastex_volume_scale(1u, vastex_volume_whole_level_NAME(1u, 2.5)));
+            let turn = vastex_ray_turn(0u, at, 9u);
+            return vastex_volume_feedback_NAME(1u, vec3<u32>(turn), at.xyz + exit, 2.5);
+        }";
+    for atlas in Atlas::ALL {
+        for (tables, mode) in [TableKind::Direct, TableKind::Hashed].into_iter().zip(FeedbackMode::ALL) {
+            let volume = |tables, filter| {
+                let (dims, pages) = (Dims::D3, PageSides::Any);
+                Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
+            };
+            let kinds = Kinds::of(volume(tables, Filter::Trilinear), mode, false);
+            let module_of = |text: &str, kinds: &Kinds| {
+                let module = module(&(text.to_owned() + &wgsl(kinds, BindingPlace::default())));
+                let entries = layout_entries(kinds, 0);
+                assert_eq!(bound(&module, 0), entries.iter().map(|entry| entry.binding).collect::<Vec<_>>());
+                let is_solid = |entry: &wgpu::BindGroupLayoutEntry| {
+                    let view_dimension = wgpu::TextureViewDimension::D3;
+                    matches!(entry.ty, wgpu::BindingType::Texture { view_dimension: d, .. } if d == view_dimension)
+                };
+                entries.into_iter().filter(is_solid).count()
+            };
+            assert_eq!(module_of(&names::named(march, None), &kinds), 1);
+            let other = volume(TableKind::Hashed, Filter::Nearest);
+            let members = vec![
+                member("density", 0, volume(tables, Filter::Trilinear)),
+                member("nuclei", 0, volume(tables, Filter::Trilinear)),
+                member("label", 1, other),
+                member("ground", 2, kind(Atlas::Float, Filter::Trilinear, TableKind::Direct)),
+            ];
+            let group = Kinds::of_group(members, mode, false).unwrap();
+            let all = "@fragment fn want_all(@builtin(position) at: vec4<f32>) -> @location(0) vec4<u32> {
+                    return vastex_volume_feedback(1u, vec3<u32>(9u), at.xyz, 2.5) + vastex_feedback(1u, 0u, at.xy);
+                }";
+            for name in ["density", "nuclei", "label"] {
+                assert_eq!(module_of(&(names::named(march, Some(name)) + all), &group), 2);
             }
         }
     }

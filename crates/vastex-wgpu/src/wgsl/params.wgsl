@@ -1,17 +1,17 @@
 // What shaders are told of pools and views, and how they bind it; records.wgsl has what they are told of textures.
 // The mirrors of these structs stand in mirror.rs; a test compares sizes and offsets.
 
-// A pool, in which the tiles of textures lie.
+// A pool, in which the tiles of textures lie: those of images in the images of a texture array, those of volumes in a 3-D texture.
 struct VastexiPool {
-    tile: vec2<u32>,        // size of a slot [texels of the texture]
-    slots: vec2<u32>,       // along x and y of an image
+    tile: vec2<u32>,        // size of a slot along x and y [texels of the texture]
+    slots: vec2<u32>,       // along x and y of the atlas
     inverse_slots: vec2<f32>,
-    texel: vec2<f32>,       // size of a texel of the texture [atlas uv]
+    texel: vec2<f32>,       // size of a texel of the texture along x and y [atlas uv]
     unknown: vec4<f32>,     // what an id shows that names no texture
     bias: f32,              // levels added to every level, so that the working set fits
-    unused_0: u32,
-    unused_1: u32,
-    unused_2: u32,
+    depth: u32,             // size of a slot along z: 1 in a texture array
+    texel_z: f32,           // size of a texel along z [atlas uv]
+    unused: u32,
 }
 
 // A view that is being drawn: into a feedback target or, where feedback is inline, its picture.

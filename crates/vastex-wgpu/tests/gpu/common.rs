@@ -148,6 +148,7 @@ impl World {
     /// How a layer of it is read by a filter.
     pub(crate) fn kind(&self, layer: usize, filter: Filter) -> Kind {
         Kind {
+            dims: self.geometry.dims(),
             tables: if self.tables.is_hashed() { TableKind::Hashed } else { TableKind::Direct },
             pages: PageSides::of(&self.geometry),
             layer: layer as u8,
@@ -162,6 +163,7 @@ impl World {
         let placement = tables.placement(self.number);
         texture_record(&RecordOf {
             geometry: &self.geometry,
+            voxels: None,
             id: self.id,
             tail_slot: self.tail_slot(),
             rule: self.rule,

@@ -36,7 +36,7 @@ fn a_pool_refuses_what_does_not_fit_it() {
     assert_eq!(short, Err(GpuError::TileBytes { got: 9, expected: layout.tile_bytes }));
     let wrong = Pool::new(&gpu.device, &gpu.queue, &layout, &layers(LayerFormat::R8));
     assert!(matches!(wrong, Err(GpuError::PoolFormats { .. })));
-    let wide = PoolLayout { columns: 1000, ..layout };
+    let wide = PoolLayout { grid: [1000, layout.grid[1], layout.grid[2]], ..layout };
     assert!(matches!(
         Pool::new(&gpu.device, &gpu.queue, &wide, &layers(LayerFormat::Rgba8)),
         Err(GpuError::PoolLimits { .. })

@@ -49,7 +49,8 @@ fn every_function_is_reached_by_a_test() {
     for (nth, (filter, atlas)) in variants.enumerate() {
         let feedback = [FeedbackMode::Separate, FeedbackMode::Inline, FeedbackMode::Raw][nth % 3];
         let tables = [TableKind::Direct, TableKind::Hashed][nth % 2];
-        let kind = Kind { tables, pages: PageSides::Any, layer: 0, atlas, scale: 1, filter };
+        let (dims, pages) = (vastex_core::Dims::D2, PageSides::Any);
+        let kind = Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter };
         let text = wgsl(&Kinds::of(kind, feedback, nth % 3 == 1), BindingPlace::default());
         declared.extend(functions(&text, KeepUnused::Yes));
         let nearest = sampling::nearest_harness();

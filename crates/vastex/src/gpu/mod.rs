@@ -26,7 +26,9 @@ mod views;
 use std::sync::Arc;
 use std::time::Duration;
 
-use vastex_core::{Description, LevelRule, Pager, PoolId, Slot, TableChange, TextureNumber, ViewId};
+use vastex_core::{
+    Description, LevelRule, Pager, PoolId, Slot, TableChange, TextureNumber, ViewId, VoxelLevels,
+};
 use vastex_wgpu::{
     BindingPlace, FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, Views, alive, new_sampler,
 };
@@ -102,6 +104,8 @@ struct TextureOnGpu {
     /// By which shaders know it.
     id: u32,
     tail_slot: Slot,
+    /// Where the voxels of a volume lie, where they are not its texels.
+    voxels: Option<Arc<VoxelLevels>>,
     /// How its levels are chosen.
     rule: LevelRule,
     /// Of each layer.

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
+use vastex_core::{Description, Dims, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
 use vastex_wgpu::{
     Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind, limits,
 };
@@ -36,8 +36,10 @@ impl Shape {
 
 impl std::fmt::Display for Shape {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let [width, height, _] = self.tile;
-        write!(f, "{width}x{height} texels of ")?;
+        match self.tile {
+            [width, height, 1] => write!(f, "{width}x{height} texels of ")?,
+            [width, height, depth] => write!(f, "{width}x{height}x{depth} voxels of ")?,
+        }
         for (nth, (format, scale)) in self.layers.iter().enumerate() {
             let separator = if nth == 0 { "" } else { ", " };
             write!(f, "{separator}{}", format.name())?;
@@ -126,9 +128,8 @@ impl PoolState {
         held: &Arc<Description>,
         shape: Shape,
     ) -> Result<PoolState, Error> {
-        let [width, height, _] = held.geometry.tile();
-        let tile_bytes = held.tile_bytes() as u64;
-        let slots = PoolLayout { tile: [width, height], columns: 1, rows: 1, images: 1, tile_bytes };
+        let (tile, tile_bytes) = (held.geometry.tile(), held.tile_bytes() as u64);
+        let slots = PoolLayout { tile, grid: [1; 3], tile_bytes };
         let pool = PoolState::of_layout(device, queue, seen, slots, stored, held, shape)?;
         Ok(PoolState { is_whole: true, ..pool })
     }
@@ -278,7 +279,11 @@ impl PoolState {
     /// How shaders sample the layer with this number, which exists.
     pub(super) fn kind(&self, layer: usize, filter: Filter) -> Kind {
         let Shape { tables, pages, ref layers, .. } = self.shape;
-        Kind { tables, pages, layer: layer as u8, atlas: self.atlases[layer], scale: layers[layer].1, filter }
+        let dims = self.held.geometry.dims();
+        // Volumes are blended from eight voxels, or not at all: one text for all other filters.
+        let filter = if dims == Dims::D3 && filter != Filter::Nearest { Filter::Trilinear } else { filter };
+        let (atlas, scale) = (self.atlases[layer], layers[layer].1);
+        Kind { dims, tables, pages, layer: layer as u8, atlas, scale, filter }
     }
 }
 

@@ -131,7 +131,7 @@ impl Gpu {
 
     /// Sets what shaders are told of a texture, from the next update on.
     pub(super) fn set_record(&mut self, texture: TextureNumber) {
-        let Some(TextureOnGpu { pool, description, id, tail_slot, rule, unmixed, .. }) =
+        let Some(TextureOnGpu { pool, description, id, tail_slot, voxels, rule, unmixed, .. }) =
             self.texture(texture)
         else {
             return;
@@ -140,6 +140,7 @@ impl Gpu {
         let placement = tables.placement(texture);
         let record = texture_record(&RecordOf {
             geometry: &description.geometry,
+            voxels: voxels.as_deref(),
             id: *id,
             tail_slot: *tail_slot,
             rule: *rule,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use vastex_core::{
     Description, Geometry, LevelRule, PageId, PageNumbering, PoolId, Slot, TableImage, TextureNumber, Upload,
+    VoxelLevels,
 };
 use vastex_wgpu::{GpuError, Kind, Kinds, PoolTables, TableChoice, TableKind, shader_id, wgsl};
 
@@ -67,7 +68,7 @@ impl Gpu {
         &mut self,
         (pool, tail_slot): (PoolId, Slot),
         texture: TextureNumber,
-        description: &Arc<Description>,
+        (description, voxels): (&Arc<Description>, Option<Arc<VoxelLevels>>),
         tail: &Bytes,
         samplings: Vec<Sampling>,
     ) -> Result<(), Error> {
@@ -83,7 +84,7 @@ impl Gpu {
         let unmixed = unmixed.fold(0, |unmixed, (layer, _)| unmixed | (1 << layer));
         let geometry = description.geometry.clone();
         let (description, rule) = (description.clone(), LevelRule::default().within(&geometry));
-        let state = TextureOnGpu { pool, description, id, tail_slot, rule, samplings, unmixed };
+        let state = TextureOnGpu { pool, description, id, tail_slot, voxels, rule, samplings, unmixed };
         self.textures[number] = Some(state);
         self.set_record(texture);
         self.bind_texture(texture);

@@ -5,9 +5,10 @@ mod pools;
 
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
+use std::sync::Arc;
 use std::time::Duration;
 
-use vastex_core::Layer;
+use vastex_core::{Layer, VoxelLevels};
 use vastex_tiles::LoaderSettings;
 pub use vastex_wgpu::{BindingPlace, FeedbackMode, Filter, MaxTaps, TableChoice, UnknownFilter};
 
@@ -186,7 +187,7 @@ impl Settings {
 }
 
 /// What may be set of one texture.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TextureSettings {
     /// Which kind of page table it gets. [`TableChoice::BySize`] by default; the others are there to measure
     /// one against the other.
@@ -195,6 +196,9 @@ pub struct TextureSettings {
     /// [`Settings::filter`], but for those whose values may not be mixed ([`crate::Layer::is_mixable`]): of
     /// them each pixel shows one texel, and their tiles do not fade in.
     pub filters: BTreeMap<String, Filter>,
+    /// Of a volume, where the voxels of its levels lie in the world and in its tiles, as whoever made the
+    /// source knows; `None` where they are the texels of the [`crate::Geometry`]. Nothing to images.
+    pub voxels: Option<Arc<VoxelLevels>>,
 }
 
 /// How a layer is sampled.

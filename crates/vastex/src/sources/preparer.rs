@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use vastex_core::{Description, Dims};
+use vastex_core::Description;
 use vastex_tiles::{Clock, RamBudget, RamCache, SystemClock, TileSource};
 
 use super::{DecodedSource, WholeSource, held_description, tail, whole_description};
@@ -94,8 +94,8 @@ impl Preparer {
     /// that draws. It has no time-out; to give up, drop the future. Nothing else has to be called meanwhile,
     /// neither [`crate::Textures::update`] nor any other method.
     ///
-    /// Fails for a volume, where a filter is asked for of a layer that there is not, and where the tile
-    /// cannot be read or decoded.
+    /// Fails where a filter is asked for of a layer that there is not, and where the tile cannot be read or
+    /// decoded.
     ///
     /// ```no_run
     /// # use std::sync::mpsc::{Receiver, channel};
@@ -142,9 +142,6 @@ impl Preparer {
         may_be_whole: bool,
     ) -> Result<Plan, Error> {
         let stored = given.description().clone();
-        if stored.geometry.dims() == Dims::D3 {
-            return Err(Error::Volume);
-        }
         if let Some(name) = settings.unknown_layer(&stored.layers) {
             let names: Vec<&str> = stored.layers.iter().map(|layer| &*layer.name).collect();
             return Err(Error::FilterLayer { name: name.into(), layers: names.join(", ") });

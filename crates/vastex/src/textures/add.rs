@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Event, Layer, PoolId, TextureNumber};
+use vastex_core::{Description, Event, Layer, PoolId, TextureNumber, VoxelLevels};
 use vastex_tiles::TileSource;
+use vastex_wgpu::MOST_UNALIGNED_LEVELS;
 
 use super::Textures;
 use crate::error::Error;
@@ -31,6 +32,17 @@ impl std::fmt::Display for AddError {
 impl std::error::Error for AddError {
     fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
         self.error.source()
+    }
+}
+
+/// Fails where voxels are not those of this texture, or have no room in a record.
+fn check_voxels(settings: &TextureSettings, held: &Description) -> Result<(), Error> {
+    let Some(voxels) = &settings.voxels else { return Ok(()) };
+    let (levels, of) = (held.geometry.levels().len(), voxels.levels());
+    let is_aligned = of.iter().all(|level| level.is_aligned);
+    match of.len() == levels && (is_aligned || levels <= MOST_UNALIGNED_LEVELS) {
+        true => Ok(()),
+        false => Err(Error::Voxels { levels, voxels: of.len(), most: MOST_UNALIGNED_LEVELS }),
     }
 }
 
@@ -88,6 +100,7 @@ impl Textures {
         self.gpu.check_device()?;
         let PreparedParts { settings, stored, held, is_whole, source, tail } =
             prepared.parts(self.paging.ram());
+        check_voxels(&settings, &held)?;
         let tables = self.gpu.table_kind(&held, settings.page_table)?;
         self.paging.check_free_number()?;
         let sampling = |layer: &Layer| settings.sampling(layer, self.settings.filter);
@@ -104,7 +117,7 @@ impl Textures {
         if let Some(bytes) = flight_bytes {
             self.paging.set_flight_bytes(pool, bytes);
         }
-        self.add_to(pool, PagedTexture { description: stored, source, tail }, samplings)
+        self.add_to(pool, PagedTexture { description: stored, source, tail }, samplings, settings.voxels)
     }
 
     /// The pool for textures like this that are held whole, with room for one more: twice as much as it had
@@ -160,10 +173,11 @@ impl Textures {
         pool: PoolId,
         texture: PagedTexture,
         samplings: Vec<Sampling>,
+        voxels: Option<Arc<VoxelLevels>>,
     ) -> Result<TextureId, Error> {
         let (description, tail) = (texture.description.clone(), texture.tail.clone());
         let (texture, slot) = self.paging.add_texture(pool, texture, self.settings.share_contents)?;
-        let added = self.gpu.add_texture((pool, slot), texture, &description, &tail, samplings);
+        let added = self.gpu.add_texture((pool, slot), texture, (&description, voxels), &tail, samplings);
         if let Err(error) = added {
             self.remove_texture(texture);
             return Err(error);

@@ -118,12 +118,17 @@ fn a_lost_device_is_an_error() {
 }
 
 #[test]
-fn a_volume_is_refused() {
+fn volumes_and_images_have_pools_of_their_own() {
     let gpu = TestDevice::new();
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
     let spec = GeometrySpec { dims: Dims::D3, size: [50, 40, 30], page: 16, ..GeometrySpec::image(50, 40) };
     let volume = Arc::new(PropertySource::new(Geometry::new(spec).unwrap()));
-    assert!(matches!(textures.add_blocking(volume), Err(Error::Volume)));
+    let volume = textures.add_blocking(volume).unwrap();
+    let image = textures.add_blocking(small_pages()).unwrap();
+    let pool = |texture| textures.texture(texture).unwrap().pool();
+    assert_ne!(pool(volume), pool(image));
+    let tiles: Vec<_> = textures.stats().pools.iter().map(|pool| pool.tiles.to_string()).collect();
+    assert!(tiles[0].contains("24x24x24 voxels"), "{tiles:?}");
 }
 
 #[test]

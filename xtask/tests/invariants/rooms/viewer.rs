@@ -12,6 +12,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("input", &["camera", "scene"]),
     ("stage", &["gpu"]),
     ("surface", &["camera", "gpu", "layers", "scene", "stage"]),
+    ("volume", &["gpu", "stage"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
     ("view_text", &["camera", "layers", "overlay", "scene", "surface"]),

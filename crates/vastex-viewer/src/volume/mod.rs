@@ -1,0 +1,13 @@
+//! Volumes: rays through them, in five modes, and slices.
+//!
+//! What a picture of a volume is stands in docs/volumes.md; the shader and the f64 reference of the tests
+//! both follow that page. Where the bricks lie is the business of the crate `vastex`: a scene of volumes is
+//! an application of its frame loop like any other ([`crate::stage::StageScene`]).
+
+mod camera;
+mod channel;
+mod renderer;
+
+pub use camera::{VolumeBox, VolumeCamera, VolumeFace, VolumeView};
+pub use channel::{MOST_CHANNELS, VolumeChannel};
+pub use renderer::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeMode, VolumeRenderer, volume_text};

@@ -1,0 +1,370 @@
+//! Draws volumes: the picture, and the feedback pass that goes with it.
+
+use std::sync::OnceLock;
+
+use bytemuck::{Pod, Zeroable};
+use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
+
+use super::camera::{RayUniform, VolumeBox, VolumeView};
+use super::channel::{ChannelUniform, MOST_CHANNELS, VolumeChannel};
+use crate::gpu::Gpu;
+use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
+
+/// What becomes of the samples along a ray.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VolumeMode {
+    /// The largest.
+    #[default]
+    Mip,
+    /// The smallest.
+    Minip,
+    /// Their mean.
+    Average,
+    /// All of them glow and hide what is behind.
+    Emission,
+    /// The surface at which a value is reached.
+    Iso,
+}
+
+impl VolumeMode {
+    /// Every mode.
+    pub const ALL: [VolumeMode; 5] =
+        [VolumeMode::Mip, VolumeMode::Minip, VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso];
+
+    /// Its name on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            VolumeMode::Mip => "mip",
+            VolumeMode::Minip => "minip",
+            VolumeMode::Average => "average",
+            VolumeMode::Emission => "emission",
+            VolumeMode::Iso => "iso",
+        }
+    }
+}
+
+/// What is drawn of a volume.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeDesc {
+    /// Its box.
+    pub of: VolumeBox,
+    /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format.
+    pub channels: Vec<VolumeChannel>,
+    /// What becomes of samples along a ray; slices have none.
+    pub mode: VolumeMode,
+    /// How far samples along a ray are apart, in sides of a voxel of the level that is wanted: 1, 1/3 and 1/5
+    /// have samples in the middles of voxels where rays go along an axis.
+    pub step: f64,
+    /// How dense a volume is in emission: 1 where a ray of a hundredth of the longest side of the box passes
+    /// 1 - opacity.
+    pub density: f64,
+    /// The value at which a surface is, as shaders sample it.
+    pub iso: f32,
+    /// Whether samples are blended by the shader in single precision, and not by the device's filter.
+    pub is_exact: bool,
+}
+
+impl VolumeDesc {
+    /// Channels of a volume by [`VolumeMode::Mip`].
+    pub fn new(of: VolumeBox, channels: Vec<VolumeChannel>) -> VolumeDesc {
+        let mode = VolumeMode::default();
+        VolumeDesc { of, channels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false }
+    }
+}
+
+/// The text of the shaders that draw volumes; `vastex` is the text for the kind of one channel, which serves
+/// all others, since they lie in the same textures.
+pub fn volume_text(vastex: &str) -> String {
+    [include_str!("wgsl/volume.wgsl"), include_str!("../stage/wgsl/display.wgsl"), vastex].join("\n")
+}
+
+/// What a volume is seen through.
+#[derive(Debug)]
+pub struct VolumeCameraBinding {
+    uniform: Uniform,
+    view: u32,
+}
+
+/// `VolumeScene` of volume.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+struct SceneUniform {
+    rays: RayUniform,
+    channels: [ChannelUniform; MOST_CHANNELS],
+}
+
+/// A volume, ready to be drawn.
+#[derive(Debug)]
+pub struct VolumeRenderer {
+    gpu: Gpu,
+    desc: VolumeDesc,
+    sampled: Sampled,
+    format: wgpu::TextureFormat,
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    camera_layout: wgpu::BindGroupLayout,
+    camera: VolumeCameraBinding,
+    /// By the number of a mode, slices last: those of the picture, and those of feedback.
+    picture: [OnceLock<wgpu::RenderPipeline>; MODES],
+    wanted: [OnceLock<wgpu::RenderPipeline>; MODES],
+    is_slice: std::sync::atomic::AtomicBool,
+}
+
+/// Modes, and slices.
+const MODES: usize = VolumeMode::ALL.len() + 1;
+
+impl VolumeRenderer {
+    /// Prepares a volume for pictures of `format`. Several channels become a group of `textures`. Fails where
+    /// a texture was removed, where there are no channels or more than [`MOST_CHANNELS`], and where their
+    /// textures do not share a pool.
+    pub fn new(
+        gpu: &Gpu,
+        textures: &mut Textures,
+        desc: VolumeDesc,
+        format: wgpu::TextureFormat,
+    ) -> Result<VolumeRenderer, VolumeError> {
+        let (sampled, kinds) = sampled(textures, &desc.channels)?;
+        let device = &gpu.device;
+        let module = shader_module(device, Some("volume"), volume_text(&textures.wgsl(&kinds)));
+        let camera_layout = Uniform::layout(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("volume"),
+            bind_group_layouts: &[Some(&textures.bind_group_layout(&kinds)), Some(&camera_layout)],
+            immediate_size: 0,
+        });
+        let uniform = Uniform::new::<SceneUniform>(device, &camera_layout);
+        Ok(VolumeRenderer {
+            gpu: gpu.clone(),
+            desc,
+            sampled,
+            format,
+            module,
+            layout,
+            camera: VolumeCameraBinding { uniform, view: 0 },
+            camera_layout,
+            picture: Default::default(),
+            wanted: Default::default(),
+            is_slice: Default::default(),
+        })
+    }
+
+    /// What is drawn.
+    pub fn desc(&self) -> &VolumeDesc {
+        &self.desc
+    }
+
+    /// What its shaders sample: the layer of the one channel, or the group of all.
+    pub fn sampled(&self) -> Sampled {
+        self.sampled
+    }
+
+    /// What the volume is seen through.
+    pub fn camera(&self) -> &VolumeCameraBinding {
+        &self.camera
+    }
+
+    /// A camera to draw it through from another place in the same encoder, of the view with this number
+    /// ([`vastex::ViewRef::number`]).
+    pub fn new_camera(&self, view: u32) -> VolumeCameraBinding {
+        let uniform = Uniform::new::<SceneUniform>(&self.gpu.device, &self.camera_layout);
+        VolumeCameraBinding { uniform, view }
+    }
+
+    /// What becomes of samples, how far apart they are, how channels are shown: all that needs no other
+    /// shaders. The channels stay as many, of the same layers.
+    pub fn set(&mut self, desc: VolumeDesc) {
+        let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
+        debug_assert_eq!((layers(&desc), desc.is_exact), (layers(&self.desc), self.desc.is_exact));
+        self.desc = desc;
+    }
+
+    fn mode(&self) -> usize {
+        match self.is_slice.load(std::sync::atomic::Ordering::Relaxed) {
+            true => MODES - 1,
+            false => VolumeMode::ALL.iter().position(|mode| *mode == self.desc.mode).unwrap_or(0),
+        }
+    }
+
+    fn pipeline(&self, mode: usize, is_wanted: bool) -> wgpu::RenderPipeline {
+        let encodes = !takes_light(self.format);
+        let constants = [
+            ("VOLUME_MODE", mode as f64),
+            ("VOLUME_EXACT", f64::from(u8::from(self.desc.is_exact))),
+            ("VOLUME_ENCODES", f64::from(u8::from(encodes))),
+        ];
+        // A module knows what its entry points need, of either stage; feedback encodes nothing.
+        let constants = if is_wanted { &constants[..2] } else { &constants[..] };
+        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
+        let (vertex, fragment, format) = match is_wanted {
+            true => ("volume_fill_wanted", "volume_want", Textures::FEEDBACK_FORMAT),
+            false => ("volume_fill", "volume_picture", self.format),
+        };
+        self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("volume"),
+            layout: Some(&self.layout),
+            vertex: wgpu::VertexState {
+                module: &self.module,
+                entry_point: Some(vertex),
+                compilation_options: compilation_options.clone(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH_FORMAT,
+                depth_write_enabled: Some(false),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &self.module,
+                entry_point: Some(fragment),
+                compilation_options,
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+
+    fn draw(
+        &self,
+        camera: &VolumeCameraBinding,
+        pass: &mut wgpu::RenderPass<'_>,
+        textures: &wgpu::BindGroup,
+        is_wanted: bool,
+    ) {
+        let mode = self.mode();
+        let pipelines = if is_wanted { &self.wanted } else { &self.picture };
+        pass.set_pipeline(pipelines[mode].get_or_init(|| self.pipeline(mode, is_wanted)));
+        pass.set_bind_group(0, textures, &[]);
+        pass.set_bind_group(1, &camera.uniform.group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// What the channels are sampled by together, and the kind of each.
+fn sampled(textures: &mut Textures, channels: &[VolumeChannel]) -> Result<(Sampled, Kinds), VolumeError> {
+    if !(1..=MOST_CHANNELS).contains(&channels.len()) {
+        return Err(VolumeError::Channels(channels.len()));
+    }
+    let kinds = textures.kinds(channels[0].layer)?;
+    if channels.len() == 1 {
+        return Ok((channels[0].layer.into(), kinds));
+    }
+    let names = (0..).map(|nth: usize| format!("c{nth}"));
+    let members = names.zip(channels).map(|(name, channel)| (name, channel.layer));
+    let group = textures.add_group(members)?;
+    // A text of one channel finds the others where they are bound alike: one pool, one layer of it.
+    match textures.kinds(group)?.binds_like(&kinds) {
+        true => Ok((group.into(), kinds)),
+        false => Err(VolumeError::Apart),
+    }
+}
+
+/// Why a volume cannot be drawn.
+#[derive(Debug, thiserror::Error)]
+pub enum VolumeError {
+    /// There are none, or too many.
+    #[error("{0} channels: a picture of a volume shows 1 to {MOST_CHANNELS}; choose some")]
+    Channels(usize),
+    /// Their textures have other formats, brick sizes or layers.
+    #[error(
+        "the channels do not lie in one pool; show channels of one format and one size of bricks together"
+    )]
+    Apart,
+    /// What the textures say.
+    #[error(transparent)]
+    Textures(#[from] Error),
+}
+
+impl StageScene for VolumeRenderer {
+    type Pose = VolumeView;
+    type Camera = VolumeCameraBinding;
+
+    fn sampled(&self) -> Sampled {
+        self.sampled
+    }
+
+    fn place(
+        &self,
+        camera: &VolumeCameraBinding,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        pose: &VolumeView,
+        picture: [u32; 2],
+    ) {
+        let VolumeDesc { of, channels, step, density, iso, .. } = &self.desc;
+        self.is_slice.store(pose.is_slice(), std::sync::atomic::Ordering::Relaxed);
+        let mut rays = RayUniform::new(of, &pose.rays(of, picture), picture);
+        // R of docs/volumes.md.
+        rays.density = (density * 100.0 / of.extent().max_element()) as f32;
+        (rays.step, rays.iso, rays.view) = (*step as f32, *iso, camera.view);
+        let shown = channels.iter().take(MOST_CHANNELS);
+        rays.channels = shown.len() as u32;
+        let ids = textures.bindings().ids(self.sampled).unwrap_or_default();
+        rays.wants = ids.first().copied().unwrap_or_default();
+        let mut told = SceneUniform { rays, channels: Zeroable::zeroed() };
+        // Of a group the first id is that of all together.
+        let of_channels = if ids.len() > 1 { &ids[1..] } else { &ids[..] };
+        for ((told, channel), id) in told.channels.iter_mut().zip(shown).zip(of_channels) {
+            *told = channel.uniform(*id);
+        }
+        camera.uniform.set(queue, &told);
+    }
+
+    fn draw_wanted(
+        &self,
+        camera: &VolumeCameraBinding,
+        pass: &mut wgpu::RenderPass<'_>,
+        textures: &wgpu::BindGroup,
+    ) {
+        self.draw(camera, pass, textures, true);
+    }
+
+    fn draw_picture(
+        &self,
+        camera: &VolumeCameraBinding,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &wgpu::BindGroup,
+        target: &Target<'_>,
+    ) {
+        let mut pass = target.begin(encoder, glam::Vec4::W);
+        self.draw(camera, &mut pass, textures, false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_shaders_are_told_is_laid_out_alike() {
+        // Without Vastex's text: the structs alone.
+        let text = include_str!("wgsl/volume.wgsl");
+        let structs = &text[text.find("struct VolumeChannel").unwrap()..text.find("@group(1)").unwrap()];
+        let text = format!("{structs}\n@group(0) @binding(0) var<uniform> scene: VolumeScene;");
+        let module = naga::front::wgsl::parse_str(&text).unwrap();
+        let size = |name: &str| {
+            let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
+            match &ty.inner {
+                naga::TypeInner::Struct { members, span } => (members.len(), *span as usize),
+                other => panic!("{other:?}"),
+            }
+        };
+        assert_eq!(size("VolumeChannel"), (6, size_of::<ChannelUniform>()));
+        assert_eq!(size("VolumeScene").1, size_of::<SceneUniform>());
+        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 10 * 16);
+    }
+
+    #[test]
+    fn the_numbers_of_modes_are_those_of_the_shader() {
+        let text = include_str!("wgsl/volume.wgsl");
+        for (number, mode) in VolumeMode::ALL.iter().enumerate() {
+            let name = mode.name().to_uppercase();
+            assert!(text.contains(&format!("const VOLUME_{name}: u32 = {number}u;")), "{name}");
+        }
+        assert!(text.contains(&format!("const VOLUME_SLICE: u32 = {}u;", MODES - 1)));
+    }
+}

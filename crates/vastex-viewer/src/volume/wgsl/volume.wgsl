@@ -1,0 +1,459 @@
+// Volumes: rays through boxes of voxels, and slices. After this stand display.wgsl and the text of Vastex for one
+// channel, which serves the others too.
+//
+// Offsets are in voxels of level 0 from the anchor; ways along a ray in lengths of the world. What the modes mean is said in docs/volumes.md;
+// an f64 twin of them is in apps/scenes.
+
+const VOLUME_MIP: u32 = 0u;
+const VOLUME_MINIP: u32 = 1u;
+const VOLUME_AVERAGE: u32 = 2u;
+const VOLUME_EMISSION: u32 = 3u;
+const VOLUME_ISO: u32 = 4u;
+const VOLUME_SLICE: u32 = 5u;
+// Samples along a ray, at most: what is left of a longer one is not looked at.
+const VOLUME_SAMPLES: u32 = 65536u;
+// Samples that are blended together, for which each channel is looked up once.
+const VOLUME_CHUNK: u32 = 16u;
+// What a ray lets through that is taken for nothing.
+const VOLUME_OPAQUE: f32 = 0.00390625;
+
+override VOLUME_MODE: u32;
+// Whether the target stores display values as they are.
+override VOLUME_ENCODES: bool;
+
+// Whether voxels are blended in single precision, and not by the device's filter.
+override VOLUME_EXACT: bool;
+
+struct VolumeChannel {
+    color: vec3<f32>,      // display values
+    opacity: f32,
+    low: f32,              // the value of x = 0
+    inverse_range: f32,    // x of one unit of values
+    gamma: f32,
+    id: u32,
+}
+
+struct VolumeScene {
+    origin: vec3<f32>,     // where the ray of the corner of pixel 0,0 begins [offset]
+    pixel: f32,            // smaller side of a pixel there [world]
+    origin_x: vec3<f32>,   // from one pixel to the next, to the right
+    pixel_growth: f32,     // what that side grows by along a ray [world, per length of the world]
+    origin_y: vec3<f32>,   // downward
+    step: f32,             // samples are so far apart [sides of a voxel]
+    toward: vec3<f32>,     // where that ray goes [world]
+    density: f32,          // per length of the world
+    toward_x: vec3<f32>,
+    iso: f32,              // [value]
+    toward_y: vec3<f32>,
+    channels: u32,
+    voxel: vec3<f32>,      // sides of a voxel of level 0 [world]
+    wants: u32,            // the id that feedback names
+    begin: vec3<f32>,      // the box that is shown [offset]
+    size_x: f32,           // of the picture [pixels]
+    end: vec3<f32>,
+    size_y: f32,
+    anchor: vec3<u32>,     // [voxel of level 0]
+    view: u32,
+    of_channel: array<VolumeChannel, 16>,
+}
+
+@group(1) @binding(0) var<uniform> volume_scene: VolumeScene;
+
+struct VolumeCorner {
+    @builtin(position) clip: vec4<f32>,
+    @location(0) pixel: vec2<f32>,
+}
+
+// A ray within the box that is shown.
+struct VolumeRay {
+    origin: vec3<f32>,     // [offset]
+    direction: vec3<f32>,  // a length of the world along it [offset]
+    begin: f32,            // [world]
+    end: f32,
+}
+
+fn volume_corner(index: u32) -> vec2<f32> {
+    return vec2<f32>(f32(index % 2u), f32(index / 2u)) * 4.0 - 1.0;
+}
+
+fn volume_pixel_at(clip: vec2<f32>) -> vec2<f32> {
+    return (clip * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(volume_scene.size_x, volume_scene.size_y);
+}
+
+@vertex
+fn volume_fill(@builtin(vertex_index) index: u32) -> VolumeCorner {
+    let clip = volume_corner(index);
+    return VolumeCorner(vec4<f32>(clip, 0.0, 1.0), volume_pixel_at(clip));
+}
+
+@vertex
+fn volume_fill_wanted(@builtin(vertex_index) index: u32) -> VolumeCorner {
+    let clip = volume_corner(index);
+    return VolumeCorner(vastex_feedback_clip(volume_scene.view, vec4<f32>(clip, 0.0, 1.0)), volume_pixel_at(clip));
+}
+
+fn volume_ray(pixel: vec2<f32>) -> VolumeRay {
+    let origin = volume_scene.origin + volume_scene.origin_x * pixel.x + volume_scene.origin_y * pixel.y;
+    let toward = volume_scene.toward + volume_scene.toward_x * pixel.x + volume_scene.toward_y * pixel.y;
+    let direction = normalize(toward) / volume_scene.voxel;
+    // Along an axis on which nothing moves a ray is inside everywhere or nowhere.
+    let still = direction == vec3<f32>(0.0);
+    let to_begin = (volume_scene.begin - origin) / direction;
+    let to_end = (volume_scene.end - origin) / direction;
+    let is_inside = (origin >= volume_scene.begin) & (origin < volume_scene.end);
+    let outside = select(vec3<f32>(1e30), vec3<f32>(-1e30), is_inside);
+    let near = select(min(to_begin, to_end), outside, still);
+    let far = select(max(to_begin, to_end), -outside, still);
+    let begin = max(max(max(near.x, near.y), near.z), 0.0);
+    return VolumeRay(origin, direction, begin, min(min(far.x, far.y), far.z));
+}
+
+fn volume_at(ray: VolumeRay, way: f32) -> vec3<f32> {
+    return ray.origin + ray.direction * way;
+}
+
+// The sides of a pixel at a way along a ray [voxels of level 0].
+fn volume_pixel(way: f32) -> vec3<f32> {
+    return vec3<f32>(volume_scene.pixel + volume_scene.pixel_growth * way) / volume_scene.voxel;
+}
+
+// How far samples of a level are apart [world].
+fn volume_step(ray: VolumeRay, id: u32, level: u32) -> f32 {
+    let voxels = abs(ray.direction) / vastex_volume_scale(id, level);
+    return volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
+}
+
+fn volume_x(channel: VolumeChannel, value: f32) -> f32 {
+    let x = clamp((value - channel.low) * channel.inverse_range, 0.0, 1.0);
+    // A power of 0 is not told everywhere.
+    return select(pow(max(x, 1e-30), channel.gamma), x, channel.gamma == 1.0 || x == 0.0);
+}
+
+// Where samples of a ray lie: the `nth` of those that are `step` apart after `base`, in the middle of its part.
+struct VolumeSteps {
+    base: f32,
+    nth: u32,
+    level: u32,
+    step: f32,
+}
+
+fn volume_front(steps: VolumeSteps) -> f32 {
+    return steps.base + f32(steps.nth) * steps.step;
+}
+
+fn volume_middle(steps: VolumeSteps) -> f32 {
+    return steps.base + (f32(steps.nth) + 0.5) * steps.step;
+}
+
+// Where samples go on at the level that is wanted there.
+fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, level: u32) -> VolumeSteps {
+    if level == before.level {
+        return before;
+    }
+    return VolumeSteps(volume_front(before), 0u, level, volume_step(ray, id, level));
+}
+
+// What is left of all samples of a channel: the largest, the smallest or their mean; and of how many.
+fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
+    var most = -1e38;
+    var least = 1e38;
+    var sum = 0.0;
+    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
+    var count = 0u;
+    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end {
+        let level = vastex_volume_level(id, volume_pixel(volume_front(steps)));
+        steps = volume_steps_on(steps, ray, id, vastex_volume_whole_level(id, level));
+        var middle = volume_middle(steps);
+        if middle >= ray.end {
+            break;
+        }
+        let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
+        let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+        // At least one, also where rounding puts it beyond the brick.
+        loop {
+            let value = volume_sample(brick, volume_at(ray, middle));
+            most = max(most, value);
+            least = min(least, value);
+            sum += value;
+            count++;
+            steps.nth++;
+            middle = volume_middle(steps);
+            if !(middle < exit) || count >= VOLUME_SAMPLES {
+                break;
+            }
+        }
+    }
+    if VOLUME_MODE == VOLUME_MIP {
+        return vec2<f32>(most, f32(count));
+    }
+    if VOLUME_MODE == VOLUME_MINIP {
+        return vec2<f32>(least, f32(count));
+    }
+    return vec2<f32>(sum / max(f32(count), 1.0), f32(count));
+}
+
+// The light of channels that are reduced each by itself.
+fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
+    var light = vec3<f32>(0.0);
+    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        let channel = volume_scene.of_channel[nth];
+        let reduced = volume_reduced(ray, channel.id);
+        if reduced.y > 0.0 {
+            light += light_from_display(channel.color * volume_x(channel, reduced.x)) * channel.opacity;
+        }
+    }
+    return light;
+}
+
+// What a ray gathers where every voxel glows and hides what is behind it: light, and what is let through. `before` says what was.
+fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
+    var light = before.rgb;
+    var through = before.a;
+    let first = volume_scene.of_channel[0].id;
+    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
+    var count = 0u;
+    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end && through > 0.0001 {
+        let level = vastex_volume_level(first, volume_pixel(volume_front(steps)));
+        steps = volume_steps_on(steps, ray, first, vastex_volume_whole_level(first, level));
+        let middle = volume_middle(steps);
+        if middle >= ray.end {
+            break;
+        }
+        // Of each sample, tau and the light of all channels times theirs.
+        var gathered: array<vec4<f32>, VOLUME_CHUNK>;
+        for (var nth = 0u; nth < VOLUME_CHUNK; nth++) {
+            gathered[nth] = vec4<f32>(0.0);
+        }
+        var samples = VOLUME_CHUNK;
+        for (var nth = 0u; nth < volume_scene.channels; nth++) {
+            let channel = volume_scene.of_channel[nth];
+            let brick = vastex_brick(channel.id, volume_scene.anchor, volume_at(ray, middle), level);
+            let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+            let color = light_from_display(channel.color);
+            var sample = 0u;
+            loop {
+                let way = middle + f32(sample) * steps.step;
+                let x = volume_x(channel, volume_sample(brick, volume_at(ray, way)));
+                let tau = -log(1.0 - min(channel.opacity * x, 0.999)) * volume_scene.density;
+                gathered[sample] += vec4<f32>(color * tau, tau);
+                sample++;
+                if sample >= samples || !(middle + f32(sample) * steps.step < exit) {
+                    break;
+                }
+            }
+            samples = min(samples, sample);
+        }
+        for (var sample = 0u; sample < samples; sample++) {
+            let tau = gathered[sample].a;
+            let passed = exp(-tau * steps.step);
+            if tau > 0.0 {
+                light += through * (1.0 - passed) * gathered[sample].rgb / tau;
+            }
+            through *= passed;
+        }
+        steps.nth += samples;
+        count += samples;
+    }
+    return vec4<f32>(light, through);
+}
+
+// What lies at a place of a brick.
+fn volume_sample(brick: VastexBrick, offset: vec3<f32>) -> f32 {
+    if VOLUME_EXACT {
+        return vastex_brick_exact(brick, offset).x;
+    }
+    return vastex_brick_sample(brick, offset).x;
+}
+
+fn volume_value(ray: VolumeRay, id: u32, way: f32) -> f32 {
+    let level = vastex_volume_level(id, volume_pixel(way));
+    let offset = volume_at(ray, way);
+    return volume_sample(vastex_brick(id, volume_scene.anchor, offset, level), offset);
+}
+
+// The first way along a ray at which a channel reaches the value of the surface; beyond its end where it never does.
+fn volume_crossing(ray: VolumeRay, id: u32) -> f32 {
+    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
+    var count = 0u;
+    var last = ray.begin;
+    var last_value = volume_value(ray, id, ray.begin);
+    if last_value >= volume_scene.iso {
+        return ray.begin;
+    }
+    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end {
+        let level = vastex_volume_level(id, volume_pixel(volume_front(steps)));
+        steps = volume_steps_on(steps, ray, id, vastex_volume_whole_level(id, level));
+        var middle = volume_middle(steps);
+        if middle >= ray.end {
+            break;
+        }
+        let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
+        let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+        loop {
+            let value = volume_sample(brick, volume_at(ray, middle));
+            if value >= volume_scene.iso {
+                return volume_refined(ray, id, vec2<f32>(last, middle), vec2<f32>(last_value, value));
+            }
+            last = middle;
+            last_value = value;
+            count++;
+            steps.nth++;
+            middle = volume_middle(steps);
+            if !(middle < exit) || count >= VOLUME_SAMPLES {
+                break;
+            }
+        }
+    }
+    return 1e30;
+}
+
+// Where between two ways, of which the second has reached it, the value of the surface is: by four halvings, then by the secant. The other
+// way round the secant would often hit it, and which half is taken then would hang on rounding.
+fn volume_refined(ray: VolumeRay, id: u32, ways: vec2<f32>, values: vec2<f32>) -> f32 {
+    var before = vec2<f32>(ways.x, values.x);
+    var after = vec2<f32>(ways.y, values.y);
+    for (var nth = 0u; nth < 4u; nth++) {
+        let way = 0.5 * (before.x + after.x);
+        let value = volume_value(ray, id, way);
+        if value >= volume_scene.iso {
+            after = vec2<f32>(way, value);
+        } else {
+            before = vec2<f32>(way, value);
+        }
+    }
+    let share = (volume_scene.iso - before.y) / max(after.y - before.y, 1e-30);
+    return mix(before.x, after.x, clamp(share, 0.0, 1.0));
+}
+
+// How steep a channel is, per length of the world, from differences of half a voxel of the level either way.
+fn volume_slope(ray: VolumeRay, id: u32, way: f32) -> vec3<f32> {
+    let level = vastex_volume_level(id, volume_pixel(way));
+    let scale = vastex_volume_scale(id, vastex_volume_whole_level(id, level));
+    let at = volume_at(ray, way);
+    // What is next to a place is in its own brick, border included: others may not be there where nobody sees them.
+    let brick = vastex_brick(id, volume_scene.anchor, at, level);
+    var slope = vec3<f32>(0.0);
+    for (var axis = 0u; axis < 3u; axis++) {
+        let one = select(vec3<f32>(0.0), scale * 0.5, vec3<bool>(axis == 0u, axis == 1u, axis == 2u));
+        let after = volume_sample(brick, at + one);
+        let before = volume_sample(brick, at - one);
+        slope += select(vec3<f32>(0.0), vec3<f32>(after - before), one > vec3<f32>(0.0));
+    }
+    return slope / (scale * volume_scene.voxel);
+}
+
+fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
+    var nearest = ray.end;
+    var light = vec3<f32>(0.0);
+    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        let channel = volume_scene.of_channel[nth];
+        let way = volume_crossing(ray, channel.id);
+        if way < nearest {
+            nearest = way;
+            let slope = volume_slope(ray, channel.id, way);
+            let steepness = length(slope);
+            let toward = normalize(ray.direction * volume_scene.voxel);
+            let lit = select(1.0, 0.2 + 0.8 * abs(dot(slope / steepness, toward)), steepness > 0.0);
+            light = light_from_display(channel.color) * lit * channel.opacity;
+        }
+    }
+    return light;
+}
+
+fn volume_slice_light(ray: VolumeRay) -> vec3<f32> {
+    var light = vec3<f32>(0.0);
+    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        let channel = volume_scene.of_channel[nth];
+        let x = volume_x(channel, volume_value(ray, channel.id, 0.0));
+        light += light_from_display(channel.color * x) * channel.opacity;
+    }
+    return light;
+}
+
+fn volume_is_inside(at: vec3<f32>) -> bool {
+    return all(at >= volume_scene.begin) && all(at < volume_scene.end);
+}
+
+@fragment
+fn volume_picture(@builtin(position) at: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<f32> {
+    let ray = volume_ray(at.xy);
+    var light = vec3<f32>(0.0);
+    if VOLUME_MODE == VOLUME_SLICE {
+        if volume_is_inside(ray.origin) {
+            light = volume_slice_light(ray);
+        }
+    } else if ray.begin < ray.end {
+        if VOLUME_MODE == VOLUME_EMISSION {
+            light = volume_emission(ray, vec4<f32>(0.0, 0.0, 0.0, 1.0)).rgb;
+        } else if VOLUME_MODE == VOLUME_ISO {
+            light = volume_surface_light(ray);
+        } else {
+            light = volume_reduced_light(ray);
+        }
+    }
+    if VOLUME_ENCODES {
+        return vec4<f32>(display_from_light(light), 1.0);
+    }
+    return vec4<f32>(light, 1.0);
+}
+
+// Where a ray stops to matter: at its end, behind what nothing shines through, or at a surface.
+fn volume_end_of_interest(ray: VolumeRay) -> f32 {
+    if VOLUME_MODE == VOLUME_ISO {
+        var end = ray.end;
+        for (var nth = 0u; nth < volume_scene.channels; nth++) {
+            end = min(end, volume_crossing(ray, volume_scene.of_channel[nth].id));
+        }
+        return end;
+    }
+    return ray.end;
+}
+
+// A ray asks for one of the bricks that it meets, another one in each frame, so that within a jitter cycle every pixel of the target has
+// asked for sixteen. Of what glows, those that hardly anything shines through to are not met.
+@fragment
+fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<u32> {
+    let ray = volume_ray(pixel);
+    let nothing = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    let first = volume_scene.of_channel[0].id;
+    if VOLUME_MODE == VOLUME_SLICE {
+        if !volume_is_inside(ray.origin) {
+            return nothing;
+        }
+        let level = vastex_volume_level(first, volume_pixel(0.0));
+        return vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, ray.origin, level);
+    }
+    if !(ray.begin < ray.end) {
+        return nothing;
+    }
+    let end = volume_end_of_interest(ray);
+    var bricks = 0u;
+    var way = ray.begin;
+    var through = vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    while way < end && bricks < 4096u && through.a > VOLUME_OPAQUE {
+        let next = volume_next_brick(ray, first, way, end);
+        if VOLUME_MODE == VOLUME_EMISSION {
+            through = volume_emission(VolumeRay(ray.origin, ray.direction, way, next), through);
+        }
+        way = next;
+        bricks++;
+    }
+    let turn = vastex_ray_turn(volume_scene.view, position, max(bricks, 1u));
+    way = ray.begin;
+    for (var nth = 0u; nth < turn; nth++) {
+        way = volume_next_brick(ray, first, way, end);
+    }
+    let next = volume_next_brick(ray, first, way, end);
+    let level = vastex_volume_level(first, volume_pixel(way));
+    return vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, volume_at(ray, 0.5 * (way + next)), level);
+}
+
+// Where a ray leaves the brick that it is in, of the level that is wanted there at mip bias 0.
+fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
+    let level = vastex_volume_level(id, volume_pixel(way));
+    // A little within, where rounding does not put it before its beginning.
+    let step = volume_step(ray, id, u32(floor(level)));
+    let within = min(way + 0.01 * step, end);
+    let box = vastex_volume_box(id, volume_scene.anchor, volume_at(ray, within), level);
+    return min(max(within + vastex_box_exit(box, volume_at(ray, within), ray.direction), way + 0.02 * step), end);
+}

@@ -1,0 +1,368 @@
+//! Pictures of volumes beside what they must be: every mode, from faces and in perspective, on several
+//! levels, in every format and with either kind of page table.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use vastex::source::{Codec, ReadError, ReadFuture, Tile};
+use vastex::{
+    Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Settings,
+    StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId, VoxelLevels,
+};
+use vastex_viewer::Gpu;
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
+use vastex_viewer::volume::{
+    VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
+};
+
+use super::volume_reference::{ArrayChannel, ArrayLevel, level_of, picture};
+
+const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Frames after which a picture must have converged.
+const PATIENCE: usize = 400;
+
+/// A volume of one channel in main memory, all levels, as the nearest values that the format holds.
+struct ArrayVolume {
+    description: Arc<Description>,
+    levels: Vec<ArrayLevel>,
+    /// Where its voxels lie, where they are not its texels.
+    voxels: Option<Arc<VoxelLevels>>,
+}
+
+impl ArrayVolume {
+    fn new(geometry: Geometry, format: LayerFormat, value: impl Fn([f64; 3]) -> f64) -> ArrayVolume {
+        let levels = geometry.levels().iter().map(|level| {
+            let scale = level.scale.map(|scale| scale as f64);
+            array_level(format, level.size, (scale, [0.0; 3]), &value)
+        });
+        let levels = levels.collect();
+        let description = Arc::new(Description::one_layer(geometry, format));
+        ArrayVolume { description, levels, voxels: None }
+    }
+
+    /// With levels as others store them: of any ratio, beginning anywhere.
+    fn stored(levels: &[StoredLevel], format: LayerFormat, value: impl Fn([f64; 3]) -> f64) -> ArrayVolume {
+        let (geometry, voxels) = VoxelLevels::new(levels, 16, 1).unwrap();
+        let finest = voxels.level(0).scale;
+        let levels = voxels.levels().iter().map(|level| {
+            let scale = std::array::from_fn(|a| level.scale[a] / finest[a]);
+            let origin = std::array::from_fn(|a| level.origin[a] / finest[a]);
+            array_level(format, level.size, (scale, origin), &value)
+        });
+        let levels = levels.collect();
+        let description = Arc::new(Description::one_layer(geometry, format));
+        ArrayVolume { description, levels, voxels: Some(Arc::new(voxels)) }
+    }
+
+    fn tile(&self, pos: PagePos) -> Option<Tile> {
+        let geometry = &self.description.geometry;
+        if !geometry.contains(pos) {
+            return None;
+        }
+        let format = self.description.layers[0].format;
+        let (bytes, [width, height, _]) = (format.texel_bytes(), geometry.tile().map(|n| n as usize));
+        let mut tile = vec![0; self.description.tile_bytes()];
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            let [nx, ny, nz] = level_box.size;
+            for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+                for x in 0..nx {
+                    let coords = if geometry.is_tail(pos) { [0; 3] } else { [pos.x, pos.y, pos.z] };
+                    let first = match &self.voxels {
+                        Some(voxels) => voxels.level(level).first_voxel(coords),
+                        None => level_box.origin,
+                    };
+                    let at: [i64; 3] = std::array::from_fn(|a| first[a] + i64::from([x, y, z][a]));
+                    let value = self.levels[usize::from(level)].voxel(at);
+                    let [tx, ty, tz] = [offset[0] + x, offset[1] + y, offset[2] + z].map(|n| n as usize);
+                    let to = ((tz * height + ty) * width + tx) * bytes;
+                    tile[to..to + bytes].copy_from_slice(&encoded(format, value));
+                }
+            }
+        }
+        Some(Tile { codec: Codec::Raw, bytes: tile.into() })
+    }
+}
+
+impl TileSource for ArrayVolume {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move { self.tile(pos).ok_or(ReadError::NoSuchTile { pos }) })
+    }
+}
+
+/// A level whose values are those of a field, as a format has them; the places are in voxels of level 0.
+fn array_level(
+    format: LayerFormat,
+    size: [u32; 3],
+    (scale, origin): ([f64; 3], [f64; 3]),
+    value: &impl Fn([f64; 3]) -> f64,
+) -> ArrayLevel {
+    let [nx, ny, nz] = size;
+    let mut values = Vec::new();
+    for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+        for x in 0..nx {
+            let middle = [x, y, z].map(|n| f64::from(n) + 0.5);
+            let value = value(std::array::from_fn(|a| origin[a] + middle[a] * scale[a]));
+            values.push(decoded(format, &encoded(format, value)));
+        }
+    }
+    ArrayLevel { size, scale, origin, values }
+}
+
+fn encoded(format: LayerFormat, value: f64) -> Vec<u8> {
+    match format {
+        LayerFormat::R8 => vec![(value * 255.0).round() as u8],
+        LayerFormat::R16 => ((value * 65535.0).round() as u16).to_le_bytes().to_vec(),
+        LayerFormat::R32Float => (value as f32).to_le_bytes().to_vec(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn decoded(format: LayerFormat, bytes: &[u8]) -> f64 {
+    match format {
+        LayerFormat::R8 => f64::from(bytes[0]) / 255.0,
+        LayerFormat::R16 => f64::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 65535.0,
+        _ => f64::from(f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]])),
+    }
+}
+
+/// Waves with detail at every level, 0 to 1.
+fn waves(phase: f64) -> impl Fn([f64; 3]) -> f64 {
+    move |[x, y, z]| {
+        let wave = (x * 0.31 + phase).sin() * (y * 0.23).cos() + (z * 0.4 + x * 0.05 + phase).sin();
+        let fine = (x * 1.7).sin() * (y * 2.1).sin() * (z * 1.3).cos();
+        (0.5 + 0.2 * wave + 0.1 * fine).clamp(0.0, 1.0)
+    }
+}
+
+/// What is drawn, and what from.
+struct World {
+    gpu: Gpu,
+    textures: Textures,
+    volumes: Vec<Arc<ArrayVolume>>,
+    ids: Vec<TextureId>,
+    of: VolumeBox,
+}
+
+fn geometry(size: [u32; 3], page: u32) -> Geometry {
+    Geometry::new(GeometrySpec { page, border: 1, ..GeometrySpec::volume(size) }).unwrap()
+}
+
+impl World {
+    fn new(
+        geometry: &Geometry,
+        format: LayerFormat,
+        channels: usize,
+        slots: u64,
+        table: TableChoice,
+    ) -> World {
+        let volume = |nth: usize| Arc::new(ArrayVolume::new(geometry.clone(), format, waves(nth as f64)));
+        World::of((0..channels).map(volume).collect(), slots, table)
+    }
+
+    fn of(volumes: Vec<Arc<ArrayVolume>>, slots: u64, table: TableChoice) -> World {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let size = volumes[0].description.geometry.size();
+        let bytes = Some(slots * volumes[0].description.tile_bytes() as u64);
+        let pools = PoolSettings {
+            default_pool: PoolTuning { bytes, ..PoolTuning::default() },
+            ..PoolSettings::default()
+        };
+        let pace = Pace::LockStep { latency_frames: 1 };
+        let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let mut add = |volume: &Arc<ArrayVolume>| {
+            let voxels = volume.voxels.clone();
+            let own = TextureSettings { page_table: table, voxels, ..TextureSettings::default() };
+            let prepared = textures.preparer().read_blocking(volume.clone(), own).unwrap();
+            textures.add(prepared).unwrap()
+        };
+        let ids = volumes.iter().map(&mut add).collect();
+        let of = VolumeBox { size, voxel: DVec3::new(1.0, 1.0, 1.5) };
+        World { gpu, textures, volumes, ids, of }
+    }
+
+    fn desc(&self, mode: VolumeMode) -> VolumeDesc {
+        let colors = [Vec3::ONE, Vec3::new(1.0, 0.3, 0.1), Vec3::new(0.2, 0.5, 1.0)];
+        let is_one = self.ids.len() == 1;
+        let channel = |(nth, id): (usize, &TextureId)| VolumeChannel {
+            color: colors[if is_one { 0 } else { nth % 3 }],
+            range: [0.1, 0.9],
+            opacity: if mode == VolumeMode::Emission { 0.3 } else { 1.0 },
+            ..VolumeChannel::new(*id)
+        };
+        let channels = self.ids.iter().enumerate().map(channel).collect();
+        VolumeDesc { mode, iso: 0.62, ..VolumeDesc::new(self.of, channels) }
+    }
+
+    /// The converged picture, and the frames that it took.
+    fn drawn(&mut self, desc: VolumeDesc, view: VolumeView, size: [u32; 2]) -> (Vec<[u8; 4]>, usize) {
+        let renderer = VolumeRenderer::new(&self.gpu, &mut self.textures, desc, PICTURE).unwrap();
+        let canvas = Canvas::new(&self.gpu, size, PICTURE, TargetKind::Direct);
+        let mut frames = 0;
+        let held = vastex::JITTER_CYCLE as usize + 4;
+        loop {
+            let is_last = frames > held && self.textures.stats().converged;
+            assert!(frames < PATIENCE, "not converged: {:?}", self.textures.stats());
+            let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: view }];
+            let pictures = if is_last { Pictures::Always } else { Pictures::ForFeedback };
+            let frame = Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
+            let (gpu, target) = (&self.gpu, canvas.target());
+            let encoder = frame.record(gpu, &mut self.textures, &renderer, &target, |_, _| Ok(())).unwrap();
+            frames += 1;
+            if !is_last {
+                gpu.queue.submit([encoder.finish()]);
+                continue;
+            }
+            let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
+            let timeout = Some(std::time::Duration::from_secs(300));
+            gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();
+            let bytes = read.take().unwrap().unwrap();
+            return (bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect(), frames);
+        }
+    }
+
+    fn arrays(&self, desc: &VolumeDesc) -> Vec<ArrayChannel<'_>> {
+        desc.channels.iter().zip(&self.volumes).map(|(channel, volume)| (*channel, &*volume.levels)).collect()
+    }
+
+    /// The share of pixels within so many codes of the reference, and the largest difference.
+    fn compare(&mut self, desc: VolumeDesc, view: VolumeView, size: [u32; 2], most: f64) -> (f64, f64) {
+        let (drawn, _) = self.drawn(desc.clone(), view, size);
+        let expected = picture(&desc, &self.arrays(&desc), &view, size);
+        let difference = |(drawn, expected): (&[u8; 4], &[f64; 3])| {
+            (0..3).map(|c| (f64::from(drawn[c]) - expected[c]).abs()).fold(0.0, f64::max)
+        };
+        let differences: Vec<f64> = drawn.iter().zip(&expected).map(difference).collect();
+        let within = differences.iter().filter(|d| **d <= most).count() as f64 / drawn.len() as f64;
+        assert!(expected.iter().any(|p| p[0] > 60.0), "there is something to be seen");
+        (within, differences.iter().copied().fold(0.0, f64::max))
+    }
+}
+
+#[test]
+fn every_mode_from_every_face_is_the_reference() {
+    let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
+    for (nth, face) in VolumeFace::ALL.into_iter().enumerate() {
+        let mode = VolumeMode::ALL[nth % 5];
+        let [right, down, _] = face.axes();
+        let size = glam::UVec3::from_array(world.of.size).as_dvec3();
+        let size = [right, down].map(|axis| axis.dot(size).abs() as u32);
+        let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
+        let (within, most) = world.compare(desc, VolumeView::Face(face), size, 2.0);
+        assert!(within >= 0.999, "{face} {mode:?}, blended exactly: {within}, up to {most}");
+        let (within, most) = world.compare(world.desc(mode), VolumeView::Face(face), size, 4.0);
+        assert!(within >= 0.99, "{face} {mode:?} by the device's filter: {within}, up to {most}");
+    }
+}
+
+#[test]
+fn three_channels_add_their_light() {
+    let mut world =
+        World::new(&geometry([40, 36, 28], 16), LayerFormat::R32Float, 3, 400, TableChoice::BySize);
+    for mode in [VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso] {
+        let desc = VolumeDesc { is_exact: true, step: 1.0 / 3.0, ..world.desc(mode) };
+        let (within, most) = world.compare(desc, VolumeView::Face(VolumeFace::PlusZ), [40, 36], 2.0);
+        assert!(within >= 0.999, "{mode:?}: {within}, up to {most}");
+    }
+}
+
+#[test]
+fn small_pictures_are_drawn_from_coarse_levels() {
+    let mut world = World::new(&geometry([70, 60, 50], 16), LayerFormat::R8, 1, 300, TableChoice::Hashed);
+    world.of.voxel = DVec3::ONE;
+    for size in [[35, 30], [24, 20], [100, 90]] {
+        let view = VolumeView::Face(VolumeFace::PlusZ);
+        let desc = VolumeDesc { is_exact: true, ..world.desc(VolumeMode::Average) };
+        let pixel = view.rays(&world.of, size).pixel;
+        let level = level_of(&world.of, &world.volumes[0].levels, pixel);
+        let (within, most) = world.compare(desc, view, size, 2.0);
+        assert!(within >= 0.999, "{size:?}, level {level}: {within}, up to {most}");
+        assert_eq!(level, usize::from(size[0] < 70), "the sizes are on both sides of a level");
+    }
+}
+
+/// Ratios of 3.02, 1 and 2.5, levels that begin elsewhere: bricks are cut by whole factors all the same.
+#[test]
+fn levels_of_any_ratio_lie_where_the_file_says() {
+    let level = |size, scale, origin| StoredLevel { size, scale, origin };
+    let stored = [
+        level([145, 60, 50], [1.0; 3], [0.0; 3]),
+        level([48, 60, 20], [145.0 / 48.0, 1.0, 2.5], [0.0, 0.0, 0.25]),
+        level([16, 20, 7], [145.0 / 16.0, 3.0, 7.0], [0.0, 0.0, 0.5]),
+    ];
+    for (table, size, level) in [
+        (TableChoice::Direct, [145, 60], 0),
+        (TableChoice::Direct, [36, 15], 1),
+        (TableChoice::Hashed, [36, 15], 1),
+        (TableChoice::Hashed, [14, 6], 2),
+    ] {
+        let volume = ArrayVolume::stored(&stored, LayerFormat::R16, waves(0.0));
+        let is_aligned = |level: &vastex::VoxelLevel| level.is_aligned;
+        assert!(!volume.voxels.as_ref().unwrap().levels().iter().all(is_aligned));
+        let mut world = World::of(vec![Arc::new(volume)], 400, table);
+        world.of.voxel = DVec3::ONE;
+        let view = VolumeView::Face(VolumeFace::PlusZ);
+        let pixel = view.rays(&world.of, size).pixel;
+        assert_eq!(level_of(&world.of, &world.volumes[0].levels, pixel), level);
+        let desc = VolumeDesc { is_exact: true, ..world.desc(VolumeMode::Average) };
+        let (within, most) = world.compare(desc, view, size, 2.0);
+        assert!(within >= 0.999, "level {level}, {table:?}: {within}, up to {most}");
+    }
+}
+
+#[test]
+fn slices_are_the_voxels() {
+    let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R8, 1, 200, TableChoice::BySize);
+    for (axis, voxel, size) in [(2, 13, [40, 36]), (1, 35, [40, 28]), (0, 0, [36, 28])] {
+        let desc = world.desc(VolumeMode::Mip);
+        let (within, most) = world.compare(desc, VolumeView::Slice { axis, voxel }, size, 1.0);
+        assert_eq!(within, 1.0, "across {axis}: up to {most}");
+    }
+}
+
+#[test]
+fn a_camera_around_it_sees_the_reference() {
+    let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
+    let camera = VolumeCamera::around(&world.of, DVec3::new(1.0, 0.7, 0.5), DVec3::Z);
+    for mode in [VolumeMode::Emission, VolumeMode::Mip] {
+        let (view, size) = (VolumeView::Around(camera), [64, 48]);
+        let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
+        let (drawn, _) = world.drawn(desc.clone(), view, size);
+        let expected = picture(&desc, &world.arrays(&desc), &view, size);
+        let squares: f64 = drawn
+            .iter()
+            .zip(&expected)
+            .flat_map(|(d, e)| (0..3).map(move |c| (f64::from(d[c]) - e[c]).powi(2)))
+            .sum();
+        let psnr = 10.0 * (255.0f64.powi(2) / (squares / (3 * drawn.len()) as f64)).log10();
+        assert!(psnr >= 40.0, "{mode:?}: {psnr} dB");
+    }
+}
+
+#[test]
+fn a_pool_that_is_too_small_makes_a_coarser_picture() {
+    // 27 bricks on level 0 and 8 on level 1, in 12 slots.
+    let mut world = World::new(&geometry([48, 48, 48], 16), LayerFormat::R8, 1, 12, TableChoice::BySize);
+    let desc = world.desc(VolumeMode::Average);
+    let (drawn, _) = world.drawn(desc.clone(), VolumeView::Face(VolumeFace::PlusZ), [48, 48]);
+    let (before, frames) = (world.textures.stats(), 40);
+    assert!(drawn.iter().all(|pixel| pixel[0] > 0 && pixel[3] == 255));
+    // A camera that does not move loads nothing anew.
+    let renderer = VolumeRenderer::new(&world.gpu, &mut world.textures, desc, PICTURE).unwrap();
+    let canvas = Canvas::new(&world.gpu, [48, 48], PICTURE, TargetKind::Direct);
+    for _ in 0..frames {
+        let pose = VolumeView::Face(VolumeFace::PlusZ);
+        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
+        let pictures = Pictures::ForFeedback;
+        let frame = Frame { views: &views, expected: None, picture: [48, 48], has_feedback: true, pictures };
+        let (gpu, target) = (&world.gpu, canvas.target());
+        let encoder = frame.record(gpu, &mut world.textures, &renderer, &target, |_, _| Ok(())).unwrap();
+        gpu.queue.submit([encoder.finish()]);
+    }
+    let after = world.textures.stats();
+    assert_eq!(before.pager.loaded, after.pager.loaded, "{after:?}");
+}

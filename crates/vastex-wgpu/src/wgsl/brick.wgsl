@@ -1,0 +1,118 @@
+// Bricks: one lookup finds where the voxels of a box lie, for as many samples as fall into it.
+
+// A box of a volume. The first and the last boxes along an axis go on beyond the edge.
+struct VastexBox {
+    begin: vec3<f32>,     // [offsets from the anchor, in voxels of level 0]
+    end: vec3<f32>,
+}
+
+// A box of a volume, and where the voxels lie that are shown in it: those of its own brick, or of the finest resident one that covers it.
+struct VastexBrick {
+    is_known: bool,       // whether the id named a volume
+    wanted: u32,          // the level that was looked up, the mip bias included
+    shown: u32,           // the level whose voxels are there, that or a coarser one
+    page: vec3<u32>,      // the brick that was looked up; 0,0,0 in the tail
+    box: VastexBox,       // for which this holds
+    origin: vec3<u32>,    // in the atlas: the slot's first voxel
+    scale: vec3<f32>,     // voxels of the shown level along one of level 0
+    base: vec3<f32>,      // place in the slot [voxels] = base + offset * scale
+    low: vec3<f32>,       // where its voxels begin and end there, border included
+    high: vec3<f32>,
+}
+
+// The box of a brick of a level; all of the volume where that is in the tail.
+fn vastexi_box(volume: VastexiVolume, anchor: vec3<u32>, number: u32, page: vec3<u32>) -> VastexBox {
+    let least = vec3<f32>(-1e30);
+    let most = vec3<f32>(1e30);
+    if number >= volume.tail_level {
+        return VastexBox(least, most);
+    }
+    let level = vastexi_volume_level(volume, number);
+    let side = level.texel_scale * volume.page;
+    let first = page * side;
+    let begin = vec3<f32>(vec3<i32>(first) - vec3<i32>(anchor));
+    let is_last = first + side >= volume.size;
+    return VastexBox(select(begin, least, page == vec3<u32>(0u)), select(begin + vec3<f32>(side), most, is_last));
+}
+
+// The brick of an entry of the page table that was looked up for `page` of `wanted`, a level finer than the tail, or of any level in the
+// tail.
+fn vastexi_brick_of_entry(
+    volume: VastexiVolume,
+    pool: VastexiPool,
+    anchor: vec3<u32>,
+    texel: vec3<u32>,
+    wanted: u32,
+    page: vec3<u32>,
+    entry: u32,
+) -> VastexBrick {
+    let shown = entry >> VASTEXI_ENTRY_SLOT_BITS;
+    let slot = entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
+    let level = vastexi_volume_level(volume, shown);
+    let at = vastexi_volume_anchor(level, anchor);
+    var voxel = at.voxel;
+    var low = vec3<i32>(0);
+    var high = vec3<i32>(i32(volume.page + (2u * volume.border)));
+    if shown < volume.tail_level {
+        voxel -= vastexi_first_voxel(volume, shown, vastexi_brick_page(volume, level, texel));
+    } else {
+        voxel += level.base;
+        low = level.base - i32(volume.border);
+        if !volume.is_aligned {
+            low = bitcast<vec3<i32>>(vastexi_volume_word(volume, shown, 4u).xyz);
+        }
+        high = low + vec3<i32>((volume.size - 1u) / level.texel_scale + 1u) + i32(2u * volume.border);
+    }
+    let base = vec3<f32>(voxel) + at.fraction;
+    // A slot's place: as vastexi_place_in_slot has it.
+    let row = u32((f32(slot) + 0.5) * pool.inverse_slots.x);
+    let layer = u32((f32(row) + 0.5) * pool.inverse_slots.y);
+    let cell = vec3<u32>(slot - (row * pool.slots.x), row - (layer * pool.slots.y), layer);
+    let origin = cell * vec3<u32>(pool.tile, pool.depth);
+    let box = vastexi_box(volume, anchor, wanted, page);
+    let first = vec3<f32>(low) + 0.5;
+    let last = vec3<f32>(high) - 0.5;
+    return VastexBrick(true, wanted, shown, page, box, origin, level.inverse_scale, base, first, last);
+}
+
+// Where a place lies in the slot of a brick [voxels].
+fn vastexi_brick_voxel(brick: VastexBrick, offset: vec3<f32>) -> vec3<f32> {
+    return clamp(brick.base + offset * brick.scale, brick.low, brick.high);
+}
+
+// How far a ray from `offset` along `direction` goes until it leaves the box of a brick, in lengths of `direction`: at least 0.
+fn vastex_brick_exit(brick: VastexBrick, offset: vec3<f32>, direction: vec3<f32>) -> f32 {
+    return vastex_box_exit(brick.box, offset, direction);
+}
+
+// The same for a box by itself.
+fn vastex_box_exit(box: VastexBox, offset: vec3<f32>, direction: vec3<f32>) -> f32 {
+    let sides = select(box.begin, box.end, direction > vec3<f32>(0.0));
+    let ways = (sides - offset) / direction;
+    // Along an axis on which nothing moves there is no way out.
+    let reached = select(ways, vec3<f32>(1e30), direction == vec3<f32>(0.0));
+    return max(min(min(reached.x, reached.y), reached.z), 0.0);
+}
+
+// Which of `count` bricks that a ray meets it asks for in this frame: 0 to `count` - 1, the next one in the next frame; neighbours ask for
+// others. `position` is @builtin(position) in a feedback pass.
+fn vastex_ray_turn(view: u32, position: vec4<f32>, count: u32) -> u32 {
+    let cell = vec2<u32>(position.xy) / vastexi_views[view].cell;
+    return (cell.x + (3u * cell.y) + vastexi_views[view].frame) % count;
+}
+
+// Feedback for a place in a volume, at a level as vastex_volume_level gives it.
+fn vastexi_brick_feedback(volume: VastexiVolume, anchor: vec3<u32>, offset: vec3<f32>, lambda: f32) -> vec4<u32> {
+    if !volume.is_known {
+        return vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    }
+    let steps = u32(floor(min(max(lambda, volume.finest), volume.coarsest) * f32(VASTEX_STEPS_PER_LEVEL)));
+    let number = min(steps / VASTEX_STEPS_PER_LEVEL, volume.tail_level);
+    let eighth = min(steps - (number * VASTEX_STEPS_PER_LEVEL), VASTEX_STEPS_PER_LEVEL - 1u);
+    var page = vec3<u32>(0u);
+    if number < volume.tail_level {
+        let level = vastexi_volume_level(volume, number);
+        page = vastexi_brick_page(volume, level, vastexi_volume_texel(volume, anchor, offset));
+    }
+    return vec4<u32>(vastexi_brick_id(volume.number, page, number), eighth, VASTEX_FEEDBACK_WANTED);
+}
