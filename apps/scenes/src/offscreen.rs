@@ -26,6 +26,7 @@ use vastex_viewer::{
 };
 
 mod costs;
+mod parts;
 
 pub use costs::{CostsBeside, DrawCosts};
 

@@ -219,10 +219,13 @@ pub(crate) struct SceneArgs {
     pub(crate) heights: heights::HeightArgs,
     #[command(flatten)]
     pub(crate) planet: planet::PlanetArgs,
-    /// Size of the picture in pixels. By default 1280x720; a window has the size that it had when it was
-    /// closed last
+    /// Size of the picture in pixels, up to 65536 a side; one that is larger than any texture of the device
+    /// is drawn in parts. By default 1280x720; a window has the size that it had when it was closed last
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
+    /// Draw pictures in parts of at most so many pixels a side, to see that their edges are not seen
+    #[arg(long, value_name = "N", hide = true, value_parser = clap::value_parser!(u32).range(16..))]
+    pub(crate) part_side: Option<u32>,
     /// GPU memory for tiles, in MiB, whatever the settings say; too little makes the picture coarser. By
     /// default as much as a picture of this size needs
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]

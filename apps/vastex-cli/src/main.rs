@@ -13,6 +13,7 @@ mod gpu;
 mod link;
 mod open;
 mod output;
+mod parts;
 mod pictures;
 mod planet;
 mod progress;

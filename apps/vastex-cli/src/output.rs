@@ -8,7 +8,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use vastex_scenes::Picture;
 
 /// A place for a file, found writable.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Output {
     target: PathBuf,
     /// Beside the target, so that it can be renamed to it.
@@ -78,6 +78,26 @@ impl Output {
         Ok(Ok(bytes))
     }
 
+    /// Begins the picture of so many pixels as PNG, whose rows are written as they come.
+    pub(crate) fn png_rows(&self, size: [u32; 2]) -> Result<PngRows> {
+        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp);
+        let file = opened.map_err(|error| self.refusal(&error))?;
+        let buffered = io::BufWriter::with_capacity(1 << 20, file);
+        let writer = encoder(buffered, size).write_header().and_then(png::Writer::into_stream_writer);
+        Ok(PngRows {
+            writer: Some(writer.map_err(|error| self.refusal_of_png(error))?),
+            output: self.clone(),
+        })
+    }
+
+    /// What to say where a picture cannot be written.
+    fn refusal_of_png(&self, error: png::EncodingError) -> anyhow::Error {
+        match error {
+            png::EncodingError::IoError(error) => self.refusal(&error),
+            error => anyhow!("{}: cannot be written: {error}", self.target.display()),
+        }
+    }
+
     fn write_temp(&self, bytes: &[u8]) -> io::Result<()> {
         OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)?.write_all(bytes)
     }
@@ -105,16 +125,64 @@ fn remedy(error: &io::Error) -> &'static str {
 /// The colours of a picture as PNG.
 pub(crate) fn encode(picture: &Picture) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, picture.size[0], picture.size[1]);
+    let mut writer = encoder(&mut bytes, picture.size).write_header()?;
+    writer.write_image_data(&colours(&picture.rgba))?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// A picture that is written row by row. What is not finished is removed.
+pub(crate) struct PngRows {
+    output: Output,
+    writer: Option<png::StreamWriter<'static, io::BufWriter<fs::File>>>,
+}
+
+impl PngRows {
+    /// Writes the colours of the next rows; what the texture does not cover shows the background.
+    pub(crate) fn add(&mut self, rows: &Picture) -> Result<()> {
+        let Some(writer) = &mut self.writer else { return Ok(()) };
+        for row in rows.rgba.chunks_exact(rows.size[0] as usize * 4) {
+            let written = writer.write_all(&colours(row));
+            written.map_err(|error| self.output.refusal(&error))?;
+        }
+        Ok(())
+    }
+
+    /// Puts the file in its place, once all rows are written.
+    pub(crate) fn finish(mut self) -> Result<()> {
+        let Some(mut writer) = self.writer.take() else { return Ok(()) };
+        let flushed = writer.flush();
+        let finished = writer.finish().map_err(|error| self.output.refusal_of_png(error));
+        let done = flushed.and_then(|()| fs::rename(&self.output.temp, &self.output.target));
+        let done = finished.and_then(|()| done.map_err(|error| self.output.refusal(&error)));
+        if done.is_err() {
+            // Where it cannot be removed either, the first error says more.
+            let _ = fs::remove_file(&self.output.temp);
+        }
+        done
+    }
+}
+
+impl Drop for PngRows {
+    fn drop(&mut self) {
+        if let Some(writer) = self.writer.take() {
+            drop(writer);
+            let _ = fs::remove_file(&self.output.temp);
+        }
+    }
+}
+
+fn encoder<W: Write>(writer: W, [width, height]: [u32; 2]) -> png::Encoder<'static, W> {
+    let mut encoder = png::Encoder::new(writer, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_compression(png::Compression::Fast);
-    let rgb: Vec<u8> =
-        picture.rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect();
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(&rgb)?;
-    writer.finish()?;
-    Ok(bytes)
+    encoder
+}
+
+/// Red, green and blue of each pixel.
+fn colours(rgba: &[u8]) -> Vec<u8> {
+    rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect()
 }
 
 #[cfg(test)]

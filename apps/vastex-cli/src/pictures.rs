@@ -10,7 +10,7 @@ use anyhow::{Context, Result, bail};
 use vastex_scenes::Picture;
 
 use crate::args::{PictureFormat, RenderArgs};
-use crate::output::Output;
+use crate::output::{Output, PngRows};
 
 /// The most digits of a number in a file's name.
 const MOST_DIGITS: usize = 9;
@@ -59,11 +59,49 @@ impl PictureOutput {
         }
     }
 
+    /// Begins a picture of a path, counted from 0, or the last one, whose rows come one after the other.
+    pub(crate) fn rows(&mut self, number: u64, size: [u32; 2]) -> Result<PictureRows<'_>> {
+        Ok(match self {
+            PictureOutput::Nothing => PictureRows::Nothing,
+            PictureOutput::Last(output) => PictureRows::Png(Box::new(output.png_rows(size)?)),
+            PictureOutput::Numbered(name) => {
+                PictureRows::Png(Box::new(Output::at(&name.path(number))?.png_rows(size)?))
+            }
+            PictureOutput::Raw(frames) => PictureRows::Raw(frames),
+        })
+    }
+
     /// Writes the last picture, where that is the one that is wanted.
     pub(crate) fn write_last(&self, picture: impl FnOnce() -> Result<Picture>) -> Result<()> {
         match self {
             PictureOutput::Last(output) => output.write_picture(&picture()?),
             _ => Ok(()),
+        }
+    }
+}
+
+/// A picture whose rows are written as they come.
+pub(crate) enum PictureRows<'a> {
+    Nothing,
+    Png(Box<PngRows>),
+    Raw(&'a mut RawFrames),
+}
+
+impl PictureRows<'_> {
+    /// Writes the next rows. Breaks where nobody reads any more.
+    pub(crate) fn add(&mut self, rows: &Picture) -> Result<ControlFlow<()>> {
+        match self {
+            PictureRows::Nothing => Ok(ControlFlow::Continue(())),
+            PictureRows::Png(png) => png.add(rows).map(ControlFlow::Continue),
+            PictureRows::Raw(frames) => frames.write(rows),
+        }
+    }
+
+    /// Puts the picture in its place.
+    pub(crate) fn finish(self) -> Result<()> {
+        match self {
+            PictureRows::Png(png) => png.finish(),
+            PictureRows::Nothing | PictureRows::Raw(_) => Ok(()),
         }
     }
 }

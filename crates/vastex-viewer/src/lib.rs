@@ -33,7 +33,7 @@ pub use layers::{
 };
 pub use link::{Link, LinkError};
 pub use overlay::{Overlay, OverlayRenderer};
-pub use picture::{Picture, side_by_side};
+pub use picture::{Picture, PicturePart, side_by_side};
 pub use scene::{Scene, direction};
 pub use stage::{Target, depth_view};
 pub use surface::shaders;

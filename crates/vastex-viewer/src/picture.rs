@@ -1,4 +1,6 @@
-//! Pictures that have been drawn, as bytes.
+//! Pictures that have been drawn, as bytes, and parts of pictures that are drawn on their own.
+
+use glam::{DMat4, DVec2, DVec4, Mat4};
 
 /// A picture: RGBA, 8 bits each, row by row. An alpha of 0 says that the texture does not cover the pixel.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -7,6 +9,55 @@ pub struct Picture {
     pub size: [u32; 2],
     /// Four bytes for each pixel.
     pub rgba: Vec<u8>,
+}
+
+/// A part of a picture that is drawn on its own, as it is seen in the whole: by the same camera, at the same
+/// levels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PicturePart {
+    /// Width and height of the whole, in pixels.
+    pub whole: [u32; 2],
+    /// Column and row of the part's first pixel in the whole; it may lie before it.
+    pub at: [i64; 2],
+    /// Width and height of the part, which may reach beyond the whole.
+    pub size: [u32; 2],
+}
+
+impl PicturePart {
+    /// All of a picture.
+    pub fn all(size: [u32; 2]) -> PicturePart {
+        PicturePart { whole: size, at: [0; 2], size }
+    }
+
+    /// From places of the part, -1 to 1 to the right and upwards, to those of the whole: what they are
+    /// multiplied by, and then what is added.
+    pub(crate) fn whole_from_part(&self) -> [DVec2; 2] {
+        let sides = |sides: [u32; 2]| DVec2::from(sides.map(f64::from));
+        let (whole, size) = (sides(self.whole), sides(self.size));
+        let at = DVec2::new(self.at[0] as f64, self.at[1] as f64);
+        let middle = (2.0 * at + size) / whole - 1.0;
+        [size / whole, DVec2::new(middle.x, -middle.y)]
+    }
+
+    /// A matrix to the clip space of the whole, to that of the part.
+    pub(crate) fn cropped(&self, clip_from_world: Mat4) -> Mat4 {
+        if *self == PicturePart::all(self.whole) {
+            return clip_from_world;
+        }
+        (self.clip_from_whole() * clip_from_world.as_dmat4()).as_mat4()
+    }
+
+    /// From the clip space of the whole to that of the part.
+    pub(crate) fn clip_from_whole(&self) -> DMat4 {
+        let [scale, offset] = self.whole_from_part();
+        let shift = -offset / scale;
+        DMat4::from_cols(
+            DVec4::new(1.0 / scale.x, 0.0, 0.0, 0.0),
+            DVec4::new(0.0, 1.0 / scale.y, 0.0, 0.0),
+            DVec4::Z,
+            DVec4::new(shift.x, shift.y, 0.0, 1.0),
+        )
+    }
 }
 
 /// Puts pictures of the same size side by side and cuts what is beyond `size`.
@@ -27,6 +78,29 @@ pub fn side_by_side(pictures: &[Picture], size: [u32; 2]) -> Picture {
 mod tests {
     use super::*;
     use crate::camera::Views;
+
+    #[test]
+    fn a_part_is_seen_where_it_is_in_the_whole() {
+        let whole = [1000, 700];
+        let part = PicturePart { whole, at: [-32, 600], size: [300, 128] };
+        let clip = |pixel: DVec2, at: DVec2, size: [u32; 2]| {
+            let place = (pixel - at) / DVec2::from(size.map(f64::from)) * 2.0 - 1.0;
+            DVec2::new(place.x, -place.y)
+        };
+        for pixel in [DVec2::new(-32.0, 600.0), DVec2::new(17.5, 650.25), DVec2::new(268.0, 728.0)] {
+            let seen = clip(pixel, DVec2::new(-32.0, 600.0), part.size);
+            let in_whole = clip(pixel, DVec2::ZERO, whole);
+            let [scale, offset] = part.whole_from_part();
+            assert!((seen * scale + offset).distance(in_whole) < 1e-12, "{pixel}");
+            // Whatever is farther away has a larger w.
+            let w = 3.5;
+            let clipped = part.clip_from_whole() * (in_whole * w).extend(0.25).extend(w);
+            assert!((clipped.truncate().truncate() / w).distance(seen) < 1e-12, "{pixel}");
+            assert_eq!((clipped.z, clipped.w), (0.25, w));
+        }
+        assert_eq!(PicturePart::all(whole).whole_from_part(), [DVec2::ONE, DVec2::ZERO]);
+        assert_eq!(PicturePart::all(whole).clip_from_whole(), DMat4::IDENTITY);
+    }
 
     #[test]
     fn pictures_side_by_side_fill_the_size_whatever_it_is() {

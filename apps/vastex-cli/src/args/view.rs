@@ -79,7 +79,7 @@ pub(crate) struct ViewArgs {
     #[arg(long, requires = "files", conflicts_with = "compare_mode")]
     pub(crate) side_by_side: bool,
     /// Open no window: write what it would show first, once everything in view is loaded, as PNG, and end.
-    /// Needs no display. Of an image it may be larger than any texture: it is drawn in parts
+    /// Needs no display. It may be larger than any texture: then it is drawn in parts
     #[arg(long, value_name = "OUT.png", conflicts_with_all = ["times", "exit_after_frames", "camera_path"])]
     pub(crate) screenshot: Option<PathBuf>,
     /// With --screenshot, show what the machine does beside the picture, as U does in the window

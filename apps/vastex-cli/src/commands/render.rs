@@ -1,6 +1,8 @@
 //! `vastex render`: a scene without a window, its last picture or all of a path, and figures about the run.
 
-use std::collections::BTreeMap;
+mod in_parts;
+mod troubles;
+
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
@@ -9,8 +11,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use vastex::diagnostics::{FrameStats, PoolDump};
 use vastex::prefetch::PrefetchSets;
-use vastex::{Event, Pace, PageId, PoolId, Settings, Textures, TileSource};
-use vastex_core::Dims;
+use vastex::{Event, Pace, Settings, Textures, TileSource};
 use vastex_scenes::{
     Comparison, Gpu, Offscreen, OffscreenError, Outcome, Path as CameraPath, Picture, Pose, ReferenceKind,
     Scene, Until, headless_gpu,
@@ -26,7 +27,8 @@ use crate::open::Opened;
 use crate::output::Output;
 use crate::pictures::{NumberedName, PictureOutput};
 use crate::telemetry::StatsExport;
-use crate::{disk_cache, gpu, open, report, shortage};
+use crate::{disk_cache, gpu, open, report};
+pub(crate) use troubles::Troubles;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
@@ -44,20 +46,30 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     let scene = motion.scene(args.scene.scene());
+    if let Some(most) = in_parts::most_side(args, &gpu) {
+        let pictures = &mut outputs.pictures;
+        let drawn = in_parts::run(args, (&motion, scene), &gpu, (tiles, &over), (pictures, most));
+        return Ok(exit_code(args, &drawn.context(source.clone())?));
+    }
     let mut offscreen =
         offscreen_on(scene, args, frame_settings(args)?, &gpu, (tiles, &over)).context(source.clone())?;
     sets.map(|sets| offscreen.prefetch_by(sets)).transpose().context(source.clone())?;
     let outcome = draw(args, &motion, &mut offscreen, &mut outputs, (disk.as_deref(), gpu.adapter_name()));
     let outcome = outcome.context(source.clone())?;
+    Ok(exit_code(args, &outcome))
+}
+
+/// How the program ends after a run. What is missing is said.
+fn exit_code(args: &RenderArgs, outcome: &Outcome) -> ExitCode {
     if args.frames.is_some() || outcome.converged {
-        return Ok(ExitCode::SUCCESS);
+        return ExitCode::SUCCESS;
     }
-    let missing = outcome.stats.pager.missing;
+    let (source, missing) = (args.scene.source.display(), outcome.stats.pager.missing);
     report::say(&format!(
         "error: {source}: not converged, {missing} pages are missing; try a larger --upload-kib-per-frame or fewer \
          --latency-frames"
     ));
-    Ok(ExitCode::FAILURE)
+    ExitCode::FAILURE
 }
 
 /// What a scene without a window is set up with.
@@ -168,6 +180,17 @@ impl Motion {
         }
     }
 
+    /// Where the camera is in each frame of a scene.
+    fn poses<'a>(&'a self, args: &RenderArgs, offscreen: &Offscreen) -> impl Fn(u64) -> Pose + use<'a> {
+        let (scene, image) = (offscreen.renderer().scene(), offscreen.renderer().image_aspect());
+        let still = args.scene.pose(offscreen.image_size());
+        move |frame| match self {
+            Motion::BuiltIn(CameraPath::Still) => still.unwrap_or_else(|| Pose::first(scene)),
+            Motion::BuiltIn(path) => path.pose(scene, image, frame),
+            Motion::Written(path) => path.pose_of_frame(frame),
+        }
+    }
+
     fn frames(&self) -> u64 {
         match self {
             Motion::BuiltIn(path) => path.frames(),
@@ -199,11 +222,7 @@ fn draw(
     outputs: &mut Outputs,
     (disk, adapter): (Option<&DiskTier>, String),
 ) -> Result<Outcome> {
-    let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
-    let files = std::iter::once(&*args.scene.source).chain(args.scene.files_over());
-    for (texture, file) in shown.into_iter().zip(files) {
-        offscreen.textures_mut().texture_mut(texture)?.set_name(file.display().to_string());
-    }
+    name_textures(args, offscreen)?;
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     if outputs.trace.is_some() {
         offscreen.textures_mut().trace().record();
@@ -240,15 +259,31 @@ fn draw(
         report.write(args, offscreen, &said, (&outcome, &told, usage.as_ref()))?;
     }
     summary.pools = usage.filter(|_| args.dump_pools);
+    print_summary(args, &summary)?;
+    Ok(outcome)
+}
+
+/// Gives textures the names of their files.
+fn name_textures(args: &RenderArgs, offscreen: &mut Offscreen) -> Result<()> {
+    let shown: Vec<_> = offscreen.textures().inspect().textures().collect();
+    let files = std::iter::once(&*args.scene.source).chain(args.scene.files_over());
+    for (texture, file) in shown.into_iter().zip(files) {
+        offscreen.textures_mut().texture_mut(texture)?.set_name(file.display().to_string());
+    }
+    Ok(())
+}
+
+/// Prints how a run went.
+fn print_summary(args: &RenderArgs, summary: &Summary) -> Result<()> {
     match args.json {
-        true => report::print_json(&summary)?,
+        true => report::print_json(summary),
         // Pictures go there.
         false if args.output.as_deref().is_some_and(|output| output.as_os_str() == "-") => {
             report::say(&summary.text());
+            Ok(())
         }
-        false => report::print(&summary.text())?,
+        false => report::print(&summary.text()),
     }
-    Ok(outcome)
 }
 
 /// Plays the path to its end, or so many frames as are asked for.
@@ -275,13 +310,7 @@ fn draw_sequence(
     pictures: &mut PictureOutput,
     mut watch: impl FnMut(&Textures, Vec<Event>),
 ) -> Result<Outcome> {
-    let (scene, image) = (offscreen.renderer().scene(), offscreen.renderer().image_aspect());
-    let still = args.scene.pose(offscreen.image_size());
-    let pose = |frame| match motion {
-        Motion::BuiltIn(CameraPath::Still) => still.unwrap_or_else(|| Pose::first(scene)),
-        Motion::BuiltIn(path) => path.pose(scene, image, frame),
-        Motion::Written(path) => path.pose_of_frame(frame),
-    };
+    let pose = motion.poses(args, offscreen);
     let mut converged = true;
     let mut number = 0;
     loop {
@@ -320,43 +349,6 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
     }
     args.reading.lay_over(&mut settings);
     Ok(settings)
-}
-
-/// What keeps the picture from being as sharp as it should be.
-#[derive(Default)]
-pub(crate) struct Troubles {
-    /// The pages that failed and have not recovered, and why.
-    failed: BTreeMap<PageId, String>,
-    /// The newest of each pool that is too small.
-    shortages: BTreeMap<PoolId, Event>,
-}
-
-impl Troubles {
-    pub(crate) fn note(&mut self, events: Vec<Event>) {
-        for event in events {
-            match event {
-                Event::Failed { page, why, .. } => drop(self.failed.insert(page, why)),
-                Event::Recovered { page, .. } => drop(self.failed.remove(&page)),
-                Event::Oversubscribed { pool, .. } | Event::PoolReduced { pool, .. } => {
-                    self.shortages.insert(pool, event);
-                }
-                _ => {}
-            }
-        }
-    }
-
-    /// What there is to say of them at the end, a sentence each.
-    pub(crate) fn texts(&self, source: &str, textures: &Textures) -> Vec<String> {
-        let failed = self.failed.iter().map(|(page, why)| {
-            let (pos, file) = (page.pos(Dims::D2), report::file_of(textures, *page).unwrap_or(source));
-            format!("{file}: {pos} failed, a coarser one is shown instead: {why}")
-        });
-        // Where the view has come to fit meanwhile, the picture is as it should be.
-        let pools = textures.stats().pools;
-        let coarse = pools.iter().filter(|pool| pool.pager.bias_eighths > 0);
-        let short = coarse.filter_map(|pool| shortage::text(self.shortages.get(&pool.pool)?, textures));
-        failed.chain(short.map(|short| format!("{source}: {short}"))).collect()
-    }
 }
 
 /// What `--json` prints. Scripts rely on these names.

@@ -7,7 +7,7 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use vastex_scenes::{Gpu, Picture};
 use vastex_viewer::stage::TextureRead;
 
-use super::parts::Part;
+use crate::parts::Part;
 
 /// The format of what is painted.
 pub(super) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -56,11 +56,11 @@ impl<'a> OverPainter<'a> {
         }
     }
 
-    /// Paints what the last run showed over a picture, part by part.
-    pub(super) fn paint(mut self, parts: &[Part], whole: &mut Picture) -> Result<()> {
+    /// Paints what the last run showed over a row of parts, part by part.
+    pub(super) fn paint(&mut self, parts: &[Part], row: &mut Picture) -> Result<()> {
         for part in parts {
-            let painted = self.paint_part(part, &part.of(whole))?;
-            part.put(&painted, whole);
+            let painted = self.paint_part(part, &part.of(row))?;
+            part.put(&painted, row);
         }
         Ok(())
     }

@@ -16,8 +16,8 @@ use super::{App, Message, Open};
 use crate::output::Output;
 use crate::report;
 
-/// Held by the one thread that chooses a file's name and writes the file.
-static WRITING: Mutex<()> = Mutex::new(());
+/// Held by the one thread that chooses a file's name.
+static CHOOSING: Mutex<()> = Mutex::new(());
 
 /// How long the end of a program waits for pictures that were asked for.
 const LONGEST_END: Duration = Duration::from_secs(20);
@@ -59,12 +59,19 @@ impl App {
         let (args, proxy) = (self.args.clone(), self.proxy.clone());
         let draw = move || {
             let taken = || -> Result<PathBuf> {
-                let (picture, _) = shot.take(&args)?;
-                // One after the other, so that no two choose one name.
-                let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
-                let file = free_name(Path::new(""), &source, "png");
-                Output::at(&file)?.write_picture(&picture)?;
-                Ok(file)
+                let file = {
+                    // One after the other, so that no two choose one name, which is taken from then on.
+                    let _choosing = CHOOSING.lock().unwrap_or_else(PoisonError::into_inner);
+                    let file = free_name(Path::new(""), &source, "png");
+                    Output::at(&file)?.write(&[])?;
+                    file
+                };
+                let written = shot.write(&args, &Output::at(&file)?);
+                if written.is_err() {
+                    // Nobody has any use for an empty file.
+                    drop(std::fs::remove_file(&file));
+                }
+                written.map(|_| file)
             };
             // Nobody listens where the window is closed.
             drop(proxy.send_event(Message::Shot(taken().context("no picture was written"))));

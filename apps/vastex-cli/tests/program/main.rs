@@ -22,6 +22,7 @@ mod links;
 mod nodata;
 mod out;
 mod overlays;
+mod parts;
 mod planet;
 mod record;
 mod replay;

@@ -240,11 +240,11 @@ fn a_picture_of_the_window_needs_no_display() {
         ("view --screenshot nowhere/a.png image.vastex", 1, "its directory does not exist"),
         ("view --screenshot a.png nothing.png", 1, "nothing.png"),
         (
-            "view --screenshot a.png --on globe --size 60000x20 image.vastex",
+            "view --screenshot a.png --size 60000x20 --overlay table image.vastex",
             1,
-            "only an image is drawn in parts",
+            "the overlay table is drawn at once",
         ),
-        ("view --screenshot a.png --size 60000x60000 image.vastex", 1, "2^30"),
+        ("view --screenshot a.png --size 70000x20 image.vastex", 2, "1 to 65536"),
         ("view --hud image.vastex", 2, "--screenshot"),
     ] {
         let ended = shoot(words).expect_code(code);

@@ -4,6 +4,7 @@ use glam::{DMat2, DVec2};
 
 use super::orientation::Orientation;
 use super::pose::Pose;
+use crate::picture::PicturePart;
 
 /// Which texel of an image is seen at which pixel of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +93,25 @@ impl Pose {
         Pose::Image { centre, zoom, orientation }
     }
 
+    /// The pose by which a part of a picture shows what it is of the whole, of an image of so many texels.
+    /// One of a scene with perspective, whose view is divided itself, stays.
+    #[must_use]
+    pub fn in_part(self, part: &PicturePart, image: [u32; 2]) -> Pose {
+        let (Some(placed), Pose::Image { zoom, orientation, .. }) = (self.placement(part.whole, image), self)
+        else {
+            return self;
+        };
+        if *part == PicturePart::all(part.whole) {
+            return self;
+        }
+        let at = DVec2::new(part.at[0] as f64, part.at[1] as f64);
+        let middle = at + DVec2::from(part.size.map(f64::from)) / 2.0;
+        let centre = placed.texel(middle) / DVec2::from(image.map(f64::from));
+        let there = Pose::Image { centre, zoom, orientation };
+        let scale = there.magnification(part.size, image).unwrap_or(placed.scale);
+        Pose::Image { centre, zoom: zoom * placed.scale / scale, orientation }
+    }
+
     /// How an image is turned: as it is stored in scenes with perspective.
     pub fn orientation(&self) -> Orientation {
         match *self {
@@ -128,6 +148,26 @@ mod tests {
         let texel = DVec2::new(17.25, 400.5);
         assert_eq!(part.pixel(texel), alone.pixel(texel) + DVec2::new(640.0, 0.0));
         assert_eq!((part.seen(), part.within(DVec2::ZERO)), (alone.seen(), alone));
+    }
+
+    #[test]
+    fn a_part_shows_what_it_is_of_the_whole() {
+        let (whole, image) = ([1000, 700], [5000, 3000]);
+        for (degrees, is_mirrored) in [(0.0, false), (90.0, true), (33.0, false)] {
+            let orientation = Orientation::new(degrees, is_mirrored);
+            let pose = Pose::Image { centre: DVec2::new(0.3, 0.6), zoom: 3.0, orientation };
+            let placed = pose.placement(whole, image).unwrap();
+            for at in [[0, 0], [-32, 236], [700, 468]] {
+                let part = PicturePart { whole, at, size: [300, 264] };
+                let there = pose.in_part(&part, image).placement(part.size, image).unwrap();
+                for pixel in [DVec2::ZERO, DVec2::new(17.5, 201.0)] {
+                    let expected = placed.texel(pixel + DVec2::new(at[0] as f64, at[1] as f64));
+                    assert!(there.texel(pixel).distance(expected) < 1e-6, "{part:?} {pixel}");
+                }
+            }
+        }
+        let globe = Pose::first(crate::Scene::Globe);
+        assert_eq!(globe.in_part(&PicturePart { whole, at: [0; 2], size: [8; 2] }, image), globe);
     }
 
     #[test]

@@ -276,6 +276,13 @@ impl Layers {
         self.over_one_another().iter().enumerate().filter(is_in_one).map(|(_, shown)| shown)
     }
 
+    /// The numbers of the layers in the order of the panes, from the lowest layer.
+    pub fn numbers_in_panes(&self) -> Vec<usize> {
+        let is_seen = |n: &usize| self.over_one_another()[*n].is_seen();
+        let all = 0..self.over_one_another().len();
+        if self.panes() > 1 { all.filter(is_seen).collect() } else { vec![self.inspected_number()] }
+    }
+
     /// The layer that is asked about at a share of a pane's width, from the left edge of the picture: the
     /// uppermost that is seen there.
     pub fn inspected_at(&self, across: f64) -> &ShownLayer {

@@ -127,8 +127,8 @@ impl LayersText {
         let over = |n| {
             let sampled = self.call("sample", way, n, &format!("layered[{n}].id"));
             let then = format!("sum = layered_over(sum, {sampled}, {n}u, {light})");
-            let begins = format!("at.x >= layered[{n}].begins * scene.picture.x");
-            let ends = format!("at.x < layered[{n}].ends * scene.picture.x");
+            let begins = format!("(at.x + scene.origin.x) >= (layered[{n}].begins * scene.picture.x)");
+            let ends = format!("(at.x + scene.origin.x) < (layered[{n}].ends * scene.picture.x)");
             where_seen(n, &format!(" && {begins} && {ends}"), &then)
         };
         let overs: String = (0..self.over_one_another()).map(over).collect();

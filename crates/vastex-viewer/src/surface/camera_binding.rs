@@ -13,6 +13,7 @@ use super::patches::{MOST_PATCHES, Patch};
 use super::planet::PlanetUniform;
 use super::relief::{ReliefUniform, ReliefView};
 use crate::layers::{ColorMap, MOST_LAYERS, PaletteUniform};
+use crate::picture::PicturePart;
 use crate::stage::Uniform;
 
 /// What the shaders are told about the scene; laid out as `Scene` in surface.wgsl.
@@ -25,6 +26,9 @@ struct SceneUniform {
     picture: [f32; 2],
     map: u32,
     nodata: f32,
+    part: Vec4,
+    origin: [f32; 2],
+    unused: [f32; 2],
     /// The first of each counts; see `scene_zero` in surface.wgsl.
     relief: [ReliefUniform; 2],
     ids: [u32; 4],
@@ -92,15 +96,17 @@ impl CameraBinding {
 
     /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
     /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
-    /// become colours; the size of a pane of the picture.
+    /// become colours; which part of a pane of the picture is drawn, and which part of what the camera sees.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
         (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
-        pane: [u32; 2],
+        (part, seen): (PicturePart, PicturePart),
     ) {
+        let pane = part.whole;
+        let [scale, offset] = seen.whole_from_part();
         let mut told = SceneUniform {
             background: color_map.background(),
             tone: color_map.tone().told().into(),
@@ -108,6 +114,8 @@ impl CameraBinding {
             map: color_map.map(),
             palette: color_map.palette().uniform(),
             nodata: color_map.nodata(),
+            part: scale.as_vec2().extend(offset.x as f32).extend(offset.y as f32),
+            origin: part.at.map(|at| at as f32),
             ids: [all, color, height, self.view],
             places,
             planet: planet.unwrap_or(Zeroable::zeroed()),

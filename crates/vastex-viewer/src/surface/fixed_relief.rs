@@ -15,6 +15,7 @@ use super::fixed::{FixedUniform, anchored};
 use super::patches::{Base, Cell, Frustum, PatchPlace, Patches, QUADS};
 use super::relief::{ReliefSurface, ReliefUniform};
 use crate::camera::{Aim, FIELD_OF_VIEW, Pose};
+use crate::picture::PicturePart;
 
 /// The binary logarithm of the steps that the high part of a number of them counts.
 const LOW_BITS: u32 = 16;
@@ -193,16 +194,20 @@ fn eye_from_local(aim: Aim) -> DMat4 {
 
 impl ReliefSurface {
     /// What a camera sees in fixed point that is so far above the ground as its pose says, of a texture of
-    /// `size` texels in a picture of so many pixels; nothing for the pose of an image.
+    /// `size` texels in a part of a picture; nothing for the pose of an image.
     pub(crate) fn seen_in_fixed_point(
         &self,
         textures: &Textures,
         pose: &Pose,
         size: [u32; 2],
-        picture: [u32; 2],
+        part: &PicturePart,
     ) -> Option<FixedReliefView> {
-        let texels = DVec2::from(size.map(f64::from));
+        let (texels, picture) = (DVec2::from(size.map(f64::from)), part.whole);
         let camera = Camera::new(pose, self.base, texels, f64::from(picture[0]) / f64::from(picture[1]))?;
+        let clip_from_local = match *part == PicturePart::all(picture) {
+            true => camera.clip_from_local,
+            false => part.clip_from_whole() * camera.clip_from_local,
+        };
         let patches = Patches::fixed(self.base, self.texels(), picture[1]);
         let (uniform, grid) = (self.uniform(&patches, pose), Grid::new(&patches, camera.place, texels));
         let ground = f64::from(self.ground_below(textures, &uniform));
@@ -211,7 +216,7 @@ impl ReliefSurface {
             Base::Flat { .. } => eye + ground * DVec3::Z,
             Base::Globe => eye + ground * eye.normalize_or(DVec3::Z),
         };
-        let frustum = Frustum::from_place(camera.clip_from_local, above, camera.local_from_world);
+        let frustum = Frustum::from_place(clip_from_local, above, camera.local_from_world);
         let mut sampler = textures.cpu().sampler(self.layer());
         let texels_per_distance = (uniform.spacing * uniform.texels).max_element();
         let mut heights = |place: &PatchPlace| match &mut sampler {
@@ -223,7 +228,7 @@ impl ReliefSurface {
         };
         let cells = patches.select(eye, &frustum, &mut heights);
         Some(FixedReliefView {
-            clip_from_local: camera.clip_from_local.as_mat4(),
+            clip_from_local: clip_from_local.as_mat4(),
             uniform,
             fixed: self.fixed_uniform(&camera, texels),
             grid: grid.uniform(&patches, camera.place, size),

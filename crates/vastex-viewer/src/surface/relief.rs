@@ -6,11 +6,12 @@
 //! drawn is `patches`' business, what shaders are told in fixed point that of `fixed_relief`.
 
 use glam::{Mat4, Vec2, Vec3};
-use vastex::{LayerFormat, LayerId, TextureId, Textures};
+use vastex::{LayerFormat, LayerId, Region, TextureId, Textures};
 
 use super::patches::{Base, Frustum, MORPH, Patch, Patches};
 use crate::camera::Pose;
 use crate::layers::UnknownLayer;
+use crate::picture::PicturePart;
 use crate::scene::Scene;
 
 /// What is said of heights; what is not said follows from the texture.
@@ -256,14 +257,15 @@ impl ReliefSurface {
         ]
     }
 
-    /// What a camera sees that is so far above the ground as its pose says, in a picture of so many pixels.
-    pub(crate) fn seen_from(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> ReliefView {
+    /// What a camera sees that is so far above the ground as its pose says, in a part of a picture.
+    pub(crate) fn seen_from(&self, textures: &Textures, pose: &Pose, part: &PicturePart) -> ReliefView {
+        let picture = part.whole;
         let patches = Patches::new(self.base, self.relief.texels, picture[1]);
         let uniform = self.uniform(&patches, pose);
         let ground = self.ground_below(textures, &uniform);
         let view = f64::from(picture[0]) / f64::from(picture[1]);
         let image = f64::from(uniform.extent.x) / f64::from(uniform.extent.y);
-        let clip_from_world = pose.clip_from_world_over(view, image, ground);
+        let clip_from_world = part.cropped(pose.clip_from_world_over(view, image, ground));
         let heights = self.bounds();
         let cells = patches.select(uniform.eye.as_dvec3(), &Frustum::new(clip_from_world), &mut |_| heights);
         let patches = cells.into_iter().map(|cell| cell.patch(self.base)).collect();
@@ -327,14 +329,45 @@ impl ReliefSurface {
         if self.relief.is_level {
             return 0.0;
         }
+        let (uv, level) = self.place_below(textures, uniform);
+        let ground = textures.cpu().sample(self.relief.layer, uv.to_array(), level);
+        let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
+        self.height(value)
+    }
+
+    /// The uv below the camera, and the level at which heights are drawn there.
+    fn place_below(&self, textures: &Textures, uniform: &ReliefUniform) -> (Vec2, f32) {
         let uv = self.base.uv_below(uniform.eye);
         let above = uniform.eye.distance(self.base.point(uv));
         let texels = uniform.spacing * uniform.texels * above;
         let bias = textures.texture(self.relief.layer.texture()).map_or(0, |texture| texture.bias_eighths());
-        let bias = f32::from(bias) / 8.0;
-        let level = texels.max_element().max(1e-6).log2().max(0.0) + bias;
-        let ground = textures.cpu().sample(self.relief.layer, uv.to_array(), level);
-        let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
-        self.height(value)
+        let level = texels.max_element().max(1e-6).log2().max(0.0) + f32::from(bias) / 8.0;
+        (uv, level)
+    }
+
+    /// The heights that [`ReliefSurface::ground_below`] is taken from, in a picture of so many pixels: texels
+    /// of level 0 of their texture, and the levels that it is between.
+    pub(crate) fn region_below(
+        &self,
+        textures: &Textures,
+        pose: &Pose,
+        picture: [u32; 2],
+    ) -> Option<(TextureId, Region)> {
+        if self.relief.is_level || matches!(pose, Pose::Image { .. }) {
+            return None;
+        }
+        let texture = self.relief.layer.texture();
+        let [width, height, _] = textures.texture(texture).ok()?.description().geometry.size();
+        let uniform = self.uniform(&Patches::new(self.base, self.relief.texels, picture[1]), pose);
+        let (uv, level) = self.place_below(textures, &uniform);
+        let finest = level.floor().min(30.0) as u8;
+        // Texels beside it are blended with it.
+        let reach = (2u32 << finest) * (width / self.relief.texels[0].max(1)).max(1);
+        let around = |at: f32, side: u32| {
+            let texel = (f64::from(at) * f64::from(side)) as u32;
+            texel.saturating_sub(reach)..texel.saturating_add(reach).saturating_add(1).min(side)
+        };
+        let region = Region::image(around(uv.x, width), around(uv.y, height));
+        Some((texture, region.on_levels(finest..=finest.saturating_add(1))))
     }
 }

@@ -5,7 +5,7 @@
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec4;
-use vastex::{Error, LayerId, Sampled, Textures};
+use vastex::{Error, LayerId, Region, Sampled, TextureId, Textures};
 
 use super::camera_binding::{CameraBinding, Placed, Places};
 use super::compiled::CompiledScenes;
@@ -19,6 +19,7 @@ use super::tiling::Tiling;
 use crate::camera::Pose;
 use crate::gpu::Gpu;
 use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, background};
+use crate::picture::PicturePart;
 use crate::scene::Scene;
 use crate::stage::{StageScene, Target, TargetKind, Uniform, filled_buffer, takes_light};
 
@@ -46,6 +47,8 @@ pub struct SceneRenderer {
     made_of: SceneDesc,
     layers: Layers,
     relief: Option<ReliefSurface>,
+    /// What pictures of its size are of a whole one.
+    part: Option<PicturePart>,
     /// Texels of the first layer's texture.
     size: [u32; 2],
     vertices: wgpu::Buffer,
@@ -103,6 +106,7 @@ impl SceneRenderer {
             sky: layers.text_of().planet.map(|_| OnceLock::new()),
             maker,
             relief,
+            part: None,
             layers: layers.clone(),
         };
         renderer.set_layers(queue, textures, &layers);
@@ -144,7 +148,32 @@ impl SceneRenderer {
         layers: Layers,
     ) -> Result<SceneRenderer, Error> {
         let desc = SceneDesc { layers, ..self.made_of.clone() };
-        SceneRenderer::new(gpu, textures, desc, self.format())
+        let renderer = SceneRenderer::new(gpu, textures, desc, self.format())?;
+        Ok(SceneRenderer { part: self.part, ..renderer })
+    }
+
+    /// From the next pose on, pictures of the part's size show it as it is in the whole: as if all of the
+    /// whole were drawn, and the part cut out of it. Poses are those of the whole. Pictures of other sizes,
+    /// and of several panes, are drawn as ever.
+    pub fn show_part(&mut self, part: Option<PicturePart>) {
+        self.part = part;
+    }
+
+    /// Which part of which whole a picture of so many pixels is.
+    fn part_of(&self, picture: [u32; 2]) -> PicturePart {
+        let part = self.part.filter(|part| part.size == picture && self.layers.panes() == 1);
+        part.unwrap_or(PicturePart::all(picture))
+    }
+
+    /// The heights that say how high the ground is below a camera, in a picture of so many pixels: texels of
+    /// their texture, on the levels that are asked for; `None` if no heights displace the scene.
+    pub fn ground_below(
+        &self,
+        textures: &Textures,
+        pose: &Pose,
+        picture: [u32; 2],
+    ) -> Option<(TextureId, Region)> {
+        self.relief.as_ref()?.region_below(textures, pose, picture)
     }
 
     /// The scene.
@@ -272,34 +301,43 @@ impl SceneRenderer {
     /// How a camera sees the scene in fixed point at a pose: the texel that it is told from; `None` if a mesh
     /// is exact enough.
     pub fn anchor(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> Option<[u32; 2]> {
-        match self.placed(textures, pose, picture).0 {
+        match self.placed(textures, pose, &self.part_of(picture)).0 {
             Placed::Fixed(fixed) => Some(fixed.anchor()),
             Placed::FixedRelief(seen) => Some(seen.fixed.anchor()),
             Placed::Mesh(_) | Placed::Relief(_) => None,
         }
     }
 
-    /// How it is seen, and what uv is in the middle of the view where that is told.
-    fn placed(&self, textures: &Textures, pose: &Pose, picture: [u32; 2]) -> (Placed, glam::DVec2) {
+    /// How a part of a picture is seen, what uv is in the middle of the view where that is told, and which
+    /// part of what the camera sees it is: an image's camera is moved itself.
+    fn placed(
+        &self,
+        textures: &Textures,
+        pose: &Pose,
+        part: &PicturePart,
+    ) -> (Placed, glam::DVec2, PicturePart) {
+        let is_image = matches!(pose, Pose::Image { .. });
+        let seen = if is_image { PicturePart::all(part.size) } else { *part };
+        let (pose, picture) = (&pose.in_part(part, self.size), seen.whole);
         let is_fixed =
             self.maker.has_fixed && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
         let middle = fixed::middle(pose).unwrap_or_default();
         match &self.relief {
             Some(relief) => {
-                let seen = || relief.seen_in_fixed_point(textures, pose, self.size, picture);
-                match is_fixed.then(seen).flatten() {
-                    Some(seen) => {
-                        let middle = seen.middle;
-                        (Placed::FixedRelief(seen), middle)
+                let in_fixed_point = || relief.seen_in_fixed_point(textures, pose, self.size, &seen);
+                match is_fixed.then(in_fixed_point).flatten() {
+                    Some(placed) => {
+                        let middle = placed.middle;
+                        (Placed::FixedRelief(placed), middle, seen)
                     }
-                    None => (Placed::Relief(relief.seen_from(textures, pose, picture)), middle),
+                    None => (Placed::Relief(relief.seen_from(textures, pose, &seen)), middle, seen),
                 }
             }
             None => {
                 let uniform = || fixed::uniform(pose, self.size, picture);
                 let view = f64::from(picture[0] as f32) / f64::from(picture[1] as f32);
-                let mesh = || Placed::Mesh(pose.clip_from_world(view, self.image_aspect()));
-                (is_fixed.then(uniform).flatten().map_or_else(mesh, Placed::Fixed), middle)
+                let mesh = || Placed::Mesh(seen.cropped(pose.clip_from_world(view, self.image_aspect())));
+                (is_fixed.then(uniform).flatten().map_or_else(mesh, Placed::Fixed), middle, seen)
             }
         }
     }
@@ -383,12 +421,13 @@ impl StageScene for SceneRenderer {
         // Panes beside each other are seen through one camera; what feedback has of the picture is all of one
         // pane.
         let pane = self.layers.pane_size(picture);
-        let (placed, middle) = self.placed(textures, pose, pane);
+        let part = self.part_of(pane);
+        let (placed, middle, seen) = self.placed(textures, pose, &part);
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
-        let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, pane, relief.sea()));
-        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), pane);
+        let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, part.whole, relief.sea()));
+        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), (part, seen));
     }
 
     fn draw_wanted(

@@ -12,6 +12,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("shortage", &["report"]),
     ("explained", &[]),
     ("telemetry", &["args", "output"]),
+    ("parts", &[]),
     ("pictures", &["args", "output"]),
     ("planet", &[]),
     ("disk_cache", &["args", "report"]),
@@ -25,6 +26,7 @@ pub(super) const ROOMS: &[Room] = &[
             "gpu",
             "open",
             "output",
+            "parts",
             "pictures",
             "progress",
             "report",
@@ -32,7 +34,7 @@ pub(super) const ROOMS: &[Room] = &[
             "telemetry",
         ],
     ),
-    ("screenshot", &["args", "commands", "open", "output", "report"]),
+    ("screenshot", &["args", "commands", "open", "output", "parts", "report"]),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (
         "view",

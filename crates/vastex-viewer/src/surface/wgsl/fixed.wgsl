@@ -31,7 +31,8 @@ fn fixed_ray(clip: vec4<f32>, at: vec2<f32>) -> Seen_fixed {
     let told = scene.fixed[0];
     let fraction_and_scale = vec4<f32>(told.fraction, told.texels_per_unit);
     let sphere = vec3<f32>(told.sine_and_cosine, told.altitude);
-    return Seen_fixed(clip, told.turn * (at * told.half), told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere, told.aim);
+    let seen = (at * scene.part.xy) + scene.part.zw;
+    return Seen_fixed(clip, told.turn * (seen * told.half), told.anchor, fraction_and_scale, vec4<f32>(told.low, told.high), sphere, told.aim);
 }
 
 @vertex

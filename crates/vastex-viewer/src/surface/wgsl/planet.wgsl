@@ -48,7 +48,7 @@ const PLANET_KNEE: f32 = 0.72;
 // The ray from the camera through a place of the picture.
 fn planet_ray(at: vec2<f32>) -> vec3<f32> {
     // Panes beside each other show the same.
-    let pane = at / scene.picture;
+    let pane = (at + scene.origin) / scene.picture;
     let view = vec2<f32>(fract(pane.x), pane.y) * 2.0 - 1.0;
     let planet = scene.planet;
     return normalize((planet.ahead + (planet.across * view.x)) - (planet.upward * view.y));

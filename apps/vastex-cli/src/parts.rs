@@ -1,0 +1,292 @@
+//! A picture in parts, each small enough to be drawn at once: which they are, and how they are drawn and put
+//! together, row of parts by row of parts, so that no more than a row of them is ever in memory.
+
+use std::ops::ControlFlow;
+
+use anyhow::{Result, bail};
+use vastex::{Event, Textures};
+use vastex_scenes::{DisplayOptions, LayerOptions, Offscreen, Outcome, Overlay, Picture, Pose, Until};
+use vastex_viewer::PicturePart;
+use vastex_viewer::layers::CompareMode;
+
+/// Pixels of a part along each side at most, so that little GPU memory is taken however large the whole is.
+pub(crate) const MOST_SIDE: u32 = 4096;
+/// Bytes of a row of parts at most, but for rows of very wide pictures, which have 64 pixels at least.
+const MOST_BYTES: u64 = 128 << 20;
+/// Pixels around a part that are drawn and left out of it: by what is seen there, what the edge of the part
+/// takes from beside it is loaded as well, such as the heights of patches that cross the edge.
+const MARGIN: u32 = 32;
+/// And where clouds are seen, and throw shadows, beside where they are.
+const MARGIN_OF_CLOUDS: u32 = 256;
+
+/// A part of a picture. The last ones of a row and of a column may reach beyond it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Its first pixel.
+    pub(crate) at: [u32; 2],
+    /// Its width and height, the same of all parts.
+    pub(crate) size: [u32; 2],
+    /// The pane that it is of.
+    pub(crate) pane: u32,
+    /// What is drawn of the pane: the part and its margin.
+    drawn: PicturePart,
+}
+
+/// How a picture is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Parts {
+    /// Width and height of the whole.
+    pub(crate) whole: [u32; 2],
+    /// Panes side by side in it, and the width of each.
+    panes: u32,
+    pane: u32,
+    /// Parts along a pane, and rows of them.
+    count: [u32; 2],
+    size: [u32; 2],
+    margin: u32,
+}
+
+impl Parts {
+    /// The parts of a picture of so many panes, with at most so many pixels a side drawn at once. Where
+    /// clouds are seen, margins are wider.
+    pub(crate) fn new(whole: [u32; 2], panes: u32, most: u32, has_clouds: bool) -> Parts {
+        let panes = panes.max(1);
+        let pane = (whole[0] / panes).max(1);
+        let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4);
+        let most_kept = (most - 2 * margin).max(1);
+        let rows = (MOST_BYTES / (4 * u64::from(whole[0]))).clamp(64, u64::from(u32::MAX)) as u32;
+        let count = [pane.div_ceil(most_kept), whole[1].div_ceil(most_kept.min(rows))];
+        Parts {
+            whole,
+            panes,
+            pane,
+            count,
+            size: [pane.div_ceil(count[0]), whole[1].div_ceil(count[1])],
+            margin,
+        }
+    }
+
+    /// Width and height of what is drawn of each.
+    pub(crate) fn drawn_size(&self) -> [u32; 2] {
+        self.size.map(|side| side + 2 * self.margin)
+    }
+
+    /// Width and height of a pane.
+    pub(crate) fn pane_size(&self) -> [u32; 2] {
+        [self.pane, self.whole[1]]
+    }
+
+    /// The parts, row by row.
+    pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<Part>> {
+        let Parts { whole, panes, pane, count, size, margin } = *self;
+        let part = move |at_pane: u32, column: u32, row: u32| {
+            let within = [column * size[0], row * size[1]];
+            let before = |at: u32| i64::from(at) - i64::from(margin);
+            Part {
+                at: [at_pane * pane + within[0], within[1]],
+                size,
+                pane: at_pane,
+                drawn: PicturePart {
+                    whole: [pane, whole[1]],
+                    at: within.map(before),
+                    size: size.map(|side| side + 2 * margin),
+                },
+            }
+        };
+        (0..count[1]).map(move |row| {
+            (0..panes)
+                .flat_map(|at_pane| (0..count[0]).map(move |column| part(at_pane, column, row)))
+                .collect()
+        })
+    }
+
+    /// Rows of pixels of a row of parts, from its first one on.
+    fn height_of(&self, part: &Part) -> u32 {
+        self.size[1].min(self.whole[1] - part.at[1])
+    }
+
+    /// Columns of a part that are of its pane.
+    fn width_of(&self, part: &Part) -> usize {
+        (self.size[0].min((part.pane + 1) * self.pane - part.at[0])) as usize
+    }
+
+    /// Puts the picture of a part without its margin into its row of parts.
+    fn put(&self, part: &Part, picture: &Picture, row: &mut Picture) {
+        let (width, margin) = (self.width_of(part), self.margin as usize);
+        let lines = picture.rgba.chunks_exact(picture.size[0] as usize * 4).skip(margin);
+        let rows = row.rgba.chunks_exact_mut(self.whole[0] as usize * 4);
+        for (line, pixels) in rows.zip(lines) {
+            let start = part.at[0] as usize * 4;
+            line[start..start + width * 4].copy_from_slice(&pixels[margin * 4..(margin + width) * 4]);
+        }
+    }
+}
+
+#[cfg(feature = "view")]
+impl Part {
+    /// All of a picture.
+    pub(crate) fn all(size: [u32; 2]) -> Part {
+        Part { at: [0; 2], size, pane: 0, drawn: PicturePart::all(size) }
+    }
+
+    /// Puts a picture of the part's size into its row of parts.
+    pub(crate) fn put(&self, picture: &Picture, row: &mut Picture) {
+        let (left, count) = self.columns_in(row);
+        let lines = picture.rgba.chunks_exact(picture.size[0] as usize * 4);
+        let rows = row.rgba.chunks_exact_mut(row.size[0] as usize * 4);
+        for (line, pixels) in rows.zip(lines) {
+            line[left * 4..(left + count) * 4].copy_from_slice(&pixels[..count * 4]);
+        }
+    }
+
+    /// The part of its row of parts; beyond it nothing.
+    pub(crate) fn of(&self, row: &Picture) -> Picture {
+        let (left, count) = self.columns_in(row);
+        let line = self.size[0] as usize * 4;
+        let mut rgba = vec![0; line * self.size[1] as usize];
+        let rows = row.rgba.chunks_exact(row.size[0] as usize * 4);
+        for (pixels, line) in rgba.chunks_exact_mut(line).zip(rows) {
+            pixels[..count * 4].copy_from_slice(&line[left * 4..(left + count) * 4]);
+        }
+        Picture { size: self.size, rgba }
+    }
+
+    fn columns_in(&self, row: &Picture) -> (usize, usize) {
+        let (left, width) = (self.at[0] as usize, row.size[0] as usize);
+        (left, (self.size[0] as usize).min(width.saturating_sub(left)))
+    }
+}
+
+/// Panes of a picture of so many textures.
+pub(crate) fn panes(shown: &DisplayOptions, textures: usize) -> u32 {
+    let is_seen = |layer: &&LayerOptions| layer.is_visible && layer.opacity > 0.0;
+    let seen = match shown.layers.is_empty() {
+        true => (0..textures).filter(|n| !shown.is_of_planet(*n)).count(),
+        false => shown.layers.iter().filter(is_seen).count(),
+    };
+    if shown.compare_mode == CompareMode::Beside { seen.max(1) as u32 } else { 1 }
+}
+
+/// Fails where an overlay is a plan, which has no parts.
+pub(crate) fn check_overlay(overlay: Option<Overlay>) -> Result<()> {
+    match overlay {
+        Some(overlay @ (Overlay::Feedback | Overlay::Table | Overlay::Atlas)) => bail!(
+            "the overlay {} is drawn at once, and this picture is in parts; choose a smaller --size",
+            overlay.name()
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// Draws a picture in parts, each once everything in view of it is loaded, and gives each row of them to
+/// `take` as a picture as wide as the whole, until it breaks. `offscreen` draws pictures of
+/// [`Parts::drawn_size`].
+pub(crate) fn draw(
+    offscreen: &mut Offscreen,
+    (pose, parts, overlay): (&Pose, &Parts, Option<Overlay>),
+    mut watch: impl FnMut(&Textures, Vec<Event>),
+    mut take: impl FnMut(&mut Offscreen, &[Part], Picture) -> Result<ControlFlow<()>>,
+) -> Result<Outcome> {
+    // The camera is as far above the same ground in all parts, whichever they show.
+    let ground = offscreen.keep_ground(pose, parts.pane_size())?;
+    let mut outcome = Outcome { converged: true, stats: offscreen.textures().stats() };
+    for of_row in parts.rows() {
+        let Some(first) = of_row.first() else { continue };
+        let size = [parts.whole[0], parts.height_of(first)];
+        // Beside panes is what is around a picture.
+        let mut row = Picture { size, rgba: vec![0; size[0] as usize * size[1] as usize * 4] };
+        let (mut shown, mut hidden) = (None, Vec::new());
+        for part in &of_row {
+            if parts.panes > 1 && shown != Some(part.pane) {
+                offscreen.show_again(&hidden)?;
+                hidden = offscreen.show_pane_alone(part.pane)?;
+                shown = Some(part.pane);
+            }
+            offscreen.show_part(Some(part.drawn));
+            let drawn = offscreen.run_along(1, |_| *pose, Until::Converged, &mut watch)?;
+            let converged = outcome.converged && drawn.converged;
+            outcome = Outcome { converged, ..drawn };
+            let picture = match overlay {
+                None => offscreen.picture(),
+                Some(overlay) => offscreen.overlay(overlay)?,
+            };
+            parts.put(part, &picture, &mut row);
+        }
+        offscreen.show_again(&std::mem::take(&mut hidden))?;
+        if take(offscreen, &of_row, row)?.is_break() {
+            break;
+        }
+    }
+    if let Some(ground) = &ground {
+        offscreen.textures_mut().ahead().release(ground);
+    }
+    offscreen.show_part(None);
+    Ok(outcome)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbered(size: [u32; 2]) -> Picture {
+        let pixels = size[0] * size[1] * 4;
+        Picture { size, rgba: (0..pixels).map(|n| (n % 251) as u8).collect() }
+    }
+
+    /// What is drawn of a part, of a whole that is drawn; beyond it nothing.
+    fn drawn(whole: &Picture, part: &Part, pane: u32) -> Picture {
+        let PicturePart { at, size, .. } = part.drawn;
+        let mut rgba = Vec::new();
+        for (y, x) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (y, x))) {
+            let [x, y] = [i64::from(x) + at[0] + i64::from(part.pane * pane), i64::from(y) + at[1]];
+            let is_within =
+                (0..i64::from(whole.size[0])).contains(&x) && (0..i64::from(whole.size[1])).contains(&y);
+            let pixel = || (y * i64::from(whole.size[0]) + x) as usize * 4;
+            rgba.extend_from_slice(if is_within { &whole.rgba[pixel()..][..4] } else { &[0; 4] });
+        }
+        Picture { size, rgba }
+    }
+
+    #[test]
+    fn parts_cover_a_picture_and_put_it_together() {
+        for (size, panes, most) in
+            [([7, 5], 1, 8), ([100, 60], 1, 40), ([90, 50], 3, 24), ([1, 1], 1, 100), ([160, 3], 2, 33)]
+        {
+            let parts = Parts::new(size, panes, most, false);
+            assert!(parts.drawn_size().iter().all(|side| (1..=most).contains(side)), "{parts:?}");
+            let whole = numbered(size);
+            let mut again = Vec::new();
+            for of_row in parts.rows() {
+                let height = parts.height_of(&of_row[0]);
+                let rgba = vec![0; (size[0] * height * 4) as usize];
+                let mut row = Picture { size: [size[0], height], rgba };
+                for part in &of_row {
+                    parts.put(part, &drawn(&whole, part, parts.pane), &mut row);
+                }
+                again.extend(row.rgba);
+            }
+            // What is left beside panes shows nothing.
+            let covered = parts.pane * panes * 4;
+            for (line, expected) in
+                again.chunks(size[0] as usize * 4).zip(whole.rgba.chunks(size[0] as usize * 4))
+            {
+                assert_eq!(line[..covered as usize], expected[..covered as usize], "{parts:?}");
+            }
+            assert_eq!(again.len(), whole.rgba.len());
+        }
+        let wide = Parts::new([65_536, 65_536], 1, MOST_SIDE, false);
+        assert!(u64::from(wide.size[1]) * 65_536 * 4 <= MOST_BYTES, "a row of parts is no larger");
+    }
+
+    #[cfg(feature = "view")]
+    #[test]
+    fn what_is_painted_over_a_row_of_parts_is_put_back() {
+        let parts = Parts::new([100, 60], 1, 40, false);
+        for of_row in parts.rows() {
+            let before = numbered([100, parts.height_of(&of_row[0])]);
+            let mut row = Picture { rgba: vec![0; before.rgba.len()], ..before.clone() };
+            of_row.iter().for_each(|part| part.put(&part.of(&before), &mut row));
+            assert_eq!(row, before);
+        }
+    }
+}

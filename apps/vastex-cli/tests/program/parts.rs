@@ -1,0 +1,112 @@
+//! Pictures that are drawn in parts are those that are drawn at once, whatever is in them.
+
+use crate::tool::{Ended, Sandbox};
+
+fn run(sandbox: &Sandbox, command: &str) -> Ended {
+    sandbox.run(&command.split_whitespace().collect::<Vec<_>>())
+}
+
+/// A directory with a small relief of the Earth and an image of its size, both built.
+fn earth() -> Sandbox {
+    let sandbox = Sandbox::new();
+    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
+    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    sandbox.write_png("image.png", [1080, 540]);
+    for name in ["relief", "image"] {
+        run(&sandbox, &format!("build {name}.png -o {name}.vastex --page 64 --quiet")).expect_code(0);
+    }
+    sandbox
+}
+
+/// The largest difference of two pictures of so many columns, and how many pixels differ by more than 1. At
+/// the edges of a picture that is drawn at once nothing is loaded of what lies beside it, and so a pixel
+/// there may be another.
+fn differing(columns: usize, one: &[[u8; 3]], other: &[[u8; 3]]) -> (u8, usize) {
+    assert_eq!(one.len(), other.len(), "pictures of one size");
+    let rows = one.len() / columns;
+    let is_inside =
+        |n: &usize| (1..columns - 1).contains(&(n % columns)) && (1..rows - 1).contains(&(n / columns));
+    let apart = |n: usize| one[n].iter().zip(&other[n]).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    let apart: Vec<u8> = (0..one.len()).filter(is_inside).map(apart).collect();
+    (apart.iter().copied().max().unwrap_or(0), apart.iter().filter(|apart| **apart > 1).count())
+}
+
+#[test]
+fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
+    let sandbox = earth();
+    let draw = |words: &str, output: &str| {
+        run(&sandbox, &format!("render {words} --size 160x100 -o {output}")).expect_code(0);
+        sandbox.read_rgb(output)
+    };
+    let planet = "relief.vastex --on planet --height relief.vastex --height-zero 0.4 --night image.vastex --sun -20,30 \
+                  --clouds relief.vastex";
+    for words in [
+        "image.vastex --view image:x=500,y=200,zoom=3,turn=33",
+        "image.vastex --over relief.vastex --compare-mode swipe:0.4",
+        "image.vastex --over relief.vastex --compare-mode beside",
+        "image.vastex --over relief.vastex --layer :opacity=0.5 --layer :file=2:opacity=0.5",
+        "image.vastex --on globe",
+        "image.vastex --view globe:lon=10,lat=46,alt=30000m,heading=20,tilt=50",
+        "image.vastex --on plane",
+        "relief.vastex --on terrain",
+        "relief.vastex --on terrain --view plane:x=0.05,y=0.2,z=0.05,yaw=20,pitch=25",
+        &format!("{planet} --view globe:lon=-10,lat=30,alt=9000000m"),
+        &format!("{planet} --view globe:lon=8,lat=44,alt=300000m,heading=10,tilt=50"),
+        "image.vastex --on globe --overlay levels",
+    ] {
+        let (whole, parts) =
+            (draw(words, "whole.png"), draw(&format!("{words} --part-side 128"), "parts.png"));
+        let (furthest, count) = differing(160, &whole, &parts);
+        assert!(furthest <= 1, "{words}: {count} pixels differ by up to {furthest}");
+    }
+    // Every picture of a path, and as bytes.
+    sandbox
+        .write("a.path", b"vastex path 1\nfps 1\n0 image:x=200,y=200,zoom=2\n1 image:x=900,y=300,zoom=4\n");
+    let path = "render image.vastex --camera-path a.path --size 160x100";
+    run(&sandbox, &format!("{path} -o whole-%d.png")).expect_code(0);
+    run(&sandbox, &format!("{path} --part-side 128 -o parts-%d.png")).expect_code(0);
+    run(&sandbox, &format!("{path} --part-side 128 --format raw -o parts.rgba")).expect_code(0);
+    let bytes = sandbox.read("parts.rgba");
+    assert_eq!(bytes.len(), 2 * 160 * 100 * 4);
+    for frame in 0..2 {
+        let parts = sandbox.read_rgb(&format!("parts-{frame}.png"));
+        assert!(differing(160, &sandbox.read_rgb(&format!("whole-{frame}.png")), &parts).0 <= 1, "{frame}");
+        let raw: Vec<[u8; 3]> = bytes[frame * 160 * 100 * 4..][..160 * 100 * 4]
+            .chunks_exact(4)
+            .map(|texel| [texel[0], texel[1], texel[2]])
+            .collect();
+        assert!(raw == parts, "{frame}");
+    }
+    for (words, said) in [
+        ("--compare", "--compare is of a picture that is drawn at once"),
+        ("--explain 3,4", "--explain"),
+        ("--overlay atlas", "the overlay atlas is drawn at once"),
+    ] {
+        let ended =
+            run(&sandbox, &format!("render image.vastex --size 160x100 --part-side 128 {words} -o x.png"));
+        assert!(ended.expect_code(1).stderr.contains(said), "{words}");
+    }
+    assert!(!sandbox.path("x.png").exists());
+    assert_eq!(sandbox.names().iter().filter(|name| name.contains("partial")).count(), 0);
+}
+
+#[cfg(feature = "view")]
+#[test]
+fn a_picture_of_the_window_in_parts_has_all_that_lies_over_it_once() {
+    let sandbox = earth();
+    let shoot = |words: &str, output: &str| {
+        run(&sandbox, &format!("view --screenshot {output} {words} --size 320x180")).expect_code(0);
+        sandbox.read_rgb(output)
+    };
+    for words in [
+        "image.vastex --view image:x=500,y=200,zoom=120",
+        "image.vastex --over relief.vastex --compare-mode beside",
+        "image.vastex --on globe",
+        "relief.vastex --on planet --sun 20,10",
+    ] {
+        let (whole, parts) =
+            (shoot(words, "whole.png"), shoot(&format!("{words} --part-side 160"), "parts.png"));
+        let (furthest, count) = differing(320, &whole, &parts);
+        assert!(furthest <= 2, "{words}: {count} pixels differ by up to {furthest}");
+    }
+}
