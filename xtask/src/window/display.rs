@@ -24,6 +24,8 @@ impl Display {
     /// Starts one, whose pixels lie in a directory.
     pub(super) fn start(place: &Path) -> Result<Display> {
         let mut command = shell::command("Xvfb");
+        // It would begin anew after the last window, and refuse the next one meanwhile.
+        command.arg("-noreset");
         command
             .args(["-displayfd", "1", "-screen", "0", &format!("{}x{}x24", SIZE[0], SIZE[1]), "-fbdir"])
             .arg(place);

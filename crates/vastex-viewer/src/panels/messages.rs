@@ -1,7 +1,8 @@
 //! What went wrong and what there is to know of a file, told over the picture until a person has read it.
 
 use egui::{
-    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Rect, RichText, Vec2,
+    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, RichText,
+    Vec2,
 };
 
 /// Messages that are told at once; of more the newest.
@@ -90,6 +91,8 @@ impl Messages {
         let width = (free.width() - 32.0).clamp(120.0, WIDTH);
         let place = free.center_top() + Vec2::new(0.0, 12.0);
         let area = Area::new(Id::unique("messages")).pivot(Align2::CENTER_TOP).fixed_pos(place);
+        // Over maps of the image.
+        let area = area.order(Order::Foreground);
         area.show(context, |ui| {
             let mut read = None;
             for (n, message) in self.told.iter().enumerate() {

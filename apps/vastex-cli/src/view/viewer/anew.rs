@@ -130,6 +130,7 @@ impl Viewer {
             chosen: self.hud.chosen_pools(),
             pose,
             size,
+            longest_wait: LONGEST_WAIT,
             is_broken_off: is_broken_off.clone(),
         };
         wanted.making = Some(Making { number, is_broken_off });
@@ -225,6 +226,8 @@ struct Maker {
     pose: Pose,
     /// Of the picture, in pixels.
     size: [u32; 2],
+    /// As long is waited for a sharp picture.
+    longest_wait: Duration,
     is_broken_off: Arc<AtomicBool>,
 }
 
@@ -248,7 +251,10 @@ impl Maker {
         for frame in 0.. {
             let stats = textures.stats();
             let is_sharp = stats.converged && stats.fading == 0;
-            if frame >= FIRST_WANTED && is_sharp || begun.elapsed() > LONGEST_WAIT || self.is_broken_off() {
+            if frame >= FIRST_WANTED && is_sharp
+                || begun.elapsed() > self.longest_wait
+                || self.is_broken_off()
+            {
                 break;
             }
             let view = StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: self.pose };
@@ -318,6 +324,7 @@ mod tests {
             chosen: ChosenPools::default(),
             pose: Pose::first(Scene::Image),
             size: SIZE,
+            longest_wait: Duration::from_secs(60),
             is_broken_off: Arc::default(),
         }
     }

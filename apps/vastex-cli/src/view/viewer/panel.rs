@@ -17,6 +17,9 @@ use crate::screenshot::Guided;
 /// Between two looks at the values of a view that changes.
 const EVERY: Duration = Duration::from_millis(300);
 
+/// Points that the titles of panes take at the top.
+const TITLES: f32 = 32.0;
+
 /// Values that are in view.
 pub(super) struct Values {
     /// `None` if no part of the image is in view.
@@ -169,7 +172,9 @@ impl Viewer {
                     asked.extend(guided.show(ui, pane, free(pane), minimap).map(Asked::Go));
                 }
             }
-            messages.show(ui.ctx(), all);
+            // Titles of panes stay to be read.
+            let top = if panes.count > 1 { all.top() + TITLES } else { all.top() };
+            messages.show(ui.ctx(), all.with_min_y(top));
             asked.extend(asks);
             is_changed |= changes;
         });
