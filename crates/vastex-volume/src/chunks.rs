@@ -87,6 +87,8 @@ pub(crate) struct Chunk {
     pub(crate) bytes: Bytes,
     /// Bytes from a value to the next one along each axis of the array.
     pub(crate) strides: Arc<[usize]>,
+    /// Bytes that were read for it: as they are stored, or of TIFF as they are decoded. 0 of what was made.
+    pub(crate) stored: usize,
 }
 
 /// Which chunks of an array are stored.

@@ -88,11 +88,15 @@ impl FlatArray {
         let offset: u64 = first.iter().zip(&*self.strides).map(|(at, stride)| at * *stride as u64).sum();
         let sides = (0..first.len()).map(|axis| self.chunk[axis].min(self.layout.shape[axis] - first[axis]));
         let len = sides.product::<u64>() as usize * self.layout.dtype.bytes();
-        let mut bytes = match &self.place {
-            Place::Plain(path) => read_range(path, self.layout.offset + offset, len)?,
+        let (mut bytes, stored) = match &self.place {
+            Place::Plain(path) => (read_range(path, self.layout.offset + offset, len)?, len),
             Place::Gzip(path) => {
+                // The first chunk takes the whole file.
+                let is_first = self.inflated.get().is_none();
+                let file = || std::fs::metadata(path).map_or(0, |found| found.len() as usize);
+                let stored = if is_first { file() } else { 0 };
                 let all = self.inflated.get_or_init(|| inflate(path, &self.layout)).clone()?;
-                all.slice(offset as usize..offset as usize + len)
+                (all.slice(offset as usize..offset as usize + len), stored)
             }
         };
         if self.layout.is_big_endian && self.layout.dtype.bytes() > 1 {
@@ -101,7 +105,7 @@ impl FlatArray {
             bytes = turned.into();
         }
         // A chunk is a run: its values lie as those of the array.
-        Ok(Chunk { bytes, strides: self.strides.clone() })
+        Ok(Chunk { bytes, strides: self.strides.clone(), stored })
     }
 }
 

@@ -25,7 +25,7 @@ use rustc_hash::FxHashSet;
 use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault};
 use crate::reduce::{Reduction, reduce_into, reduced_size};
-use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Shared, Volume, VoxelBox, paste};
+use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Shared, Volume, VolumeAbout, VoxelBox, paste};
 use files::Files;
 use preview::Preview;
 
@@ -131,7 +131,7 @@ impl Made {
             });
         }
         let width = base.volume.about().dtype.bytes() as u64;
-        let is_small = is_cheap(&base, size);
+        let is_small = is_cheap(base.volume.about(), base.level, None);
         let mut faults = Vec::new();
         let mut files = None;
         if let Some((path, identity)) = directory.filter(|_| !is_small && !levels.is_empty()) {
@@ -239,7 +239,8 @@ impl Made {
     fn is_cheap(&self, level: usize) -> bool {
         let size = self.base.volume.about().levels[self.base.level].size;
         let scale = self.levels[level].scale;
-        is_cheap(&self.base, std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis])))
+        let of = std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis]));
+        is_cheap(self.base.volume.about(), self.base.level, Some(of))
     }
 
     /// A chunk of a level, or a preview of it.
@@ -380,7 +381,8 @@ impl Made {
 
     fn chunk_of(&self, values: Vec<u8>, [width, height, _]: [usize; 3]) -> Chunk {
         let value = self.width();
-        Chunk { bytes: values.into(), strides: [value * width * height, value * width, value].into() }
+        let strides = [value * width * height, value * width, value].into();
+        Chunk { bytes: values.into(), strides, stored: 0 }
     }
 
     /// Counts what a chunk covers of the finest made level as done.
@@ -408,11 +410,13 @@ impl Made {
 /// A chunk on its way.
 type Making<'a> = Pin<Box<dyn Future<Output = Result<Chunk, VolumeError>> + Send + 'a>>;
 
-/// Whether a box of stored voxels may be read while somebody waits.
-fn is_cheap(base: &Base, size: [u64; 3]) -> bool {
-    let about = base.volume.about();
-    let chunk = about.levels[base.level].chunk;
-    let chunks = (0..3).fold(1, |chunks: u64, axis| chunks.saturating_mul(size[axis].div_ceil(chunk[axis])));
+/// Whether a box of voxels of a stored level, all of it where no size is named, may be read while somebody
+/// waits.
+pub(crate) fn is_cheap(about: &VolumeAbout, level: usize, size: Option<[u64; 3]>) -> bool {
+    let level = &about.levels[level];
+    let size = size.unwrap_or(level.size);
+    let along = |axis: usize| size[axis].div_ceil(level.chunk[axis]);
+    let chunks = (0..3).fold(1, |chunks: u64, axis| chunks.saturating_mul(along(axis)));
     bytes_of(size, about.dtype.bytes() as u64) <= CHEAP_BYTES && chunks <= CHEAP_CHUNKS
 }
 

@@ -12,8 +12,8 @@ mod stats;
 mod window;
 
 use std::path::PathBuf;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 use pollster::block_on;
@@ -21,13 +21,13 @@ use vastex_core::{
     Description, Geometry, Layer, LayerError, PageContents, PagePos, Region, StoredLevel, VoxelLevel,
     VoxelLevels, VoxelLevelsError,
 };
-use vastex_tiles::{Codec, ReadError, ReadFuture, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, StoreStats, Tiers, Tile, TileSource};
 
 use crate::chunks::ChunkSource;
 use crate::fault::{VolumeError, VolumeFault};
-use crate::made::{Base, Made, MadeChunks, MadeProgress};
+use crate::made::{Base, Made, MadeChunks, MadeProgress, is_cheap};
 use crate::reduce::Reduction;
-use crate::volume::{BoxValues, Plane, Shared, Volume, VoxelBox, filled, paste};
+use crate::volume::{BoxValues, Plane, Shared, Volume, VolumeAbout, VoxelBox, filled, paste};
 pub use codes::{ValueCodes, VoxelValue};
 pub use sample::{PointValue, SliceAxis, VolumePlane};
 pub use stats::{BINS, BrickStats};
@@ -127,6 +127,8 @@ pub struct VolumeSource {
     /// How many bricks of each level are read at once.
     groups: Vec<groups::Group>,
     stats: stats::Kept,
+    /// What it has told of reads.
+    reads: Mutex<StoreStats>,
 }
 
 impl VolumeSource {
@@ -143,13 +145,7 @@ impl VolumeSource {
                 VolumeFault::Unsupported(why).at(&about.path)
             })?,
         };
-        let stored: Vec<StoredLevel> = about
-            .levels
-            .iter()
-            .map(|level| StoredLevel { size: level.size, scale: level.scale, origin: level.origin })
-            .collect();
-        let (geometry, levels) = VoxelLevels::new(&stored, options.brick, options.border)
-            .map_err(|error| VolumeSourceError::Levels { path: about.path.clone(), error })?;
+        let (geometry, levels) = levels_of(&about, options.brick, options.border)?;
         let name = if is_labels { "labels" } else { "values" };
         let layer = Layer { is_mixable: !is_labels, ..Layer::new(name, codes.format) };
         let description = Description::new(geometry, vec![layer]);
@@ -199,6 +195,7 @@ impl VolumeSource {
             made,
             first_made: first_made as u8,
             stats: stats::Kept::default(),
+            reads: Mutex::default(),
             volume,
         })
     }
@@ -420,6 +417,14 @@ impl TileSource for VolumeSource {
         self.contents.as_ref()
     }
 
+    /// Adds what was read of the volume: sources that share one add each read once between them, whichever of
+    /// them it was for.
+    fn add_tiers(&self, tiers: &mut Tiers) {
+        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        *reads += self.volume.take_reads();
+        tiers.store += *reads;
+    }
+
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         Box::pin(async move {
             let geometry: &Geometry = &self.description.geometry;
@@ -435,6 +440,28 @@ impl TileSource for VolumeSource {
             })
         })
     }
+}
+
+/// The levels of a source of a volume: those that are stored and are shown, and those that are made below
+/// them; and how they are cut into bricks. Reads nothing.
+pub fn levels_of(
+    about: &VolumeAbout,
+    brick: u32,
+    border: u32,
+) -> Result<(Geometry, VoxelLevels), VolumeSourceError> {
+    let stored = about.levels.iter();
+    let stored: Vec<StoredLevel> = stored
+        .map(|level| StoredLevel { size: level.size, scale: level.scale, origin: level.origin })
+        .collect();
+    VoxelLevels::new(&stored, brick, border)
+        .map_err(|error| VolumeSourceError::Levels { path: about.path.clone(), error })
+}
+
+/// Whether the levels of a source that are not stored are made when it is opened, since the coarsest stored
+/// one is small, and not in the background.
+pub fn makes_levels_at_opening(about: &VolumeAbout, levels: &VoxelLevels) -> bool {
+    let coarsest = levels.levels().iter().rev().find_map(|level| level.stored);
+    is_cheap(about, coarsest.map_or(0, usize::from), None)
 }
 
 /// What a volume is, for levels of it that are kept: other values give another text, as far as times of files

@@ -281,7 +281,7 @@ impl Volume {
         key.extend(of.size.map(u64::from));
         let read = async {
             let found = read.await?;
-            let chunk = Chunk { bytes: found.values.into(), strides: [].into() };
+            let chunk = Chunk { bytes: found.values.into(), strides: [].into(), stored: 0 };
             Ok((!found.is_absent).then_some(chunk))
         };
         let (outcome, _) = self.boxes.get((level, key), read).await;

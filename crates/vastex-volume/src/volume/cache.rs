@@ -26,6 +26,9 @@ pub struct ChunkWork {
     pub decoded: u64,
     /// Bytes that these had, decoded.
     pub bytes_decoded: u64,
+    /// Bytes that were read for them: as they are stored, of TIFF stacks as they are decoded. Indices of
+    /// shards and metadata are left out.
+    pub bytes_read: u64,
     /// Chunks that were found absent by looking for them.
     pub absent: u64,
     /// How often a chunk was had without reading it: it was kept, or another read had begun with it.
@@ -54,6 +57,7 @@ pub(crate) struct ChunkCache {
 struct Counts {
     decoded: AtomicU64,
     bytes_decoded: AtomicU64,
+    bytes_read: AtomicU64,
     absent: AtomicU64,
     shared: AtomicU64,
     failed: AtomicU64,
@@ -115,6 +119,7 @@ impl ChunkCache {
         ChunkWork {
             decoded: of(&counts.decoded),
             bytes_decoded: of(&counts.bytes_decoded),
+            bytes_read: of(&counts.bytes_read),
             absent: of(&counts.absent),
             shared: of(&counts.shared),
             failed: of(&counts.failed),
@@ -140,11 +145,12 @@ impl ChunkCache {
 
 impl Counts {
     fn count(&self, outcome: &Outcome) {
-        let (counter, bytes) = match outcome {
-            Ok(Some(chunk)) => (&self.decoded, chunk.bytes.len() as u64),
-            Ok(None) => (&self.absent, 0),
-            Err(_) => (&self.failed, 0),
+        let (counter, bytes, stored) = match outcome {
+            Ok(Some(chunk)) => (&self.decoded, chunk.bytes.len() as u64, chunk.stored as u64),
+            Ok(None) => (&self.absent, 0, 0),
+            Err(_) => (&self.failed, 0, 0),
         };
+        self.bytes_read.fetch_add(stored, Ordering::Relaxed);
         counter.fetch_add(1, Ordering::Relaxed);
         self.bytes_decoded.fetch_add(bytes, Ordering::Relaxed);
     }
@@ -273,7 +279,7 @@ mod tests {
     use crate::fault::damaged;
 
     fn chunk(bytes: usize) -> Chunk {
-        Chunk { bytes: vec![0; bytes].into(), strides: [1, 1].into() }
+        Chunk { bytes: vec![0; bytes].into(), strides: [1, 1].into(), stored: 3 }
     }
 
     async fn found(chunk: Option<Chunk>) -> Outcome {
@@ -299,7 +305,7 @@ mod tests {
         assert!(matches!(cache.find(&(2, vec![])), Some(None)));
         let work = cache.work();
         assert_eq!((work.decoded, work.absent, work.shared, work.failed), (30, 1, 0, 0));
-        assert_eq!(work.bytes_decoded, 30 * (20 << 20));
+        assert_eq!((work.bytes_decoded, work.bytes_read), (30 * (20 << 20), 30 * 3));
     }
 
     /// A read that goes on when it is told to.

@@ -11,6 +11,7 @@ mod region;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
+use vastex_tiles::StoreStats;
 
 use crate::chunks::{ChunkSource, Grid, Presence};
 use crate::values::DType;
@@ -45,6 +46,8 @@ pub struct Volume {
     boxes: ChunkCache,
     /// Chunks of levels that are made: of coarse ones, and of finer ones.
     made: [ChunkCache; 2],
+    /// What was told of reads.
+    told: Mutex<StoreStats>,
     /// Which chunks are stored, of levels that were asked about.
     presence: Mutex<FxHashMap<usize, Arc<Presence>>>,
 }
@@ -65,6 +68,7 @@ impl Volume {
             cache: ChunkCache::new(MOST_KEPT),
             boxes: ChunkCache::new(MOST_KEPT),
             made: [COARSE_MADE_KEPT, FINE_MADE_KEPT].map(ChunkCache::new),
+            told: Mutex::default(),
             presence: Mutex::default(),
         }
     }
@@ -72,6 +76,19 @@ impl Volume {
     /// How many chunks were read and decoded since it was opened, and how often one was shared.
     pub fn chunk_work(&self) -> ChunkWork {
         self.cache.work()
+    }
+
+    /// What was read of the store since this was last asked, so that sources that share the volume tell each
+    /// read once between them.
+    pub(crate) fn take_reads(&self) -> StoreStats {
+        let work = self.cache.work();
+        let now = StoreStats { reads: work.decoded, bytes: work.bytes_read };
+        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::replace(&mut *told, now);
+        StoreStats {
+            reads: now.reads.saturating_sub(before.reads),
+            bytes: now.bytes.saturating_sub(before.bytes),
+        }
     }
 
     /// What keeps chunks of levels that are made, for all channels and times: of coarse ones, and of finer

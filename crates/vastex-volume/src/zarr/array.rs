@@ -91,10 +91,11 @@ impl ZarrArray {
         let Some(stored) = stored else { return Ok(None) };
         let decoded = self.meta.chain.decode(&stored, bytes);
         let mut values = decoded.map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
+        let stored = stored.len();
         if self.meta.is_big_endian {
             swap_bytes(&mut values, self.meta.dtype.bytes());
         }
-        Ok(Some(Chunk { bytes: values.into(), strides: self.strides.clone() }))
+        Ok(Some(Chunk { bytes: values.into(), strides: self.strides.clone(), stored }))
     }
 
     async fn find_present(&self, most: usize) -> Result<Presence, VolumeError> {

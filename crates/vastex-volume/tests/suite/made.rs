@@ -9,7 +9,8 @@ use pollster::block_on;
 use vastex_core::PagePos;
 use vastex_tiles::{TileSource, conformance};
 use vastex_volume::{
-    DType, Reduction, Volume, VolumeOptions, VolumeRegion, VolumeSource, reduce_into, reduced_size,
+    DType, Reduction, Volume, VolumeOptions, VolumeRegion, VolumeSource, levels_of, makes_levels_at_opening,
+    reduce_into, reduced_size,
 };
 
 use crate::fixtures::volume;
@@ -85,6 +86,7 @@ fn small_levels_are_made_at_opening() {
         let options = VolumeOptions { brick: 16, reduction: Some(rule), ..VolumeOptions::default() };
         let source = VolumeSource::open(volume, &options).unwrap();
         assert!(!source.has_levels_to_make() && source.faults().is_empty());
+        assert!(makes_levels_at_opening(source.volume().about(), source.levels()));
         check(&source, rule);
     }
 }
@@ -129,6 +131,10 @@ fn large_levels_are_a_preview_until_they_are_made() {
     let source = open(large(directory.path()), None);
     let tail = source.description().geometry.tail_pos();
     assert!(source.has_levels_to_make());
+    let about = source.volume().about();
+    let (geometry, levels) = levels_of(about, 64, 1).unwrap();
+    assert!(geometry == source.description().geometry && levels == **source.levels());
+    assert!(!makes_levels_at_opening(about, &levels));
     let progress = source.level_states().last().unwrap().made.unwrap();
     assert_eq!((progress.done, progress.total), (0, 3 * 4 * 5));
     let preview = texels(&source, tail);

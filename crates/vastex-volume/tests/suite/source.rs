@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use pollster::block_on;
 use vastex_core::{Dims, LayerFormat, PageId, PagePos, TextureNumber};
-use vastex_tiles::{Codec, Loader, ReadError, TileSource, conformance};
+use vastex_tiles::{Codec, Loader, ReadError, Tiers, TileSource, conformance};
 use vastex_volume::{BINS, Volume, VolumeOptions, VolumeRegion, VolumeSource};
 
 use crate::fixtures::{path, volume};
@@ -344,4 +344,26 @@ fn a_loader_brings_every_page_and_says_which_it_cannot() {
     }
     assert_eq!(sound + failed, geometry.page_count());
     assert_eq!(failed, 2 * 2 * 2);
+}
+
+#[test]
+fn sources_of_one_volume_tell_each_read_once() {
+    let volume = Arc::new(volume(&path("v04-center.zip")));
+    let sources = [0, 1].map(|channel| {
+        let options = VolumeOptions { channel, brick: 8, ..VolumeOptions::default() };
+        VolumeSource::open(volume.clone(), &options).unwrap()
+    });
+    let mut told = Tiers::default();
+    for _ in 0..2 {
+        for source in &sources {
+            for pos in source.description().geometry.pages() {
+                block_on(source.read(pos)).unwrap();
+            }
+        }
+        told = Tiers::default();
+        sources.iter().for_each(|source| source.add_tiers(&mut told));
+    }
+    let work = volume.chunk_work();
+    assert!(work.decoded > 18 && work.bytes_read > 0 && work.bytes_read < work.bytes_decoded * 2, "{work:?}");
+    assert_eq!((told.store.reads, told.store.bytes), (work.decoded, work.bytes_read));
 }
