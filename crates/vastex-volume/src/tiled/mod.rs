@@ -142,9 +142,10 @@ impl TiledLevel {
                 _ => VolumeFault::Read(error.to_string()),
             })
         })?;
+        let stored = tile.bytes.len();
         let decoded = tile.decode(self.container.description());
         let values: Bytes = decoded.map_err(|error| at(damaged(format!("{pos}: {error}"))))?;
-        Ok(Some(Chunk { bytes: values.slice(self.offset..), strides: self.strides.clone() }))
+        Ok(Some(Chunk { bytes: values.slice(self.offset..), strides: self.strides.clone(), stored }))
     }
 
     fn find_present(&self, most: usize) -> Presence {
