@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
-use vastex_volume::{BRICK, BrickCount, ImageList, Opened, VolumeAbout, is_volume, open};
+use vastex_volume::{
+    BRICK, BrickCount, ImageList, Opened, VolumeAbout, is_volume, levels_of, makes_levels_at_opening, open,
+};
 
 use crate::args::InfoArgs;
 use crate::report;
@@ -100,6 +102,12 @@ struct Summary {
     size: [u64; 3],
     /// Those that are stored, the finest first.
     levels: Vec<LevelSummary>,
+    /// Those that are not stored and are made below the coarsest one where the volume is drawn, the finest
+    /// first.
+    made_levels: Vec<MadeLevelSummary>,
+    /// When these are made: `at-opening` or `in-the-background`; left out where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    levels_made: Option<&'static str>,
     channels: u64,
     channel_info: Vec<ChannelSummary>,
     times: u64,
@@ -140,6 +148,15 @@ struct LevelSummary {
 }
 
 #[derive(Serialize)]
+struct MadeLevelSummary {
+    size: [u32; 3],
+    /// Sides of a voxel along x, y and z.
+    scale: [f64; 3],
+    /// The corner of its first voxel.
+    origin: [f64; 3],
+}
+
+#[derive(Serialize)]
 struct ChannelSummary {
     name: Option<String>,
     /// Six hexadecimal digits.
@@ -158,6 +175,7 @@ impl Summary {
             origin: level.origin,
             chunk: level.chunk,
         });
+        let made = made_levels(about);
         let channels = about.channel_info.iter().map(|channel| ChannelSummary {
             name: channel.name.clone(),
             color: channel.color.map(|[r, g, b]| format!("{r:02x}{g:02x}{b:02x}")),
@@ -171,6 +189,8 @@ impl Summary {
             name: about.name.clone(),
             size: about.size(),
             levels: levels.collect(),
+            levels_made: made.as_ref().map(|(_, when)| *when),
+            made_levels: made.map_or_else(Vec::new, |(levels, _)| levels),
             channels: about.channels,
             channel_info: channels.collect(),
             times: about.times,
@@ -208,6 +228,10 @@ impl Summary {
             let path = if path.is_empty() { String::new() } else { format!(" ({path})") };
             ("", format!("level {n}{path}: {} voxels of {scale}{unit}, chunks of {}", by(size), by(chunk)))
         }));
+        if let Some(when) = self.levels_made {
+            let when = when.replace('-', " ");
+            rows.push(("", format!("{} more down to one voxel are made {when}", self.made_levels.len())));
+        }
         if !self.labels.is_empty() {
             rows.push((
                 "labels",
@@ -228,6 +252,22 @@ impl Summary {
             .collect::<Vec<_>>()
             .join("\n")
     }
+}
+
+/// The levels that are made where a volume is drawn, and when; `None` if none is, or if it cannot be drawn.
+fn made_levels(about: &VolumeAbout) -> Option<(Vec<MadeLevelSummary>, &'static str)> {
+    let (_, levels) = levels_of(about, BRICK as u32, 1).ok()?;
+    let made: Vec<MadeLevelSummary> = levels
+        .levels()
+        .iter()
+        .filter(|level| level.stored.is_none())
+        .map(|level| MadeLevelSummary { size: level.size, scale: level.scale, origin: level.origin })
+        .collect();
+    let when = match makes_levels_at_opening(about, &levels) {
+        true => "at-opening",
+        false => "in-the-background",
+    };
+    (!made.is_empty()).then_some((made, when))
 }
 
 impl ChannelSummary {

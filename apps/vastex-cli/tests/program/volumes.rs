@@ -49,12 +49,16 @@ fn info_has_the_keys_that_scripts_use() {
     ] {
         assert_eq!(told[key], value, "{key}");
     }
+    let made: Vec<_> = told["made_levels"].as_array().unwrap().iter().map(|l| l["size"].clone()).collect();
+    assert_eq!(made, [json!([2, 2, 3]), json!([1, 1, 2]), json!([1, 1, 1])]);
+    assert_eq!(told["levels_made"], "at-opening");
     assert_eq!(told["oddities"].as_array().unwrap().len(), 3);
     let text = sandbox.run(&["info", "v04-center.zip", "--count"]).expect_code(0).stdout;
     for words in [
         "22 x 20 x 6 voxels of uint16",
         "DAPI",
         "level 1 (1): 11 x 10 x 6",
+        "3 more down to one voxel are made at opening",
         "12 of 64 voxels a side; 0 absent",
     ] {
         assert!(text.contains(words), "{words}: {text}");
