@@ -23,10 +23,10 @@ pub(crate) struct ShownArgs {
     /// green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that
     /// stands for no data as it is stored, or nan, or off, instead of what the file says: what has it is not
     /// drawn; range=LO..HI, the values that are black and white; map=M, the colours of a single channel
-    /// (grey, viridis, magma, inferno, plasma, cividis, turbo, coolwarm, terrain, or one of these reversed, as
-    /// in viridis_r); log, a logarithmic curve within the range; gamma=G, the exponent of values in the range
-    /// (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has it;
-    /// hidden, to load nothing of it
+    /// (grey, viridis, magma, inferno, plasma, cividis, turbo, coolwarm, terrain, or one of these reversed,
+    /// as in viridis_r); log, a logarithmic curve within the range; gamma=G, the exponent of values in the
+    /// range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has
+    /// it; hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = "NAME[:SETTING]...",
