@@ -24,9 +24,13 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 }
 
 /// Opens a JPEG file that can be read by rows at an eighth of its size, a quarter or a half, rounded up: the
-/// smallest of them whose longer side is about `side` texels or more. `None` for every other format, for
-/// directories, and where even a half would be smaller. The rows are as [`open`] gives them out: upright, and
-/// their colours as they are stored.
+/// smallest of them whose longer side is about `side` texels or more; or a TIFF file of strips at a share of
+/// its size. `None` for every other format, for directories, and where even a half would be smaller. The rows
+/// are as [`open`] gives them out: upright, and their colours as they are stored.
+///
+/// Of a TIFF file some texels are taken of some rows, those between them left out. Where rows are compressed,
+/// at most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest
+/// strip that is. `None` where that leaves fewer than 32 strips, as in a file of one.
 ///
 /// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the
 /// whole image; they differ a little from the mean of the image's texels. Fails where [`open`] does.

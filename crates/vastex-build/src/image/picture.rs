@@ -35,14 +35,17 @@ pub(super) fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> 
 /// Opens an image at a share of its size, and turns it upright; `None` if that is not quicker.
 pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     let mut file = open_file(path)?;
-    let mut magic = Vec::with_capacity(3);
-    (&mut file).take(3).read_to_end(&mut magic)?;
+    let mut magic = Vec::with_capacity(4);
+    (&mut file).take(4).read_to_end(&mut magic)?;
     file.seek(io::SeekFrom::Start(0))?;
-    if magic != [0xff, 0xd8, 0xff] {
-        return Ok(None);
-    }
-    let reduced = jpeg::JpegReader::new(file)?.reduced(side);
-    Ok(reduced.map(|reader| oriented::upright(Box::new(reader))))
+    let reduced: Option<Box<dyn RowReader>> = match magic.as_slice() {
+        [0xff, 0xd8, 0xff, ..] => {
+            jpeg::JpegReader::new(file)?.reduced(side).map(|reader| Box::new(reader) as Box<dyn RowReader>)
+        }
+        [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tiff::open_sparse(file, side)?,
+        _ => None,
+    };
+    Ok(reduced.map(oriented::upright))
 }
 
 /// Opens bands of a TIFF file, as in `5,4,3`, and turns them upright.

@@ -28,6 +28,7 @@ mod replace_layers;
 mod resume;
 mod same_input;
 mod sparse;
+mod sparse_tiff;
 mod tiff_kinds;
 #[cfg(feature = "volumes")]
 mod volumes;

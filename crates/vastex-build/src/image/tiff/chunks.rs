@@ -337,6 +337,18 @@ impl ReadyRows {
         Ok(())
     }
 
+    /// The next rows that are read lie in the strip or row of tiles that holds `row`. To be called where
+    /// there is no help, which would be ahead of it.
+    pub(super) fn go_to(&mut self, row: u32) {
+        let chunks = &self.decoding.chunks;
+        let band = row / chunks.rows;
+        if self.rows.is_empty() || self.first_row != band * chunks.rows {
+            let bands = chunks.size[1].div_ceil(chunks.rows).max(1);
+            self.asked = u64::from(band) * (chunks.count() / u64::from(bands));
+            self.ready = Vec::new().into_iter();
+        }
+    }
+
     fn load(&mut self, chunks: &Chunks, first_row: u32) -> Result<(), InputFault> {
         let (texel, sample) = (chunks.format.texel_bytes(), chunks.format.sample());
         let (unit, stored_unit) = chunks.unit();

@@ -10,6 +10,7 @@ mod bands;
 mod chunks;
 pub(crate) mod file;
 mod samples;
+mod sparse;
 mod ycbcr;
 
 use std::fs::File;
@@ -44,11 +45,23 @@ pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>
     }
 }
 
+/// Opens the first image of a TIFF file at a share of its size; `None` where that is no quicker than all of
+/// it.
+pub(super) fn open_sparse(file: File, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    let first = TiffFile::first_image(Arc::new(file.try_clone()?), None);
+    if first.is_ok_and(|image| image.has_pick()) {
+        return Ok(None);
+    }
+    let sparse = TiffReader::new(file)?.sparse(side);
+    Ok(sparse.map(|reader| Box::new(reader) as Box<dyn RowReader>))
+}
+
 /// A TIFF file, its first image.
 pub(super) struct TiffReader {
     header: ImageHeader,
     chunks: Arc<Chunks>,
     access: Access,
+    has_strips: bool,
     is_premultiplied: bool,
     next_row: u32,
 }
@@ -109,7 +122,15 @@ impl TiffReader {
             let own = is_own.then(|| TiffFile::first_image(file.clone(), None)).transpose()?;
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
         };
-        Ok(TiffReader { header, chunks, access, is_premultiplied, next_row: 0 })
+        Ok(TiffReader { header, chunks, access, has_strips: strips, is_premultiplied, next_row: 0 })
+    }
+
+    /// The next row that is read is this one. To be called where there is no help.
+    fn go_to(&mut self, row: u32) {
+        self.next_row = row;
+        if let Access::Decoded(bands) = &mut self.access {
+            bands.go_to(row);
+        }
     }
 }
 

@@ -1,0 +1,105 @@
+//! A TIFF file of strips at a share of its size, from some of its strips: a quick first picture of an image
+//! that may be large.
+//!
+//! Of every few rows one is read, and of its texels every few; where strips must be decoded to read a row,
+//! only so many strips are that this stays quick, and the rows between them are those of the nearest.
+
+use super::chunks::Chunks;
+use super::{Access, TiffReader};
+use crate::image::{ImageHeader, InputFault, RowReader};
+
+/// Bytes of rows that are decoded, at most. That many are some tenths of a second of one core.
+const DECODED: u64 = 96 << 20;
+/// Strips of which fewer are too few for a picture.
+const LEAST_BANDS: u64 = 32;
+
+/// Rows of an image, one of every few.
+pub(in crate::image) struct SparseReader {
+    reader: TiffReader,
+    header: ImageHeader,
+    /// Rows and columns of the image for one of these.
+    step: u32,
+    /// Of so many strips one is decoded; 0 where rows are read without that.
+    every: u32,
+    next_row: u32,
+    row: Vec<u8>,
+}
+
+impl TiffReader {
+    /// The image at a share of its size, the longer side about `side` texels or somewhat more; `None` where
+    /// that is no quicker than to read all of it: in images that are not much larger, in files of tiles, and
+    /// where strips are so long that too few can be decoded.
+    pub(in crate::image) fn sparse(self, side: u32) -> Option<SparseReader> {
+        let (width, height) = (self.header.width, self.header.height);
+        let step = width.max(height) / side.max(1);
+        if step < 2 || !self.has_strips {
+            return None;
+        }
+        let every = match &self.access {
+            Access::Raw(_) => 0,
+            Access::Decoded(_) => every(&self.chunks, self.header.row_bytes() as u64, [step, height])?,
+        };
+        let size = |texels: u32| u64::from(texels.div_ceil(step));
+        let mut header = self.header.clone();
+        (header.width, header.height) = (size(width) as u32, size(height) as u32);
+        let row = vec![0; self.header.row_bytes()];
+        Some(SparseReader { reader: self, header, step, every, next_row: 0, row })
+    }
+}
+
+/// Of how many strips one is decoded, for one row in every `step`; `None` if there are too few of them.
+fn every(chunks: &Chunks, row_bytes: u64, [step, height]: [u32; 2]) -> Option<u32> {
+    let rows = u64::from(chunks.rows.clamp(1, height));
+    let bands = u64::from(height).div_ceil(rows);
+    // No more than there are rows for.
+    let wanted = u64::from(height.div_ceil(step)).min(bands);
+    let most = DECODED / rows.saturating_mul(row_bytes).max(1);
+    // All of a file of which nearly all strips are wanted comes as quickly by itself.
+    let read = wanted.min(most).min(bands / 2);
+    (read >= LEAST_BANDS).then(|| if read == wanted { 1 } else { bands.div_ceil(read) as u32 })
+}
+
+impl SparseReader {
+    /// The row of the image that is shown as a row.
+    fn source(&self, row: u32) -> u32 {
+        let height = self.reader.header.height;
+        let middle =
+            (u64::from(row) * u64::from(self.step) + u64::from(self.step) / 2).min(u64::from(height) - 1);
+        if self.every == 0 {
+            return middle as u32;
+        }
+        let rows = self.reader.chunks.rows.clamp(1, height);
+        let strip = middle as u32 / rows;
+        let last = (height - 1) / rows;
+        let decoded = (strip - strip % self.every + self.every / 2).min(last);
+        // In the strip that is decoded the row that is nearest.
+        let first = decoded * rows;
+        (middle as u32).clamp(first, (first + rows - 1).min(height - 1))
+    }
+}
+
+impl RowReader for SparseReader {
+    fn header(&self) -> &ImageHeader {
+        &self.header
+    }
+
+    fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        let texel = self.header.format.texel_bytes();
+        let mut shown = None;
+        for row in rows.chunks_exact_mut(self.header.row_bytes()) {
+            let source = self.source(self.next_row);
+            if shown != Some(source) {
+                self.reader.go_to(source);
+                self.reader.read_rows(&mut self.row)?;
+                shown = Some(source);
+            }
+            let last = self.reader.header.width - 1;
+            for (column, to) in (0..).zip(row.chunks_exact_mut(texel)) {
+                let from = (column * self.step + self.step / 2).min(last) as usize * texel;
+                to.copy_from_slice(&self.row[from..from + texel]);
+            }
+            self.next_row += 1;
+        }
+        Ok(())
+    }
+}

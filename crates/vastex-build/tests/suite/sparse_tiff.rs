@@ -1,0 +1,83 @@
+//! TIFF files of strips at a share of their size: each texel is one of the image, and few strips are decoded.
+
+use std::fs::File;
+use std::path::Path;
+
+use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
+use vastex_build::open_reduced;
+
+use crate::common::sandbox::Sandbox;
+
+const SIZE: [u32; 2] = [1500, 1200];
+
+/// Values that say which row and column they are of, modulo 256 each.
+fn write(path: &Path, rows: u32, compression: Compression) {
+    let texels: Vec<u8> = (0..SIZE[1])
+        .flat_map(|y| (0..SIZE[0]).flat_map(move |x| [x as u8, y as u8, (x / 256 * 16 + y / 256) as u8]))
+        .collect();
+    let mut encoder = TiffEncoder::new(File::create(path).unwrap()).unwrap().with_compression(compression);
+    let mut image = encoder.new_image::<colortype::RGB8>(SIZE[0], SIZE[1]).unwrap();
+    image.rows_per_strip(rows).unwrap();
+    image.write_data(&texels).unwrap();
+}
+
+/// The column and the row of the image that a texel is of.
+fn place([x, y, high]: [u8; 3]) -> [u32; 2] {
+    [u32::from(high / 16) * 256 + u32::from(x), u32::from(high % 16) * 256 + u32::from(y)]
+}
+
+#[test]
+fn strips_are_read_at_a_share_of_their_size() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let deflate = Compression::Deflate(DeflateLevel::Balanced);
+    // Rows a strip, and how far a row may be from where it is shown: not at all where it is read by itself.
+    for (rows, compression, off) in [
+        (16, Compression::Uncompressed, 0),
+        (SIZE[1], Compression::Uncompressed, 0),
+        (1, deflate, 0),
+        (4, deflate, 0),
+        (8, Compression::Lzw, 8),
+        (16, deflate, 16),
+    ] {
+        write(&path, rows, compression);
+        let mut reader = open_reduced(&path, 150).unwrap().unwrap();
+        let header = reader.header().clone();
+        assert_eq!([header.width, header.height], SIZE.map(|side| side.div_ceil(10)));
+        let mut texels = vec![0; header.image_bytes() as usize];
+        // In parts, as previews are read.
+        for rows in texels.chunks_mut(7 * header.row_bytes()) {
+            reader.read_rows(rows).unwrap();
+        }
+        for (n, texel) in (0..).zip(texels.as_chunks::<3>().0) {
+            let [x, y] = place(*texel);
+            let [column, row] = [n % header.width, n / header.width].map(|at| at * 10 + 5);
+            assert_eq!(x, column, "{rows} rows a strip");
+            assert!(y.abs_diff(row) <= off, "{rows} rows a strip: row {y} for {row}");
+        }
+    }
+}
+
+#[test]
+fn a_file_that_is_as_quickly_read_whole_has_no_share() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    for (rows, compression, side) in [
+        // One strip, and strips that are too few, compressed; and an image that is not much larger.
+        (SIZE[1], Compression::Lzw, 150),
+        (100, Compression::Lzw, 150),
+        (4, Compression::Uncompressed, 1000),
+    ] {
+        write(&path, rows, compression);
+        assert!(open_reduced(&path, side).unwrap().is_none(), "{rows} rows a strip");
+    }
+    // What is damaged is an error where it is read, not before.
+    write(&path, 4, Compression::Lzw);
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    let opened = open_reduced(&path, 150);
+    if let Ok(Some(mut reader)) = opened {
+        let mut rows = vec![0; reader.header().image_bytes() as usize];
+        assert!(reader.read_rows(&mut rows).is_err());
+    }
+}
