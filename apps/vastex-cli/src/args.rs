@@ -32,6 +32,8 @@ pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
 pub(crate) use view::{ViewArgs, of_link};
+#[cfg(feature = "volumes")]
+pub(crate) use volume::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
 #[cfg(all(feature = "build", feature = "volumes"))]
 pub(crate) use volume_build::{Downsample, Zarr};
 
@@ -72,6 +74,8 @@ mod replay;
 mod shown;
 #[cfg(feature = "view")]
 mod view;
+#[cfg(feature = "volumes")]
+mod volume;
 #[cfg(feature = "build")]
 mod volume_build;
 
@@ -112,6 +116,31 @@ pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
     args
 }
 
+/// The command behind `vastex render --on volume` and `--on slices`.
+#[cfg(feature = "volumes")]
+const RENDER_VOLUME: &str = "render-volume";
+
+/// Puts the command for volumes in the place of `render` where `--on` names what only volumes are put on: its
+/// other words are others.
+#[cfg(feature = "volumes")]
+pub(crate) fn with_volume(mut args: Vec<OsString>) -> Vec<OsString> {
+    let is_volume = |word: &str| VolumeScene::ALL.iter().any(|scene| scene.name() == word);
+    let words: Vec<String> = args.iter().map(|arg| arg.to_string_lossy().into_owned()).collect();
+    let follows = words.windows(2).any(|two| two[0] == "--on" && is_volume(&two[1]));
+    let is_joined = words.iter().any(|word| word.strip_prefix("--on=").is_some_and(is_volume));
+    let place = words.iter().skip(1).position(|word| !word.starts_with('-')).map(|place| place + 1);
+    if let Some(place) = place.filter(|&place| words[place] == "render" && (follows || is_joined)) {
+        args[place] = RENDER_VOLUME.into();
+    }
+    args
+}
+
+/// No volume is drawn.
+#[cfg(not(feature = "volumes"))]
+pub(crate) fn with_volume(args: Vec<OsString>) -> Vec<OsString> {
+    args
+}
+
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
@@ -135,8 +164,12 @@ pub(crate) enum Command {
     Info(InfoArgs),
     /// Read and check every byte of a container
     Verify(VerifyArgs),
-    /// Draw a scene without a window
+    /// Draw a scene without a window; of volumes: `vastex render VOLUME --on volume --help`
     Render(Box<RenderArgs>),
+    /// Draw a volume without a window
+    #[cfg(feature = "volumes")]
+    #[command(name = RENDER_VOLUME, hide = true, override_usage = "vastex render --on <volume|slices> [OPTIONS] <SOURCE>")]
+    RenderVolume(Box<RenderVolumeArgs>),
     /// Play a recorded trace under a policy, beside Belady's optimum
     Replay(ReplayArgs),
     /// Learn from recorded traces which pages are wanted where, to load them ahead
@@ -161,6 +194,8 @@ impl Args {
             #[cfg(feature = "build")]
             Command::Export(args) => args.check(),
             Command::Render(args) => args.check(),
+            #[cfg(feature = "volumes")]
+            Command::RenderVolume(args) => args.check(),
             #[cfg(feature = "view")]
             Command::View(args) => args.check(),
             _ => Ok(()),

@@ -39,7 +39,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 fn main() -> ExitCode {
-    let mut args = Args::parse_from(args::with_view(std::env::args_os().collect()));
+    let mut args = Args::parse_from(args::with_volume(args::with_view(std::env::args_os().collect())));
     if let Err(error) = args.follow_links().and_then(|()| args.check()) {
         error.exit();
     }
@@ -63,6 +63,8 @@ fn main() -> ExitCode {
         Command::Render(mut args) => {
             open::pick_bands(&mut args.scene).and_then(|()| commands::render::run(&args))
         }
+        #[cfg(feature = "volumes")]
+        Command::RenderVolume(args) => commands::render_volume::run(&args),
         Command::Replay(args) => commands::replay::run(&args),
         Command::Learn(args) => commands::learn::run(&args),
         #[cfg(feature = "view")]

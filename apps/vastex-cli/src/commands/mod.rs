@@ -19,6 +19,8 @@ pub(crate) mod merge;
 #[cfg(feature = "record")]
 pub(crate) mod record;
 pub(crate) mod render;
+#[cfg(feature = "volumes")]
+pub(crate) mod render_volume;
 #[cfg(feature = "build")]
 pub(crate) mod replace;
 pub(crate) mod replay;

@@ -32,5 +32,7 @@ mod settings;
 mod telemetry;
 mod tool;
 #[cfg(feature = "volumes")]
+mod volume_pictures;
+#[cfg(feature = "volumes")]
 mod volumes;
 mod words;

@@ -19,7 +19,7 @@ pub struct VolumeBox {
 }
 
 /// A way to look along an axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum VolumeFace {
     /// Along x: y to the right, z downward.
     PlusX,
@@ -30,6 +30,7 @@ pub enum VolumeFace {
     /// Against y: x to the right, z downward.
     MinusY,
     /// Along z: x to the right, y downward.
+    #[default]
     PlusZ,
     /// Against z: x to the left, y downward.
     MinusZ,
@@ -67,6 +68,11 @@ pub struct VolumeCamera {
 }
 
 impl VolumeBox {
+    /// A box of so many voxels along x, y and z, with sides of these lengths.
+    pub fn new(size: [u32; 3], voxel: [f64; 3]) -> VolumeBox {
+        VolumeBox { size, voxel: voxel.into() }
+    }
+
     /// The sides of the box in the world.
     pub fn extent(&self) -> DVec3 {
         UVec3::from_array(self.size).as_dvec3() * self.voxel
@@ -192,8 +198,9 @@ fn parallel(of: &VolumeBox, picture: [u32; 2], axes: [DVec3; 3], middle: DVec3) 
 }
 
 impl VolumeCamera {
-    /// A camera that sees all of a box, from the side that faces `toward` away.
-    pub fn around(of: &VolumeBox, toward: DVec3, down: DVec3) -> VolumeCamera {
+    /// A camera that sees all of a box and looks `toward` a way in the world, of any length.
+    pub fn around(of: &VolumeBox, toward: [f64; 3], down: [f64; 3]) -> VolumeCamera {
+        let (toward, down) = (DVec3::from_array(toward), DVec3::from_array(down));
         let (target, half_height) = (of.extent() / 2.0, 20.0f64.to_radians());
         let distance = of.extent().length() / 2.0 / half_height.sin();
         VolumeCamera { target, eye: target - toward.normalize_or(DVec3::Z) * distance, down, half_height }
@@ -314,7 +321,7 @@ mod tests {
 
     #[test]
     fn a_camera_sees_the_whole_box() {
-        let camera = VolumeCamera::around(&BOX, DVec3::new(1.0, 1.0, 1.0), DVec3::Z);
+        let camera = VolumeCamera::around(&BOX, [1.0; 3], [0.0, 0.0, 1.0]);
         let rays = VolumeView::Around(camera).rays(&BOX, [64, 48]);
         let middle = rays.toward[0] + rays.toward[1] * 32.0 + rays.toward[2] * 24.0;
         assert!(middle.normalize().dot((camera.target - camera.eye).normalize()) > 1.0 - 1e-12);

@@ -30,6 +30,12 @@ impl VolumeChannel {
         VolumeChannel { layer: layer.into(), color: Vec3::ONE, range: [0.0, 1.0], gamma: 1.0, opacity: 1.0 }
     }
 
+    /// The same in another colour: red, green and blue as sRGB codes.
+    #[must_use]
+    pub fn in_color(self, codes: [u8; 3]) -> VolumeChannel {
+        VolumeChannel { color: Vec3::from_array(codes.map(|code| f32::from(code) / 255.0)), ..self }
+    }
+
     /// What a value becomes: 0 to 1.
     pub fn shown(&self, value: f64) -> f64 {
         let [low, high] = self.range.map(f64::from);

@@ -327,7 +327,7 @@ fn slices_are_the_voxels() {
 #[test]
 fn a_camera_around_it_sees_the_reference() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
-    let camera = VolumeCamera::around(&world.of, DVec3::new(1.0, 0.7, 0.5), DVec3::Z);
+    let camera = VolumeCamera::around(&world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
     for mode in [VolumeMode::Emission, VolumeMode::Mip] {
         let (view, size) = (VolumeView::Around(camera), [64, 48]);
         let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };

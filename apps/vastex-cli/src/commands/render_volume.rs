@@ -1,0 +1,376 @@
+//! `vastex render --on volume` and `--on slices`: a picture of a volume without a window.
+//!
+//! What is drawn is the viewer's business (`vastex_viewer::volume`), what is read `vastex-volume`'s. Here
+//! channels are chosen and frames played until everything in view is loaded.
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result, bail};
+use pollster::block_on;
+use serde::Serialize;
+use vastex::wgpu::{self, PollType, TextureFormat};
+use vastex::{
+    Event, Filter, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource, ViewId,
+};
+use vastex_scenes::{Gpu, Picture, headless_gpu};
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
+use vastex_viewer::volume::{
+    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeDesc, VolumeRenderer, VolumeView,
+};
+use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
+
+use crate::args::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
+use crate::output::Output;
+use crate::{gpu, report};
+
+/// Frames that the last picture waits for at most.
+const MOST_FRAMES: u64 = 10_000;
+/// What 8 bits are written as.
+const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
+/// Channels that are shown where nobody says which.
+const FIRST_CHANNELS: u64 = 4;
+/// Colours of channels that nobody gave one: green, magenta, cyan, yellow, red, blue, as lenses are told
+/// apart.
+const PALETTE: [[u8; 3]; 6] =
+    [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
+
+pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
+    let source = args.source.display().to_string();
+    let output = args.output.as_deref().map(Output::at).transpose()?;
+    let volume = match open(&args.source)? {
+        Opened::Volume(volume) => Arc::new(*volume),
+        Opened::Images(list) => bail!(no_volume(&list)),
+    };
+    let view = view_of(args, volume.about())?;
+    let channels = channels_of(args, volume.about())?;
+    let sources =
+        channels.iter().map(|channel| source_of(args, &volume, channel)).collect::<Result<Vec<_>>>()?;
+    let gpu = headless_gpu()?;
+    gpu::report_refusals(&gpu);
+    check_size(&gpu, args.size)?;
+    let mut drawing = Drawing::new(args, &gpu, (&channels, &sources), view).context(source.clone())?;
+    let converged = drawing.play().context(source.clone())?;
+    let picture = drawing.picture()?;
+    if let Some(output) = output {
+        output.write_picture(&picture)?;
+    }
+    let summary = Summary::new(&drawing, &volume, converged);
+    match args.json {
+        true => report::print_json(&summary)?,
+        false => report::print(&summary.text())?,
+    }
+    for fault in drawing.faults.iter().take(20) {
+        report::say(&format!("{source}: {fault}"));
+    }
+    if !converged {
+        report::say(&format!(
+            "error: {source}: not converged within {MOST_FRAMES} frames, {} bricks are missing",
+            summary.bricks_missing
+        ));
+        return Ok(ExitCode::FAILURE);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn no_volume(list: &ImageList) -> String {
+    let first = list.images.first().map_or("", |image| image.as_str());
+    format!(
+        "{}: {} with {} images; name one, as in {}/{first}",
+        list.path,
+        list.what,
+        list.images.len(),
+        list.path
+    )
+}
+
+fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+    let most = gpu.device.limits().max_texture_dimension_2d;
+    if size.iter().any(|side| *side > most) {
+        bail!("--size {}x{}: this adapter draws pictures of {most}x{most} pixels at most", size[0], size[1]);
+    }
+    Ok(())
+}
+
+/// The box of a volume.
+fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
+    let level = &about.levels[0];
+    let mut size = [0; 3];
+    for (side, voxels) in size.iter_mut().zip(level.size) {
+        *side =
+            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
+    }
+    Ok(VolumeBox::new(size, level.scale))
+}
+
+/// From where it is seen.
+fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<VolumeView> {
+    let of = box_of(about)?;
+    if let (VolumeScene::Slices, Some(slice)) = (args.on, args.slice) {
+        let side = of.size[usize::from(slice.axis)];
+        if slice.voxel >= side {
+            let name = ["x", "y", "z"][usize::from(slice.axis)];
+            bail!(
+                "--slice {name}={}: {} has {side} planes along {name}, 0 to {}",
+                slice.voxel,
+                about.path,
+                side - 1
+            );
+        }
+        return Ok(VolumeView::Slice { axis: slice.axis, voxel: slice.voxel });
+    }
+    Ok(match args.view {
+        Toward::Face(face) => VolumeView::Face(face),
+        Toward::Around { .. } => {
+            args.camera(&of).map_or(VolumeView::Face(Default::default()), VolumeView::Around)
+        }
+    })
+}
+
+/// The channels that are shown: those that are asked for, else those that the file shows at first, else the
+/// first ones.
+fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
+    let plain = |channel| AskedChannel { channel, color: None, range: None, opacity: None };
+    if !args.channels.is_empty() {
+        for asked in &args.channels {
+            if asked.channel >= about.channels {
+                let last = about.channels - 1;
+                bail!("--channels {}: {} has the channels 0 to {last}", asked.channel, about.path);
+            }
+        }
+        return Ok(args.channels.clone());
+    }
+    let active =
+        about.channel_info.iter().zip(0..about.channels).filter(|(info, _)| info.is_active == Some(true));
+    let active: Vec<AskedChannel> = active.map(|(_, channel)| plain(channel)).take(MOST_CHANNELS).collect();
+    match active.is_empty() {
+        true => Ok((0..about.channels.min(FIRST_CHANNELS)).map(plain).collect()),
+        false => Ok(active),
+    }
+}
+
+fn source_of(
+    args: &RenderVolumeArgs,
+    volume: &Arc<Volume>,
+    asked: &AskedChannel,
+) -> Result<Arc<VolumeSource>> {
+    let options = VolumeOptions {
+        channel: asked.channel,
+        time: args.time,
+        cache: args.cache(),
+        ..VolumeOptions::default()
+    };
+    let source = VolumeSource::open(volume.clone(), &options)?;
+    if source.is_labels() {
+        bail!(
+            "{}: these are labels, whole numbers of things, and so far only values are drawn; draw the image that they lie beside",
+            volume.about().path
+        );
+    }
+    // Nobody waits for a picture that is made of a preview.
+    if source.has_levels_to_make() {
+        report::say(&format!("note: {}: levels that the file lacks are made first", volume.about().path));
+        source.make_levels(&AtomicBool::new(false));
+    }
+    Ok(Arc::new(source))
+}
+
+/// What is drawn, and what it is drawn with.
+struct Drawing<'a> {
+    gpu: &'a Gpu,
+    textures: Textures,
+    renderer: VolumeRenderer,
+    canvas: Canvas,
+    view: VolumeView,
+    frames: u64,
+    faults: Vec<String>,
+}
+
+impl<'a> Drawing<'a> {
+    fn new(
+        args: &RenderVolumeArgs,
+        gpu: &'a Gpu,
+        (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
+        view: VolumeView,
+    ) -> Result<Drawing<'a>> {
+        let bytes = args.pool_mib.map(|mib| mib << 20);
+        let default_pool = PoolTuning { bytes, ..PoolTuning::default() };
+        let settings = Settings {
+            pools: PoolSettings { default_pool, ..PoolSettings::default() },
+            pace: vastex::Pace::LockStep { latency_frames: 1 },
+            picture: args.size,
+            whole_bytes: 0,
+            filter: if args.filter == VolumeFilter::Nearest { Filter::Nearest } else { Filter::Trilinear },
+            upload_bytes_per_frame: 64 << 20,
+            ..Settings::default()
+        };
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
+        let mut shown = Vec::new();
+        for (nth, (asked, source)) in channels.iter().zip(sources).enumerate() {
+            let voxels = Some(source.levels().clone());
+            let own = TextureSettings { voxels, ..TextureSettings::default() };
+            let tiles: Arc<dyn TileSource> = source.clone();
+            let prepared = textures.preparer().read_blocking(tiles, own)?;
+            let id = textures.add(prepared)?;
+            shown.push(as_shown(args, VolumeChannel::new(id), (nth, channels.len()), (asked, source))?);
+        }
+        let about = sources[0].volume().about();
+        let iso = args.iso.map_or(0.5, |iso| sampled(&sources[0], iso));
+        let desc = VolumeDesc {
+            mode: args.mode,
+            step: args.step,
+            density: args.density,
+            iso: iso as f32,
+            is_exact: args.filter == VolumeFilter::Exact,
+            ..VolumeDesc::new(box_of(about)?, shown)
+        };
+        let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
+        let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
+        Ok(Drawing { gpu, textures, renderer, canvas, view, frames: 0, faults: Vec::new() })
+    }
+
+    /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
+    fn play(&mut self) -> Result<bool> {
+        // What has converged before the first cycle is over says nothing.
+        let held = u64::from(vastex::JITTER_CYCLE) + 4;
+        while !(self.frames >= held && self.textures.stats().converged) {
+            if self.frames >= MOST_FRAMES {
+                return Ok(false);
+            }
+            let encoder = self.frame(Pictures::ForFeedback)?;
+            self.gpu.queue.submit([encoder.finish()]);
+            while let Some(event) = self.textures.poll_event() {
+                if let Event::Failed { why, .. } = event {
+                    self.faults.push(format!("{why}; a coarser brick is shown instead"));
+                }
+            }
+        }
+        Ok(true)
+    }
+
+    fn frame(&mut self, pictures: Pictures) -> Result<wgpu::CommandEncoder> {
+        let views = [StageView { view: ViewId::MAIN, camera: self.renderer.camera(), pose: self.view }];
+        let picture = self.canvas.size();
+        let frame = Frame { views: &views, expected: None, picture, has_feedback: true, pictures };
+        let target = self.canvas.target();
+        self.frames += 1;
+        Ok(frame.record(self.gpu, &mut self.textures, &self.renderer, &target, |_, _| Ok(()))?)
+    }
+
+    fn picture(&mut self) -> Result<Picture> {
+        let encoder = self.frame(Pictures::Always)?;
+        let read = TextureRead::submit(self.gpu, encoder, self.canvas.picture(), 4);
+        self.gpu.device.poll(PollType::wait_indefinitely())?;
+        let rgba = read.take().context("the picture did not come back from the adapter")??;
+        Ok(Picture { size: self.canvas.size(), rgba })
+    }
+}
+
+/// The sampled value that stands for a stored one.
+fn sampled(source: &VolumeSource, stored: f64) -> f64 {
+    let codes = source.codes();
+    (stored - codes.base) / codes.gain
+}
+
+/// A channel in its colour and window: those asked for, those of the file, or usual ones.
+fn as_shown(
+    args: &RenderVolumeArgs,
+    channel: VolumeChannel,
+    (nth, count): (usize, usize),
+    (asked, source): (&AskedChannel, &VolumeSource),
+) -> Result<VolumeChannel> {
+    let about = source.volume().about();
+    let info = usize::try_from(asked.channel).ok().and_then(|channel| about.channel_info.get(channel));
+    let usual = info.and_then(|info| info.color).unwrap_or(PALETTE[nth % PALETTE.len()]);
+    // One channel that nobody gave a colour is white, unless the file chose it and its colour.
+    let is_named = !args.channels.is_empty();
+    let of_file = !is_named && info.is_some_and(|info| info.color.is_some());
+    let color = asked.color.unwrap_or(if count == 1 && !of_file { [255; 3] } else { usual });
+    let of_range = |range: [f64; 2]| match about.dtype.bounds() {
+        Some((least, most)) => range.map(|share| least as f64 + share * (most - least) as f64),
+        None => range,
+    };
+    let stored = match (asked.range, args.range) {
+        (Some(range), _) => range,
+        (None, Some(range)) => of_range(range),
+        (None, None) if is_named => of_range([0.0, 1.0]),
+        (None, None) => {
+            let window = block_on(source.usual_window())?;
+            let is_inverted = info.is_some_and(|info| info.is_inverted);
+            if is_inverted { [window[1], window[0]] } else { window }
+        }
+    };
+    let range = stored.map(|value| sampled(source, value) as f32);
+    if range[0] == range[1] || !range.iter().all(|value| value.is_finite()) {
+        bail!("channel {}: the values {} to {} cannot be told apart", asked.channel, stored[0], stored[1]);
+    }
+    Ok(VolumeChannel { range, opacity: asked.opacity.unwrap_or(1.0), ..channel.in_color(color) })
+}
+
+/// What `--json` prints. Scripts rely on these names.
+#[derive(Serialize)]
+struct Summary {
+    converged: bool,
+    frames: u64,
+    tiles_loaded: u64,
+    tiles_evicted: u64,
+    /// Loaded again within 60 frames of their eviction.
+    tiles_reloaded: u64,
+    bricks_wanted: u32,
+    bricks_resident: u32,
+    bricks_missing: u32,
+    bricks_failed: u32,
+    pool_slots: u32,
+    pool_bytes: u64,
+    bytes_uploaded: u64,
+    /// Bytes of decoded chunks.
+    bytes_read: u64,
+    chunks_decoded: u64,
+    /// Levels.
+    mip_bias: f64,
+    adapter: String,
+}
+
+impl Summary {
+    fn new(drawing: &Drawing<'_>, volume: &Volume, converged: bool) -> Summary {
+        let (stats, work) = (drawing.textures.stats(), volume.chunk_work());
+        let pager = &stats.pager;
+        Summary {
+            converged,
+            frames: drawing.frames,
+            tiles_loaded: pager.loaded,
+            tiles_evicted: pager.evicted,
+            tiles_reloaded: pager.reloaded,
+            bricks_wanted: pager.wanted,
+            bricks_resident: pager.resident,
+            bricks_missing: pager.missing,
+            bricks_failed: pager.failed,
+            pool_slots: pager.slots,
+            pool_bytes: stats.pool_bytes,
+            bytes_uploaded: pager.uploaded_bytes,
+            bytes_read: work.bytes_decoded,
+            chunks_decoded: work.decoded,
+            mip_bias: f64::from(pager.bias_eighths) / 8.0,
+            adapter: drawing.gpu.adapter_name(),
+        }
+    }
+
+    fn text(&self) -> String {
+        let state = if self.converged { "converged" } else { "not converged" };
+        let coarser = match self.mip_bias {
+            0.0 => String::new(),
+            bias => format!("; the pool is too small, so the picture is {bias} levels coarser"),
+        };
+        format!(
+            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}",
+            self.frames,
+            self.adapter,
+            self.tiles_loaded,
+            self.bricks_wanted,
+            self.bricks_resident,
+            self.bricks_failed,
+            self.chunks_decoded
+        )
+    }
+}

@@ -1,0 +1,95 @@
+//! Pictures of volumes by `render`, beside the values that `crop` has of the same volume.
+
+use std::path::Path;
+
+use crate::tool::Sandbox;
+
+/// A head of three channels.
+const HEAD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/volumes/head.zip");
+const SIZE: [usize; 3] = [98, 116, 94];
+
+/// The values of its first channel: x fastest.
+fn values(sandbox: &Sandbox) -> Vec<u8> {
+    let [x, y, z] = SIZE;
+    let size = format!("{x}x{y}x{z}");
+    sandbox.run(&["crop", HEAD, "--at", "0,0,0", "--size", &size, "-o", "head.npy"]).expect_code(0);
+    let npy = sandbox.read("head.npy");
+    let header = 10 + usize::from(u16::from_le_bytes([npy[8], npy[9]]));
+    npy[header..].to_vec()
+}
+
+/// The red of a picture of so many pixels.
+fn drawn(sandbox: &Sandbox, [width, height]: [usize; 2], words: &[&str]) -> Vec<u8> {
+    let size = format!("{width}x{height}");
+    let mut command = vec!["render", HEAD, "--size", &size, "-o", "picture.png"];
+    command.extend(words);
+    sandbox.run(&command).expect_code(0);
+    let pixels = sandbox.read_rgb("picture.png");
+    assert_eq!(pixels.len(), width * height);
+    pixels.iter().map(|pixel| pixel[0]).collect()
+}
+
+/// The largest difference between a picture and what a place of it must be.
+fn off(picture: &[u8], width: usize, expected: impl Fn(usize, usize) -> f64) -> f64 {
+    let of = |(nth, code): (usize, &u8)| (f64::from(*code) - expected(nth % width, nth / width)).abs();
+    picture.iter().enumerate().map(of).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_face_is_the_maximum_and_the_mean_along_its_axis() {
+    let sandbox = Sandbox::new();
+    let values = values(&sandbox);
+    let [nx, ny, nz] = SIZE;
+    let at = |x: usize, y: usize, z: usize| values[(z * ny + y) * nx + x];
+    let channel = ["--on", "volume", "--channels", "0", "--range", "0,1"];
+    let of =
+        |mode: &'static str, view: &'static str| [&channel[..], &["--mode", mode, "--view", view]].concat();
+    // +z: right +x, down +y.
+    let picture = drawn(&sandbox, [nx, ny], &of("mip", "+z"));
+    let most = |x, y| f64::from((0..nz).map(|z| at(x, y, z)).max().unwrap());
+    assert_eq!(off(&picture, nx, most), 0.0);
+    let picture = drawn(&sandbox, [nx, ny], &of("average", "+z"));
+    let mean = |x, y| (0..nz).map(|z| f64::from(at(x, y, z))).sum::<f64>() / nz as f64;
+    assert!(off(&picture, nx, mean) <= 1.0);
+    // -x: right -y, down +z.
+    let picture = drawn(&sandbox, [ny, nz], &of("mip", "-x"));
+    let most = |right: usize, down| f64::from((0..nx).map(|x| at(x, ny - 1 - right, down)).max().unwrap());
+    assert_eq!(off(&picture, ny, most), 0.0);
+}
+
+#[test]
+fn a_slice_is_the_voxels_after_the_range() {
+    let sandbox = Sandbox::new();
+    let values = values(&sandbox);
+    let [nx, ny, nz] = SIZE;
+    let words = ["--on=slices", "--slice", "y=50", "--channels", "0:FFFFFF:40..200", "--json"];
+    let picture = drawn(&sandbox, [nx, nz], &words);
+    let expected = |x, z| {
+        let value = f64::from(values[(z * ny + 50) * nx + x]);
+        ((value - 40.0) / 160.0).clamp(0.0, 1.0) * 255.0
+    };
+    assert!(off(&picture, nx, expected) <= 1.0);
+}
+
+#[test]
+fn the_words_for_volumes_are_checked() {
+    let sandbox = Sandbox::new();
+    for (words, code, part) in [
+        (&["--on", "slices"][..], 2, "--slice z=K"),
+        (&["--on", "volume", "--mode", "iso"], 2, "--iso V"),
+        (&["--on", "volume", "--view", "z"], 2, "around:yaw"),
+        (&["--on", "volume", "--channels", "3"], 1, "has the channels 0 to 2"),
+        (&["--on", "slices", "--slice", "z=94"], 1, "94 planes along z"),
+        (&["--on", "volume", "--time", "1"], 1, "time"),
+        (&["--on", "volume", "-o", "head.jpg"], 2, "PNG"),
+    ] {
+        let command = [&["render", HEAD][..], words].concat();
+        let told = sandbox.run(&command).expect_code(code).stderr;
+        assert!(told.contains(part), "{words:?}: {told}");
+    }
+    let told = sandbox.run(&["render", "nothing.zarr", "--on", "volume"]).expect_code(1).stderr;
+    assert!(told.contains("nothing.zarr"), "{told}");
+    assert!(Path::new(HEAD).is_file());
+    let help = sandbox.run(&["render", "--on", "volume", "--help"]).expect_code(0).stdout;
+    assert!(help.contains("vastex render --on") && help.contains("--mode"), "{help}");
+}
