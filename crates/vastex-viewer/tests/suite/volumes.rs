@@ -230,9 +230,9 @@ impl World {
     }
 
     /// The share of pixels within so many codes of the reference, and the largest difference.
-    fn compare(&mut self, desc: VolumeDesc, view: VolumeView, size: [u32; 2], most: f64) -> (f64, f64) {
+    fn compare(&mut self, desc: &VolumeDesc, view: VolumeView, size: [u32; 2], most: f64) -> (f64, f64) {
         let (drawn, _) = self.drawn(desc.clone(), view, size);
-        let expected = picture(&desc, &self.arrays(&desc), &view, size);
+        let expected = picture(desc, &self.arrays(desc), &view, size);
         let difference = |(drawn, expected): (&[u8; 4], &[f64; 3])| {
             (0..3).map(|c| (f64::from(drawn[c]) - expected[c]).abs()).fold(0.0, f64::max)
         };
@@ -252,9 +252,9 @@ fn every_mode_from_every_face_is_the_reference() {
         let size = glam::UVec3::from_array(world.of.size).as_dvec3();
         let size = [right, down].map(|axis| axis.dot(size).abs() as u32);
         let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
-        let (within, most) = world.compare(desc, VolumeView::Face(face), size, 2.0);
+        let (within, most) = world.compare(&desc, VolumeView::Face(face), size, 2.0);
         assert!(within >= 0.999, "{face} {mode:?}, blended exactly: {within}, up to {most}");
-        let (within, most) = world.compare(world.desc(mode), VolumeView::Face(face), size, 4.0);
+        let (within, most) = world.compare(&world.desc(mode), VolumeView::Face(face), size, 4.0);
         assert!(within >= 0.99, "{face} {mode:?} by the device's filter: {within}, up to {most}");
     }
 }
@@ -265,7 +265,7 @@ fn three_channels_add_their_light() {
         World::new(&geometry([40, 36, 28], 16), LayerFormat::R32Float, 3, 400, TableChoice::BySize);
     for mode in [VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso] {
         let desc = VolumeDesc { is_exact: true, step: 1.0 / 3.0, ..world.desc(mode) };
-        let (within, most) = world.compare(desc, VolumeView::Face(VolumeFace::PlusZ), [40, 36], 2.0);
+        let (within, most) = world.compare(&desc, VolumeView::Face(VolumeFace::PlusZ), [40, 36], 2.0);
         assert!(within >= 0.999, "{mode:?}: {within}, up to {most}");
     }
 }
@@ -279,7 +279,7 @@ fn small_pictures_are_drawn_from_coarse_levels() {
         let desc = VolumeDesc { is_exact: true, ..world.desc(VolumeMode::Average) };
         let pixel = view.rays(&world.of, size).pixel;
         let level = level_of(&world.of, &world.volumes[0].levels, pixel);
-        let (within, most) = world.compare(desc, view, size, 2.0);
+        let (within, most) = world.compare(&desc, view, size, 2.0);
         assert!(within >= 0.999, "{size:?}, level {level}: {within}, up to {most}");
         assert_eq!(level, usize::from(size[0] < 70), "the sizes are on both sides of a level");
     }
@@ -309,7 +309,7 @@ fn levels_of_any_ratio_lie_where_the_file_says() {
         let pixel = view.rays(&world.of, size).pixel;
         assert_eq!(level_of(&world.of, &world.volumes[0].levels, pixel), level);
         let desc = VolumeDesc { is_exact: true, ..world.desc(VolumeMode::Average) };
-        let (within, most) = world.compare(desc, view, size, 2.0);
+        let (within, most) = world.compare(&desc, view, size, 2.0);
         assert!(within >= 0.999, "level {level}, {table:?}: {within}, up to {most}");
     }
 }
@@ -319,7 +319,7 @@ fn slices_are_the_voxels() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R8, 1, 200, TableChoice::BySize);
     for (axis, voxel, size) in [(2, 13, [40, 36]), (1, 35, [40, 28]), (0, 0, [36, 28])] {
         let desc = world.desc(VolumeMode::Mip);
-        let (within, most) = world.compare(desc, VolumeView::Slice { axis, voxel }, size, 1.0);
+        let (within, most) = world.compare(&desc, VolumeView::Slice { axis, voxel }, size, 1.0);
         assert_eq!(within, 1.0, "across {axis}: up to {most}");
     }
 }
