@@ -1,9 +1,8 @@
 //! Links in the place of a source: what they say is put where the command line says it otherwise.
 
-#[cfg(feature = "view")]
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use vastex_viewer::Link;
+use vastex_viewer::{Link, LinkError};
 
 use super::{Args, Command, SceneArgs, conflict, value_error};
 
@@ -12,11 +11,32 @@ impl Args {
     pub(crate) fn follow_links(&mut self) -> Result<(), clap::Error> {
         match &mut self.command {
             Command::Render(args) => args.scene.follow_link(),
+            Command::Info(args) => follow_to_file(&mut args.file),
+            #[cfg(feature = "build")]
+            Command::Crop(args) => follow_to_file(&mut args.source),
             #[cfg(feature = "view")]
             Command::View(args) => args.scene.follow_link(),
             _ => Ok(()),
         }
     }
+}
+
+/// Puts the file that a link is of in its place, for commands that show nothing of it.
+fn follow_to_file(source: &mut PathBuf) -> Result<(), clap::Error> {
+    if let Some(link) = link_of(source)? {
+        *source = link.source.into();
+    }
+    Ok(())
+}
+
+/// The link that stands in the place of a source, if one does.
+fn link_of(source: &Path) -> Result<Option<Link>, clap::Error> {
+    let Some(text) = source.to_str().filter(|text| Link::is_link(text)) else { return Ok(None) };
+    let link = text.parse().map_err(|error: LinkError| {
+        let begin: String = text.chars().take(100).collect();
+        value_error(&format!("'{begin}' for '<SOURCE>': {error}"))
+    })?;
+    Ok(Some(link))
 }
 
 /// Whether words of a command line are meant as a link.
@@ -36,11 +56,7 @@ pub(crate) fn without_help(error: &clap::Error) -> String {
 impl SceneArgs {
     /// Puts what a link says in its place, where the source is one.
     pub(crate) fn follow_link(&mut self) -> Result<(), clap::Error> {
-        let Some(text) = self.source.to_str().filter(|text| Link::is_link(text)) else { return Ok(()) };
-        let link: Link = text.parse().map_err(|error| {
-            let begin: String = text.chars().take(100).collect();
-            value_error(&format!("'{begin}' for '<SOURCE>': {error}"))
-        })?;
+        let Some(link) = link_of(&self.source)? else { return Ok(()) };
         if link.view.is_some() && self.view.is_some() {
             return Err(conflict(
                 "the link says which view is shown, and --view does; leave out one of them",

@@ -82,6 +82,9 @@ fn a_planet_is_what_its_text_says() {
         of_link(&link(&view.replace("layer=:gamma=1.4;", ""))),
         of_link(&link(&view.replace(":gamma=1.4", "")))
     );
+    // Commands that show nothing take the file that it is of.
+    let told = run(&sandbox, &["info", &link(&view), "--json"]).expect_code(0);
+    assert_eq!(told.json(), run(&sandbox, &["info", "relief.vastex", "--json"]).expect_code(0).json());
     // A path of the camera has all of it as well, and so has the page about it.
     sandbox.write("a.path", format!("vastex path 1\n0 {PLACE}\n").as_bytes());
     let words = [

@@ -34,7 +34,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("Ctrl + O", "open a file that is chosen in a dialog"),
             ("N, Page Down, Alt + right", "next file, of those named or dropped, else of the folder"),
             ("P, Page Up, Alt + left", "previous file"),
-            ("dropped files", "open the first of them; N and P step through them"),
+            (
+                "dropped files",
+                "open the first of them; N and P step through them; a text file may hold a link",
+            ),
         ],
     ),
     (
@@ -55,6 +58,12 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "V",
                 "compare the uppermost layer with those beneath it: swipe, flicker, difference, side by side; then not",
             ),
+            (
+                "drag the line",
+                "how much of an image that is compared by swipe is seen of the uppermost layer",
+            ),
+            ("click or drag on the map", "go to that place of the image"),
+            ("drag the ends of the histogram", "the values that are black and white"),
             ("B", "files that lie over one another side by side, with one camera, or over one another again"),
             (
                 "L",
