@@ -50,7 +50,7 @@ impl Parts {
     /// The parts of a picture of so many panes, with at most so many pixels a side drawn at once. Where
     /// clouds are seen, margins are wider.
     pub(crate) fn new(whole: [u32; 2], panes: u32, most: u32, has_clouds: bool) -> Parts {
-        let panes = panes.max(1);
+        let panes = panes.clamp(1, whole[0].max(1));
         let pane = (whole[0] / panes).max(1);
         let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4);
         let most_kept = (most - 2 * margin).max(1);

@@ -168,7 +168,7 @@ mod tests {
             ("a:opacity=1.5", "0 to 1"),
             ("a:opacity=nan", "0 to 1"),
             ("a:filter=cubic", "bicubic"),
-            ("a:file=0", "1 to 8"),
+            ("a:file=0", "1 to 9"),
             ("a:file=b", "file=2"),
             ("a:opacity=1:opacity=0.5", "opacity is told twice"),
             ("a:hidden=1", "no such setting"),

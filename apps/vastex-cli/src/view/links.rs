@@ -18,6 +18,10 @@ use crate::{link, open, report};
 
 /// Bytes of a file that may be a link.
 const MOST_BYTES: u64 = 1 << 16;
+/// Bytes of a copied view or path at most.
+const MOST_PASTED: usize = 4096;
+/// What is said of anything else that was copied.
+const NOTHING_COPIED: &str = "what was copied is no view, no link and no file";
 
 /// What a link asks for, until its source is there.
 pub(super) struct Linked {
@@ -35,6 +39,9 @@ pub(super) struct AskedBefore {
 
 /// The link that a file has, if it has one and nothing else.
 pub(super) fn link_in(file: &Path) -> Option<String> {
+    // A pipe would keep the window until somebody writes to it.
+    let is_short = |about: &std::fs::Metadata| about.is_file() && about.len() <= MOST_BYTES;
+    std::fs::metadata(file).ok().filter(is_short)?;
     let mut text = String::new();
     std::fs::File::open(file).ok()?.take(MOST_BYTES).read_to_string(&mut text).ok()?;
     (Link::is_link(&text) && text.trim().lines().count() == 1).then(|| text.trim().to_owned())
@@ -120,10 +127,15 @@ impl App {
             return self.open_link(text);
         }
         let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+        // What is copied elsewhere may be long, and may be nobody's business: it is told only where it is
+        // meant as a view.
+        let is_meant = Scene::ALL.iter().any(|scene| text.starts_with(&format!("{}:", scene.name())));
         match ViewText::from_text(text, image) {
+            _ if text.len() > MOST_PASTED || text.lines().count() != 1 => self.notice(NOTHING_COPIED),
             Ok(view) => self.show_text(&view),
             Err(_) if Path::new(text).exists() => return self.open_chosen(Path::new(text)),
-            Err(error) => self.say_wrong("paste", &report::message(&error.into())),
+            Err(error) if is_meant => self.say_wrong("paste", &report::message(&error.into())),
+            Err(_) => self.notice(NOTHING_COPIED),
         }
         Ok(())
     }

@@ -111,9 +111,11 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
 
 /// Which of the textures a text names, counted from 1 there and from 0 here.
 pub(crate) fn file_of_text(text: &str) -> Result<usize, String> {
+    // The first file, and beside it as many as a list has layers.
+    const MOST: usize = MOST_LAYERS + 1;
     match text.parse() {
-        Ok(file @ 1..=MOST_LAYERS) => Ok(file - 1),
-        _ => Err(format!("write the number of a file, 1 to {MOST_LAYERS}, as in file=2")),
+        Ok(file @ 1..=MOST) => Ok(file - 1),
+        _ => Err(format!("write the number of a file, 1 to {MOST}, as in file=2")),
     }
 }
 

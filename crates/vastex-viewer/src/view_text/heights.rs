@@ -69,7 +69,7 @@ mod tests {
             ("scale=2", "stands where"),
             (":scale=nan", "between -1e9"),
             (":scale=1:scale=2", "told twice"),
-            (":file=0", "1 to 8"),
+            (":file=0", "1 to 9"),
             (":high", "no such setting"),
         ] {
             let error = of_text(text).unwrap_err();

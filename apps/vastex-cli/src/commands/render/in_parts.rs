@@ -63,7 +63,8 @@ pub(super) fn run(
     let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, drawn, settings)?;
     name_textures(args, &mut offscreen)?;
     let frames = match (pictures.is_sequence(), args.frames) {
-        (true, Some(frames)) => 0..frames.min(motion.frames()),
+        // Beyond its end a path holds its last place.
+        (true, Some(frames)) => 0..frames,
         (true, None) => 0..motion.frames(),
         // Where the path ends, or after so many frames of it.
         (false, frames) => {

@@ -287,6 +287,8 @@ pub(super) struct ReadyRows {
     ahead: Ahead<Run>,
     /// Strips or tiles that somebody was asked for.
     asked: u64,
+    /// Strips are gone to one by one, so that none beside them is worth decoding.
+    is_sparse: bool,
     /// Those that are decoded and whose turn it is.
     ready: vec::IntoIter<Result<Chunk, InputFault>>,
     first_row: u32,
@@ -312,7 +314,7 @@ impl ReadyRows {
         decoders.give(unlimited(decoder));
         let decoding = Arc::new(Decoding { chunks, file, own, decoders, buffers });
         let (rows, ready) = (Vec::new(), Vec::new().into_iter());
-        ReadyRows { decoding, ahead, asked: 0, ready, first_row: 0, rows, rounded: false }
+        ReadyRows { decoding, ahead, asked: 0, is_sparse: false, ready, first_row: 0, rows, rounded: false }
     }
 
     pub(super) fn memory_ahead(&self, pieces: usize) -> u64 {
@@ -346,6 +348,7 @@ impl ReadyRows {
             let bands = chunks.size[1].div_ceil(chunks.rows).max(1);
             self.asked = u64::from(band) * (chunks.count() / u64::from(bands));
             self.ready = Vec::new().into_iter();
+            self.is_sparse = true;
         }
     }
 
@@ -388,7 +391,10 @@ impl ReadyRows {
             if let Some(chunk) = self.ready.next() {
                 return chunk;
             }
-            let (count, run) = (self.decoding.chunks.count(), self.decoding.chunks.run());
+            let chunks = &self.decoding.chunks;
+            // What is asked for without the rows between needs one row of chunks.
+            let run = if self.is_sparse { 1 } else { chunks.run() };
+            let count = chunks.count();
             while self.ahead.has_room() && self.asked < count {
                 let run = self.asked..count.min(self.asked + run);
                 self.asked = run.end;
