@@ -142,9 +142,17 @@ impl App {
 
     /// Copies a link to what is shown.
     pub(super) fn copy_link(&mut self) {
+        if self.files_before.is_some() {
+            self.notice("another file is being opened; copy the link once it is there");
+            return;
+        }
         let pose = self.cameras[self.scene as usize].pose();
-        let Some(view) = self.open.as_ref().and_then(|open| open.viewer.view_text(pose)) else { return };
-        match link::link_of(self.files.current(), self.over.all(), Some(view)) {
+        let Some(Open { viewer, .. }) = &self.open else { return };
+        let Some(view) = viewer.view_text(pose) else { return };
+        // A file that the view does not name would lie over the others where the link is opened.
+        let named = ViewText::from_text(&view, viewer.image_size());
+        let last = named.ok().and_then(|view| view.textures().max()).unwrap_or(0);
+        match link::link_of(self.files.current(), self.over.all().take(last), Some(view)) {
             Ok(link) => self.copy_text("the link", &link.to_string()),
             Err(error) => self.say_wrong("link", &report::message(&error)),
         }
