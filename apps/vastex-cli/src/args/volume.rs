@@ -119,7 +119,8 @@ pub(crate) struct RenderVolumeArgs {
     #[arg(long, value_name = "AXIS=K", value_parser = parse_slice)]
     pub(crate) slice: Option<AskedSlice>,
     /// Which channels, each as I[:RRGGBB[:LO..HI[:OPACITY]]] and with commas between them: LO..HI are stored
-    /// values. By default those that the file shows at first, in its colours and windows, or the first four
+    /// values, without which they are as --range says, else all that the format holds. By default those that
+    /// the file shows at first, in its colours and windows, or the first four
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', value_parser = parse_channel)]
     pub(crate) channels: Vec<AskedChannel>,
     /// The values that are dark and bright where a channel names none: 0 to 1 of the full range of whole

@@ -27,6 +27,10 @@ use crate::{gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
+/// Samples of a ray beyond which it is not looked at further (volume.wgsl).
+const MOST_SAMPLES: f64 = 65_536.0;
+/// GPU memory that is taken for bricks at most where nobody says how much.
+const MOST_BYTES: u64 = 1 << 30;
 /// What 8 bits are written as.
 const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
 /// Channels that are shown where nobody says which.
@@ -44,6 +48,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         Opened::Images(list) => bail!(no_volume(&list)),
     };
     let view = view_of(args, volume.about())?;
+    check_step(args, volume.about())?;
     let channels = channels_of(args, volume.about())?;
     let sources =
         channels.iter().map(|channel| source_of(args, &volume, channel)).collect::<Result<Vec<_>>>()?;
@@ -101,7 +106,9 @@ fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
         *side =
             u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
     }
-    Ok(VolumeBox::new(size, level.scale))
+    // Only proportions count, and those of nanometres and of light years are told alike.
+    let longest = level.scale.iter().copied().fold(0.0, f64::max);
+    Ok(VolumeBox::new(size, level.scale.map(|side| side / longest)))
 }
 
 /// From where it is seen.
@@ -194,7 +201,7 @@ impl<'a> Drawing<'a> {
         (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
         view: VolumeView,
     ) -> Result<Drawing<'a>> {
-        let bytes = args.pool_mib.map(|mib| mib << 20);
+        let bytes = Some(pool_bytes(args, sources)?);
         let default_pool = PoolTuning { bytes, ..PoolTuning::default() };
         let settings = Settings {
             pools: PoolSettings { default_pool, ..PoolSettings::default() },
@@ -232,12 +239,17 @@ impl<'a> Drawing<'a> {
 
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
     fn play(&mut self) -> Result<bool> {
-        // What has converged before the first cycle is over says nothing.
-        let held = u64::from(vastex::JITTER_CYCLE) + 4;
-        while !(self.frames >= held && self.textures.stats().converged) {
+        // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
+        let held = u64::from(vastex::JITTER_CYCLE) * self.bricks_of_a_ray() + 4;
+        let (mut loaded, mut quiet) = (0, 0);
+        while quiet < held {
             if self.frames >= MOST_FRAMES {
                 return Ok(false);
             }
+            let pager = self.textures.stats().pager;
+            let is_quiet = pager.loaded == loaded && pager.missing == 0 && pager.in_flight == 0;
+            quiet = if is_quiet { quiet + 1 } else { 0 };
+            loaded = pager.loaded;
             let encoder = self.frame(Pictures::ForFeedback)?;
             self.gpu.queue.submit([encoder.finish()]);
             while let Some(event) = self.textures.poll_event() {
@@ -247,6 +259,20 @@ impl<'a> Drawing<'a> {
             }
         }
         Ok(true)
+    }
+
+    /// The bricks that one ray meets at most, of the level that a pixel of the whole box wants, up to 64.
+    fn bricks_of_a_ray(&self) -> u64 {
+        if self.view.is_slice() {
+            return 1;
+        }
+        let (of, picture) = (&self.renderer.desc().of, self.canvas.size());
+        let most = f64::from(of.size.into_iter().max().unwrap_or(1));
+        // Of the finest level where the picture has more pixels than the box has voxels.
+        let pixels = f64::from(picture[0].max(picture[1])).max(1.0);
+        let coarser = (most / pixels).max(1.0);
+        let bricks = of.size.map(|side| (f64::from(side) / coarser / 64.0).ceil() + 1.0);
+        bricks.iter().sum::<f64>().clamp(1.0, 64.0) as u64
     }
 
     fn frame(&mut self, pictures: Pictures) -> Result<wgpu::CommandEncoder> {
@@ -265,6 +291,54 @@ impl<'a> Drawing<'a> {
         let rgba = read.take().context("the picture did not come back from the adapter")??;
         Ok(Picture { size: self.canvas.size(), rgba })
     }
+}
+
+/// GPU memory for the bricks: what is asked for, which must hold the tails, else as much as all levels of the
+/// channels take, up to a gibibyte.
+fn pool_bytes(args: &RenderVolumeArgs, sources: &[Arc<VolumeSource>]) -> Result<u64> {
+    let mut needed = 0u64;
+    let mut least = 1u64;
+    let mut brick = 1u64;
+    for source in sources {
+        let description = source.description();
+        brick = description.tile_bytes() as u64;
+        needed = needed.saturating_add(description.geometry.page_count().saturating_mul(brick));
+        least += 1;
+    }
+    let Some(mib) = args.pool_mib else {
+        // A tenth more, for grids of slots that are no cubes.
+        return Ok(needed
+            .saturating_add(needed / 10)
+            .saturating_add(2 * brick)
+            .min(MOST_BYTES)
+            .max(least * brick));
+    };
+    let bytes = mib << 20;
+    if bytes < least * brick {
+        let channels = sources.len();
+        let mib_needed = (least * brick).div_ceil(1 << 20);
+        bail!(
+            "--pool-mib {mib}: {channels} channels need {mib_needed} MiB at least, a brick each and one to work with"
+        );
+    }
+    Ok(bytes)
+}
+
+/// Fails where rays would have more samples than are looked at.
+fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
+    let voxels: f64 = about.size().iter().map(|side| *side as f64).sum();
+    let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
+    let longest = about.size().into_iter().max().unwrap_or(1) as f64;
+    // Where voxels are smaller than pixels a coarser level is sampled.
+    let samples = voxels / (longest / side).max(1.0) / args.step;
+    if samples > MOST_SAMPLES {
+        let least = args.step * samples / MOST_SAMPLES;
+        bail!(
+            "--step {}: rays would have more than {MOST_SAMPLES} samples; write {least:.2} or more",
+            args.step
+        );
+    }
+    Ok(())
 }
 
 /// The sampled value that stands for a stored one.

@@ -139,7 +139,10 @@ fn samples(
         if wanted != level {
             let voxel: [f64; 3] = std::array::from_fn(|a| desc.of.voxel[a] * levels[wanted].scale[a]);
             let most = (0..3).map(|a| ray.direction[a].abs() / voxel[a]).fold(0.0, f64::max);
-            (base, nth, level, step) = (front, 0.0, wanted, desc.step / most);
+            let length = ray.end - ray.begin;
+            let of_level = desc.step / most;
+            let step_of_ray = if 0.5 * of_level >= length { length } else { of_level };
+            (base, nth, level, step) = (front, 0.0, wanted, step_of_ray);
         }
         let middle = base + (nth + 0.5) * step;
         if middle >= ray.end {

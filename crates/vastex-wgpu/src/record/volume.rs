@@ -72,7 +72,10 @@ fn level_words(
     });
     let inverse: [u32; 3] = scale.map(|scale| ((1.0 / scale) as f32).to_bits());
     let first: [u32; 3] = begin.map(|begin| (begin as f32).to_bits());
-    let texels = level.scale.map(|scale| u32::try_from(scale).unwrap_or(u32::MAX));
+    // Beyond the volume nothing is told apart, and a brick's side must not wrap.
+    let texels: [u32; 3] = std::array::from_fn(|axis| {
+        u32::try_from(level.scale[axis]).unwrap_or(u32::MAX).min(geometry.size()[axis])
+    });
     let is_tail = index >= geometry.tail().first_level();
     let base: [u32; 3] = match (is_tail, voxels) {
         (true, Some((_, level))) => {

@@ -94,11 +94,12 @@ fn vastex_box_exit(box: VastexBox, offset: vec3<f32>, direction: vec3<f32>) -> f
     return max(min(min(reached.x, reached.y), reached.z), 0.0);
 }
 
-// Which of `count` bricks that a ray meets it asks for in this frame: 0 to `count` - 1, the next one in the next frame; neighbours ask for
-// others. `position` is @builtin(position) in a feedback pass.
+// Which of `count` bricks that a ray meets it asks for in this frame: 0 to `count` - 1. Neighbours ask for others, and each pixel of the target
+// asks for every one from all positions of the jitter cycle within `count` cycles. `position` is @builtin(position) in a feedback pass.
 fn vastex_ray_turn(view: u32, position: vec4<f32>, count: u32) -> u32 {
     let cell = vec2<u32>(position.xy) / vastexi_views[view].cell;
-    return (cell.x + (3u * cell.y) + vastexi_views[view].frame) % count;
+    let frame = vastexi_views[view].frame;
+    return (cell.x + (3u * cell.y) + (frame % VASTEX_JITTER_CYCLE) + (frame / VASTEX_JITTER_CYCLE)) % count;
 }
 
 // Feedback for a place in a volume, at a level as vastex_volume_level gives it.

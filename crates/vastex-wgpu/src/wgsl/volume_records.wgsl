@@ -2,7 +2,8 @@
 // with it. The mirror is in record/volume.rs.
 //
 // A place in a volume is `offset` voxels of level 0 from the first corner of voxel `anchor` of level 0. The anchor is whole numbers, the
-// same for a draw, so that what is near it is exact however large the volume is.
+// same for a draw, so that what is near it is exact however large the volume is; of levels whose voxels are not 2^n of level 0, to 24 bits of a
+// voxel's number.
 //
 // Bricks are boxes of texels, which nest by whole factors; what lies in them are voxels, whose sides and beginnings are the file's
 // (VoxelLevels of vastex-core). Where the two are the same grid at every level the volume is aligned, and its record is shorter.

@@ -117,10 +117,12 @@ fn volume_pixel(way: f32) -> vec3<f32> {
     return vec3<f32>(volume_scene.pixel + volume_scene.pixel_growth * way) / volume_scene.voxel;
 }
 
-// How far samples of a level are apart [world].
+// How far samples of a level are apart [world]. A ray whose way through the box is shorter than half of that has one sample, in the middle.
 fn volume_step(ray: VolumeRay, id: u32, level: u32) -> f32 {
     let voxels = abs(ray.direction) / vastex_volume_scale(id, level);
-    return volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
+    let step = volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
+    let length = ray.end - ray.begin;
+    return select(step, length, 0.5 * step >= length);
 }
 
 fn volume_x(channel: VolumeChannel, value: f32) -> f32 {
@@ -259,10 +261,14 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
 
 // What lies at a place of a brick.
 fn volume_sample(brick: VastexBrick, offset: vec3<f32>) -> f32 {
+    var value = 0.0;
     if VOLUME_EXACT {
-        return vastex_brick_exact(brick, offset).x;
+        value = vastex_brick_exact(brick, offset).x;
+    } else {
+        value = vastex_brick_sample(brick, offset).x;
     }
-    return vastex_brick_sample(brick, offset).x;
+    // What is no number is 0, so that it does not take all of a ray with it.
+    return select(value, 0.0, (bitcast<u32>(value) & 0x7fffffffu) > 0x7f800000u);
 }
 
 fn volume_value(ray: VolumeRay, id: u32, way: f32) -> f32 {
@@ -351,9 +357,11 @@ fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
         if way < nearest {
             nearest = way;
             let slope = volume_slope(ray, channel.id, way);
-            let steepness = length(slope);
+            let largest = max(max(abs(slope.x), abs(slope.y)), abs(slope.z));
+            let steepness = length(slope / max(largest, 1e-30));
             let toward = normalize(ray.direction * volume_scene.voxel);
-            let lit = select(1.0, 0.2 + 0.8 * abs(dot(slope / steepness, toward)), steepness > 0.0);
+            let along = abs(dot(slope / max(largest, 1e-30) / max(steepness, 1e-30), toward));
+            let lit = select(1.0, 0.2 + 0.8 * along, largest > 0.0);
             light = light_from_display(channel.color) * lit * channel.opacity;
         }
     }
