@@ -32,6 +32,17 @@ pub(super) fn each(visit: &mut Visit<'_>) {
         let first_again = [0, 1, 0].iter().zip(NAMES).map(|(pool, name)| member(options, name, *pool, 0));
         let text = shaders::layered(&group(options, first_again.collect()), LayersText::list(3));
         visit(&format!("layered-3-first-again-{}", name_of(options)), text);
+        // One layer that is no opaque one, over heights that are another layer of its texture or itself.
+        for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [0, 1].map(|layer| (atlas, layer))) {
+            let first = if layer == 0 { heights } else { Atlas::Float };
+            let members = vec![
+                of_atlas(first, member(options, "layer0", 0, 0)),
+                of_atlas(heights, member(options, "height", 0, layer)),
+            ];
+            let text = shaders::relief(&group(options, members), LayersText::list(1));
+            let of = format!("{}-{layer}", atlas_name(heights));
+            visit(&format!("layered-relief-one-{of}-{}", name_of(options)), text);
+        }
         for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
             for first in [Atlas::Float, heights] {
                 let members = vec![
