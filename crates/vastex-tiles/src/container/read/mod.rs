@@ -180,7 +180,7 @@ impl Container {
     }
 
     /// Fails if the container is of a volume.
-    #[cfg(feature = "write")]
+    #[cfg(all(feature = "write", not(target_family = "wasm")))]
     pub(in crate::container) fn refuse_volume(&self, why: &str) -> Result<(), ContainerError> {
         match self.volume {
             Some(_) => Err(ContainerError::OfVolume { name: self.name().into(), what: why.into() }),
