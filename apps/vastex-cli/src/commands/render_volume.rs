@@ -239,8 +239,10 @@ impl<'a> Drawing<'a> {
 
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
     fn play(&mut self) -> Result<bool> {
+        let brick = VolumeOptions::default().brick;
+        let bricks = self.renderer.desc().bricks_of_a_ray(&self.view, brick, self.canvas.size());
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
-        let held = u64::from(vastex::JITTER_CYCLE) * self.bricks_of_a_ray() + 4;
+        let held = u64::from(vastex::JITTER_CYCLE) * bricks + 4;
         let (mut loaded, mut quiet) = (0, 0);
         while quiet < held {
             if self.frames >= MOST_FRAMES {
@@ -259,20 +261,6 @@ impl<'a> Drawing<'a> {
             }
         }
         Ok(true)
-    }
-
-    /// The bricks that one ray meets at most, of the level that a pixel of the whole box wants, up to 64.
-    fn bricks_of_a_ray(&self) -> u64 {
-        if self.view.is_slice() {
-            return 1;
-        }
-        let (of, picture) = (&self.renderer.desc().of, self.canvas.size());
-        let most = f64::from(of.size.into_iter().max().unwrap_or(1));
-        // Of the finest level where the picture has more pixels than the box has voxels.
-        let pixels = f64::from(picture[0].max(picture[1])).max(1.0);
-        let coarser = (most / pixels).max(1.0);
-        let bricks = of.size.map(|side| (f64::from(side) / coarser / 64.0).ceil() + 1.0);
-        bricks.iter().sum::<f64>().clamp(1.0, 64.0) as u64
     }
 
     fn frame(&mut self, pictures: Pictures) -> Result<wgpu::CommandEncoder> {

@@ -70,6 +70,28 @@ impl VolumeDesc {
         let mode = VolumeMode::default();
         VolumeDesc { of, channels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false }
     }
+
+    /// The bricks of `brick` voxels a side that one ray of a picture meets, about, and at most: 1 to 64. A
+    /// ray asks for one of them in a frame, and every pixel of the feedback has asked for all after as many
+    /// jitter cycles ([`vastex::JITTER_CYCLE`]). Who wants a last picture waits for so long while nothing
+    /// new is loaded: bricks that few rays meet come into the working set and leave it, so that
+    /// [`vastex::diagnostics::FrameStats::converged`] may never be true.
+    pub fn bricks_of_a_ray(&self, view: &VolumeView, brick: u32, picture: [u32; 2]) -> u64 {
+        let sides = self.of.size.map(f64::from);
+        // Where pixels are larger than voxels a coarser level is seen.
+        let pixels = f64::from(picture[0].max(picture[1]).max(1));
+        let coarser = (sides.into_iter().fold(1.0, f64::max) / pixels).max(1.0);
+        let along = |axis: usize| (sides[axis] / coarser / f64::from(brick.max(1))).ceil() + 1.0;
+        let bricks: f64 = match view {
+            VolumeView::Slice { .. } => 1.0,
+            VolumeView::Face(face) => {
+                let [_, _, forward] = face.axes();
+                (0..3).filter(|axis| forward[*axis] != 0.0).map(along).sum()
+            }
+            VolumeView::Around(_) => (0..3).map(along).sum(),
+        };
+        bricks.clamp(1.0, 64.0) as u64
+    }
 }
 
 /// The text of the shaders that draw volumes; `vastex` is the text for the kind of one channel, which serves

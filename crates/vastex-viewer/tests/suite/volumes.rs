@@ -19,7 +19,7 @@ use super::volume_reference::{ArrayChannel, ArrayLevel, level_of, picture};
 
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Frames after which a picture must have converged.
-const PATIENCE: usize = 400;
+const PATIENCE: usize = 2000;
 
 /// A volume of one channel in main memory, all levels, as the nearest values that the format holds.
 struct ArrayVolume {
@@ -202,10 +202,15 @@ impl World {
     fn drawn(&mut self, desc: VolumeDesc, view: VolumeView, size: [u32; 2]) -> (Vec<[u8; 4]>, usize) {
         let renderer = VolumeRenderer::new(&self.gpu, &mut self.textures, desc, PICTURE).unwrap();
         let canvas = Canvas::new(&self.gpu, size, PICTURE, TargetKind::Direct);
-        let mut frames = 0;
-        let held = vastex::JITTER_CYCLE as usize + 4;
+        let (mut frames, mut loaded, mut quiet) = (0, 0, 0);
+        let brick = self.volumes[0].description.geometry.page()[0];
+        let cycles = renderer.desc().bricks_of_a_ray(&view, brick, size);
+        let held = cycles * u64::from(vastex::JITTER_CYCLE) + 4;
         loop {
-            let is_last = frames > held && self.textures.stats().converged;
+            let pager = self.textures.stats().pager;
+            quiet = if pager.loaded == loaded && pager.missing == 0 { quiet + 1 } else { 0 };
+            loaded = pager.loaded;
+            let is_last = quiet > held;
             assert!(frames < PATIENCE, "not converged: {:?}", self.textures.stats());
             let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: view }];
             let pictures = if is_last { Pictures::Always } else { Pictures::ForFeedback };
