@@ -71,6 +71,28 @@ fn a_slice_is_the_voxels_after_the_range() {
     assert!(off(&picture, nx, expected) <= 1.0);
 }
 
+/// Bricks of two voxels across, which few rays meet, along rays that meet as many as divide the jitter cycle.
+#[test]
+fn bricks_that_few_rays_meet_are_loaded_before_the_picture_is_taken() {
+    let sandbox = Sandbox::new();
+    let (side, depth) = (130, 128);
+    let value = |x: usize, y: usize, z: usize| ((x * 7 + y * 13 + z * 5) % 251) as u8;
+    let mut values = Vec::new();
+    for (z, y) in (0..depth).flat_map(|z| (0..side).map(move |y| (z, y))) {
+        values.extend((0..side).map(|x| value(x, y, z)));
+    }
+    sandbox.write("thin.raw", &values);
+    let about = format!("width = {side}\nheight = {side}\ndepth = {depth}\nsample = \"u8\"\n");
+    sandbox.write("thin.raw.toml", about.as_bytes());
+    let words = "render thin.raw --on volume --mode average --filter exact --range 0,1 --size 130x130 --json";
+    let words: Vec<&str> = words.split(' ').chain(["-o", "picture.png"]).collect();
+    let told = sandbox.run(&words).expect_code(0).json();
+    assert_eq!((&told["converged"], &told["tiles_reloaded"]), (&true.into(), &0.into()));
+    let picture: Vec<u8> = sandbox.read_rgb("picture.png").iter().map(|pixel| pixel[0]).collect();
+    let mean = |x, y| (0..depth).map(|z| f64::from(value(x, y, z))).sum::<f64>() / depth as f64;
+    assert!(off(&picture, side, mean) <= 1.0);
+}
+
 #[test]
 fn the_words_for_volumes_are_checked() {
     let sandbox = Sandbox::new();
