@@ -30,7 +30,17 @@ pub(super) fn each(visit: &mut Visit<'_>) {
             if layers.count > 1 {
                 visit("level-alike", member(options, "height", 0, 0), &ground_of(0));
             }
+            if has_night && has_clouds {
+                // Only the lights are of another pool.
+                let ground: Vec<KindMember> =
+                    [0, 1, 0].iter().zip(NAMES).map(|(pool, name)| member(options, name, *pool, 0)).collect();
+                visit("level-but-night", member(options, "height", 0, 0), &ground);
+            }
             for heights in Atlas::ALL {
+                if layers.count == 1 {
+                    let height = of_atlas(heights, member(options, "height", 0, 1));
+                    visit(&format!("{}-layer", atlas_name(heights)), height, &ground);
+                }
                 let height = member(options, "height", layers.count, 0);
                 visit(atlas_name(heights), of_atlas(heights, height), &ground);
                 if has_night && has_clouds {
