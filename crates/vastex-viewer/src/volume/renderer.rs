@@ -1,6 +1,7 @@
 //! Draws volumes: the picture, and the feedback pass that goes with it.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
@@ -105,6 +106,8 @@ pub fn volume_text(vastex: &str) -> String {
 pub struct VolumeCameraBinding {
     uniform: Uniform,
     view: u32,
+    /// Whether it sees a slice: views of one volume may see slices and all of it in one frame.
+    is_slice: AtomicBool,
 }
 
 /// `VolumeScene` of volume.wgsl.
@@ -129,7 +132,6 @@ pub struct VolumeRenderer {
     /// By the number of a mode, slices last: those of the picture, and those of feedback.
     picture: [OnceLock<wgpu::RenderPipeline>; MODES],
     wanted: [OnceLock<wgpu::RenderPipeline>; MODES],
-    is_slice: std::sync::atomic::AtomicBool,
 }
 
 /// Modes, and slices.
@@ -162,11 +164,10 @@ impl VolumeRenderer {
             format,
             module,
             layout,
-            camera: VolumeCameraBinding { uniform, view: 0 },
+            camera: VolumeCameraBinding { uniform, view: 0, is_slice: AtomicBool::new(false) },
             camera_layout,
             picture: Default::default(),
             wanted: Default::default(),
-            is_slice: Default::default(),
         })
     }
 
@@ -189,7 +190,7 @@ impl VolumeRenderer {
     /// ([`vastex::ViewRef::number`]).
     pub fn new_camera(&self, view: u32) -> VolumeCameraBinding {
         let uniform = Uniform::new::<SceneUniform>(&self.gpu.device, &self.camera_layout);
-        VolumeCameraBinding { uniform, view }
+        VolumeCameraBinding { uniform, view, is_slice: AtomicBool::new(false) }
     }
 
     /// What becomes of samples, how far apart they are, how channels are shown: all that needs no other
@@ -200,8 +201,9 @@ impl VolumeRenderer {
         self.desc = desc;
     }
 
-    fn mode(&self) -> usize {
-        match self.is_slice.load(std::sync::atomic::Ordering::Relaxed) {
+    /// The number of what a camera sees.
+    fn mode(&self, camera: &VolumeCameraBinding) -> usize {
+        match camera.is_slice.load(Ordering::Relaxed) {
             true => MODES - 1,
             false => VolumeMode::ALL.iter().position(|mode| *mode == self.desc.mode).unwrap_or(0),
         }
@@ -257,7 +259,7 @@ impl VolumeRenderer {
         textures: &wgpu::BindGroup,
         is_wanted: bool,
     ) {
-        let mode = self.mode();
+        let mode = self.mode(camera);
         let pipelines = if is_wanted { &self.wanted } else { &self.picture };
         pass.set_pipeline(pipelines[mode].get_or_init(|| self.pipeline(mode, is_wanted)));
         pass.set_bind_group(0, textures, &[]);
@@ -281,7 +283,10 @@ fn sampled(textures: &mut Textures, channels: &[VolumeChannel]) -> Result<(Sampl
     // A text of one channel finds the others where they are bound alike: one pool, one layer of it.
     match textures.kinds(group)?.binds_like(&kinds) {
         true => Ok((group.into(), kinds)),
-        false => Err(VolumeError::Apart),
+        false => {
+            textures.remove(group);
+            Err(VolumeError::Apart)
+        }
     }
 }
 
@@ -318,7 +323,7 @@ impl StageScene for VolumeRenderer {
         picture: [u32; 2],
     ) {
         let VolumeDesc { of, channels, step, density, iso, .. } = &self.desc;
-        self.is_slice.store(pose.is_slice(), std::sync::atomic::Ordering::Relaxed);
+        camera.is_slice.store(pose.is_slice(), Ordering::Relaxed);
         let mut rays = RayUniform::new(of, &pose.rays(of, picture), picture);
         // R of docs/volumes.md.
         rays.density = (density * 100.0 / of.extent().max_element()) as f32;

@@ -10,7 +10,9 @@ use vastex::{
     StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId, VoxelLevels,
 };
 use vastex_viewer::Gpu;
-use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
+use vastex_viewer::stage::{
+    Canvas, Frame, Pictures, StageScene, StageView, TargetKind, TextureRead, draw_again,
+};
 use vastex_viewer::volume::{
     VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
 };
@@ -147,6 +149,15 @@ struct World {
     of: VolumeBox,
 }
 
+/// The pixels of a picture, once what is recorded is done.
+fn read(gpu: &Gpu, encoder: wgpu::CommandEncoder, canvas: &Canvas) -> Vec<[u8; 4]> {
+    let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
+    let timeout = Some(std::time::Duration::from_secs(300));
+    gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();
+    let bytes = read.take().unwrap().unwrap();
+    bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect()
+}
+
 fn geometry(size: [u32; 3], page: u32) -> Geometry {
     Geometry::new(GeometrySpec { page, border: 1, ..GeometrySpec::volume(size) }).unwrap()
 }
@@ -222,11 +233,7 @@ impl World {
                 gpu.queue.submit([encoder.finish()]);
                 continue;
             }
-            let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
-            let timeout = Some(std::time::Duration::from_secs(300));
-            gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();
-            let bytes = read.take().unwrap().unwrap();
-            return (bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect(), frames);
+            return (read(gpu, encoder, &canvas), frames);
         }
     }
 
@@ -327,6 +334,24 @@ fn slices_are_the_voxels() {
         let (within, most) = world.compare(&desc, VolumeView::Slice { axis, voxel }, size, 1.0);
         assert_eq!(within, 1.0, "across {axis}: up to {most}");
     }
+}
+
+/// Views of one volume see slices and all of it in one frame, in whatever order they are placed.
+#[test]
+fn a_slice_beside_it_changes_no_other_view() {
+    let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R8, 1, 200, TableChoice::BySize);
+    let (face, size) = (VolumeView::Face(VolumeFace::PlusZ), [40, 36]);
+    let (expected, _) = world.drawn(world.desc(VolumeMode::Mip), face, size);
+    let desc = world.desc(VolumeMode::Mip);
+    let renderer = VolumeRenderer::new(&world.gpu, &mut world.textures, desc, PICTURE).unwrap();
+    let beside = renderer.new_camera(0);
+    renderer.place(renderer.camera(), &world.gpu.queue, &world.textures, &face, size);
+    let slice = VolumeView::Slice { axis: 2, voxel: 3 };
+    renderer.place(&beside, &world.gpu.queue, &world.textures, &slice, size);
+    let canvas = Canvas::new(&world.gpu, size, PICTURE, TargetKind::Direct);
+    let mut encoder = world.gpu.device.create_command_encoder(&Default::default());
+    draw_again(&mut encoder, &world.textures, &renderer, renderer.camera(), &canvas.target());
+    assert_eq!(read(&world.gpu, encoder, &canvas), expected);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 // channel, which serves the others too.
 //
 // Offsets are in voxels of level 0 from the anchor; ways along a ray in lengths of the world. What the modes mean is said in docs/volumes.md;
-// an f64 twin of them is in apps/scenes.
+// an f64 twin of them is in tests/suite/volume_reference.rs.
 
 const VOLUME_MIP: u32 = 0u;
 const VOLUME_MINIP: u32 = 1u;
