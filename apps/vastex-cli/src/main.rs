@@ -24,6 +24,8 @@ mod shortage;
 mod telemetry;
 #[cfg(feature = "view")]
 mod view;
+#[cfg(all(feature = "view", feature = "volumes"))]
+mod volumes;
 
 use std::io::IsTerminal;
 use std::process::ExitCode;

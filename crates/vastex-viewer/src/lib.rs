@@ -22,6 +22,7 @@ pub mod stage;
 pub mod surface;
 pub mod view_text;
 pub mod volume;
+pub mod volume_scene;
 #[cfg(feature = "egui")]
 pub mod widget;
 

@@ -118,6 +118,30 @@ impl ViewArgs {
     }
 }
 
+#[cfg(feature = "volumes")]
+impl ViewArgs {
+    /// Fails where something is asked for that only images have.
+    pub(crate) fn check_of_volume(&self) -> anyhow::Result<()> {
+        let scene = &self.scene;
+        let asked = [
+            (scene.on != Scene::Image, "--on"),
+            (scene.view.is_some(), "--view"),
+            (scene.overlay.is_some(), "--overlay"),
+            (!scene.layers.layers.is_empty(), "--layer"),
+            (scene.files_over().next().is_some(), "--over"),
+            (self.shapes.is_some(), "--shapes"),
+            (self.camera_path.is_some(), "--camera-path"),
+        ];
+        match asked.iter().find(|(is_asked, _)| *is_asked) {
+            Some((_, option)) => anyhow::bail!(
+                "{}: is a volume, and {option} is for images; leave it out",
+                scene.source.display()
+            ),
+            None => Ok(()),
+        }
+    }
+}
+
 /// The arguments of a window that opens a link: as it was told to open files, and to show what the link says.
 pub(crate) fn of_link(args: &ViewArgs, link: &str) -> Result<ViewArgs, clap::Error> {
     let mut scene = args.scene.clone();

@@ -58,6 +58,10 @@ pub(crate) fn rows_of(file: &Path) -> Result<Vec<(String, String)>> {
     let named = |rows: Vec<(&'static str, String)>| {
         rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
     };
+    #[cfg(feature = "volumes")]
+    if open::is_volume(file) {
+        return Ok(named(super::volume::rows_of(file)?.unwrap_or_default()));
+    }
     if open::is_directory_of_tiles(file) {
         let cache = CacheArgs { cache: None, cache_gib: 20 };
         let tiles = super::source_info::of(file, &cache)?;

@@ -53,6 +53,15 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
+/// What is said of a volume, by names; `None` of something that lists volumes.
+#[cfg(feature = "view")]
+pub(super) fn rows_of(path: &Path) -> Result<Option<Vec<(&'static str, String)>>> {
+    let Opened::Volume(volume) = open(path)? else { return Ok(None) };
+    let count = pollster::block_on(volume.count_bricks(false))?;
+    let rows = Summary::new(volume.about(), count).rows();
+    Ok(Some(rows.into_iter().map(|(name, value)| (name, printable(&value))).collect()))
+}
+
 /// What `--json` prints of something that lists volumes.
 #[derive(Serialize)]
 struct ListSummary<'a> {
@@ -208,7 +217,7 @@ impl Summary {
         }
     }
 
-    fn text(&self) -> String {
+    fn rows(&self) -> Vec<(&'static str, String)> {
         let by = |sides: &[u64; 3]| sides.map(|side| side.to_string()).join(" x ");
         let version = self.version.as_ref().map(|version| format!(" {version}")).unwrap_or_default();
         let mut rows = vec![("format", format!("{}{version}", self.kind))];
@@ -247,7 +256,12 @@ impl Summary {
         };
         rows.push(("bricks", format!("{} of {} voxels a side; {absent}", self.bricks, self.brick)));
         rows.extend(self.oddities.iter().map(|oddity| ("odd", oddity.clone())));
-        rows.into_iter()
+        rows
+    }
+
+    fn text(&self) -> String {
+        self.rows()
+            .into_iter()
             .map(|(name, value)| format!("  {name:<10}{}", printable(&value)))
             .collect::<Vec<_>>()
             .join("\n")

@@ -199,14 +199,15 @@ fn open_path(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<
 /// What is said of a volume where an image is needed.
 fn of_volume(path: &Path) -> anyhow::Error {
     anyhow::anyhow!(
-        "{}: is a volume, and volumes are not drawn yet; `vastex info` and `vastex crop` read it",
+        "{}: is a volume, and here an image is needed; `vastex view` shows volumes alone, `vastex render --on volume` draws \
+         them",
         path.display()
     )
 }
 
 /// Whether a path is a volume that cannot be taken for an image: pages of TIFF can.
 #[cfg(feature = "volumes")]
-fn is_volume(path: &Path) -> bool {
+pub(crate) fn is_volume(path: &Path) -> bool {
     let is_tiff = path
         .extension()
         .is_some_and(|ending| ["tif", "tiff"].iter().any(|tiff| ending.eq_ignore_ascii_case(tiff)));
@@ -215,7 +216,7 @@ fn is_volume(path: &Path) -> bool {
 
 /// Without their reader there are no volumes.
 #[cfg(not(feature = "volumes"))]
-fn is_volume(_: &Path) -> bool {
+pub(crate) fn is_volume(_: &Path) -> bool {
     false
 }
 

@@ -8,6 +8,8 @@
 mod guided;
 mod over;
 mod paint;
+#[cfg(feature = "volumes")]
+mod volume;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -30,6 +32,8 @@ use crate::parts::{self, MOST_SIDE, Part, Parts};
 use crate::report;
 pub(crate) use guided::{CRISP, Guided};
 use over::Over;
+#[cfg(feature = "volumes")]
+pub(crate) use volume::VolumeShot;
 
 /// What a picture of the window shows, and how large it is.
 pub(crate) struct Shot {
@@ -68,6 +72,10 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
     let files = std::iter::once(&*scene.source).chain(scene.files_over()).chain(args.shapes.as_deref());
     if files.into_iter().any(|file| open::is_file_of(file, output)) {
         bail!("{}: is the source as well as the output; choose another name", output.display());
+    }
+    #[cfg(feature = "volumes")]
+    if open::is_volume(&scene.source) {
+        return volume::run(args, output);
     }
     let output = Output::at(output)?;
     let shot = Shot {

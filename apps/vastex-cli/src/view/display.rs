@@ -107,6 +107,16 @@ impl<S> Display<S> {
         })
     }
 
+    /// All that is displayed, and what is about to be.
+    #[cfg(feature = "volumes")]
+    pub(super) fn into_sources(self) -> Vec<S> {
+        match self {
+            Display::Empty => Vec::new(),
+            Display::Preview { source, .. } | Display::Source(source) => vec![source],
+            Display::Replacing { preview, next, .. } => vec![preview, next],
+        }
+    }
+
     /// A frame was drawn.
     pub(super) fn count_frame(&mut self) {
         if let Display::Replacing { frames, .. } = self {

@@ -8,7 +8,7 @@
 //! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures,
 //! camera paths (`flight`), and texts (`clipboard`, `links`). `events` translates winit's events, `surface`
 //! is where pictures appear, `title` is the window's title, `times` what is measured of it, `remembered` what
-//! it was like when it was closed last.
+//! it was like when it was closed last. Of volumes `volume_work` reads what is needed.
 
 mod bookmarks;
 mod clipboard;
@@ -34,6 +34,8 @@ mod surface;
 mod times;
 mod title;
 mod viewer;
+#[cfg(feature = "volumes")]
+mod volume_work;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -75,7 +77,11 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     open::pick_bands(&mut args.scene)?;
     // What is not there is no reason to open a window.
     let source = &args.scene.source;
-    if open::what_lies_at(source)? == Lies::Container && !source.exists() {
+    #[cfg(feature = "volumes")]
+    if open::is_volume(source) {
+        args.check_of_volume()?;
+    }
+    if !open::is_volume(source) && open::what_lies_at(source)? == Lies::Container && !source.exists() {
         vastex::open(source)?;
     }
     if let Some(shapes) = &args.shapes {
@@ -304,6 +310,10 @@ impl App {
                     _ => {}
                 }
                 let Some(event) = events::translated(event) else { return Ok(()) };
+                #[cfg(feature = "volumes")]
+                if open.viewer.hear_in_volume(event) {
+                    return Ok(());
+                }
                 let event = open.viewer.event_in_pane(event);
                 let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
                 if let Some(action) = action {
@@ -323,6 +333,10 @@ impl App {
             self.flight.stop();
         }
         let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
+        #[cfg(feature = "volumes")]
+        if viewer.ignores(&action) {
+            return Ok(());
+        }
         let scene_index = self.scene as usize;
         match action {
             Action::Move(moved) => {

@@ -28,6 +28,8 @@ use crate::commands::info::rows_of;
 use crate::open::{self, FileAbout, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending};
+#[cfg(feature = "volumes")]
+use crate::volumes::{OpenedVolume, open_volume};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -55,6 +57,9 @@ pub(super) enum OpeningEvent {
     Shapes(Result<Arc<Shapes>>),
     /// The source.
     Opened(PreparedSource),
+    /// It is a volume, with settings for its textures and what `vastex info` says of it.
+    #[cfg(feature = "volumes")]
+    Volume(Box<(OpenedVolume, vastex::Settings, Arc<[(String, String)]>)>),
     Failed(Error),
 }
 
@@ -140,6 +145,11 @@ impl Openings {
         };
         let to_open = path.to_owned();
         let open = move || {
+            #[cfg(feature = "volumes")]
+            if open::is_volume(&to_open) {
+                let opened = catch_unwind(AssertUnwindSafe(|| open_volume_of(&to_open, &args)));
+                return (reporter.send)(opened.unwrap_or_else(|panic| by_fault(&to_open, &*panic)));
+            }
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.about = FileAbout::of(&to_open, rows_of(&to_open).unwrap_or_default());
                 reporter.open(&to_open, &args)
@@ -147,12 +157,7 @@ impl Openings {
             (reporter.send)(match opened {
                 Ok(Ok(source)) => OpeningEvent::Opened(source),
                 Ok(Err(error)) => OpeningEvent::Failed(error),
-                Err(panic) => {
-                    let (path, why) = (to_open.display(), text_of(&*panic));
-                    OpeningEvent::Failed(anyhow!(
-                        "{path}: cannot be opened, by a fault of this program: {why}"
-                    ))
-                }
+                Err(panic) => by_fault(&to_open, &*panic),
             });
         };
         let thread = thread::Builder::new().name("vastex-open".into()).spawn(open);
@@ -233,6 +238,21 @@ fn read_shapes(
     };
     let thread = thread::Builder::new().name("vastex-shapes".into()).spawn(read);
     thread.map(drop).context("no thread can be started to read shapes")
+}
+
+/// A volume, or why there is none.
+#[cfg(feature = "volumes")]
+fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
+    let opened = open_volume(path).and_then(|opened| {
+        let settings = opened.settings(&args.scene)?;
+        Ok(Box::new((opened, settings, rows_of(path).unwrap_or_default().into())))
+    });
+    opened.map_or_else(OpeningEvent::Failed, OpeningEvent::Volume)
+}
+
+fn by_fault(path: &Path, panic: &(dyn Any + Send)) -> OpeningEvent {
+    let (path, why) = (path.display(), text_of(panic));
+    OpeningEvent::Failed(anyhow!("{path}: cannot be opened, by a fault of this program: {why}"))
 }
 
 /// What a panic was given to say.

@@ -13,6 +13,7 @@ use winit::event_loop::ActiveEventLoop;
 use super::clipboard::Copied;
 use super::flight::free_name;
 use super::{App, Message, Open};
+use crate::args::ViewArgs;
 use crate::output::Output;
 use crate::report;
 
@@ -52,10 +53,25 @@ impl App {
     pub(super) fn shoot(&mut self, times: u32) {
         let Some(open) = &self.open else { return };
         let (source, pose) = (self.files.current().to_owned(), self.cameras[self.scene as usize].pose());
+        #[cfg(feature = "volumes")]
+        if let Some(shot) = open.viewer.volume_shot(times) {
+            let size = shot.size;
+            return self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
+        }
         let Some(shot) = open.viewer.shot((&source, self.over.laid()), pose, times) else {
             return self.notice("there is nothing to be seen in a picture yet");
         };
-        let [width, height] = shot.size;
+        let size = shot.size;
+        self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
+    }
+
+    /// Has a picture of so many pixels of a source drawn and written.
+    fn shoot_on_thread(
+        &mut self,
+        source: PathBuf,
+        [width, height]: [u32; 2],
+        write: impl FnOnce(&ViewArgs, &Output) -> Result<bool> + Send + 'static,
+    ) {
         let (args, proxy) = (self.args.clone(), self.proxy.clone());
         let draw = move || {
             let taken = || -> Result<PathBuf> {
@@ -66,7 +82,7 @@ impl App {
                     Output::at(&file)?.write(&[])?;
                     file
                 };
-                let written = shot.write(&args, &Output::at(&file)?);
+                let written = write(&args, &Output::at(&file)?);
                 if written.is_err() {
                     // Nobody has any use for an empty file.
                     drop(std::fs::remove_file(&file));

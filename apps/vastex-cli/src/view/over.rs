@@ -122,6 +122,11 @@ impl App {
                 laid => laid.with_context(|| path.display().to_string()),
             },
             OpeningEvent::Failed(error) => Err(error),
+            #[cfg(feature = "volumes")]
+            OpeningEvent::Volume(_) => Err(anyhow::anyhow!(
+                "{}: is a volume, which cannot lie over an image; open it alone",
+                path.display()
+            )),
         };
         viewer.end_opening()?;
         self.openings.end();

@@ -2,6 +2,8 @@
 //! an image, and what there is to say.
 
 mod bands;
+#[cfg(feature = "volumes")]
+pub(super) mod volume;
 
 use std::path::PathBuf;
 
@@ -341,7 +343,12 @@ fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
 fn say(ui: &Ui, told: &Told<'_>) {
     let line = |text: &str| status_line(ui.ctx(), ui.available_rect_before_wrap(), text);
     let rise = told.below.map_or(0.0, line);
-    if told.notice.is_none() && told.opening.is_none() {
+    say_below(ui, (told.notice, told.opening), rise);
+}
+
+/// What there is to say, and how far what is being opened is, so far above the foot of the picture.
+pub(super) fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>), rise: f32) {
+    if notice.is_none() && opening.is_none() {
         return;
     }
     // At the foot of what no panel covers.
@@ -351,10 +358,10 @@ fn say(ui: &Ui, told: &Told<'_>) {
     foot.show(ui.ctx(), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(free.width().clamp(100.0, 700.0) - 40.0);
-            if let Some(notice) = told.notice {
+            if let Some(notice) = notice {
                 ui.label(notice);
             }
-            if let Some((name, share)) = told.opening {
+            if let Some((name, share)) = opening {
                 let text = format!("opening {name} – {:.0} %", (100.0 * share).floor());
                 ui.add(ProgressBar::new(share as f32).desired_width(260.0).text(text));
             }

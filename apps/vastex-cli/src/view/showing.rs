@@ -123,6 +123,26 @@ impl App {
                     }
                 }
             },
+            #[cfg(feature = "volumes")]
+            OpeningEvent::Volume(volume) => {
+                let (opened, settings, rows) = *volume;
+                let oddities = opened.oddities();
+                let shown = open.viewer.show_volume(first, (&name, opened), rows, settings);
+                open.viewer.end_opening()?;
+                self.openings.end();
+                match shown.context(path) {
+                    Ok(()) => {
+                        oddities.iter().for_each(|oddity| open.viewer.note(oddity));
+                        (self.files_before, self.before_link) = (None, None);
+                        self.over.forget();
+                        if !is_measured {
+                            open.viewer.remember(self.files.current());
+                        }
+                        self.look_at(first);
+                    }
+                    Err(error) => self.refuse(error)?,
+                }
+            }
             OpeningEvent::Failed(error) => {
                 open.viewer.end_opening()?;
                 self.openings.end();

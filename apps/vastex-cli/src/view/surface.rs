@@ -119,6 +119,15 @@ impl Surface {
         SurfaceFormat { stored, viewed, kind: SceneRenderer::target_kind(adapter, layers) }
     }
 
+    /// Becomes what panels alone are drawn into.
+    #[cfg(feature = "volumes")]
+    pub(super) fn set_format_of_panels(&mut self) {
+        let (adapter, usual) = (&self.gpu.adapter, self.config.format);
+        let formats = self.surface.get_capabilities(adapter).formats;
+        let [stored, viewed] = choose_format(adapter, &formats, wgpu::TextureFormat::Rgba8Unorm, usual);
+        self.set_format(&SurfaceFormat { stored, viewed, kind: TargetKind::Direct });
+    }
+
     /// Becomes what pictures of other layers need.
     pub(super) fn set_format(&mut self, format: &SurfaceFormat) {
         if self.format != *format {

@@ -34,5 +34,7 @@ mod tool;
 #[cfg(feature = "volumes")]
 mod volume_pictures;
 #[cfg(feature = "volumes")]
+mod volume_view;
+#[cfg(feature = "volumes")]
 mod volumes;
 mod words;

@@ -59,6 +59,9 @@ pub struct Hud {
 }
 
 impl Hud {
+    /// Points that the panel is wide, with its margins.
+    pub const WIDTH: f32 = WIDTH;
+
     /// Shows the panel at the left of what is free in `ui`. Gives back what a person changed, in the order of
     /// the panel.
     pub fn show(&mut self, ui: &mut Ui, data: &HudData) -> Vec<HudChange> {

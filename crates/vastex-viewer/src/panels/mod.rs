@@ -1,6 +1,6 @@
 //! Panels beside a picture, for hosts that draw with egui (feature `egui`): how layers are displayed, how a
 //! planet is lit, what keys do, where the camera is, a map of the image, and guides and shapes over it, what
-//! is below the pointer, what went wrong.
+//! is below the pointer, what went wrong; and of volumes their channels, and what lies over their pictures.
 //!
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host
 //! shows the change. Nothing here knows a window or a device.
@@ -24,12 +24,15 @@ mod shapes;
 mod status;
 #[cfg(test)]
 mod unnamed;
+mod volume;
+mod volume_panes;
+mod volume_words;
 
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
 pub use guides::{ImageView, paint_guides};
 pub use info::InfoPanel;
-pub use keys::keys_window;
+pub use keys::{keys_window, keys_window_of};
 pub use lengths::TexelSize;
 pub use measure::{Measure, Measured};
 pub use messages::Messages;
@@ -41,3 +44,6 @@ pub use shapes::{GeoJson, Shapes, ShapesError};
 pub use status::{status_line, status_text};
 #[cfg(test)]
 pub(crate) use unnamed::unnamed;
+pub use volume::{VolumeChange, VolumePanel, VolumeTold};
+pub use volume_panes::VolumePanes;
+pub use volume_words::volume_status_text;

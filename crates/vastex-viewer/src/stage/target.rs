@@ -37,16 +37,26 @@ impl<'a> Target<'a> {
     /// says "not covered".
     pub fn begin<'e>(&self, encoder: &'e mut wgpu::CommandEncoder, background: Vec4) -> wgpu::RenderPass<'e> {
         let [r, g, b, _] = background.as_dvec4().to_array();
+        self.pass(encoder, wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 0.0 }))
+    }
+
+    /// A pass that goes on where another one ended: what is not drawn in it stays. Depths begin anew.
+    pub fn go_on<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
+        self.pass(encoder, wgpu::LoadOp::Load)
+    }
+
+    fn pass<'e>(
+        &self,
+        encoder: &'e mut wgpu::CommandEncoder,
+        load: wgpu::LoadOp<wgpu::Color>,
+    ) -> wgpu::RenderPass<'e> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene picture"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
                 view: self.linear.map_or(self.picture, LinearTarget::view),
                 depth_slice: None,
                 resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 0.0 }),
-                    store: wgpu::StoreOp::Store,
-                },
+                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
             })],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: self.depth,

@@ -7,7 +7,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use bytemuck::{Pod, Zeroable};
-use glam::{DVec2, DVec3, UVec3};
+use glam::{DVec2, DVec3, UVec3, Vec3};
 
 /// The box of a volume in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +50,40 @@ pub enum VolumeView {
         /// Which voxel along it.
         voxel: u32,
     },
+    /// A plane at any place, as large as one likes.
+    Plane(VolumePlane),
     /// In perspective from a point around it.
     Around(VolumeCamera),
+}
+
+/// A plane of a volume's world, seen at a right angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumePlane {
+    /// What is in the middle of the picture.
+    pub middle: DVec3,
+    /// To the right in the picture, of unit length.
+    pub right: DVec3,
+    /// Downward in the picture, of unit length and at a right angle to that.
+    pub down: DVec3,
+    /// The side of a pixel in the world, greater than 0.
+    pub pixel: f64,
+}
+
+/// What is left of a volume where rays go through it; slices show all of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeClip {
+    /// The corners of the box that is left, in the world. What of it lies outside of the volume is nothing.
+    pub corners: [DVec3; 2],
+    /// A plane that hides what lies beyond it: which way is beyond, of unit length, and how far along that it
+    /// stands, in the world.
+    pub plane: Option<(DVec3, f64)>,
+}
+
+impl Default for VolumeClip {
+    /// All of the volume.
+    fn default() -> VolumeClip {
+        VolumeClip { corners: [DVec3::NEG_INFINITY, DVec3::INFINITY], plane: None }
+    }
 }
 
 /// A camera that looks at a point of a volume's world.
@@ -148,7 +180,7 @@ pub struct VolumeRays {
 impl VolumeView {
     /// Whether it is a slice.
     pub fn is_slice(&self) -> bool {
-        matches!(self, VolumeView::Slice { .. })
+        matches!(self, VolumeView::Slice { .. } | VolumeView::Plane(_))
     }
 
     /// The rays of a picture of so many pixels.
@@ -172,7 +204,22 @@ impl VolumeView {
                 middle[axis] = (f64::from(voxel) + 0.5) * of.voxel[axis];
                 parallel(of, picture, [right, down, forward], middle)
             }
+            VolumeView::Plane(plane) => plane.rays(picture),
             VolumeView::Around(camera) => camera.rays(picture),
+        }
+    }
+}
+
+impl VolumePlane {
+    fn rays(&self, picture: [u32; 2]) -> VolumeRays {
+        let [width, height] = picture.map(f64::from);
+        let (right, down) = (self.right * self.pixel, self.down * self.pixel);
+        VolumeRays {
+            origin: [self.middle - right * (width / 2.0) - down * (height / 2.0), right, down],
+            toward: [self.right.cross(self.down), DVec3::ZERO, DVec3::ZERO],
+            pixel: self.pixel,
+            growth: 0.0,
+            middle: self.middle,
         }
     }
 }
@@ -248,6 +295,7 @@ pub(super) struct RayUniform {
     size_y: f32,
     anchor: [u32; 3],
     pub(super) view: u32,
+    plane: [f32; 4],
 }
 
 impl RayUniform {
@@ -273,6 +321,19 @@ impl RayUniform {
             size_y: picture[1] as f32,
             anchor: anchor.as_uvec3().to_array(),
             ..RayUniform::default()
+        }
+    }
+
+    /// What of the box is left.
+    pub(super) fn clip(&mut self, of: &VolumeBox, clip: &VolumeClip) {
+        let anchor = UVec3::from_array(self.anchor).as_dvec3();
+        let [begin, end] = clip.corners.map(|corner| (corner / of.voxel - anchor).as_vec3());
+        self.begin = Vec3::from_array(self.begin).max(begin).to_array();
+        self.end = Vec3::from_array(self.end).min(end).to_array();
+        if let Some((beyond, at)) = clip.plane {
+            // Of an offset in voxels from the anchor.
+            let along = (beyond * of.voxel).as_vec3();
+            self.plane = along.extend((at - beyond.dot(anchor * of.voxel)) as f32).to_array();
         }
     }
 }
@@ -317,6 +378,33 @@ mod tests {
         assert!((rays.origin[0].y - (7.5 - 10.0)).abs() < 1e-12, "centred");
         let slice = VolumeView::Slice { axis: 2, voxel: 7 }.rays(&BOX, [40, 30]);
         assert_eq!(slice.origin[0], DVec3::new(0.0, 0.0, 15.0));
+    }
+
+    #[test]
+    fn a_plane_lies_where_it_is_put() {
+        let plane =
+            VolumePlane { middle: DVec3::new(9.0, 7.0, 11.0), right: DVec3::X, down: DVec3::Z, pixel: 0.5 };
+        let rays = VolumeView::Plane(plane).rays(&BOX, [40, 20]);
+        assert_eq!(rays.origin[0], DVec3::new(-1.0, 7.0, 6.0));
+        assert_eq!(rays.origin[0] + rays.origin[1] * 20.0 + rays.origin[2] * 10.0, plane.middle);
+        assert_eq!((rays.pixel, rays.toward[0]), (0.5, DVec3::NEG_Y));
+        assert!(VolumeView::Plane(plane).is_slice());
+    }
+
+    #[test]
+    fn what_is_clipped_is_no_longer_in_the_box() {
+        let rays = VolumeView::Face(VolumeFace::PlusZ).rays(&BOX, [40, 30]);
+        let all = RayUniform::new(&BOX, &rays, [40, 30]);
+        let mut none = all;
+        none.clip(&BOX, &VolumeClip::default());
+        assert_eq!(none, all);
+        let corners = [DVec3::new(5.0, -1.0, 10.0), DVec3::new(15.0, 100.0, 20.0)];
+        let mut clipped = all;
+        clipped.clip(&BOX, &VolumeClip { corners, plane: Some((DVec3::X, 8.0)) });
+        // The anchor is voxel 20,15,0; voxels are 0.5, 0.5 and 2 long.
+        assert_eq!((clipped.begin, clipped.end), ([-10.0, -15.0, 5.0], [10.0, 15.0, 10.0]));
+        // Voxel 16 along x, whose offset is -4, is at the plane.
+        assert_eq!(clipped.plane, [0.5, 0.0, 0.0, -2.0]);
     }
 
     #[test]

@@ -8,6 +8,6 @@ mod camera;
 mod channel;
 mod renderer;
 
-pub use camera::{VolumeBox, VolumeCamera, VolumeFace, VolumeView};
+pub use camera::{VolumeBox, VolumeCamera, VolumeClip, VolumeFace, VolumePlane, VolumeRays, VolumeView};
 pub use channel::{MOST_CHANNELS, VolumeChannel};
 pub use renderer::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeMode, VolumeRenderer, volume_text};

@@ -1,12 +1,14 @@
 //! Draws volumes: the picture, and the feedback pass that goes with it.
 
+mod parts;
+
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
 
-use super::camera::{RayUniform, VolumeBox, VolumeView};
+use super::camera::{RayUniform, VolumeBox, VolumeClip, VolumeView};
 use super::channel::{ChannelUniform, MOST_CHANNELS, VolumeChannel};
 use crate::gpu::Gpu;
 use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
@@ -63,13 +65,16 @@ pub struct VolumeDesc {
     pub iso: f32,
     /// Whether samples are blended by the shader in single precision, and not by the device's filter.
     pub is_exact: bool,
+    /// What is left of it for rays.
+    pub clip: VolumeClip,
 }
 
 impl VolumeDesc {
     /// Channels of a volume by [`VolumeMode::Mip`].
     pub fn new(of: VolumeBox, channels: Vec<VolumeChannel>) -> VolumeDesc {
         let mode = VolumeMode::default();
-        VolumeDesc { of, channels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false }
+        let clip = VolumeClip::default();
+        VolumeDesc { of, channels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
     }
 
     /// The bricks of `brick` voxels a side that one ray of a picture meets, about, and at most: 1 to 64. A
@@ -84,7 +89,7 @@ impl VolumeDesc {
         let coarser = (sides.into_iter().fold(1.0, f64::max) / pixels).max(1.0);
         let along = |axis: usize| (sides[axis] / coarser / f64::from(brick.max(1))).ceil() + 1.0;
         let bricks: f64 = match view {
-            VolumeView::Slice { .. } => 1.0,
+            VolumeView::Slice { .. } | VolumeView::Plane(_) => 1.0,
             VolumeView::Face(face) => {
                 let [_, _, forward] = face.axes();
                 (0..3).filter(|axis| forward[*axis] != 0.0).map(along).sum()
@@ -124,6 +129,8 @@ pub struct VolumeRenderer {
     gpu: Gpu,
     desc: VolumeDesc,
     sampled: Sampled,
+    /// What the text was made for.
+    kinds: Kinds,
     format: wgpu::TextureFormat,
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
@@ -161,6 +168,7 @@ impl VolumeRenderer {
             gpu: gpu.clone(),
             desc,
             sampled,
+            kinds,
             format,
             module,
             layout,
@@ -332,6 +340,9 @@ impl StageScene for VolumeRenderer {
         rays.channels = shown.len() as u32;
         let ids = textures.bindings().ids(self.sampled).unwrap_or_default();
         rays.wants = ids.first().copied().unwrap_or_default();
+        if !pose.is_slice() {
+            rays.clip(of, &self.desc.clip);
+        }
         let mut told = SceneUniform { rays, channels: Zeroable::zeroed() };
         // Of a group the first id is that of all together.
         let of_channels = if ids.len() > 1 { &ids[1..] } else { &ids[..] };
@@ -382,7 +393,7 @@ mod tests {
         };
         assert_eq!(size("VolumeChannel"), (6, size_of::<ChannelUniform>()));
         assert_eq!(size("VolumeScene").1, size_of::<SceneUniform>());
-        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 10 * 16);
+        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 11 * 16);
     }
 
     #[test]

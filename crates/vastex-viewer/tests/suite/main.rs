@@ -5,4 +5,5 @@
 mod widget;
 
 mod volume_reference;
+mod volume_scenes;
 mod volumes;

@@ -34,7 +34,8 @@ pub(super) const ROOMS: &[Room] = &[
             "telemetry",
         ],
     ),
-    ("screenshot", &["args", "commands", "open", "output", "parts", "report"]),
+    ("volumes", &["args", "commands"]),
+    ("screenshot", &["args", "commands", "open", "output", "parts", "report", "volumes"]),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (
         "view",
@@ -49,6 +50,7 @@ pub(super) const ROOMS: &[Room] = &[
             "report",
             "screenshot",
             "shortage",
+            "volumes",
         ],
     ),
     ("main", &["args", "commands", "open", "report", "view"]),

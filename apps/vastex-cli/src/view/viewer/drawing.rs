@@ -15,6 +15,10 @@ use super::Viewer;
 impl Viewer {
     /// Draws and shows a frame, where the window shows any.
     pub(in super::super) fn draw(&mut self, pose: Pose) -> Result<()> {
+        #[cfg(feature = "volumes")]
+        if self.shows_volume() {
+            return self.draw_volume();
+        }
         if let Some(preview) = self.display.take_over(self.textures.stats().converged, Instant::now()) {
             self.remove([preview]);
         }
@@ -47,6 +51,12 @@ impl Viewer {
         self.report_events(&stats);
         self.update_title(&stats, pose);
         Ok(())
+    }
+
+    /// Whether a volume is shown: without what reads them there is none.
+    #[cfg(not(feature = "volumes"))]
+    pub(in super::super) fn shows_volume(&self) -> bool {
+        false
     }
 
     fn draw_empty(&mut self, frame: SurfaceFrame) {

@@ -11,6 +11,8 @@ mod notices;
 mod outgoing;
 mod panel;
 mod panes;
+#[cfg(feature = "volumes")]
+mod volume;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -80,6 +82,9 @@ pub(super) struct Viewer {
     textures: Textures,
     settings: DisplaySettings,
     display: Display<Displayed>,
+    /// A volume in its place.
+    #[cfg(feature = "volumes")]
+    volume: Option<Box<volume::VolumeShown>>,
     /// Name of the file that is being opened, and how much of it is done, 0 to 1.
     opening: Option<(String, f64)>,
     /// Frames of sources, those of previews left out.
@@ -168,6 +173,8 @@ impl Viewer {
                 may_be_crisp: args.filter == Filter::default(),
             },
             display: Display::Empty,
+            #[cfg(feature = "volumes")]
+            volume: None,
             opening: None,
             frames: 0,
             drawn_at: None,
@@ -191,7 +198,7 @@ impl Viewer {
 
     /// Whether there is anything to see.
     pub(super) fn is_empty(&self) -> bool {
-        self.display.displayed().is_none()
+        self.display.displayed().is_none() && !self.shows_volume()
     }
 
     /// Another file is being opened.
@@ -274,6 +281,8 @@ impl Viewer {
     /// What is displayed is another one than before.
     fn remove(&mut self, gone: impl IntoIterator<Item = Displayed>) {
         gone.into_iter().for_each(|gone| gone.remove(&mut self.textures));
+        #[cfg(feature = "volumes")]
+        self.forget_volume();
         if let Some(displayed) = self.display.displayed() {
             self.surface.set_format(&displayed.format);
         }
@@ -308,6 +317,8 @@ impl Viewer {
         let mut restored =
             Viewer { gpu, window, surface, textures, display: displayed, settings, unsettled, ..self };
         restored.want_anew_again();
+        #[cfg(feature = "volumes")]
+        restored.restore_volume()?;
         Ok(restored)
     }
 
@@ -363,6 +374,10 @@ impl Viewer {
     }
 
     fn name(&self) -> &str {
+        #[cfg(feature = "volumes")]
+        if let Some(volume) = &self.volume {
+            return &volume.name;
+        }
         let opening = || self.opening.as_ref().map(|(name, _)| &**name);
         self.display.displayed().map(|source| &*source.name).or_else(opening).unwrap_or("vastex")
     }
@@ -449,6 +464,10 @@ impl Viewer {
         let stats = self.textures.stats();
         let wake = match () {
             () if self.is_hidden => Wake::After(SLOW),
+            #[cfg(feature = "volumes")]
+            () if self.volume.is_some() && !awake => {
+                self.volume.as_ref().map_or(Wake::OnEvent, |volume| self.next_frame_of_volume(volume))
+            }
             () if self.is_empty() => {
                 self.title.notice_left(Instant::now()).map_or(Wake::OnEvent, Wake::After)
             }

@@ -54,6 +54,7 @@ struct VolumeScene {
     size_y: f32,
     anchor: vec3<u32>,     // [voxel of level 0]
     view: u32,
+    plane: vec4<f32>,      // nothing is seen where xyz . offset > w
     of_channel: array<VolumeChannel, 16>,
 }
 
@@ -105,7 +106,20 @@ fn volume_ray(pixel: vec2<f32>) -> VolumeRay {
     let near = select(min(to_begin, to_end), outside, still);
     let far = select(max(to_begin, to_end), -outside, still);
     let begin = max(max(max(near.x, near.y), near.z), 0.0);
-    return VolumeRay(origin, direction, begin, min(min(far.x, far.y), far.z));
+    return volume_clipped(VolumeRay(origin, direction, begin, min(min(far.x, far.y), far.z)));
+}
+
+// What is left of a ray before the plane that hides what lies beyond it.
+fn volume_clipped(ray: VolumeRay) -> VolumeRay {
+    let beyond = dot(volume_scene.plane.xyz, ray.origin) - volume_scene.plane.w;
+    let along = dot(volume_scene.plane.xyz, ray.direction);
+    if along == 0.0 {
+        return VolumeRay(ray.origin, ray.direction, ray.begin, select(ray.end, ray.begin, beyond > 0.0));
+    }
+    let at = -beyond / along;
+    let begin = select(max(ray.begin, at), ray.begin, along > 0.0);
+    let end = select(ray.end, min(ray.end, at), along > 0.0);
+    return VolumeRay(ray.origin, ray.direction, begin, end);
 }
 
 fn volume_at(ray: VolumeRay, way: f32) -> vec3<f32> {

@@ -1,0 +1,155 @@
+//! What the window shows of a volume, as a picture in a file: three slices and all of it, as they are painted
+//! in the window.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use egui::Rect;
+use vastex::{Pace, Settings};
+use vastex_scenes::{Gpu, Picture, headless_gpu};
+use vastex_viewer::hud::{Hud, HudData};
+use vastex_viewer::panels::VolumePanes;
+use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, VolumeScene};
+
+use super::paint::OverPainter;
+use crate::args::ViewArgs;
+use crate::output::Output;
+use crate::parts::Part;
+use crate::report;
+use crate::volumes::{OpenedVolume, open_volume, read_channel};
+
+/// Frames that the picture waits for at most.
+const MOST_FRAMES: u64 = 20_000;
+
+/// What a picture of a volume in the window shows, and how large it is.
+pub(crate) struct VolumeShot {
+    pub(crate) source: PathBuf,
+    /// How it is shown; at first, where nothing is said.
+    pub(crate) look: Option<VolumeLook>,
+    /// Width and height in pixels.
+    pub(crate) size: [u32; 2],
+    pub(crate) pixels_per_point: f32,
+    pub(crate) has_guides: bool,
+    pub(crate) has_hud: bool,
+}
+
+/// Draws what the window would show of a volume, writes it, and ends.
+pub(super) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
+    let scene = &args.scene;
+    let output = Output::at(output)?;
+    let shot = VolumeShot {
+        source: scene.source.clone(),
+        look: None,
+        size: scene.size(),
+        pixels_per_point: 1.0,
+        has_guides: true,
+        has_hud: args.hud,
+    };
+    if !shot.write(args, &output)? {
+        report::say(&format!("error: {}: not everything in view was loaded", scene.source.display()));
+        return Ok(ExitCode::FAILURE);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+impl VolumeShot {
+    /// Draws it, on a device of its own, and writes it as PNG. Returns true if everything in view is there.
+    pub(crate) fn write(&self, args: &ViewArgs, output: &Output) -> Result<bool> {
+        let opened = open_volume(&self.source)?;
+        let gpu = headless_gpu()?;
+        let most = gpu.device.limits().max_texture_dimension_2d;
+        if self.size.iter().any(|side| *side > most) {
+            let [width, height] = self.size;
+            bail!(
+                "a picture of {width}x{height} pixels: of volumes this adapter draws {most}x{most} at most"
+            );
+        }
+        let source = self.source.display().to_string();
+        let settings = Settings {
+            picture: self.size,
+            pace: Pace::LockStep { latency_frames: 1 },
+            upload_bytes_per_frame: 64 << 20,
+            ..opened.settings(&args.scene)?
+        };
+        let begun = Instant::now();
+        let clock = Arc::new(move || begun.elapsed());
+        let mut scene = VolumeScene::new(&gpu, opened.facts.clone(), settings, clock)?;
+        if let Some(look) = &self.look {
+            scene.look = look.clone();
+        }
+        let is_whole = self.play(&mut scene, &opened).context(source)?;
+        output.write_picture(&self.painted(&gpu, &scene)?)?;
+        Ok(is_whole)
+    }
+
+    /// What the panels leave to the pictures: all of it but what shows what the machine does.
+    fn area(&self) -> [u32; 2] {
+        let hud = if self.has_hud { (Hud::WIDTH * self.pixels_per_point).round() as u32 } else { 0 };
+        [self.size[0].saturating_sub(hud).max(1), self.size[1]]
+    }
+
+    /// Plays frames until everything in view is there, then draws it. Returns false where it is not after so
+    /// many frames.
+    fn play(&self, scene: &mut VolumeScene, opened: &OpenedVolume) -> Result<bool> {
+        let (mut frames, mut is_refused) = (0, false);
+        let is_whole = loop {
+            for asked in scene.take_asked() {
+                let VolumeAsked::Channel { channel, time } = asked else { continue };
+                match read_channel(&opened.volume, (channel, time), &scene.preparer()) {
+                    Ok(read) => scene.add((channel, time), read.prepared, read.usual)?,
+                    Err(error) => {
+                        report::say(&report::message(&error));
+                        scene.refuse(channel, time);
+                        is_refused = true;
+                    }
+                }
+            }
+            scene.frame(self.area(), VolumePictures::None)?;
+            scene.take_faults().iter().take(20).for_each(|fault| report::say(fault));
+            frames += 1;
+            // A time that comes takes the place of the first one.
+            let is_there = scene.seen_time() == scene.look.time;
+            if scene.has_all() && is_there && frames > 1 {
+                break !is_refused;
+            }
+            if frames >= MOST_FRAMES {
+                break false;
+            }
+        };
+        scene.frame(self.area(), VolumePictures::Whole)?;
+        Ok(is_whole)
+    }
+
+    fn painted(&self, gpu: &Gpu, scene: &VolumeScene) -> Result<Picture> {
+        let mut painter = OverPainter::new(gpu, self.size, self.pixels_per_point);
+        let pictures: Vec<_> =
+            scene.pictures().iter().map(|(pane, picture)| (pane.pane, painter.register(picture))).collect();
+        let panes = scene.panes();
+        let shown = VolumePanes {
+            facts: scene.facts(),
+            look: &scene.look,
+            panes: &panes,
+            pictures: &pictures,
+            has_guides: self.has_guides,
+            seen_time: scene.seen_time(),
+        };
+        let told = self.has_hud.then(|| HudData::of(scene.textures()));
+        let mut hud = Hud::default();
+        painter.run(|ui| {
+            if let Some(told) = &told {
+                // Nobody is there to change anything.
+                drop(hud.show(ui, told));
+            }
+            let all: Rect = ui.available_rect_before_wrap();
+            shown.paint(ui.painter(), all, self.pixels_per_point);
+        });
+        let bytes = self.size.iter().map(|side| *side as usize).product::<usize>() * 4;
+        let mut picture =
+            Picture { size: self.size, rgba: [0, 0, 0, 255].into_iter().cycle().take(bytes).collect() };
+        painter.paint(&[Part::all(self.size)], &mut picture)?;
+        Ok(picture)
+    }
+}

@@ -1,0 +1,385 @@
+//! A volume in the window: it takes the place of an image, with the same panel, messages and title beside it.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use anyhow::{Result, anyhow};
+use egui::{Rect, TextureId};
+use glam::DVec2;
+use vastex::Settings;
+use vastex_viewer::hud::{HudChange, HudData};
+use vastex_viewer::input::{Action, InputEvent};
+use vastex_viewer::panels::{
+    VolumeChange, VolumePanel, VolumePanes, VolumeTold, status_line, volume_status_text,
+};
+use vastex_viewer::volume::VolumeError;
+use vastex_viewer::volume_scene::{VolumeAsked, VolumeHeard, VolumePane, VolumePictures, VolumeScene};
+
+use super::super::display::Display;
+use super::super::panel::volume::ToldOfVolume;
+use super::super::title::TitleParts;
+use super::super::volume_work::{Done, VolumeWork};
+use super::{SLOW, Viewer, Wake};
+use crate::report;
+use crate::screenshot::VolumeShot;
+use crate::volumes::OpenedVolume;
+
+/// A volume, and what is in the window of it.
+pub(super) struct VolumeShown {
+    pub(super) name: String,
+    pub(super) scene: VolumeScene,
+    work: VolumeWork,
+    panel: VolumePanel,
+    rows: Arc<[(String, String)]>,
+    /// What the pictures are known by to what draws the panels, and of which pictures and of whom.
+    names: Vec<(VolumePane, TextureId)>,
+    of: Option<(u64, u64)>,
+    /// Where the pictures lie in the window, in pixels: the corner and the size.
+    area: ([f64; 2], [u32; 2]),
+    /// Whether what lies over the pictures is another than in the last frame.
+    is_stale: bool,
+}
+
+impl Viewer {
+    /// Shows a volume in the place of what is displayed.
+    pub(in super::super) fn show_volume(
+        &mut self,
+        opening: u64,
+        (name, opened): (&str, OpenedVolume),
+        rows: Arc<[(String, String)]>,
+        settings: Settings,
+    ) -> Result<()> {
+        let begun = self.begun;
+        let clock = Arc::new(move || begun.elapsed());
+        let scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
+        let work = VolumeWork::new(opened, self.window.clone());
+        let before = std::mem::replace(&mut self.display, Display::Empty);
+        self.remove(before.into_sources());
+        self.surface.set_format_of_panels();
+        self.layers_of = opening;
+        self.volume = Some(Box::new(VolumeShown {
+            name: name.to_owned(),
+            scene,
+            work,
+            panel: VolumePanel::default(),
+            rows,
+            names: Vec::new(),
+            of: None,
+            area: ([0.0; 2], self.surface.size()),
+            is_stale: true,
+        }));
+        self.wake();
+        Ok(())
+    }
+
+    /// An image is displayed.
+    pub(super) fn forget_volume(&mut self) {
+        self.volume = None;
+    }
+
+    /// Whether a volume is shown.
+    pub(in super::super) fn shows_volume(&self) -> bool {
+        self.volume.is_some()
+    }
+
+    /// Whether something is asked for that only images have, while a volume is shown.
+    pub(in super::super) fn ignores(&self, action: &Action) -> bool {
+        use Action::*;
+        let is_of_any = matches!(
+            action,
+            Panel | EnterPanel | Hud | Guides | Values | Keys | FillScreen | File(_) | Open | Screenshot(_)
+        );
+        self.shows_volume() && !is_of_any && !matches!(action, PasteView | Redraw | Quit)
+    }
+
+    /// Hears keys and the pointer before the window does. Returns true if that was all there is to it.
+    pub(in super::super) fn hear_in_volume(&mut self, event: InputEvent) -> bool {
+        let Some(volume) = &mut self.volume else { return false };
+        let corner = DVec2::from_array(volume.area.0);
+        let event = match event {
+            InputEvent::PointerMoved(pixel) => InputEvent::PointerMoved(pixel - corner),
+            InputEvent::Touch { finger, is_down, place } => {
+                InputEvent::Touch { finger, is_down, place: place - corner }
+            }
+            event => event,
+        };
+        // What is over a panel is not over a picture.
+        let event = match event {
+            InputEvent::PointerMoved(_) if self.shell.is_over_panel() => InputEvent::PointerLeft,
+            event => event,
+        };
+        let before = volume.scene.look.clone();
+        let heard = volume.scene.on_event(event);
+        let is_moved = volume.scene.look != before;
+        volume.is_stale |= heard != VolumeHeard::Other && (is_moved || heard != VolumeHeard::Taken);
+        if volume.is_stale || volume.scene.is_asking() {
+            self.window.request_redraw();
+        }
+        heard != VolumeHeard::Other
+    }
+
+    /// The next frame of a volume.
+    pub(super) fn next_frame_of_volume(&self, volume: &VolumeShown) -> Wake {
+        let left = self.title.notice_left(Instant::now());
+        match () {
+            () if self.is_hidden => Wake::After(SLOW),
+            () if volume.is_stale || volume.scene.is_due() => Wake::Now,
+            () if volume.scene.share_at_wanted().1.failed > 0 => Wake::After(SLOW),
+            () => left.map_or(Wake::OnEvent, Wake::After),
+        }
+    }
+
+    /// Draws and shows a frame of a volume, where the window shows any.
+    pub(super) fn draw_volume(&mut self) -> Result<()> {
+        let Some(mut volume) = self.volume.take() else { return Ok(()) };
+        let drawn = self.draw_frame_of_volume(&mut volume);
+        self.volume = Some(volume);
+        drawn
+    }
+
+    fn draw_frame_of_volume(&mut self, volume: &mut VolumeShown) -> Result<()> {
+        volume.is_stale = false;
+        self.take_done(volume);
+        match volume.scene.frame(volume.area.1, VolumePictures::Parts) {
+            Ok(()) => {}
+            Err(VolumeError::Textures(error)) => return Err(error.into()),
+            Err(error) => self.tell("volume", &format!("{}: {error}", volume.name)),
+        }
+        self.begin_what_is_asked(volume);
+        for fault in volume.scene.take_faults() {
+            let fault = format!("{}: {fault}", volume.name);
+            report::say(&fault);
+            self.messages.add("tiles", fault);
+        }
+        self.name_pictures(volume);
+        self.run_panels_of_volume(volume);
+        let frame = self.surface.acquire();
+        if !matches!(frame, Ok(Some(_))) {
+            volume.scene.textures().inspect().check_device()?; // a lost one is the reason
+        }
+        let frame = frame?;
+        self.is_hidden = frame.is_none();
+        let Some(frame) = frame else { return Ok(()) };
+        let now = Instant::now();
+        if let Some(before) = self.drawn_at.replace(now) {
+            volume.scene.pass_time(now.duration_since(before));
+            if self.is_busy {
+                self.title.count_frame(now.duration_since(before));
+                self.hud.frames.push(now.duration_since(before));
+            }
+        }
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        self.surface.clear(&mut encoder, &frame, glam::Vec4::W);
+        let over = (&frame.view, self.surface.viewed_format());
+        self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
+        self.gpu.queue.submit([encoder.finish()]);
+        self.surface.present(frame);
+        self.frames += 1;
+        let (stats, is_settled) = (volume.scene.textures().stats(), volume.scene.is_settled());
+        if let Some(times) = &mut self.times {
+            times.note_frame(true, is_settled);
+        }
+        if is_settled && stats.pager.failed == 0 {
+            self.messages.forget("tiles");
+        }
+        let parts = TitleParts {
+            name: &volume.name,
+            image: None,
+            texel: None,
+            overlay: None,
+            stats: &stats,
+            is_settled,
+            opening: self.opening.as_ref().map(|(_, share)| *share),
+        };
+        if let Some(title) = self.title.due(now, &parts) {
+            self.window.set_title(title);
+        }
+        Ok(())
+    }
+
+    /// Takes in what threads have read.
+    fn take_done(&mut self, volume: &mut VolumeShown) {
+        let times = [volume.scene.seen_time(), volume.scene.look.time];
+        for done in volume.work.take_done() {
+            let outcome = match done {
+                Done::Channel { channel, time, read: Ok(read) } => {
+                    volume.scene.add((channel, time), read.prepared, read.usual).map_err(Into::into)
+                }
+                Done::Channel { channel, time, read: Err(error) } => {
+                    volume.scene.refuse(channel, time);
+                    Err(error)
+                }
+                Done::Point(Ok(told), _) => {
+                    volume.scene.tell(told);
+                    Ok(())
+                }
+                Done::Point(Err(error), number) => {
+                    volume.scene.tell_nothing(number);
+                    Err(error)
+                }
+                Done::Range { channel, range } => range.map(|range| volume.scene.set_range(channel, range)),
+                Done::Changed { channel, time, regions } => {
+                    volume.scene.changed((channel, time), &regions);
+                    Ok(())
+                }
+                Done::Fault(error) => Err(error),
+            };
+            if let Err(error) = outcome {
+                let said = report::message(&error);
+                report::say(&said);
+                self.messages.add("volume", said);
+            }
+        }
+        volume.work.keep_times(times);
+    }
+
+    fn begin_what_is_asked(&mut self, volume: &mut VolumeShown) {
+        for asked in volume.scene.take_asked() {
+            let begun = match asked {
+                VolumeAsked::Channel { channel, time } => {
+                    volume.work.read((channel, time), volume.scene.preparer())
+                }
+                VolumeAsked::Point(asked) => volume.work.ask(asked, &volume.scene.look),
+                VolumeAsked::Ranges(channels) => volume.work.find_ranges(&channels),
+            };
+            if let Err(error) = begun {
+                self.messages.add("volume", report::message(&error));
+            }
+        }
+    }
+
+    /// Makes the pictures known to what draws the panels, where they are others.
+    fn name_pictures(&mut self, volume: &mut VolumeShown) {
+        let format = self.surface.viewed_format();
+        let now = self.shell.painter_of(format).map(|painter| (volume.scene.painted(), painter));
+        if now.is_some() && volume.of == now {
+            return;
+        }
+        let pictures = volume.scene.pictures();
+        let views: Vec<&wgpu::TextureView> = pictures.iter().map(|(_, view)| view).collect();
+        let (names, painter) = self.shell.show_pictures(&self.gpu, format, &views);
+        volume.names = pictures.iter().map(|(pane, _)| pane.pane).zip(names).collect();
+        volume.of = Some((volume.scene.painted(), painter));
+    }
+
+    fn run_panels_of_volume(&mut self, volume: &mut VolumeShown) {
+        self.title.expire(Instant::now());
+        let hud_data = self
+            .hud
+            .is_shown()
+            .then(|| HudData { frames: self.hud.frames.clone(), ..HudData::of(volume.scene.textures()) });
+        let (share, stats) = volume.scene.share_at_wanted();
+        let facts = volume.scene.facts().clone();
+        let clicked = volume.scene.points().clicked().cloned();
+        let below = volume.scene.points().below().map(|told| volume_status_text(&facts, told));
+        let below = below.filter(|_| self.panel.values_are_shown());
+        let told = VolumeTold {
+            facts: &facts,
+            seen_time: volume.scene.seen_time(),
+            is_playing: volume.scene.is_playing(),
+            share,
+            missing: stats.missing,
+            bias: f64::from(stats.bias_eighths) / 8.0,
+            clicked: clicked.as_ref(),
+        };
+        let shown = ToldOfVolume { name: &volume.name, told, rows: &volume.rows };
+        let (panes, names, own) = (volume.scene.panes(), &volume.names, &mut volume.panel);
+        let mut look = volume.scene.look.clone();
+        let notice = self.title.notice().map(str::to_owned);
+        self.shown_notice = notice.clone();
+        let opening = self.opening.clone();
+        let (panel, messages, hud) = (&mut self.panel, &mut self.messages, &mut self.hud.panel);
+        let (mut asked, mut hud_changes, mut all, mut scale) = (Vec::new(), Vec::new(), Rect::NOTHING, 1.0);
+        let mut changes = Vec::new();
+        self.shell.run(|ui| {
+            if let Some(data) = &hud_data {
+                hud_changes = hud.show(ui, data);
+            }
+            let asks = panel.show_volume(ui, (own, &mut look), &shown);
+            asked.extend(asks.asked);
+            changes.extend(asks.changes);
+            (all, scale) = (ui.available_rect_before_wrap(), ui.pixels_per_point());
+            let shown = VolumePanes {
+                facts: &facts,
+                look: &look,
+                panes: &panes,
+                pictures: names,
+                has_guides: panel.guides_are_shown(),
+                seen_time: told.seen_time,
+            };
+            shown.paint(ui.painter(), all, scale);
+            super::super::panel::say_below(
+                ui,
+                (notice.as_deref(), opening.as_ref().map(|(name, share)| (&**name, *share))),
+                below.as_deref().map_or(0.0, |text| status_line(ui.ctx(), all, text)),
+            );
+            messages.show(ui.ctx(), all);
+        });
+        self.asked.extend(asked);
+        let pixel = |points: f32| (points * scale).round().max(0.0);
+        let corner = [f64::from(pixel(all.left())), f64::from(pixel(all.top()))];
+        let area = (corner, [pixel(all.width()) as u32, pixel(all.height()) as u32].map(|side| side.max(1)));
+        volume.is_stale |= area != volume.area || look != volume.scene.look;
+        (volume.area, volume.scene.look) = (area, look);
+        for change in changes {
+            volume.is_stale = true;
+            match change {
+                VolumeChange::UsualRanges(channels) => {
+                    if let Err(error) = volume.work.find_ranges(&channels) {
+                        self.messages.add("volume", report::message(&error));
+                    }
+                }
+                VolumeChange::Play(plays) => volume.scene.play(plays),
+                VolumeChange::Fit => volume.scene.look.fit(&facts),
+            }
+        }
+        for change in &hud_changes {
+            self.change_of_volume(volume, change);
+        }
+    }
+
+    /// Changes what a person changed of what the machine does.
+    fn change_of_volume(&mut self, volume: &mut VolumeShown, change: &HudChange) {
+        let mut memory = volume.scene.textures_mut().memory();
+        let changed = match *change {
+            HudChange::PoolBytes(pool, Some(bytes)) => memory.resize_pool(pool, bytes).map(drop),
+            HudChange::PoolBytes(pool, None) => memory.fit_pool(pool).map(drop),
+            HudChange::Rule(pool, rule) => memory.set_bias_rule(pool, rule),
+            HudChange::Budgets { uploads, in_flight } => {
+                memory.set_budgets(uploads, in_flight);
+                Ok(())
+            }
+            HudChange::Filter(_) | HudChange::Overlay(_) | HudChange::Feedback(_) => {
+                self.notify_in_title("volumes are sampled and asked in one way");
+                Ok(())
+            }
+        };
+        volume.is_stale = true;
+        match changed {
+            Ok(()) => drop(self.messages.forget("change")),
+            Err(error) => self.tell("change", &error.to_string()),
+        }
+    }
+
+    /// What a picture shows of the volume, so many times as large as the window; `None` without one.
+    pub(in super::super) fn volume_shot(&self, times: u32) -> Option<VolumeShot> {
+        let volume = self.volume.as_ref()?;
+        Some(VolumeShot {
+            source: volume.work.path().to_owned(),
+            look: Some(volume.scene.look.clone()),
+            size: self.surface.size().map(|side| side.saturating_mul(times)),
+            pixels_per_point: self.window.scale_factor() as f32 * times as f32,
+            has_guides: self.panel.guides_are_shown(),
+            has_hud: self.hud.is_shown(),
+        })
+    }
+
+    /// Goes on with another device.
+    pub(super) fn restore_volume(&mut self) -> Result<()> {
+        if let Some(volume) = &mut self.volume {
+            volume.scene.restore(&self.gpu).map_err(|error| anyhow!("{}: {error}", volume.name))?;
+            volume.of = None;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,365 @@
+//! Volumes for the window and for pictures of it: opened, read channel by channel and time by time, and asked
+//! about their values.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
+use glam::DVec3;
+use pollster::block_on;
+use vastex::{PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource};
+use vastex_viewer::volume::{VolumeBox, VolumeMode};
+use vastex_viewer::volume_scene::{
+    ChannelFacts, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
+};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource, open};
+
+use crate::args::SceneArgs;
+use crate::commands::render;
+
+/// GPU memory that is taken for bricks at most where nobody says how much.
+const MOST_BYTES: u64 = 1 << 30;
+/// And at least, which is little.
+const LEAST_BYTES: u64 = 32 << 20;
+/// Places along a ray that a click looks at, at most.
+const MOST_SAMPLES: f64 = 512.0;
+/// Of what glows, how much is let through below which nothing behind it is seen.
+const HIDDEN: f64 = 0.01;
+
+/// A volume that can be shown.
+pub(crate) struct OpenedVolume {
+    pub(crate) volume: Arc<Volume>,
+    pub(crate) facts: VolumeFacts,
+    /// Pages of a channel at a time, and bytes of one.
+    pages: u64,
+    page_bytes: u64,
+}
+
+/// A channel at a time that was read so far that it can be shown.
+pub(crate) struct ReadChannel {
+    pub(crate) source: Arc<VolumeSource>,
+    pub(crate) prepared: Prepared,
+    /// Its usual range, in stored values.
+    pub(crate) usual: [f64; 2],
+}
+
+/// Opens a volume, and reads what is known of it. Its values are read later.
+pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
+    let volume = match open(path)? {
+        Opened::Volume(volume) => Arc::new(*volume),
+        Opened::Images(list) => {
+            let first = list.images.first().map_or("", |image| image.as_str());
+            let (count, path) = (list.images.len(), &list.path);
+            bail!("{path}: {} with {count} images; name one, as in {path}/{first}", list.what);
+        }
+    };
+    let source = source_of(&volume, 0, 0)?;
+    let facts = facts_of(volume.about(), &source)?;
+    let description = source.description();
+    let (pages, page_bytes) = (description.geometry.page_count(), description.tile_bytes() as u64);
+    Ok(OpenedVolume { volume, facts, pages, page_bytes })
+}
+
+/// A channel at a time as a source of bricks.
+fn source_of(volume: &Arc<Volume>, channel: u64, time: u64) -> Result<VolumeSource> {
+    let options = VolumeOptions { channel, time, ..VolumeOptions::default() };
+    let source = VolumeSource::open(volume.clone(), &options)?;
+    if source.is_labels() {
+        bail!(
+            "{}: these are labels, whole numbers of things, and so far only values are shown; open the image that they lie \
+             beside",
+            volume.about().path
+        );
+    }
+    Ok(source)
+}
+
+/// What the window is told of a volume.
+fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
+    let level = &about.levels[0];
+    let mut size = [0; 3];
+    for (side, voxels) in size.iter_mut().zip(level.size) {
+        *side =
+            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
+    }
+    // Only proportions count, and those of nanometres and of light years are told alike.
+    let longest = level.scale.iter().copied().fold(0.0, f64::max);
+    let channel = |nth: u64| {
+        let said = usize::try_from(nth).ok().and_then(|nth| about.channel_info.get(nth));
+        said.map_or_else(ChannelFacts::default, |said| ChannelFacts {
+            name: said.name.clone(),
+            color: said.color,
+            is_active: said.is_active,
+        })
+    };
+    let codes = source.codes();
+    let name = about.name.clone().unwrap_or_else(|| {
+        let path = Path::new(&about.path);
+        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+    });
+    Ok(VolumeFacts {
+        name,
+        of: VolumeBox::new(size, level.scale.map(|side| side / longest)),
+        origin: level.origin,
+        unit_length: longest,
+        unit: about.unit.clone(),
+        channels: (0..about.channels).map(channel).collect(),
+        times: about.times,
+        base: codes.base,
+        gain: codes.gain,
+        bounds: about.dtype.bounds().map(|(least, most)| [least as f64, most as f64]),
+        downsample: about.downsample.clone(),
+        brick: VolumeOptions::default().brick,
+    })
+}
+
+impl OpenedVolume {
+    /// What was wrong with its metadata, and what was made of it.
+    pub(crate) fn oddities(&self) -> Vec<String> {
+        self.volume.about().oddities.clone()
+    }
+
+    /// Settings of the textures of a volume, for the channels that are shown at first, for pictures of so
+    /// many pixels: with memory for all of their bricks, up to a gibibyte, where nobody says how much.
+    pub(crate) fn settings(&self, args: &SceneArgs) -> Result<Settings> {
+        let settings = render::settings(args)?;
+        let shown = VolumeLook::first(&self.facts).shown().count().max(1) as u64;
+        // Of times, the one that is seen and the one that comes.
+        let sets = shown * self.facts.times.min(2);
+        // A fifth more, for grids of slots that are no cubes; and bricks for each channel that may be shown.
+        let all = self.pages.saturating_mul(self.page_bytes).saturating_mul(sets);
+        let others = self.page_bytes.saturating_mul(self.facts.channels.len().min(16) as u64 * 2 + 2);
+        let bytes = match args.pool_mib {
+            Some(mib) => mib << 20,
+            None => all.saturating_add(all / 5).clamp(LEAST_BYTES, MOST_BYTES).saturating_add(others),
+        };
+        let default_pool = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
+        Ok(Settings {
+            pools: PoolSettings { default_pool, ..PoolSettings::default() },
+            // Bricks are large, and nothing else needs the way.
+            upload_bytes_per_frame: settings.upload_bytes_per_frame.max(8 << 20),
+            in_flight_bytes: settings.in_flight_bytes.max(32 << 20),
+            fade: std::time::Duration::ZERO,
+            filter: vastex::Filter::Trilinear,
+            feedback: None,
+            whole_bytes: 0,
+            ..settings
+        })
+    }
+}
+
+/// Reads of a channel at a time what it takes to show it.
+pub(crate) fn read_channel(
+    volume: &Arc<Volume>,
+    (channel, time): (usize, u64),
+    preparer: &Preparer,
+) -> Result<ReadChannel> {
+    let source = Arc::new(source_of(volume, channel as u64, time)?);
+    let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
+    let tiles: Arc<dyn TileSource> = source.clone();
+    let prepared = preparer.read_blocking(tiles, settings)?;
+    let usual = usual_range(&source, channel)?;
+    Ok(ReadChannel { source, prepared, usual })
+}
+
+/// The stored values of a channel that are dark and bright where nobody says which.
+pub(crate) fn usual_range(source: &VolumeSource, channel: usize) -> Result<[f64; 2]> {
+    let about = source.volume().about();
+    let window = block_on(source.usual_window())?;
+    let info = about.channel_info.get(channel);
+    Ok(if info.is_some_and(|info| info.is_inverted) { [window[1], window[0]] } else { window })
+}
+
+/// Answers a question about a place: exact values, of the finest level.
+pub(crate) fn point(
+    facts: &VolumeFacts,
+    look: &VolumeLook,
+    sources: &[(usize, Arc<VolumeSource>)],
+    asked: &PointAsked,
+) -> Result<PointTold> {
+    let place = match asked.place {
+        PointPlace::At(place) => Some(place),
+        PointPlace::Along { from, toward, pixel } => along(facts, look, sources, (from, toward, pixel))?,
+    };
+    let extent = facts.of.extent();
+    let place = place.filter(|place| place.cmpge(DVec3::ZERO).all() && place.cmple(extent).all());
+    let mut told = PointTold { number: asked.number, place, voxel: [0; 3], values: Vec::new(), label: None };
+    let Some(place) = place else { return Ok(told) };
+    for (channel, source) in sources {
+        let found = block_on(source.value_at(0, in_file(facts, place)))?;
+        if let Some(found) = found {
+            told.voxel = found.voxel;
+            let value = found.value.to_string();
+            told.values.push(PointValue { channel: *channel, value, level: found.level });
+        }
+    }
+    Ok(told)
+}
+
+/// A place of the scene's world in the file's own system.
+fn in_file(facts: &VolumeFacts, place: DVec3) -> [f64; 3] {
+    std::array::from_fn(|axis| facts.origin[axis] + place[axis] * facts.unit_length)
+}
+
+/// What is seen along a ray: where a channel is brightest, where most of the light comes from, or the
+/// surface.
+fn along(
+    facts: &VolumeFacts,
+    look: &VolumeLook,
+    sources: &[(usize, Arc<VolumeSource>)],
+    (from, toward, pixel): (DVec3, DVec3, f64),
+) -> Result<Option<DVec3>> {
+    let Some([begin, end]) = span(facts, look, from, toward) else { return Ok(None) };
+    let finest = facts.of.voxel.min_element().max(pixel);
+    let count = ((end - begin) / finest).ceil().clamp(1.0, MOST_SAMPLES);
+    let step = (end - begin) / count;
+    let first = from + toward * (begin + 0.5 * step);
+    let mut shown = Vec::new();
+    for (channel, source) in sources {
+        // The coarsest level of which no voxel is larger than a step.
+        let is_fine = |level: &vastex::VoxelLevel| {
+            let most = level.scale.iter().copied().fold(0.0, f64::max) / facts.unit_length;
+            most <= step.max(facts.of.voxel.max_element())
+        };
+        let level = source.levels().levels().iter().rposition(is_fine).unwrap_or(0);
+        let way = (toward * step * facts.unit_length).to_array();
+        let plane = VolumePlane {
+            corner: in_file(facts, first),
+            right: way,
+            down: [0.0; 3],
+            size: [count as u32, 1],
+        };
+        // Pixels have their places in their middles.
+        let corner = std::array::from_fn(|axis| plane.corner[axis] - 0.5 * way[axis]);
+        let values = block_on(source.sample_plane(level as u8, &VolumePlane { corner, ..plane }))?;
+        let Some(settings) = look.channels.get(*channel) else { continue };
+        shown.push((values, settings));
+    }
+    let x = |nth: usize, at: usize| {
+        let (values, channel) = &shown[nth];
+        let stored = values[at].map(f64::from).filter(|value| value.is_finite());
+        stored.map(|stored| channel.shown(stored))
+    };
+    let places = 0..count as usize;
+    let best = match look.mode {
+        VolumeMode::Mip | VolumeMode::Average => {
+            let most = |at: usize| (0..shown.len()).filter_map(|nth| x(nth, at)).fold(0.0, f64::max);
+            places.max_by(|a, b| most(*a).total_cmp(&most(*b)))
+        }
+        VolumeMode::Minip => {
+            let least = |at: usize| (0..shown.len()).filter_map(|nth| x(nth, at)).fold(1.0, f64::min);
+            places.min_by(|a, b| least(*a).total_cmp(&least(*b)))
+        }
+        VolumeMode::Emission => {
+            let per_length = look.density * 100.0 / facts.of.extent().max_element();
+            let (mut through, mut best) = (1.0, None::<(f64, usize)>);
+            for at in places {
+                let tau = |nth: usize| {
+                    let a = (f64::from(shown[nth].1.opacity) * x(nth, at).unwrap_or(0.0)).min(0.999);
+                    -(1.0 - a).ln() * per_length
+                };
+                let passed = (-(0..shown.len()).map(tau).sum::<f64>() * step).exp();
+                let light = through * (1.0 - passed);
+                if light > best.map_or(0.0, |(most, _)| most) {
+                    best = Some((light, at));
+                }
+                through *= passed;
+                if through < HIDDEN {
+                    break;
+                }
+            }
+            best.map(|(_, at)| at)
+        }
+        VolumeMode::Iso => {
+            let iso = look.iso_or_middle().unwrap_or(0.5);
+            let is_reached = |at: usize| {
+                shown.iter().any(|(values, _)| values[at].is_some_and(|value| f64::from(value) >= iso))
+            };
+            places.into_iter().find(|at| is_reached(*at))
+        }
+    };
+    Ok(best.map(|at| first + toward * (at as f64 * step)))
+}
+
+/// From where to where a ray goes through what is left of the volume.
+fn span(facts: &VolumeFacts, look: &VolumeLook, from: DVec3, toward: DVec3) -> Option<[f64; 2]> {
+    let clip = look.clip.of(&facts.of);
+    let [least, most] = [clip.corners[0].max(DVec3::ZERO), clip.corners[1].min(facts.of.extent())];
+    let (mut begin, mut end) = (0.0f64, f64::INFINITY);
+    for axis in 0..3 {
+        if toward[axis] == 0.0 {
+            if from[axis] < least[axis] || from[axis] > most[axis] {
+                return None;
+            }
+            continue;
+        }
+        let ways = [least, most].map(|corner| (corner[axis] - from[axis]) / toward[axis]);
+        begin = begin.max(ways[0].min(ways[1]));
+        end = end.min(ways[0].max(ways[1]));
+    }
+    if let Some((beyond, at)) = clip.plane {
+        let (along, way) = (beyond.dot(toward), at - beyond.dot(from));
+        match along {
+            along if along > 0.0 => end = end.min(way / along),
+            along if along < 0.0 => begin = begin.max(way / along),
+            _ if way < 0.0 => return None,
+            _ => {}
+        }
+    }
+    (begin < end && end.is_finite()).then_some([begin, end])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn head() -> OpenedVolume {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
+        open_volume(&path).unwrap()
+    }
+
+    #[test]
+    fn a_volume_says_what_the_window_needs() {
+        let opened = head();
+        let facts = &opened.facts;
+        assert_eq!((facts.of.size, facts.channels.len(), facts.times), ([98, 116, 94], 3, 1));
+        assert_eq!((facts.unit_length, facts.unit.as_deref()), (2.0, Some("millimeter")));
+        assert_eq!((facts.base, facts.gain, facts.bounds), (0.0, 255.0, Some([0.0, 255.0])));
+        assert!(facts.channels.iter().all(|channel| channel.name.is_some()));
+    }
+
+    #[test]
+    fn a_place_is_told_with_its_values_and_a_click_finds_what_is_seen() {
+        let OpenedVolume { volume, facts, .. } = head();
+        let mut look = VolumeLook::first(&facts);
+        let sources: Vec<_> =
+            (0..3).map(|nth| (nth, Arc::new(source_of(&volume, nth as u64, 0).unwrap()))).collect();
+        look.channels.iter_mut().for_each(|channel| channel.range = Some([0.0, 255.0]));
+        let ask = |look: &VolumeLook, place| {
+            point(&facts, look, &sources, &PointAsked { number: 7, time: 0, place }).unwrap()
+        };
+        let middle = facts.of.extent() / 2.0 + DVec3::splat(0.1);
+        let told = ask(&look, PointPlace::At(middle));
+        assert_eq!((told.number, told.voxel, told.values.len()), (7, [49, 58, 47], 3));
+        assert!(told.values.iter().all(|value| value.level == 0 && value.value.parse::<u8>().is_ok()));
+        assert_eq!(ask(&look, PointPlace::At(DVec3::splat(-1.0))).place, None);
+        // Along a ray through the middle, in each mode: what is found is on the ray, within the box.
+        let ray =
+            PointPlace::Along { from: DVec3::new(middle.x, middle.y, -50.0), toward: DVec3::Z, pixel: 1.0 };
+        for mode in VolumeMode::ALL {
+            look.mode = mode;
+            let told = ask(&look, ray);
+            let place = told.place.unwrap_or_else(|| panic!("{mode:?}"));
+            assert!(
+                (place.x, place.y) == (middle.x, middle.y) && (0.0..=94.0).contains(&place.z),
+                "{mode:?}"
+            );
+        }
+        // What is cut away is not found.
+        look.clip.shares[2] = [0.9, 1.0];
+        look.mode = VolumeMode::Mip;
+        assert!(ask(&look, ray).place.unwrap().z >= 0.9 * 94.0);
+        let aside = PointPlace::Along { from: DVec3::new(-50.0, 0.0, -50.0), toward: DVec3::Z, pixel: 1.0 };
+        assert_eq!(ask(&look, aside).place, None);
+    }
+}

@@ -1,0 +1,138 @@
+//! A person at the panel of a volume.
+
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use glam::DVec3;
+
+use super::*;
+use crate::panels::unnamed;
+use crate::volume_scene::facts_for_tests;
+use crate::volume_scene::{PointValue, VolumeLook};
+
+struct Shown {
+    facts: VolumeFacts,
+    look: VolumeLook,
+    panel: VolumePanel,
+    asked: Vec<VolumeChange>,
+    clicked: Option<PointTold>,
+}
+
+impl Shown {
+    fn new(facts: VolumeFacts) -> Shown {
+        let look = VolumeLook::first(&facts);
+        Shown { facts, look, panel: VolumePanel::default(), asked: Vec::new(), clicked: None }
+    }
+
+    fn show(ui: &mut Ui, shown: &mut Shown) {
+        let told = VolumeTold {
+            facts: &shown.facts,
+            seen_time: 0,
+            is_playing: false,
+            share: 0.876,
+            missing: 3,
+            bias: 0.0,
+            clicked: shown.clicked.as_ref(),
+        };
+        shown.asked.extend(shown.panel.show(ui, &mut shown.look, &told));
+    }
+
+    fn harness(self) -> Harness<'static, Shown> {
+        Harness::builder().with_size([320.0, 900.0]).build_ui_state(Shown::show, self)
+    }
+}
+
+#[test]
+fn channels_are_hidden_and_shown_by_name() {
+    let mut harness = Shown::new(facts_for_tests()).harness();
+    harness.get_by_label("show membranes").click();
+    harness.run();
+    assert_eq!(harness.state().look.shown().collect::<Vec<_>>(), [0, 2]);
+    harness.get_by_label("show membranes").click();
+    harness.get_by_label("show channel 2").click();
+    harness.run();
+    assert_eq!(harness.state().look.shown().collect::<Vec<_>>(), [0, 1]);
+}
+
+#[test]
+fn modes_pictures_and_steps_are_chosen() {
+    let mut harness = Shown::new(facts_for_tests()).harness();
+    assert!(harness.query_all_by_label("Density").next().is_none());
+    harness.get_by_label("emission").click();
+    harness.run();
+    assert_eq!(harness.state().look.mode, VolumeMode::Emission);
+    assert!(harness.query_all_by_label("Density").next().is_some());
+    harness.get_by_label("1/3").click();
+    harness.get_by_label("3-D").click();
+    harness.run();
+    let look = &harness.state().look;
+    assert_eq!((look.step, look.layout), (1.0 / 3.0, VolumeLayout::One(VolumePane::Space)));
+    harness.get_by_label("Show all").click();
+    harness.run();
+    assert_eq!(harness.state().asked, [VolumeChange::Fit]);
+}
+
+#[test]
+fn the_chosen_channel_has_a_range_and_usual_values_can_be_asked_for() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.channels[1].range = Some([100.0, 900.0]);
+    let mut harness = shown.harness();
+    assert!(harness.query_by_label("is being read").is_some(), "the first channel's is not known yet");
+    harness.get_by_label("membranes").click();
+    harness.run();
+    assert!(harness.query_by_label("is being read").is_none());
+    harness.get_by_label("Usual").click();
+    harness.run();
+    assert_eq!(harness.state().asked, [VolumeChange::UsualRanges(vec![1])]);
+}
+
+#[test]
+fn times_are_shown_where_there_are_any() {
+    let mut harness = Shown::new(facts_for_tests()).harness();
+    harness.get_by_label("Play").click();
+    harness.run();
+    assert_eq!(harness.state().asked, [VolumeChange::Play(true)]);
+    let harness = Shown::new(VolumeFacts { times: 1, ..facts_for_tests() }).harness();
+    assert!(harness.query_by_label("Play").is_none());
+}
+
+#[test]
+fn what_is_cut_away_is_put_back() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.clip.shares[2] = [0.25, 0.5];
+    let mut harness = shown.harness();
+    harness.get_by_label("Cut away").click();
+    harness.run();
+    harness.run();
+    harness.get_by_label("Plane").click();
+    harness.run();
+    assert!(harness.state().look.clip.has_plane);
+    harness.get_by_label("Nothing").click();
+    harness.run();
+    assert_eq!(harness.state().look.clip, ClipLook::default());
+}
+
+#[test]
+fn a_click_tells_values_with_their_level_and_place() {
+    let mut shown = Shown::new(facts_for_tests());
+    let values = vec![PointValue { channel: 0, value: "1234".into(), level: 1 }];
+    let (place, label) = (Some(DVec3::new(1.0, 2.0, 3.0)), Some("cell 7".into()));
+    shown.clicked = Some(PointTold { number: 1, place, voxel: [4, 8, 3], values, label });
+    let harness = shown.harness();
+    for said in ["1234  level 1", "cell 7", "102, 4, 2 µm", "4, 8, 3"] {
+        assert!(harness.query_by_label(said).is_some(), "{said}");
+    }
+    assert!(harness.query_by_label("87 % at the wanted level, 3 bricks to come").is_some());
+}
+
+#[test]
+fn every_control_has_a_name() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.channels[0].range = Some([0.0, 1.0]);
+    shown.look.clip.has_plane = true;
+    shown.look.mode = VolumeMode::Iso;
+    let mut harness = shown.harness();
+    harness.get_by_label("Cut away").click();
+    harness.run();
+    harness.run();
+    assert_eq!(unnamed(&harness.root()), Vec::<String>::new());
+}

@@ -1,0 +1,60 @@
+//! A volume drawn in parts, and with other channels than before.
+
+use std::ops::Range;
+
+use vastex::{LayerId, Sampled, Textures};
+
+use super::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, sampled};
+use crate::stage::Target;
+
+impl VolumeRenderer {
+    /// Draws rows of the picture that a camera sees, of `size` pixels in all: the first of them begin it, and
+    /// of the others what is there stays around them. For pictures that take longer than a frame may.
+    pub fn draw_rows(
+        &self,
+        camera: &VolumeCameraBinding,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &wgpu::BindGroup,
+        target: &Target<'_>,
+        (size, rows): ([u32; 2], Range<u32>),
+    ) {
+        let mut pass = match rows.start {
+            0 => target.begin(encoder, glam::Vec4::W),
+            _ => target.go_on(encoder),
+        };
+        let end = rows.end.min(size[1]);
+        if rows.start < end {
+            pass.set_scissor_rect(0, rows.start, size[0], end - rows.start);
+            self.draw(camera, &mut pass, textures, false);
+        }
+    }
+
+    /// Draws as described from here on, also where other channels are shown. Several channels become a group
+    /// of the textures, in the place of the one before. Fails as [`VolumeRenderer::new`] does, and where the
+    /// channels lie in another pool than those before; then it draws what it drew.
+    pub fn show(&mut self, textures: &mut Textures, desc: VolumeDesc) -> Result<(), VolumeError> {
+        let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
+        if layers(&desc) != layers(&self.desc) {
+            let (sampled, kinds) = sampled(textures, &desc.channels)?;
+            if !kinds.binds_like(&self.kinds) {
+                remove_group(textures, sampled);
+                return Err(VolumeError::Apart);
+            }
+            remove_group(textures, self.sampled);
+            self.sampled = sampled;
+        }
+        self.desc = desc;
+        Ok(())
+    }
+
+    /// Takes back what it added to the textures. The channels themselves stay.
+    pub fn forget(self, textures: &mut Textures) {
+        remove_group(textures, self.sampled);
+    }
+}
+
+fn remove_group(textures: &mut Textures, sampled: Sampled) {
+    if let Sampled::Group(_) = sampled {
+        textures.remove(sampled);
+    }
+}

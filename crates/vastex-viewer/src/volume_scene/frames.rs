@@ -1,0 +1,246 @@
+//! How a frame of a volume comes about: what is wanted, which time is seen, and what is drawn.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use vastex::{Event, JITTER_CYCLE};
+
+use super::VolumeScene;
+use super::channels::Channels;
+use super::look::VolumePane;
+use super::picture::PanePicture;
+use super::sight::{PaneRect, PaneSight};
+use crate::stage::StageScene;
+use crate::volume::VolumeError;
+
+/// Between two pictures of a view that stays, while its bricks come.
+const EVERY: Duration = Duration::from_millis(200);
+/// How long an old time stays while bricks of the new one are missing, at most.
+const LONGEST_WAIT: Duration = Duration::from_secs(20);
+/// Between two times that are played, at least.
+const PLAY_EVERY: Duration = Duration::from_millis(100);
+/// What a clock tells that has told nothing.
+const NEVER: u64 = u64::MAX;
+
+/// Which pictures a frame draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VolumePictures {
+    /// None: what is seen is only asked for.
+    None,
+    /// Those that are due, in parts that take no longer than a frame may.
+    Parts,
+    /// All that are not drawn yet, whole, however long that takes.
+    Whole,
+}
+
+impl VolumeScene {
+    /// Asks for what is missing and draws what is due, for pictures that fill an area of so many pixels.
+    /// Submits by itself and never waits, unless the textures go in lock-step. Fails where the device is
+    /// lost.
+    pub fn frame(&mut self, area: [u32; 2], pictures: VolumePictures) -> Result<(), VolumeError> {
+        let now = (self.clock)();
+        if std::mem::replace(&mut self.area, area) != area {
+            self.quiet = 0;
+        }
+        self.look.tidy();
+        self.look.time = self.look.time.min(self.facts.times.saturating_sub(1));
+        self.play_on(now);
+        self.follow_time(now);
+        let shown = (&self.look, &self.facts);
+        self.current.show(&self.gpu, &mut self.textures, shown)?;
+        if let Some((next, _)) = &mut self.next
+            && next.is_complete(&self.look)
+        {
+            next.show(&self.gpu, &mut self.textures, shown)?;
+        }
+        self.note_look()?;
+        self.want()?;
+        self.textures.update()?;
+        self.hear_events();
+        self.take_over(now);
+        match pictures {
+            VolumePictures::None => Ok(()),
+            pictures => self.draw(now, pictures == VolumePictures::Whole),
+        }
+    }
+
+    /// What is seen is perhaps another than in the frame before.
+    fn note_look(&mut self) -> Result<(), VolumeError> {
+        let panes = self.panes();
+        let view = |pane: &PaneRect| {
+            let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
+            (pane.pane, sight.view(1), pane.size)
+        };
+        let seen: Vec<_> = panes.iter().map(view).collect();
+        let drawn = self.current.renderer().map(|renderer| renderer.desc().clone());
+        if self.drawn != drawn {
+            (self.drawn, self.look_number) = (drawn, self.look_number + 1);
+            self.quiet = 0;
+        }
+        if self.seen != seen {
+            if self.seen.iter().map(|seen| seen.0).ne(seen.iter().map(|seen| seen.0)) {
+                self.cut_hidden()?;
+            }
+            self.seen = seen;
+            self.quiet = 0;
+        }
+        if self.looked.as_ref() != Some(&self.look) {
+            self.looked = Some(self.look.clone());
+        }
+        Ok(())
+    }
+
+    /// The next time, where times are played and the one before is seen.
+    fn play_on(&mut self, now: Duration) {
+        let is_seen = self.next.is_none() && self.look.time == self.current.time && self.pictures_are_drawn();
+        if self.is_playing && is_seen && now.saturating_sub(self.played_at) >= PLAY_EVERY {
+            self.look.time = (self.look.time + 1) % self.facts.times.max(1);
+            self.played_at = now;
+        }
+    }
+
+    /// What comes next is of the time that is wanted.
+    fn follow_time(&mut self, now: Duration) {
+        let wanted = self.look.time;
+        if self.next.as_ref().is_some_and(|(next, _)| next.time != wanted)
+            && let Some((late, _)) = self.next.take()
+        {
+            late.remove(&mut self.textures);
+        }
+        if wanted != self.current.time && self.next.is_none() {
+            self.next = Some((Channels::new(wanted, self.facts.channels.len()), now));
+            self.quiet = 0;
+        }
+    }
+
+    /// What comes next is shown once it is there at the level that is wanted, or nothing was seen before.
+    fn take_over(&mut self, now: Duration) {
+        let Some((next, begun)) = &self.next else { return };
+        let nothing_seen = self.current.renderer().is_none();
+        let pager = self.textures.stats().pager;
+        let is_there = self.quiet >= u64::from(JITTER_CYCLE) + 4 && pager.missing == 0;
+        let is_late = now.saturating_sub(*begun) >= LONGEST_WAIT;
+        if next.is_complete(&self.look)
+            && (nothing_seen || is_there || is_late)
+            && let Some((next, _)) = self.next.take()
+        {
+            std::mem::replace(&mut self.current, next).remove(&mut self.textures);
+            (self.quiet, self.look_number) = (0, self.look_number + 1);
+        }
+    }
+
+    /// What is not seen any more wants nothing.
+    fn cut_hidden(&mut self) -> Result<(), VolumeError> {
+        let panes = self.panes();
+        for pane in VolumePane::ALL {
+            if panes.iter().all(|seen| seen.pane != pane) {
+                self.textures.view_mut(self.views[pane.number()])?.cut();
+            }
+        }
+        Ok(())
+    }
+
+    /// Has every picture say what it wants, until all of that is there.
+    fn want(&mut self) -> Result<(), VolumeError> {
+        if self.has_all() && self.next.is_none() {
+            return Ok(());
+        }
+        let next = self.next.as_ref().and_then(|(next, _)| next.renderer());
+        let Some(renderer) = next.or(self.current.renderer()) else { return Ok(()) };
+        let panes = self.panes();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        for pane in &panes {
+            let (nth, view) = (pane.pane.number(), self.views[pane.pane.number()]);
+            let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
+            let number = self.textures.view(view)?.number();
+            let camera = self.cameras[nth].get_or_insert_with(|| renderer.new_camera(number));
+            renderer.place(camera, &self.gpu.queue, &self.textures, &sight.view(1), pane.size);
+            let camera = &*camera;
+            self.textures.view_mut(view)?.feedback(&mut encoder, pane.size, |pass, groups| {
+                if let Some(group) = groups.get(renderer.sampled()) {
+                    renderer.draw_wanted(camera, pass, group);
+                }
+            })?;
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Takes in what has come and what went wrong.
+    fn hear_events(&mut self) {
+        while let Some(event) = self.textures.poll_event() {
+            if let Event::Failed { why, .. } = event {
+                self.faults.push(format!("{why}; a coarser brick is shown instead"));
+            }
+        }
+        let pager = self.textures.stats().pager;
+        let come = pager.loaded + pager.evicted + pager.refreshed + pager.shared;
+        let is_quiet = come == self.content.1 && pager.missing == 0 && pager.in_flight == 0;
+        self.quiet = if is_quiet { self.quiet.saturating_add(1) } else { 0 };
+        if come != self.content.1 {
+            self.content = (self.content.0 + 1, come);
+        }
+    }
+
+    fn draw(&mut self, now: Duration, is_whole_asked: bool) -> Result<(), VolumeError> {
+        if let Some((begun, ended, drawn)) = self.under_way.take() {
+            let nanos = ended.load(Ordering::Acquire);
+            if nanos == NEVER && !is_whole_asked {
+                self.under_way = Some((begun, ended, drawn));
+                return Ok(());
+            }
+            let took =
+                Duration::from_nanos(nanos).saturating_sub(begun).as_secs_f64() / drawn.len().max(1) as f64;
+            for (nth, was_small) in drawn {
+                if let Some(picture) = self.pictures[nth].as_mut().filter(|_| nanos != NEVER) {
+                    picture.took(took * if nth == 3 { 1.0 } else { 0.999 }, was_small);
+                }
+            }
+            self.drawn_at = now;
+        }
+        let panes = self.panes();
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut drawn = Vec::new();
+        for pane in &panes {
+            let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
+            let key = self.key(&sight);
+            let (has_all, is_early) = (self.has_all(), now.saturating_sub(self.drawn_at) < EVERY);
+            let nth = pane.pane.number();
+            let Some(renderer) = self.current.renderer() else {
+                if let Some(picture) = &mut self.pictures[nth] {
+                    picture.resize(&self.gpu, pane.size);
+                    picture.clear(&mut encoder, key);
+                    self.painted += 1;
+                }
+                continue;
+            };
+            let picture = self.pictures[nth].get_or_insert_with(|| {
+                self.painted += 1;
+                PanePicture::new(&self.gpu, renderer.new_camera(0), pane.size)
+            });
+            let before = picture.seen().clone();
+            picture.resize(&self.gpu, pane.size);
+            // Where only bricks have come there is time.
+            if is_early && !has_all && picture.is_of_view(&key) && !is_whole_asked {
+                continue;
+            }
+            let with = (renderer, &self.textures);
+            let was = picture.draw(&self.gpu, &mut encoder, with, (&sight, key), is_whole_asked);
+            drawn.extend(was.map(|was_small| (nth, was_small)));
+            if *picture.seen() != before {
+                self.painted += 1;
+            }
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        if !drawn.is_empty() {
+            let (ended, clock) = (Arc::new(AtomicU64::new(NEVER)), self.clock.clone());
+            let told = ended.clone();
+            self.gpu.queue.on_submitted_work_done(move || {
+                told.store(u64::try_from(clock().as_nanos()).unwrap_or(NEVER - 1), Ordering::Release);
+            });
+            self.under_way = Some((now, ended, drawn));
+        }
+        Ok(())
+    }
+}

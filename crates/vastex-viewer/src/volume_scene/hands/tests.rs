@@ -1,0 +1,161 @@
+//! A person's hands on a volume, without a window.
+
+use super::*;
+use crate::volume_scene::look::tests::facts;
+use crate::volume_scene::sight::pane_rects;
+
+struct Person {
+    facts: VolumeFacts,
+    look: VolumeLook,
+    hands: VolumeHands,
+}
+
+impl Person {
+    fn new() -> Person {
+        let facts = facts();
+        Person { look: VolumeLook::first(&facts), facts, hands: VolumeHands::default() }
+    }
+
+    fn panes(&self) -> Vec<PaneRect> {
+        pane_rects(self.look.layout, [642, 482])
+    }
+
+    fn does(&mut self, event: InputEvent) -> VolumeHeard {
+        let panes = self.panes();
+        self.hands.on_event(event, &mut self.look, &VolumeRoom { facts: &self.facts, panes: &panes })
+    }
+
+    fn key(&mut self, key: Key) -> VolumeHeard {
+        self.does(InputEvent::Key { key, is_pressed: true, is_repeat: false })
+    }
+
+    fn button(&mut self, button: Button, is_pressed: bool) -> VolumeHeard {
+        self.does(InputEvent::Button { button, is_pressed })
+    }
+
+    /// Points at the middle of a picture.
+    fn point(&mut self, pane: VolumePane) -> DVec2 {
+        let rect = *self.panes().iter().find(|rect| rect.pane == pane).unwrap();
+        let middle = DVec2::from_array([0, 1].map(|axis| f64::from(rect.at[axis] + rect.size[axis] / 2)));
+        self.does(InputEvent::PointerMoved(middle));
+        middle
+    }
+}
+
+#[test]
+fn a_wheel_goes_through_slices_and_zooms_in_3d() {
+    let mut person = Person::new();
+    person.point(VolumePane::Z);
+    person.does(InputEvent::Wheel(2.0));
+    assert_eq!(person.look.voxel(&person.facts.of), [20, 15, 12]);
+    person.point(VolumePane::X);
+    person.does(InputEvent::Wheel(-1.0));
+    assert_eq!(person.look.voxel(&person.facts.of), [19, 15, 12]);
+    assert_eq!(person.look.zoom, 1.0);
+    person.point(VolumePane::Space);
+    person.does(InputEvent::Wheel(1.0));
+    assert_eq!((person.look.orbit.zoom, person.look.voxel(&person.facts.of)), (WHEEL_FACTOR, [19, 15, 12]));
+    // A touchpad's small steps add up to slices.
+    person.point(VolumePane::Y);
+    for _ in 0..4 {
+        person.does(InputEvent::Scroll(DVec2::new(0.0, PIXELS_PER_SLICE / 2.0)));
+    }
+    assert_eq!(person.look.voxel(&person.facts.of)[1], 17);
+}
+
+#[test]
+fn what_is_below_the_pointer_stays_there_when_a_slice_is_zoomed() {
+    let mut person = Person::new();
+    let at = person.point(VolumePane::Z) + DVec2::new(60.0, -30.0);
+    person.does(InputEvent::PointerMoved(at));
+    let place = |person: &Person| {
+        let panes = person.panes();
+        PaneSight::of(&person.look, &person.facts.of, &panes, &panes[0]).ray(panes[0].within(at))[0]
+    };
+    let before = place(&person);
+    let held = Modifiers { control: true, ..Modifiers::default() };
+    person.does(InputEvent::Modifiers(held));
+    person.does(InputEvent::Wheel(5.0));
+    assert!(person.look.zoom > 1.9 && (place(&person) - before).length() < 1e-9);
+}
+
+#[test]
+fn a_press_in_a_slice_puts_the_crosshair_and_a_drag_takes_it_along() {
+    let mut person = Person::new();
+    let middle = person.point(VolumePane::Z);
+    assert!(matches!(person.button(Button::Primary, true), VolumeHeard::Click(VolumePane::Z, _)));
+    let before = person.look.cross;
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(60.0, 0.0)));
+    assert!(person.look.cross.x > before.x && person.look.cross.z == before.z);
+    person.button(Button::Primary, false);
+    let (cross, centre) = (person.look.cross, person.look.centre);
+    person.does(InputEvent::PointerMoved(middle));
+    assert_eq!(person.look.cross, cross, "nothing is held");
+    person.button(Button::Secondary, true);
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(0.0, 40.0)));
+    assert!(person.look.cross == cross && person.look.centre.y < centre.y, "the picture is moved");
+}
+
+#[test]
+fn a_drag_in_3d_turns_and_a_click_asks() {
+    let mut person = Person::new();
+    let middle = person.point(VolumePane::Space);
+    person.button(Button::Primary, true);
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(1.0, 1.0)));
+    assert_eq!(person.look.orbit.yaw, 30.0, "a hand is never quite still");
+    assert!(matches!(person.button(Button::Primary, false), VolumeHeard::Click(VolumePane::Space, _)));
+    person.button(Button::Primary, true);
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(40.0, 1.0)));
+    assert!(person.look.orbit.yaw > 50.0 && person.look.orbit.pitch == 20.0);
+    assert_eq!(person.button(Button::Primary, false), VolumeHeard::Taken, "that was no click");
+}
+
+#[test]
+fn what_is_dragged_in_3d_goes_with_the_pointer() {
+    let mut person = Person::new();
+    person.look.layout = VolumeLayout::One(VolumePane::Space);
+    // A place before the middle goes the way of the pointer.
+    let before = {
+        let panes = person.panes();
+        let sight = PaneSight::of(&person.look, &person.facts.of, &panes, &panes[0]);
+        let [eye, ahead] = sight.ray(DVec2::new(321.0, 241.0));
+        let middle = person.facts.of.extent() / 2.0;
+        eye + ahead * ((middle - eye).length() - 4.0)
+    };
+    let seen = |person: &Person| {
+        let panes = person.panes();
+        PaneSight::of(&person.look, &person.facts.of, &panes, &panes[0]).pixel_of(before).unwrap()
+    };
+    let from = seen(&person);
+    turn(&mut person.look, DVec2::new(3.0, 0.0));
+    assert!(seen(&person).x > from.x + 1.0);
+    let from = seen(&person);
+    turn(&mut person.look, DVec2::new(0.0, 3.0));
+    assert!(seen(&person).y > from.y + 1.0);
+}
+
+#[test]
+fn keys_choose_pictures_modes_and_times() {
+    let mut person = Person::new();
+    person.key(Key::Char('y'));
+    assert_eq!(person.look.layout, VolumeLayout::One(VolumePane::Y));
+    person.key(Key::Char(' '));
+    assert_eq!(person.look.layout, VolumeLayout::One(VolumePane::Space));
+    person.key(Key::Char(' '));
+    assert_eq!(person.look.layout, VolumeLayout::One(VolumePane::Y), "the slice that was seen before");
+    person.key(Key::Up);
+    assert_eq!(person.look.voxel(&person.facts.of), [20, 16, 10]);
+    person.key(Key::Char('e'));
+    assert_eq!(person.look.mode, VolumeMode::Minip);
+    for _ in 0..9 {
+        person.key(Key::Char('.'));
+    }
+    assert_eq!(person.look.time, 4);
+    person.key(Key::Char(','));
+    assert_eq!(person.look.time, 3);
+    assert_eq!(person.key(Key::Char('k')), VolumeHeard::Play);
+    assert_eq!(person.key(Key::Char('m')), VolumeHeard::Other);
+    let held = Modifiers { control: true, ..Modifiers::default() };
+    person.does(InputEvent::Modifiers(held));
+    assert_eq!(person.key(Key::Char('c')), VolumeHeard::Other, "what copies is the host's");
+}

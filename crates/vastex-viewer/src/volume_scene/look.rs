@@ -1,0 +1,441 @@
+//! What a person sets of a volume in a window: everything that a picture of it follows from, beside its size.
+
+use glam::DVec3;
+
+use crate::volume::{MOST_CHANNELS, VolumeBox, VolumeCamera, VolumeClip, VolumeMode};
+
+/// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
+const HALF_HEIGHT: f64 = 15.0;
+/// From how near all of a volume is seen at first, beside where the ball around its box fits.
+const NEAR: f64 = 0.86;
+/// Zooms of slices and in perspective.
+const ZOOMS: [f64; 2] = [0.05, 1e6];
+/// Colours of channels that have none: green, magenta, cyan, yellow, red, blue, as lenses are told apart.
+const PALETTE: [[u8; 3]; 6] =
+    [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
+/// Channels that are shown where the file does not say which.
+const FIRST: usize = 4;
+
+/// What is known of a volume before any of it is read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeFacts {
+    /// What it is called.
+    pub name: String,
+    /// Its box. The world of a scene begins at its first corner.
+    pub of: VolumeBox,
+    /// Where that corner lies in the file's own system, and how long a unit of the scene's world is there.
+    pub origin: [f64; 3],
+    /// See [`VolumeFacts::origin`].
+    pub unit_length: f64,
+    /// What the file's system is measured in, as files name it (`micrometer`), if it says so.
+    pub unit: Option<String>,
+    /// Its channels, at least one.
+    pub channels: Vec<ChannelFacts>,
+    /// Times that it has, at least one.
+    pub times: u64,
+    /// A stored value is `base + gain * sampled`.
+    pub base: f64,
+    /// See [`VolumeFacts::base`].
+    pub gain: f64,
+    /// The least and the greatest value that its kind of number can have; `None` for floats.
+    pub bounds: Option<[f64; 2]>,
+    /// How its coarser levels were made, where it says so.
+    pub downsample: Option<String>,
+    /// Voxels of a brick along each side.
+    pub brick: u32,
+}
+
+impl VolumeFacts {
+    /// What a channel is called.
+    pub fn channel_name(&self, channel: usize) -> String {
+        let named = self.channels.get(channel).and_then(|channel| channel.name.clone());
+        named.unwrap_or_else(|| format!("channel {channel}"))
+    }
+}
+
+/// What is known of a channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ChannelFacts {
+    /// What it is called.
+    pub name: Option<String>,
+    /// As sRGB codes.
+    pub color: Option<[u8; 3]>,
+    /// Whether it is shown at first, where that is said.
+    pub is_active: Option<bool>,
+}
+
+/// One of the pictures that a volume is seen in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VolumePane {
+    /// The slice across x: right is +y, down is +z.
+    X,
+    /// The slice across y: right is +x, down is +z.
+    Y,
+    /// The slice across z: right is +x, down is +y.
+    Z,
+    /// All of it, from a point around it.
+    #[default]
+    Space,
+}
+
+impl VolumePane {
+    /// Every one, in the order in which they lie beside each other, row by row.
+    pub const ALL: [VolumePane; 4] = [VolumePane::Z, VolumePane::X, VolumePane::Y, VolumePane::Space];
+
+    /// The axis that a slice is across, 0 to 2; `None` for all of it.
+    pub const fn axis(self) -> Option<usize> {
+        match self {
+            VolumePane::X => Some(0),
+            VolumePane::Y => Some(1),
+            VolumePane::Z => Some(2),
+            VolumePane::Space => None,
+        }
+    }
+
+    /// Its name: `x`, `y`, `z` or `3d`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            VolumePane::X => "x",
+            VolumePane::Y => "y",
+            VolumePane::Z => "z",
+            VolumePane::Space => "3d",
+        }
+    }
+
+    /// Its number, 0 to 3.
+    pub const fn number(self) -> usize {
+        match self {
+            VolumePane::X => 0,
+            VolumePane::Y => 1,
+            VolumePane::Z => 2,
+            VolumePane::Space => 3,
+        }
+    }
+
+    /// The axes to the right and downward in a slice, 0 to 2.
+    pub const fn axes(self) -> [usize; 2] {
+        match self {
+            VolumePane::X => [1, 2],
+            VolumePane::Y => [0, 2],
+            VolumePane::Z | VolumePane::Space => [0, 1],
+        }
+    }
+}
+
+/// Which of them are seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum VolumeLayout {
+    /// All four.
+    #[default]
+    Four,
+    /// One alone.
+    One(VolumePane),
+}
+
+/// From where all of a volume is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VolumeOrbit {
+    /// Degrees round the z axis: at 0 +y is ahead and -x to the right.
+    pub yaw: f64,
+    /// Degrees towards +z; beyond 90 the picture stands on its head.
+    pub pitch: f64,
+    /// What is in the middle, in the scene's world.
+    pub target: DVec3,
+    /// 1 where all of the box fits, 2 where it is seen from half as far.
+    pub zoom: f64,
+}
+
+impl VolumeOrbit {
+    /// The way ahead, and those to the right and downward in the picture.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let ((sy, cy), (sp, cp)) = (self.yaw.to_radians().sin_cos(), self.pitch.to_radians().sin_cos());
+        let ahead = DVec3::new(-sy * cp, cy * cp, sp);
+        let right = DVec3::new(-cy, -sy, 0.0);
+        [ahead, right, ahead.cross(right)]
+    }
+
+    /// The camera for a picture of so many pixels.
+    pub fn camera(&self, of: &VolumeBox, picture: [u32; 2]) -> VolumeCamera {
+        let [ahead, _, down] = self.axes();
+        let half_height = HALF_HEIGHT.to_radians();
+        let [width, height] = picture.map(|side| f64::from(side.max(1)));
+        // Where the picture is narrow its width decides.
+        let distance =
+            NEAR * of.extent().length() / 2.0 / half_height.sin() * (height / width).max(1.0) / self.zoom;
+        VolumeCamera { target: self.target, eye: self.target - ahead * distance, down, half_height }
+    }
+}
+
+/// How a channel is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelLook {
+    /// Whether it is.
+    pub is_shown: bool,
+    /// sRGB codes.
+    pub color: [u8; 3],
+    /// The stored values that are dark and bright; `None` until it is known which are usual.
+    pub range: Option<[f64; 2]>,
+    /// The exponent of a value's place in the range.
+    pub gamma: f32,
+    /// How much light it adds, and in emission how much it hides: 0 to 1.
+    pub opacity: f32,
+}
+
+impl ChannelLook {
+    /// What a stored value becomes: 0 to 1.
+    pub fn shown(&self, stored: f64) -> f64 {
+        let [low, high] = self.range.unwrap_or([0.0, 1.0]);
+        let x = ((stored - low) / (high - low)).clamp(0.0, 1.0);
+        if x.is_nan() { 0.0 } else { x.powf(f64::from(self.gamma)) }
+    }
+}
+
+/// What is cut away of a volume that is seen as a whole.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClipLook {
+    /// Of each axis, from where to where something is seen, as shares of the box.
+    pub shares: [[f64; 2]; 3],
+    /// Whether a plane hides what lies before it, as one looks along it.
+    pub has_plane: bool,
+    /// Where that plane looks, in degrees as [`VolumeOrbit`] has them.
+    pub plane_yaw: f64,
+    /// See [`ClipLook::plane_yaw`].
+    pub plane_pitch: f64,
+    /// How deep the plane stands in the box: 0 hides nothing, 1 all of it.
+    pub plane_depth: f64,
+}
+
+impl Default for ClipLook {
+    fn default() -> ClipLook {
+        ClipLook {
+            shares: [[0.0, 1.0]; 3],
+            has_plane: false,
+            plane_yaw: 0.0,
+            plane_pitch: 0.0,
+            plane_depth: 0.5,
+        }
+    }
+}
+
+impl ClipLook {
+    /// What is left of a box.
+    pub fn of(&self, of: &VolumeBox) -> VolumeClip {
+        let extent = of.extent();
+        let corner = |end: usize| {
+            let share = |axis: usize| self.shares[axis][end];
+            let inside = DVec3::new(share(0), share(1), share(2)) * extent;
+            // A face of the box is where the shader has it.
+            let beyond = if end == 0 { DVec3::NEG_INFINITY } else { DVec3::INFINITY };
+            let is_whole = |axis: usize| self.shares[axis][end] == end as f64;
+            let part = |axis: usize| if is_whole(axis) { beyond[axis] } else { inside[axis] };
+            DVec3::new(part(0), part(1), part(2))
+        };
+        let plane = self.has_plane.then(|| {
+            let (yaw, pitch) = (self.plane_yaw, self.plane_pitch);
+            let look = VolumeOrbit { yaw, pitch, target: DVec3::ZERO, zoom: 1.0 };
+            let [ahead, ..] = look.axes();
+            let (middle, reach) = (ahead.dot(extent / 2.0), ahead.abs().dot(extent) / 2.0);
+            let at = middle + reach * (2.0 * self.plane_depth - 1.0);
+            (-ahead, -at)
+        });
+        VolumeClip { corners: [corner(0), corner(1)], plane }
+    }
+}
+
+/// All that a person sets.
+#[derive(Clone, Debug, PartialEq)]
+pub struct VolumeLook {
+    /// Of each channel.
+    pub channels: Vec<ChannelLook>,
+    /// What becomes of samples along a ray.
+    pub mode: VolumeMode,
+    /// How far samples are apart, in sides of a voxel.
+    pub step: f64,
+    /// How dense it is in emission.
+    pub density: f64,
+    /// The stored value at which a surface is; `None` for the middle of the range of the first channel shown.
+    pub iso: Option<f64>,
+    /// The time, from 0.
+    pub time: u64,
+    /// Where the slices meet, in the scene's world.
+    pub cross: DVec3,
+    /// What is in the middle of the slices.
+    pub centre: DVec3,
+    /// How large slices are seen: 1 where all of them fit.
+    pub zoom: f64,
+    /// From where all of it is seen.
+    pub orbit: VolumeOrbit,
+    /// Which pictures there are.
+    pub layout: VolumeLayout,
+    /// What is cut away.
+    pub clip: ClipLook,
+}
+
+impl VolumeLook {
+    /// How a volume is shown at first: with the channels that the file shows, else the first ones, at the
+    /// middle of its box; a flat one as a picture.
+    pub fn first(facts: &VolumeFacts) -> VolumeLook {
+        let middle = facts.of.extent() / 2.0;
+        let is_named = facts.channels.iter().any(|channel| channel.is_active == Some(true));
+        let mut left = if is_named { MOST_CHANNELS } else { FIRST };
+        let count = facts.channels.len();
+        let channels = facts.channels.iter().enumerate().map(|(nth, channel)| {
+            let is_shown = left > 0 && (!is_named || channel.is_active == Some(true));
+            left -= usize::from(is_shown);
+            let usual = if count == 1 { [255; 3] } else { PALETTE[nth % PALETTE.len()] };
+            let color = channel.color.unwrap_or(usual);
+            ChannelLook { is_shown, color, range: None, gamma: 1.0, opacity: 1.0 }
+        });
+        let layout = match facts.of.size {
+            [_, _, 1] => VolumeLayout::One(VolumePane::Z),
+            _ => VolumeLayout::Four,
+        };
+        let mut look = VolumeLook {
+            channels: channels.collect(),
+            mode: VolumeMode::Mip,
+            step: 1.0,
+            density: 1.0,
+            iso: None,
+            time: 0,
+            cross: middle,
+            centre: middle,
+            zoom: 1.0,
+            orbit: VolumeOrbit { yaw: 30.0, pitch: 20.0, target: middle, zoom: 1.0 },
+            layout,
+            clip: ClipLook::default(),
+        };
+        look.put_cross(&facts.of, middle);
+        look
+    }
+
+    /// The numbers of the channels that are shown, as many as one picture can show.
+    pub fn shown(&self) -> impl Iterator<Item = usize> + '_ {
+        let shown = self.channels.iter().enumerate().filter(|(_, channel)| channel.is_shown);
+        shown.map(|(nth, _)| nth).take(MOST_CHANNELS)
+    }
+
+    /// The stored value at which a surface is: the one that was chosen, else the middle of the range of the
+    /// first channel that is shown, once that is known.
+    pub fn iso_or_middle(&self) -> Option<f64> {
+        let range = || self.shown().find_map(|nth| self.channels[nth].range);
+        self.iso.or_else(|| range().map(|[low, high]| (low + high) / 2.0))
+    }
+
+    /// The voxel of level 0 at which slices meet.
+    pub fn voxel(&self, of: &VolumeBox) -> [u32; 3] {
+        let at = self.cross / of.voxel;
+        std::array::from_fn(|axis| (at[axis].floor().max(0.0) as u32).min(of.size[axis].saturating_sub(1)))
+    }
+
+    /// Has slices meet in the middle of the voxel at a place, or of the nearest one.
+    pub fn put_cross(&mut self, of: &VolumeBox, place: DVec3) {
+        self.cross = place;
+        let voxel = self.voxel(of);
+        self.cross = DVec3::from_array(voxel.map(f64::from)) * of.voxel + of.voxel / 2.0;
+    }
+
+    /// Goes so many slices on along an axis.
+    pub fn step_slice(&mut self, of: &VolumeBox, axis: usize, steps: i64) {
+        let last = i64::from(of.size[axis].saturating_sub(1));
+        let to = (i64::from(self.voxel(of)[axis]) + steps).clamp(0, last);
+        self.cross[axis] = (to as f64 + 0.5) * of.voxel[axis];
+    }
+
+    /// Where nothing was moved: all of it is seen, from the first place, at the middle.
+    pub fn fit(&mut self, facts: &VolumeFacts) {
+        let first = VolumeLook::first(facts);
+        (self.centre, self.zoom, self.orbit) = (first.centre, first.zoom, first.orbit);
+    }
+
+    /// Keeps zooms and angles within what they may be.
+    pub fn tidy(&mut self) {
+        let zoom = |zoom: f64| if zoom.is_finite() { zoom.clamp(ZOOMS[0], ZOOMS[1]) } else { 1.0 };
+        (self.zoom, self.orbit.zoom) = (zoom(self.zoom), zoom(self.orbit.zoom));
+        let turn = |degrees: f64| (degrees + 180.0).rem_euclid(360.0) - 180.0;
+        (self.orbit.yaw, self.orbit.pitch) = (turn(self.orbit.yaw), turn(self.orbit.pitch));
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A volume of three channels, 40 x 30 x 20 voxels of 0.5, 0.5 and 2 micrometres.
+    pub(crate) fn facts() -> VolumeFacts {
+        let named = |name: &str| ChannelFacts { name: Some(name.into()), ..ChannelFacts::default() };
+        VolumeFacts {
+            name: "cells".into(),
+            of: VolumeBox::new([40, 30, 20], [0.25, 0.25, 1.0]),
+            origin: [100.0, 0.0, -4.0],
+            unit_length: 2.0,
+            unit: Some("micrometer".into()),
+            channels: vec![named("nuclei"), named("membranes"), ChannelFacts::default()],
+            times: 5,
+            base: 0.0,
+            gain: 65535.0,
+            bounds: Some([0.0, 65535.0]),
+            downsample: Some("mean".into()),
+            brick: 64,
+        }
+    }
+
+    #[test]
+    fn the_camera_stands_as_the_faces_do() {
+        let look = |yaw, pitch| VolumeOrbit { yaw, pitch, target: DVec3::ZERO, zoom: 1.0 }.axes();
+        let near = |found: [DVec3; 3], said: [DVec3; 3]| {
+            found.iter().zip(said).all(|(a, b)| (*a - b).length() < 1e-12)
+        };
+        // Along +y: -x to the right, +z downward; along -x: -y to the right.
+        assert!(near(look(0.0, 0.0), [DVec3::Y, DVec3::NEG_X, DVec3::Z]));
+        assert!(near(look(90.0, 0.0), [DVec3::NEG_X, DVec3::NEG_Y, DVec3::Z]));
+        assert!(near(look(0.0, 90.0), [DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y]));
+        for (yaw, pitch) in [(12.0, 34.0), (200.0, -89.0), (-70.0, 150.0)] {
+            let [ahead, right, down] = look(yaw, pitch);
+            assert!((right.cross(down) - ahead).length() < 1e-12, "never mirrored");
+        }
+    }
+
+    #[test]
+    fn what_is_shown_at_first_is_what_the_file_shows() {
+        let mut facts = facts();
+        let look = VolumeLook::first(&facts);
+        assert_eq!(look.shown().collect::<Vec<_>>(), [0, 1, 2]);
+        assert_eq!(look.voxel(&facts.of), [20, 15, 10]);
+        facts.channels[1].is_active = Some(true);
+        facts.channels[0].is_active = Some(false);
+        facts.channels[1].color = Some([1, 2, 3]);
+        let look = VolumeLook::first(&facts);
+        assert_eq!(look.shown().collect::<Vec<_>>(), [1]);
+        assert_eq!(look.channels[1].color, [1, 2, 3]);
+        facts.of.size[2] = 1;
+        assert_eq!(VolumeLook::first(&facts).layout, VolumeLayout::One(VolumePane::Z));
+    }
+
+    #[test]
+    fn slices_stay_within_the_volume() {
+        let facts = facts();
+        let mut look = VolumeLook::first(&facts);
+        look.step_slice(&facts.of, 2, 3);
+        assert_eq!((look.voxel(&facts.of)[2], look.cross.z), (13, 13.5));
+        look.step_slice(&facts.of, 2, i64::from(i32::MAX));
+        assert_eq!(look.voxel(&facts.of)[2], 19);
+        look.put_cross(&facts.of, DVec3::new(-5.0, 1e9, 0.3));
+        assert_eq!(look.voxel(&facts.of), [0, 29, 0]);
+        assert_eq!(look.cross, DVec3::new(0.125, 7.375, 0.5));
+    }
+
+    #[test]
+    fn what_is_cut_away_follows_shares_and_the_plane() {
+        let of = facts().of;
+        let whole = ClipLook::default();
+        assert_eq!(whole.of(&of), VolumeClip::default());
+        let mut cut = whole;
+        cut.shares[0] = [0.5, 1.0];
+        (cut.has_plane, cut.plane_depth) = (true, 0.25);
+        let clip = cut.of(&of);
+        assert_eq!((clip.corners[0].x, clip.corners[1].x), (5.0, f64::INFINITY));
+        // It looks along +y, and hides the first quarter of what lies there.
+        let (beyond, at) = clip.plane.unwrap();
+        assert!((beyond - DVec3::NEG_Y).length() < 1e-12 && (at + 7.5 * 0.25).abs() < 1e-12, "{beyond} {at}");
+    }
+}

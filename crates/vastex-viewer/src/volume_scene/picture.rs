@@ -1,0 +1,186 @@
+//! The picture of one pane: drawn small while what is seen changes, and at its full size, a part at a time,
+//! when it stays. So no frame takes long, however slow the device.
+
+use crate::gpu::Gpu;
+use crate::stage::{Canvas, StageScene, TargetKind};
+use crate::volume::{VolumeCameraBinding, VolumeRenderer, VolumeView};
+
+use super::sight::PaneSight;
+
+/// The format of the pictures, for whoever paints them: display values.
+pub const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+/// Seconds that the pictures of a frame are to take at most, and below which more can be drawn in one.
+const LONG: f64 = 0.045;
+const SHORT: f64 = 0.02;
+/// How many times smaller along each side pictures are drawn at most.
+const SMALLEST: u32 = 6;
+/// Pixels that are drawn at once at first, and into how many parts a picture is divided at most.
+const FIRST_PIXELS: f64 = 30_000.0;
+const MOST_PARTS: f64 = 10.0;
+
+/// What a picture follows from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Key {
+    /// What is seen.
+    pub(super) view: VolumeView,
+    /// How it is shown: a number that changes with it.
+    pub(super) look: u64,
+    /// Which bricks there are: another number.
+    pub(super) content: u64,
+}
+
+impl Key {
+    fn is_of_same_view(&self, other: &Key) -> bool {
+        self.view == other.view && self.look == other.look
+    }
+}
+
+/// The picture of a pane.
+#[derive(Debug)]
+pub(super) struct PanePicture {
+    full: Canvas,
+    /// The small one, and how many times smaller it is.
+    small: Option<(Canvas, u32)>,
+    /// What is in the full one, whole; and what is being drawn into it, up to which row.
+    drawn: Option<Key>,
+    drawing: Option<(Key, u32)>,
+    /// What is in the small one, if that is what is to be seen.
+    seen_small: Option<Key>,
+    /// How many times smaller it is drawn while it changes, and how many pixels at once where it stays.
+    times: u32,
+    pixels: f64,
+    camera: VolumeCameraBinding,
+}
+
+impl PanePicture {
+    /// For a pane of so many pixels. A device that is a processor begins with little at once.
+    pub(super) fn new(gpu: &Gpu, camera: VolumeCameraBinding, size: [u32; 2]) -> PanePicture {
+        let is_slow = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        PanePicture {
+            full: Canvas::new(gpu, size, PICTURE, TargetKind::Direct),
+            small: None,
+            drawn: None,
+            drawing: None,
+            seen_small: None,
+            times: if is_slow { 3 } else { 1 },
+            pixels: if is_slow { FIRST_PIXELS } else { f64::INFINITY },
+            camera,
+        }
+    }
+
+    /// Of another size from here on.
+    pub(super) fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) {
+        if self.full.size() != size {
+            self.full = Canvas::new(gpu, size, PICTURE, TargetKind::Direct);
+            (self.small, self.drawn, self.drawing, self.seen_small) = (None, None, None, None);
+        }
+    }
+
+    /// What is to be painted, over the whole of the pane.
+    pub(super) fn seen(&self) -> &wgpu::Texture {
+        match (&self.small, self.seen_small) {
+            (Some((small, _)), Some(_)) => small.picture(),
+            _ => self.full.picture(),
+        }
+    }
+
+    /// Whether it is the whole picture of this.
+    pub(super) fn is_of(&self, key: &Key) -> bool {
+        self.seen_small.is_none() && self.drawn == Some(*key)
+    }
+
+    /// Whether anything of the same view is seen, however old its bricks.
+    pub(super) fn is_of_view(&self, key: &Key) -> bool {
+        let seen = self.seen_small.or(self.drawn);
+        seen.is_some_and(|seen| seen.is_of_same_view(key))
+    }
+
+    /// Takes in how many seconds took what was drawn last.
+    pub(super) fn took(&mut self, seconds: f64, was_small: bool) {
+        match was_small {
+            true if seconds > LONG => self.times = (self.times + 1).min(SMALLEST),
+            true if seconds < SHORT => self.times = self.times.saturating_sub(1).max(1),
+            true => {}
+            false => {
+                let by = (LONG / seconds.max(1e-4)).clamp(0.25, 2.0);
+                let whole = self.full.size().map(f64::from).iter().product::<f64>();
+                self.pixels = (self.pixels * by).max(whole / MOST_PARTS);
+                // So fast that the whole is drawn also while it changes.
+                if self.pixels.is_finite() && self.pixels > 2.0 * whole && seconds < SHORT {
+                    self.times = 1;
+                }
+            }
+        }
+    }
+
+    /// Draws black, where there is nothing to be seen.
+    pub(super) fn clear(&mut self, encoder: &mut wgpu::CommandEncoder, key: Key) {
+        drop(self.full.target().begin(encoder, glam::Vec4::W));
+        (self.drawn, self.drawing, self.seen_small) = (Some(key), None, None);
+    }
+
+    /// Draws what is due: at once and small where another view is seen, else the next part of the whole.
+    /// Gives back whether it was the small one; `None` if there was nothing to draw.
+    pub(super) fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut wgpu::CommandEncoder,
+        (renderer, textures): (&VolumeRenderer, &vastex::Textures),
+        (sight, key): (&PaneSight, Key),
+        is_whole_asked: bool,
+    ) -> Option<bool> {
+        if self.is_of(&key) {
+            return None;
+        }
+        let group = textures.bind_group(renderer.sampled()).ok()?;
+        let is_new = !self.is_of_view(&key);
+        if is_new && self.times > 1 && !is_whole_asked {
+            let size = sight.smaller(self.times);
+            if self.small.as_ref().is_none_or(|(small, _)| small.size() != size) {
+                self.small = Some((Canvas::new(gpu, size, PICTURE, TargetKind::Direct), self.times));
+            }
+            let (small, times) = self.small.as_ref()?;
+            renderer.place(&self.camera, &gpu.queue, textures, &sight.view(*times), size);
+            renderer.draw_rows(&self.camera, encoder, group, &small.target(), (size, 0..size[1]));
+            (self.seen_small, self.drawing) = (Some(key), None);
+            return Some(true);
+        }
+        let size = self.full.size();
+        let (key, from) = match self.drawing {
+            // What has come meanwhile is drawn after it.
+            Some((begun, row)) if begun.is_of_same_view(&key) => (begun, row),
+            _ => (key, 0),
+        };
+        let rows = match is_whole_asked || self.pixels.is_infinite() {
+            true => size[1],
+            false => (self.pixels / f64::from(size[0].max(1))).ceil().clamp(1.0, f64::from(size[1])) as u32,
+        };
+        let to = from.saturating_add(rows).min(size[1]);
+        renderer.place(&self.camera, &gpu.queue, textures, &sight.view(1), size);
+        renderer.draw_rows(&self.camera, encoder, group, &self.full.target(), (size, from..to));
+        match to == size[1] {
+            true => (self.drawn, self.drawing, self.seen_small) = (Some(key), None, None),
+            false => {
+                self.drawing = Some((key, to));
+                if self.seen_small.is_none() {
+                    self.drawn = self.drawn.filter(|drawn| drawn.is_of_same_view(&key));
+                }
+            }
+        }
+        Some(false)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::volume::VolumeFace;
+
+    #[test]
+    fn a_view_is_the_same_whatever_has_come_of_it() {
+        let key = Key { view: VolumeView::Face(VolumeFace::PlusZ), look: 1, content: 1 };
+        assert!(key.is_of_same_view(&Key { content: 9, ..key }));
+        assert!(!key.is_of_same_view(&Key { look: 2, ..key }));
+        assert!(!key.is_of_same_view(&Key { view: VolumeView::Face(VolumeFace::MinusX), ..key }));
+    }
+}

@@ -1,0 +1,172 @@
+//! What is asked and told of places: the values below the pointer, and where a click was.
+
+use glam::DVec3;
+
+/// A place that is asked about.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PointPlace {
+    /// It itself, in the scene's world.
+    At(DVec3),
+    /// What is seen along a ray.
+    Along {
+        /// Where the ray begins.
+        from: DVec3,
+        /// Which way it goes, of unit length.
+        toward: DVec3,
+        /// The side of a pixel there, in the world.
+        pixel: f64,
+    },
+}
+
+/// A question about a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointAsked {
+    /// Tells questions from one another.
+    pub number: u64,
+    /// The time, from 0.
+    pub time: u64,
+    /// The place.
+    pub place: PointPlace,
+}
+
+/// The value of a channel at a place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointValue {
+    /// Which channel, from 0.
+    pub channel: usize,
+    /// The value as it is stored, in words.
+    pub value: String,
+    /// The level that it is of.
+    pub level: u8,
+}
+
+/// What lies at a place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PointTold {
+    /// Of the question.
+    pub number: u64,
+    /// Where it is, in the scene's world; `None` where nothing is seen.
+    pub place: Option<DVec3>,
+    /// The voxel of level 0 that it lies in.
+    pub voxel: [u32; 3],
+    /// Of the channels that are shown.
+    pub values: Vec<PointValue>,
+    /// The label there, in words.
+    pub label: Option<String>,
+}
+
+/// Questions about places, one at a time, and the newest answers.
+#[derive(Clone, Debug, Default)]
+pub struct Points {
+    asked: u64,
+    /// What waits for the question that is out, and whether it is a click. A click is not lost for what comes
+    /// after it.
+    wanted: [Option<PointPlace>; 2],
+    /// The question that is out, and whether it is of a click.
+    out: Option<(u64, bool, PointPlace)>,
+    clicked: Option<PointTold>,
+    below: Option<PointTold>,
+}
+
+impl Points {
+    /// What lies where the last click was.
+    pub fn clicked(&self) -> Option<&PointTold> {
+        self.clicked.as_ref()
+    }
+
+    /// What lies below the pointer, as far as that is known.
+    pub fn below(&self) -> Option<&PointTold> {
+        self.below.as_ref()
+    }
+
+    pub(super) fn want(&mut self, place: PointPlace, is_click: bool) {
+        self.wanted[usize::from(is_click)] = Some(place);
+    }
+
+    /// The pointer is over nothing.
+    pub(super) fn leave(&mut self) {
+        (self.wanted[0], self.below) = (None, None);
+    }
+
+    /// The next question, where none is out.
+    pub(super) fn ask(&mut self, time: u64) -> Option<PointAsked> {
+        if self.out.is_some() {
+            return None;
+        }
+        let is_click = self.wanted[1].is_some();
+        let place = self.wanted[usize::from(is_click)].take()?;
+        self.asked += 1;
+        self.out = Some((self.asked, is_click, place));
+        Some(PointAsked { number: self.asked, time, place })
+    }
+
+    /// Whether a question can be asked.
+    pub(super) fn waits(&self) -> bool {
+        self.out.is_none() && self.wanted.iter().any(Option::is_some)
+    }
+
+    /// There is no answer.
+    pub(super) fn give_up(&mut self, number: u64) {
+        self.out.take_if(|(out, ..)| *out == number);
+    }
+
+    /// The answer. Gives back where a click along a ray has hit something.
+    pub(super) fn tell(&mut self, told: PointTold) -> Option<DVec3> {
+        let (_, is_click, place) = self.out.take_if(|(number, ..)| *number == told.number)?;
+        let found = told.place.filter(|_| is_click && matches!(place, PointPlace::Along { .. }));
+        let has_place = told.place.is_some();
+        let keeps = if is_click { &mut self.clicked } else { &mut self.below };
+        *keeps = Some(told).filter(|_| has_place);
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_question_is_out_and_no_click_is_lost() {
+        let mut points = Points::default();
+        let at = |x: f64| PointPlace::At(DVec3::new(x, 0.0, 0.0));
+        let told =
+            |number, place| PointTold { number, place, voxel: [0; 3], values: Vec::new(), label: None };
+        points.want(at(1.0), false);
+        let first = points.ask(2).unwrap();
+        assert_eq!((first.place, first.time), (at(1.0), 2));
+        points.want(at(2.0), false);
+        points.want(at(3.0), true);
+        points.want(at(4.0), false);
+        assert_eq!(points.ask(2), None, "one is out");
+        assert_eq!(points.tell(told(99, None)), None, "another's");
+        assert_eq!(points.ask(2), None);
+        points.tell(told(first.number, Some(DVec3::X)));
+        assert!(points.below().is_some() && points.clicked().is_none());
+        let click = points.ask(2).unwrap();
+        assert_eq!(click.place, at(3.0), "the click before what came after it");
+        assert_eq!(
+            points.tell(told(click.number, Some(DVec3::X))),
+            None,
+            "a slice's crosshair is there already"
+        );
+        assert!(points.clicked().is_some());
+        assert_eq!(points.ask(2).unwrap().place, at(4.0), "the newest of the others");
+        points.leave();
+        assert!(points.below().is_none());
+    }
+
+    #[test]
+    fn a_click_along_a_ray_says_what_it_hits() {
+        let mut points = Points::default();
+        points.want(PointPlace::Along { from: DVec3::ZERO, toward: DVec3::X, pixel: 1.0 }, true);
+        let asked = points.ask(0).unwrap();
+        let told = PointTold {
+            number: asked.number,
+            place: Some(DVec3::Y),
+            voxel: [0; 3],
+            values: Vec::new(),
+            label: None,
+        };
+        assert_eq!(points.tell(told), Some(DVec3::Y));
+    }
+}

@@ -1,0 +1,290 @@
+//! A volume in a window, without the window: what is drawn of it, when, and what stays meanwhile.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use glam::DVec2;
+use vastex::source::{Codec, ReadError, ReadFuture, Tile};
+use vastex::{
+    Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Settings,
+    TextureSettings, TileSource,
+};
+use vastex_viewer::Gpu;
+use vastex_viewer::input::{InputEvent, Key};
+use vastex_viewer::stage::TextureRead;
+use vastex_viewer::volume::VolumeBox;
+use vastex_viewer::volume_scene::{
+    ChannelFacts, PaneRect, VolumeAsked, VolumeFacts, VolumeLayout, VolumeOrbit, VolumePane, VolumePictures,
+    VolumeScene,
+};
+
+const SIZE: [u32; 3] = [40, 32, 24];
+/// Frames after which everything must be there.
+const PATIENCE: usize = 1500;
+
+/// Voxels of one value, each level the same; counts what is read of it.
+struct Even {
+    description: Arc<Description>,
+    value: u8,
+    reads: AtomicU64,
+}
+
+impl TileSource for Even {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        self.reads.fetch_add(1, Ordering::Relaxed);
+        let bytes = vec![self.value; self.description.tile_bytes()];
+        let is_there = self.description.geometry.contains(pos);
+        Box::pin(async move {
+            match is_there {
+                true => Ok(Tile { codec: Codec::Raw, bytes: bytes.into() }),
+                false => Err(ReadError::NoSuchTile { pos }),
+            }
+        })
+    }
+}
+
+/// A scene, and who reads its channels: the value of one at a time is `40 * (channel + 1) + time`.
+struct Host {
+    gpu: Gpu,
+    scene: VolumeScene,
+    sources: Vec<((usize, u64), Arc<Even>)>,
+    /// Channels that are not read, until they are.
+    held: Vec<(usize, u64)>,
+    holds: bool,
+}
+
+impl Host {
+    fn new(channels: usize, times: u64, pace: Pace) -> Host {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let facts = VolumeFacts {
+            name: "even".into(),
+            of: VolumeBox::new(SIZE, [1.0; 3]),
+            origin: [0.0; 3],
+            unit_length: 1.0,
+            unit: None,
+            channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
+            times,
+            base: 0.0,
+            gain: 255.0,
+            bounds: Some([0.0, 255.0]),
+            downsample: None,
+            brick: 16,
+        };
+        let default_pool = PoolTuning { bytes: Some(8 << 20), ..PoolTuning::default() };
+        let pools = PoolSettings { default_pool, ..PoolSettings::default() };
+        let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
+        let begun = std::time::Instant::now();
+        let clock = Arc::new(move || begun.elapsed());
+        let scene = VolumeScene::new(&gpu, facts, settings, clock).unwrap();
+        Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false }
+    }
+
+    fn lockstep(channels: usize, times: u64) -> Host {
+        Host::new(channels, times, Pace::LockStep { latency_frames: 1 })
+    }
+
+    fn read(&mut self, (channel, time): (usize, u64)) {
+        let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
+        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
+        let value = (40 * (channel as u64 + 1) + time) as u8;
+        let source = Arc::new(Even { description: Arc::new(description), value, reads: AtomicU64::new(0) });
+        let preparer = self.scene.preparer();
+        let prepared = preparer.read_blocking(source.clone(), TextureSettings::default()).unwrap();
+        self.scene.add((channel, time), prepared, [0.0, 255.0]).unwrap();
+        self.sources.push(((channel, time), source));
+    }
+
+    fn frame(&mut self, pictures: VolumePictures) {
+        for asked in self.scene.take_asked() {
+            match asked {
+                VolumeAsked::Channel { channel, time } if self.holds => self.held.push((channel, time)),
+                VolumeAsked::Channel { channel, time } => self.read((channel, time)),
+                VolumeAsked::Point(_) | VolumeAsked::Ranges(_) => {}
+            }
+        }
+        self.scene.frame([128, 96], pictures).unwrap();
+        assert_eq!(self.scene.take_faults(), Vec::<String>::new());
+    }
+
+    /// Draws until nothing is due any more.
+    fn settle(&mut self, pictures: VolumePictures) {
+        for _ in 0..PATIENCE {
+            self.frame(pictures);
+            if self.scene.is_settled() {
+                return;
+            }
+            if pictures == VolumePictures::Parts {
+                let timeout = Some(Duration::from_secs(60));
+                self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();
+            }
+        }
+        panic!("not settled: {:?}", self.scene.share_at_wanted());
+    }
+
+    /// The picture of a pane.
+    fn picture(&self, pane: VolumePane) -> (PaneRect, Vec<[u8; 4]>) {
+        let pictures = self.scene.pictures();
+        let (rect, view) = pictures.iter().find(|(rect, _)| rect.pane == pane).unwrap();
+        let encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let read = TextureRead::submit(&self.gpu, encoder, view.texture(), 4);
+        let timeout = Some(Duration::from_secs(60));
+        self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();
+        let bytes = read.take().unwrap().unwrap();
+        (*rect, bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect())
+    }
+
+    /// What is seen at a pixel in the middle of a pane.
+    fn middle(&self, pane: VolumePane) -> u8 {
+        let (rect, pixels) = self.picture(pane);
+        let [width, height] = rect.size.map(|side| side as usize);
+        assert_eq!(pixels.len(), width * height, "the whole picture");
+        pixels[height / 2 * width + width / 2][0]
+    }
+}
+
+#[test]
+fn four_pictures_show_the_volume_and_nothing_is_due_once_they_do() {
+    let mut host = Host::lockstep(1, 1);
+    host.settle(VolumePictures::Whole);
+    for pane in VolumePane::ALL {
+        assert_eq!(host.middle(pane), 40, "{pane:?}");
+        let (_, pixels) = host.picture(pane);
+        assert_eq!(pixels[0], [0, 0, 0, 255], "around {pane:?}");
+    }
+    let (painted, frames) = (host.scene.painted(), host.scene.textures().stats().frame);
+    let read = host.sources[0].1.reads.load(Ordering::Relaxed);
+    for _ in 0..5 {
+        host.frame(VolumePictures::Whole);
+        assert!(host.scene.is_settled() && host.scene.painted() == painted);
+    }
+    assert_eq!(host.sources[0].1.reads.load(Ordering::Relaxed), read, "nothing is read again");
+    assert!(host.scene.textures().stats().frame > frames);
+}
+
+#[test]
+fn pictures_in_parts_become_those_that_are_drawn_whole() {
+    let mut whole = Host::lockstep(2, 1);
+    whole.settle(VolumePictures::Whole);
+    let mut parts = Host::new(2, 1, Pace::Realtime);
+    parts.settle(VolumePictures::Parts);
+    for pane in VolumePane::ALL {
+        assert!(parts.picture(pane) == whole.picture(pane), "{pane:?}");
+    }
+    // Turned while it is drawn: another picture, and whole in the end.
+    let turned = VolumeOrbit { yaw: 80.0, ..whole.scene.look.orbit };
+    (whole.scene.look.orbit, parts.scene.look.orbit) = (turned, turned);
+    parts.frame(VolumePictures::Parts);
+    assert!(!parts.scene.is_settled());
+    whole.settle(VolumePictures::Whole);
+    parts.settle(VolumePictures::Parts);
+    assert!(parts.picture(VolumePane::Space) == whole.picture(VolumePane::Space));
+}
+
+#[test]
+fn what_is_cut_away_is_not_seen_in_3d_and_is_in_slices() {
+    let mut host = Host::lockstep(1, 1);
+    host.settle(VolumePictures::Whole);
+    let seen = |host: &Host| host.picture(VolumePane::Space).1.iter().filter(|p| p[0] > 20).count();
+    let all = seen(&host);
+    host.scene.look.clip.shares[2] = [0.0, 0.25];
+    host.settle(VolumePictures::Whole);
+    let part = seen(&host);
+    assert!(part > 50 && part * 10 < all * 9, "{part} of {all}");
+    assert_eq!(host.middle(VolumePane::Z), 40);
+    host.scene.look.clip.shares[2] = [0.0, 1.0];
+    host.scene.look.clip.has_plane = true;
+    host.scene.look.clip.plane_depth = 0.75;
+    host.settle(VolumePictures::Whole);
+    let part = seen(&host);
+    assert!(part > 50 && part * 10 < all * 9, "{part} of {all}");
+    host.scene.look.clip.plane_depth = 1.0;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(seen(&host), 0);
+    host.scene.look.clip.plane_depth = 0.0;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(seen(&host), all);
+}
+
+#[test]
+fn hidden_channels_are_not_read_and_shown_ones_add_up() {
+    let mut host = Host::lockstep(6, 1);
+    host.settle(VolumePictures::Whole);
+    let mut read: Vec<usize> = host.sources.iter().map(|((channel, _), _)| *channel).collect();
+    read.sort_unstable();
+    assert_eq!(read, [0, 1, 2, 3], "four are shown at first");
+    host.scene.look.channels.iter_mut().for_each(|channel| channel.is_shown = false);
+    host.settle(VolumePictures::Whole);
+    assert_eq!(host.middle(VolumePane::Z), 0, "none");
+    host.scene.look.channels[4].is_shown = true;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(host.middle(VolumePane::Z), 200, "the fifth alone");
+    assert_eq!(host.sources.len(), 5);
+}
+
+#[test]
+fn a_time_stays_until_the_next_one_is_there() {
+    let mut host = Host::lockstep(1, 3);
+    host.settle(VolumePictures::Whole);
+    host.holds = true;
+    host.scene.on_event(InputEvent::Key { key: Key::Char('.'), is_pressed: true, is_repeat: false });
+    for _ in 0..30 {
+        host.frame(VolumePictures::Whole);
+        assert_eq!((host.scene.seen_time(), host.middle(VolumePane::Z)), (0, 40), "never black");
+    }
+    assert!(!host.scene.is_settled());
+    assert_eq!(host.held, [(0, 1)], "asked for once");
+    host.holds = false;
+    host.read((0, 1));
+    host.settle(VolumePictures::Whole);
+    assert_eq!((host.scene.seen_time(), host.middle(VolumePane::Z)), (1, 41));
+    // A time that nobody waits for any more is given up.
+    host.holds = true;
+    host.scene.look.time = 2;
+    host.frame(VolumePictures::Whole);
+    host.scene.look.time = 1;
+    host.settle(VolumePictures::Whole);
+    assert_eq!((host.scene.seen_time(), host.middle(VolumePane::Z)), (1, 41));
+}
+
+#[test]
+fn times_are_played_one_after_the_other() {
+    let mut host = Host::new(1, 3, Pace::Realtime);
+    host.settle(VolumePictures::Whole);
+    host.scene.play(true);
+    let mut seen = vec![host.scene.seen_time()];
+    for _ in 0..PATIENCE {
+        host.frame(VolumePictures::Whole);
+        if seen.last() != Some(&host.scene.seen_time()) {
+            seen.push(host.scene.seen_time());
+        }
+        if seen.len() == 5 {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(seen, [0, 1, 2, 0, 1]);
+}
+
+#[test]
+fn a_click_asks_for_a_place_and_a_layout_for_its_pictures_alone() {
+    let mut host = Host::lockstep(1, 1);
+    host.settle(VolumePictures::Whole);
+    let rect = host.scene.panes()[0];
+    let middle = DVec2::from_array([0, 1].map(|axis| f64::from(rect.at[axis] + rect.size[axis] / 2)));
+    host.scene.on_event(InputEvent::PointerMoved(middle));
+    let press = |is_pressed| InputEvent::Button { button: vastex_viewer::input::Button::Primary, is_pressed };
+    host.scene.on_event(press(true));
+    host.scene.on_event(press(false));
+    let asked = host.scene.take_asked();
+    assert!(matches!(asked[..], [VolumeAsked::Point(_)]), "{asked:?}");
+    host.scene.look.layout = VolumeLayout::One(VolumePane::X);
+    host.settle(VolumePictures::Whole);
+    let pictures = host.scene.pictures();
+    assert_eq!(pictures.iter().map(|(rect, _)| rect.pane).collect::<Vec<_>>(), [VolumePane::X]);
+    assert_eq!(host.picture(VolumePane::X).0.size, [128, 96]);
+}
