@@ -1,29 +1,68 @@
 //! The disk cache of `render` and `view`. Where it cannot be had, they do without and say so.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
 use std::time::Duration;
 
 use serde::Serialize;
 use vastex::TileSource;
-use vastex_tiles::{DiskCache, DiskTier, TierStats};
+use vastex_tiles::{DiskCache, DiskTier, DiskTierError, TierStats};
 
 use crate::args::DiskCacheArgs;
 use crate::report;
+
+/// Opens the cache that was asked for, later: on a thread that begins now, as urgent as the one that begins
+/// it. That may build an image meanwhile and give way to others from then on, for good, and so do the threads
+/// that it starts; what keeps tiles is not to.
+pub(crate) struct Later {
+    directory: PathBuf,
+    bytes: u64,
+    /// Wakes the thread, which ends with this otherwise; and what it opened. Nothing where the system gives
+    /// no thread.
+    thread: Option<(Sender<()>, Receiver<Opened>)>,
+}
+
+type Opened = Result<DiskTier, DiskTierError>;
+
+impl Later {
+    /// `None` if no cache was asked for.
+    pub(crate) fn new(args: &DiskCacheArgs) -> Option<Later> {
+        let (directory, bytes) = (args.disk_cache.clone()?, args.disk_cache_mib << 20);
+        let ((ask, asked), (give, given)) = (channel(), channel());
+        let of_thread = directory.clone();
+        let open = move || {
+            if asked.recv().is_ok() {
+                drop(give.send(DiskTier::open(of_thread, bytes)));
+            }
+        };
+        let thread = thread::Builder::new().name("vastex-tier".into()).spawn(open);
+        Some(Later { directory, bytes, thread: thread.is_ok().then_some((ask, given)) })
+    }
+
+    fn open(self) -> Opened {
+        let of_thread = self.thread.and_then(|(ask, given)| {
+            ask.send(()).ok()?;
+            given.recv().ok()
+        });
+        of_thread.unwrap_or_else(|| DiskTier::open(self.directory, self.bytes))
+    }
+}
 
 /// The source of `path`, behind the cache that was asked for; and that cache, where it can be had.
 pub(crate) fn before(
     tiles: Arc<dyn TileSource>,
     path: &Path,
-    args: &DiskCacheArgs,
+    later: Option<Later>,
 ) -> (Arc<dyn TileSource>, Option<Arc<DiskTier>>) {
-    let Some(directory) = &args.disk_cache else { return (tiles, None) };
+    let Some(later) = later else { return (tiles, None) };
     let Some(key) = tiles.identity() else {
         let path = path.display();
         report::say(&format!("note: {path}: not kept on disk: the dates of its files cannot be read"));
         return (tiles, None);
     };
-    match DiskTier::open(directory, args.disk_cache_mib << 20) {
+    match later.open() {
         Ok(tier) => {
             let tier = Arc::new(tier);
             (Arc::new(DiskCache::new(tiles, tier.clone(), key)), Some(tier))
@@ -73,5 +112,43 @@ impl Summary {
             text += &format!("; {} not kept, since the disk is slower than the source", self.skipped);
         }
         text
+    }
+}
+
+#[cfg(all(test, target_os = "linux", feature = "build"))]
+mod tests {
+    use super::*;
+
+    /// How much less urgent than others a thread is, and its name, as the system has them.
+    fn urgency(of: &Path) -> Option<(String, i64)> {
+        let text = std::fs::read_to_string(of.join("stat")).ok()?;
+        let (before, after) = text.rsplit_once(')')?;
+        // The 19th field; the third is the first after the name.
+        let urgency = after.split_whitespace().nth(16)?.parse().ok()?;
+        Some((before.split_once('(')?.1.to_owned(), urgency))
+    }
+
+    #[test]
+    fn what_keeps_tiles_does_not_give_way_after_a_build_on_the_thread_that_opens_it() {
+        let directory = tempfile::tempdir().unwrap();
+        let args =
+            |name: &str| DiskCacheArgs { disk_cache: Some(directory.path().join(name)), disk_cache_mib: 1 };
+        let opened = std::thread::scope(|scope| {
+            let open = || {
+                let later = Later::new(&args("tiles")).unwrap();
+                assert!(vastex_build::give_way());
+                later.open().unwrap()
+            };
+            scope.spawn(open).join().unwrap()
+        });
+        let of_program = urgency(Path::new("/proc/self")).unwrap().1;
+        let threads = std::fs::read_dir("/proc/self/task").unwrap();
+        let mut keeping: Vec<_> = threads.filter_map(|thread| urgency(&thread.unwrap().path())).collect();
+        keeping.retain(|(name, _)| name == "vastex keep");
+        assert!(!keeping.is_empty() && keeping.iter().all(|(_, of)| *of == of_program), "{keeping:?}");
+        drop(opened);
+        // Whoever is never asked goes, and has opened nothing.
+        drop(Later::new(&args("never")));
+        assert!(!directory.path().join("never").exists());
     }
 }

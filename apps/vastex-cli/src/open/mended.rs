@@ -69,7 +69,7 @@ impl Mended {
         if !Arc::ptr_eq(&current, damaged) {
             return Instead::Built(current);
         }
-        if !shared.begin() {
+        if !shared.begin(pos) {
             return Instead::Nothing;
         }
         // Without its tail there is no texture to be shown meanwhile.
@@ -105,8 +105,9 @@ impl Shared {
         self.step.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins to build, unless that was done. Returns true while it is being built.
-    fn begin(self: &Arc<Shared>) -> bool {
+    /// Begins to build, since this page is damaged, unless that was done. Returns true while it is being
+    /// built.
+    fn begin(self: &Arc<Shared>, damaged: PagePos) -> bool {
         let mut step = self.step();
         if !matches!(*step, Step::Sound(_)) {
             return matches!(*step, Step::Building(_));
@@ -120,7 +121,8 @@ impl Shared {
         report::say(&format!("note: {text}"));
         self.tell(Mending::Begun(text));
         let shared = self.clone();
-        let begun = thread::Builder::new().name("vastex-mend".into()).spawn(move || shared.build(&anew));
+        let begun =
+            thread::Builder::new().name("vastex-mend".into()).spawn(move || shared.build(&anew, damaged));
         if let Err(error) = begun {
             report::say(&format!("no thread can be started to build it: {error}"));
             *step = Step::Over;
@@ -128,8 +130,8 @@ impl Shared {
         matches!(*step, Step::Building(_))
     }
 
-    fn build(&self, anew: &Anew) {
-        let built = catch_unwind(AssertUnwindSafe(|| self.built(anew)));
+    fn build(&self, anew: &Anew, damaged: PagePos) {
+        let built = catch_unwind(AssertUnwindSafe(|| self.built(anew, damaged)));
         let built = built.unwrap_or_else(|_| Err(anyhow!("a fault of this program")));
         let mending = match built {
             Ok(container) => {
@@ -152,12 +154,13 @@ impl Shared {
         self.tell(mending);
     }
 
-    fn built(&self, Anew { cache, image, options }: &Anew) -> anyhow::Result<Container> {
+    fn built(&self, Anew { cache, image, options }: &Anew, damaged: PagePos) -> anyhow::Result<Container> {
         if options.gives_way {
             vastex_build::give_way();
         }
-        cache.forget(image, options)?;
-        let built = cache.open(image, options, &WhileRead(self))?.container;
+        // Another program that shows it may have found the same, and have built it by now.
+        let is_sound = |container: &Container| pollster::block_on(container.read(damaged)).is_ok();
+        let built = cache.open_sound(image, options, &is_sound, &WhileRead(self))?.container;
         // A file that was changed meanwhile is another image.
         if built.description() != self.current().description() {
             return Err(anyhow!("it is another image by now; open it again"));
@@ -400,6 +403,36 @@ mod tests {
         assert!(came.values().all(Result::is_ok) && !came.contains_key(&page(bad[0])), "{came:?}");
         drop(held_up);
         assert_eq!(results(&mut loader, 1)[&page(bad[0])], Ok(()));
+    }
+
+    /// Two programs show one damaged image: the second one to build it finds that the first one has.
+    #[test]
+    fn what_another_program_has_built_meanwhile_is_not_built_again() {
+        let Damaged { directory, container, bad, .. } = damaged();
+        let place = file_ending_with(&directory, "vastex");
+        let held_up = hold_up(&directory);
+        let (tell, heard) = channel();
+        let tell = Mutex::new(tell);
+        let observer: MendObserver = Arc::new(move |mending| tell.lock().unwrap().send(mending).unwrap());
+        let mut loader = loader(Mended::new(container, anew(&directory), Some(observer)));
+        loader.request(page(bad[0]), 0);
+        assert!(results(&mut loader, 1)[&page(bad[0])].is_err());
+        assert!(matches!(told(&heard), Mending::Begun(_)));
+        // While the other has the right to build it, nothing of it is removed.
+        thread::sleep(Duration::from_millis(300));
+        assert!(place.exists(), "it is removed while another program builds it");
+        let other = tempfile::tempdir().unwrap();
+        let Anew { cache, image, options } = anew(&other);
+        drop(cache.open(&image, &options, &()).unwrap());
+        let sound = directory.path().join("sound");
+        fs::copy(file_ending_with(&other, "vastex"), &sound).unwrap();
+        let modified = fs::metadata(&sound).unwrap().modified().unwrap();
+        fs::rename(&sound, &place).unwrap();
+        drop(held_up);
+        assert!(matches!(told(&heard), Mending::Done));
+        assert_eq!(fs::metadata(&place).unwrap().modified().unwrap(), modified, "it is built once more");
+        bad.iter().for_each(|pos| loader.request(page(*pos), 0));
+        assert!(results(&mut loader, bad.len()).values().all(Result::is_ok));
     }
 
     /// An image that is no longer there cannot be built: the damage is told of, and nobody waits for ever.

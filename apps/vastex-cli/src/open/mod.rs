@@ -90,8 +90,9 @@ pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
 /// Opens another source as the arguments of a scene say, with an observer.
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
     let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer };
+    let disk_cache = disk_cache::Later::new(&args.disk_cache);
     let tiles = open_tiles(source, args.direct, Some(image))?;
-    let (tiles, disk) = disk_cache::before(tiles, source, &args.disk_cache);
+    let (tiles, disk) = disk_cache::before(tiles, source, disk_cache);
     Ok(Opened { tiles, disk })
 }
 

@@ -117,19 +117,50 @@ impl BuildCache {
         progress: &dyn Progress,
     ) -> Result<CachedImage, CacheError> {
         let options = built_with(options);
-        let (name, layers) = self.key(image, &options)?;
-        let place = self.directory.join(&name);
-        if let Some(container) = whole(&place)? {
+        let named = self.key(image, &options)?;
+        if let Some(container) = whole(&self.directory.join(&named.0))? {
             return Ok(CachedImage { container, built: None });
         }
+        self.open_alone(image, named, &options, &|_| true, progress)
+    }
+
+    /// The container of an image in the place of one that turned out to be damaged.
+    ///
+    /// Nobody else builds or removes it meanwhile: who has the right to is waited for, as in
+    /// [`BuildCache::open`]. Where another program has built it anew by then, `is_sound` says so of what
+    /// there is, and that is opened; else it is removed, and built anew. Fails where [`BuildCache::open`]
+    /// does.
+    pub fn open_sound(
+        &self,
+        image: &Path,
+        options: &BuildOptions,
+        is_sound: &dyn Fn(&Container) -> bool,
+        progress: &dyn Progress,
+    ) -> Result<CachedImage, CacheError> {
+        let options = built_with(options);
+        let named = self.key(image, &options)?;
+        self.open_alone(image, named, &options, is_sound, progress)
+    }
+
+    /// The container of an image, by its name, once no other program has the right to build it.
+    fn open_alone(
+        &self,
+        image: &Path,
+        (name, layers): (String, Vec<OpenLayer>),
+        options: &BuildOptions,
+        is_sound: &dyn Fn(&Container) -> bool,
+        progress: &dyn Progress,
+    ) -> Result<CachedImage, CacheError> {
+        let place = self.directory.join(&name);
         std::fs::create_dir_all(&self.directory).map_err(self.unusable())?;
         let lock = self.lock(&name, progress)?;
         // Another program may have built it meanwhile.
-        let (container, built) = match whole(&place)? {
+        let (container, built) = match whole(&place)?.filter(is_sound) {
             Some(container) => (container, None),
             None => {
-                let built = self.build(image, layers, &place, &options, progress)?;
-                if self.key(image, &options).map_or(true, |(after, _)| after != name) {
+                room::remove(&place);
+                let built = self.build(image, layers, &place, options, progress)?;
+                if self.key(image, options).map_or(true, |(after, _)| after != name) {
                     room::remove(&place);
                     return Err(CacheError::Changed(image.into()));
                 }
@@ -139,14 +170,6 @@ impl BuildCache {
         drop(lock);
         room::make(&self.directory, self.budget, &name);
         Ok(CachedImage { container, built })
-    }
-
-    /// Removes the container of an image, if it is there: one that turned out to be damaged. The next opening
-    /// builds it anew. Fails where the image cannot be opened.
-    pub fn forget(&self, image: &Path, options: &BuildOptions) -> Result<(), CacheError> {
-        let (name, _) = self.key(image, &built_with(options))?;
-        room::remove(&self.directory.join(name));
-        Ok(())
     }
 
     /// The name of an image's container, and the image, opened.
