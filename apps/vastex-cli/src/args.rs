@@ -270,12 +270,13 @@ pub(crate) struct SceneArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) settings: Vec<PathBuf>,
     /// How texels are blended: nearest, bilinear, trilinear, anisotropic2, 4, 8 or 16 (with up to so many
-    /// taps where the surface is seen at a slant), or bicubic (where the image is enlarged)
-    #[arg(long, default_value = "trilinear", value_name = "FILTER")]
-    pub(crate) filter: Filter,
+    /// taps where the surface is seen at a slant), or bicubic (where the image is enlarged). By default
+    /// trilinear; in a window as it was chosen there last
+    #[arg(long, value_name = "FILTER")]
+    pub(crate) filter: Option<Filter>,
     /// How the view says which pages it wants: by a small pass of its own, by some pixels of the picture
     /// itself, or, for adapters without compute shaders or storage buffers, by that pass read back whole. By
-    /// default the best mode of the adapter
+    /// default the best mode of the adapter; in a window the one that was chosen there last
     #[arg(long, value_name = "MODE", value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
     pub(crate) feedback: Option<FeedbackMode>,
     /// KiB of GPU memory up to which a texture is held whole, as an ordinary one that takes no part in
@@ -343,6 +344,11 @@ impl SceneArgs {
         }
         let fault = self.planet.fault(&shown, self.scene());
         fault.map_or(Ok(()), |fault| Err(conflict(&fault)))
+    }
+
+    /// How texels are blended.
+    pub(crate) fn filter(&self) -> Filter {
+        self.filter.unwrap_or_default()
     }
 
     /// What the image is put on.

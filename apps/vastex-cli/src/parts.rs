@@ -1,13 +1,17 @@
 //! A picture in parts, each small enough to be drawn at once: which they are, and how they are drawn and put
 //! together, row of parts by row of parts, so that no more than a row of them is ever in memory.
 
+mod totals;
+
 use std::ops::ControlFlow;
 
 use anyhow::{Result, bail};
 use vastex::{Event, Textures};
-use vastex_scenes::{DisplayOptions, LayerOptions, Offscreen, Outcome, Overlay, Picture, Pose, Until};
+use vastex_scenes::{DisplayOptions, LayerOptions, Offscreen, Overlay, Picture, Pose, Until};
 use vastex_viewer::PicturePart;
 use vastex_viewer::layers::CompareMode;
+
+pub(crate) use totals::Totals;
 
 /// Pixels of a part along each side at most, so that little GPU memory is taken however large the whole is.
 pub(crate) const MOST_SIDE: u32 = 4096;
@@ -178,18 +182,26 @@ pub(crate) fn check_overlay(overlay: Option<Overlay>) -> Result<()> {
     }
 }
 
+/// Hears of the frames of the parts of a picture.
+pub(crate) trait PartsWatch {
+    /// A frame was drawn, and these events happened.
+    fn note(&mut self, textures: &Textures, events: Vec<Event>);
+    /// A part is drawn.
+    fn end_part(&mut self, textures: &Textures);
+}
+
 /// Draws a picture in parts, each once everything in view of it is loaded, and gives each row of them to
 /// `take` as a picture as wide as the whole, until it breaks. `offscreen` draws pictures of
-/// [`Parts::drawn_size`].
+/// [`Parts::drawn_size`]. Gives back how all of them came about.
 pub(crate) fn draw(
     offscreen: &mut Offscreen,
     (pose, parts, overlay): (&Pose, &Parts, Option<Overlay>),
-    mut watch: impl FnMut(&Textures, Vec<Event>),
+    watch: &mut impl PartsWatch,
     mut take: impl FnMut(&mut Offscreen, &[Part], Picture) -> Result<ControlFlow<()>>,
-) -> Result<Outcome> {
+) -> Result<Totals> {
     // The camera is as far above the same ground in all parts, whichever they show.
     let ground = offscreen.keep_ground(pose, parts.pane_size())?;
-    let mut outcome = Outcome { converged: true, stats: offscreen.textures().stats() };
+    let mut totals = Totals::new(offscreen.textures().stats());
     for of_row in parts.rows() {
         let Some(first) = of_row.first() else { continue };
         let size = [parts.whole[0], parts.height_of(first)];
@@ -203,9 +215,10 @@ pub(crate) fn draw(
                 shown = Some(part.pane);
             }
             offscreen.show_part(Some(part.drawn));
-            let drawn = offscreen.run_along(1, |_| *pose, Until::Converged, &mut watch)?;
-            let converged = outcome.converged && drawn.converged;
-            outcome = Outcome { converged, ..drawn };
+            let note = |textures: &Textures, events| watch.note(textures, events);
+            let drawn = offscreen.run_along(1, |_| *pose, Until::Converged, note)?;
+            watch.end_part(offscreen.textures());
+            totals.add(drawn, offscreen.textures().inspect().failed_pages());
             let picture = match overlay {
                 None => offscreen.picture(),
                 Some(overlay) => offscreen.overlay(overlay)?,
@@ -221,7 +234,7 @@ pub(crate) fn draw(
         offscreen.textures_mut().ahead().release(ground);
     }
     offscreen.show_part(None);
-    Ok(outcome)
+    Ok(totals)
 }
 
 #[cfg(test)]

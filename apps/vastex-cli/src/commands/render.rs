@@ -337,7 +337,7 @@ pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
     let mut settings = Settings {
         picture: args.size(),
         upload_bytes_per_frame: args.upload_kib_per_frame << 10,
-        filter: args.filter,
+        filter: args.filter(),
         feedback: args.feedback,
         whole_bytes: args.whole_kib << 10,
         share_contents: !args.no_sharing,
@@ -378,6 +378,10 @@ struct Summary {
     /// Of the covered pixels, at mip bias 0.
     share_at_wanted_level: f64,
     adapter: String,
+    /// Parts that were drawn, where the picture was drawn in parts: what is wanted is that of all of them
+    /// together, the mip bias and what is resident the most of any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    parts: Option<u32>,
     /// Only with `--disk-cache`.
     #[serde(skip_serializing_if = "Option::is_none")]
     disk_cache: Option<disk_cache::Summary>,
@@ -434,6 +438,7 @@ impl Summary {
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             share_at_wanted_level,
             adapter,
+            parts: None,
             disk_cache: None,
             pools: None,
             explained: None,
@@ -453,8 +458,9 @@ impl Summary {
 
     fn text(&self) -> String {
         let state = if self.converged { "converged" } else { "not converged" };
+        let parts = self.parts.map_or_else(String::new, |parts| format!(", in {parts} parts"));
         let mut rows = vec![
-            format!("{state} after {} frames on {}", self.frames, self.adapter),
+            format!("{state} after {} frames on {}{parts}", self.frames, self.adapter),
             format!(
                 "tiles: {} loaded, {} evicted, {} reloaded; pages: {} wanted, {} resident, {} failed",
                 self.tiles_loaded,

@@ -85,7 +85,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         pose: None,
         options: scene.shown(),
         overlay: scene.overlay(),
-        may_be_crisp: scene.filter == Filter::default(),
+        may_be_crisp: scene.filter() == Filter::default(),
         size: scene.size(),
         pixels_per_point: 1.0,
         has_guides: true,
@@ -138,9 +138,9 @@ impl Shot {
         let mut drawn = self.offscreen(args, &gpu, sources, (&pose, pane, drawn_size))?;
         let mut troubles = Troubles::default();
         let mut over = Over::new(self, &gpu, &drawn, pose, sources);
-        let watch = |_: &Textures, events| troubles.note(events);
         let outcome = match is_whole {
             true => {
+                let watch = |_: &Textures, events| troubles.note(events);
                 let outcome = drawn.run_along(1, |_| pose, Until::Converged, watch)?;
                 let mut picture = match self.overlay {
                     None => drawn.picture(),
@@ -150,13 +150,18 @@ impl Shot {
                 rows.add(&picture)?;
                 outcome
             }
-            false => {
-                parts::draw(&mut drawn, (&pose, &parts, self.overlay), watch, |drawn, parts, mut row| {
+            false => parts::draw(
+                &mut drawn,
+                (&pose, &parts, self.overlay),
+                &mut troubles,
+                |drawn, parts, mut row| {
                     over.paint(drawn, parts, &mut row)?;
                     rows.add(&row)?;
                     Ok(ControlFlow::Continue(()))
-                })?
-            }
+                },
+            )?
+            .outcome()
+            .clone(),
         };
         let source = self.source.display().to_string();
         troubles.texts(&source, drawn.textures()).iter().for_each(|said| report::say(said));

@@ -90,6 +90,34 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
     assert_eq!(sandbox.names().iter().filter(|name| name.contains("partial")).count(), 0);
 }
 
+/// The right part of the picture shows nothing, and is drawn last: figures and warnings are of all of it.
+#[test]
+fn the_summary_of_a_picture_in_parts_is_that_of_all_of_them() {
+    let sandbox = earth();
+    let draw = |words: &str| {
+        let ended = run(&sandbox, &format!("render image.vastex {words} --size 512x128 --json -o x.png"));
+        let said = ended.expect_code(0);
+        let summary: serde_json::Value = serde_json::from_str(&said.stdout).unwrap();
+        (summary, said.stderr.clone())
+    };
+    let number = |summary: &serde_json::Value, key: &str| summary[key].as_f64().unwrap();
+    // All of the image is in the left half.
+    let at = "--view image:x=1600,y=270,zoom=0.9";
+    let (whole, _) = draw(at);
+    assert!(whole.get("parts").is_none());
+    let (parts, _) = draw(&format!("{at} --part-side 192"));
+    assert!(number(&parts, "parts") >= 2.0, "{parts}");
+    assert!(number(&parts, "pages_wanted") >= number(&whole, "pages_wanted"), "{parts}, beside {whole}");
+    assert_eq!((number(&parts, "mip_bias"), number(&parts, "share_at_wanted_level")), (0.0, 1.0));
+    // A pool that is too small for the part that shows most.
+    let near = "--view image:x=1000,y=270,zoom=2.2 --pool-mib 1";
+    let (parts, said) = draw(&format!("{near} --part-side 192"));
+    assert!(number(&parts, "mip_bias") > 0.0 && number(&parts, "share_at_wanted_level") < 1.0, "{parts}");
+    assert!(said.contains("GPU memory for tiles is short"), "{said}");
+    let text = run(&sandbox, "render image.vastex --size 512x128 --part-side 192 -o x.png");
+    assert!(text.expect_code(0).stdout.contains(" parts\n"), "it does not say that it was drawn in parts");
+}
+
 #[cfg(feature = "view")]
 #[test]
 fn a_picture_of_the_window_in_parts_has_all_that_lies_over_it_once() {

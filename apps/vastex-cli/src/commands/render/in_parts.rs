@@ -4,12 +4,12 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use vastex::{Settings, Textures, TileSource};
+use vastex::{Settings, TileSource};
 use vastex_scenes::{Gpu, Offscreen, Outcome, Scene, Views};
 
 use super::{Motion, Summary, Troubles, frame_settings, name_textures, print_summary};
 use crate::args::RenderArgs;
-use crate::parts::{self, MOST_SIDE, Parts};
+use crate::parts::{self, MOST_SIDE, Parts, Totals};
 use crate::pictures::PictureOutput;
 use crate::{open, report};
 
@@ -73,18 +73,21 @@ pub(super) fn run(
         }
     };
     let mut troubles = Troubles::default();
-    let mut outcome = Outcome { converged: true, stats: offscreen.textures().stats() };
+    let mut totals = Totals::new(offscreen.textures().stats());
     for frame in frames {
         let pose = motion.poses(args, &offscreen)(frame);
         let mut rows = pictures.rows(frame, size)?;
         let mut is_read = std::ops::ControlFlow::Continue(());
-        let watch = |_: &Textures, events| troubles.note(events);
-        let drawn =
-            parts::draw(&mut offscreen, (&pose, &parts, args.scene.overlay()), watch, |_, _, row| {
+        let drawn = parts::draw(
+            &mut offscreen,
+            (&pose, &parts, args.scene.overlay()),
+            &mut troubles,
+            |_, _, row| {
                 is_read = rows.add(&row)?;
                 Ok(is_read)
-            })?;
-        outcome = Outcome { converged: outcome.converged && drawn.converged, ..drawn };
+            },
+        )?;
+        totals.follow(drawn);
         if is_read.is_break() {
             break;
         }
@@ -92,8 +95,9 @@ pub(super) fn run(
     }
     let source = args.scene.source.display().to_string();
     troubles.texts(&source, offscreen.textures()).iter().for_each(|said| report::say(said));
-    let is_sharp = outcome.converged && outcome.stats.pager.bias_eighths == 0;
-    let share = if is_sharp { 1.0 } else { offscreen.share_at_wanted_level()? };
-    print_summary(args, &Summary::new(&outcome, share, gpu.adapter_name(), None))?;
-    Ok(outcome)
+    let outcome = totals.outcome();
+    let mut summary = Summary::new(outcome, totals.share_at_wanted_level(), gpu.adapter_name(), None);
+    summary.parts = Some(totals.parts());
+    print_summary(args, &summary)?;
+    Ok(outcome.clone())
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use vastex::{Event, PageId, PoolId, Textures};
 use vastex_core::Dims;
 
+use crate::parts::PartsWatch;
 use crate::{report, shortage};
 
 /// What keeps the picture from being as sharp as it should be.
@@ -14,6 +15,20 @@ pub(crate) struct Troubles {
     failed: BTreeMap<PageId, String>,
     /// The newest of each pool that is too small.
     shortages: BTreeMap<PoolId, Event>,
+    /// What there is to say of those that were too small for a part of a picture.
+    of_parts: BTreeMap<PoolId, String>,
+}
+
+/// What keeps any part from being sharp keeps the picture from it.
+impl PartsWatch for Troubles {
+    fn note(&mut self, _: &Textures, events: Vec<Event>) {
+        Troubles::note(self, events);
+    }
+
+    fn end_part(&mut self, textures: &Textures) {
+        let short: Vec<(PoolId, String)> = self.short(textures).collect();
+        self.of_parts.extend(short);
+    }
 }
 
 impl Troubles {
@@ -36,10 +51,17 @@ impl Troubles {
             let (pos, file) = (page.pos(Dims::D2), report::file_of(textures, *page).unwrap_or(source));
             format!("{file}: {pos} failed, a coarser one is shown instead: {why}")
         });
-        // Where the view has come to fit meanwhile, the picture is as it should be.
-        let pools = textures.stats().pools;
-        let coarse = pools.iter().filter(|pool| pool.pager.bias_eighths > 0);
-        let short = coarse.filter_map(|pool| shortage::text(self.shortages.get(&pool.pool)?, textures));
-        failed.chain(short.map(|short| format!("{source}: {short}"))).collect()
+        let short: BTreeMap<PoolId, String> = self.short(textures).chain(self.of_parts.clone()).collect();
+        failed.chain(short.into_values().map(|short| format!("{source}: {short}"))).collect()
+    }
+
+    /// What there is to say of pools that are too small now. Where the view has come to fit meanwhile, the
+    /// picture is as it should be.
+    fn short(&self, textures: &Textures) -> impl Iterator<Item = (PoolId, String)> {
+        let coarse = textures.stats().pools.into_iter().filter(|pool| pool.pager.bias_eighths > 0);
+        coarse.filter_map(|pool| {
+            let text = shortage::text(self.shortages.get(&pool.pool)?, textures)?;
+            Some((pool.pool, text))
+        })
     }
 }

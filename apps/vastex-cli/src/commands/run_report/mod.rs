@@ -272,7 +272,7 @@ fn settings_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, Strin
         ("picture", format!("{width} x {height} pixels")),
         ("camera path", camera),
         ("last view", view),
-        ("filter", scene.filter.to_string()),
+        ("filter", scene.filter().to_string()),
         ("feedback", offscreen.textures().inspect().feedback_mode().name().to_owned()),
         (
             "pool",
