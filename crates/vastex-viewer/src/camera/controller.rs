@@ -32,6 +32,12 @@ pub enum Move {
     Pinch(DVec2, f64, DVec2),
     /// Walked by a step and zoomed by a factor.
     Walk(DVec2, f64),
+    /// To the edge of an image on a side, to the right and downwards as it is seen; where all of it has room,
+    /// to its middle. Not elsewhere.
+    ToEdge(DVec2),
+    /// On by a whole view of an image to a side, to the right and downwards as it is seen, no further than to
+    /// its edge. Not elsewhere.
+    Screens(DVec2),
 }
 
 /// Width over height of the view and of the image.
@@ -78,6 +84,8 @@ impl Controller {
                 self.pose = self.pose.walked(step, image).zoomed(factor);
                 self.rest = DVec2::ZERO;
             }
+            Move::ToEdge(side) => self.turn_to(self.pose.at_edge(side, aspects)),
+            Move::Screens(side) => self.turn_to(self.pose.a_view_on(side, aspects)),
         }
     }
 

@@ -3,6 +3,7 @@
 mod ahead;
 mod aim;
 mod controller;
+mod edges;
 mod ground;
 mod keyframes;
 mod orientation;

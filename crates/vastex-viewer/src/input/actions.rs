@@ -1,8 +1,77 @@
-//! What keys do that are pressed once, alone and with others.
+//! What a person may want, and which keys that are pressed once ask for it, alone and with others.
 
-use super::{Action, Key};
+use glam::DVec2;
+
+use super::Key;
 use crate::camera::Move;
 use crate::scene::Scene;
+
+/// Something that a person wants.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Action {
+    /// The camera elsewhere.
+    Move(Move),
+    /// The first pose again.
+    Reset,
+    /// The pointer, or a finger, was pressed and let go in the same place: there, in pixels from the top left
+    /// of the view. Comes before a [`Action::DoubleClick`], too.
+    Click(DVec2),
+    /// The second of two clicks on the same place; the first came as [`Action::Click`]. A host that has no
+    /// other use for it does what [`Action::Reset`] says.
+    DoubleClick,
+    /// Measuring, or not any more.
+    Measure,
+    /// What was done last while measuring, undone.
+    Undo,
+    /// An image with so many pixels a texel, towards a point in view heights from the middle.
+    Magnify(f64, DVec2),
+    /// A file that a person chooses in a dialog.
+    Open,
+    /// The file so many after the one that is shown, or before it.
+    File(i32),
+    /// Another scene, or the next.
+    Scene(Option<Scene>),
+    /// The next overlay in the place of the picture, or the picture again.
+    Overlay,
+    /// Why the pixel below the pointer shows what it shows, in pixels of the view.
+    Explain([u32; 2]),
+    /// The whole screen, or the window again.
+    FillScreen,
+    /// Black and white by the values that are in view.
+    AutoRange,
+    /// The next way of comparing the uppermost layer with those beneath it, or none.
+    Compare,
+    /// Layers side by side, or over one another again.
+    Beside,
+    /// The panel beside the picture, or the picture alone.
+    Panel,
+    /// The panel, with the keys in its first control.
+    EnterPanel,
+    /// What the machine does, beside the picture, or the picture alone.
+    Hud,
+    /// The guides over an image, or the picture alone.
+    Guides,
+    /// The value below the pointer in the picture, or not.
+    Values,
+    /// The list of keys and gestures, or the picture alone.
+    Keys,
+    /// The picture, so many times as large as the view, into a file.
+    Screenshot(u32),
+    /// Where the camera goes from here on into a file, or the end of that.
+    Record,
+    /// The camera as it went when that was recorded last, or as a file says.
+    Play,
+    /// What is shown, as a text, into the clipboard.
+    CopyView,
+    /// What is shown and its files, as a link, into the clipboard.
+    CopyLink,
+    /// What a view or a link in the clipboard says is to be shown.
+    PasteView,
+    /// The picture again: it may be stale.
+    Redraw,
+    /// The end.
+    Quit,
+}
 
 /// What a letter does with control: what other programs have on it. What it does alone it does not do by
 /// accident with control.

@@ -11,15 +11,18 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ),
             (
                 "Ctrl + drag, Ctrl + arrows",
-                "turn and tilt the camera round the middle of the view; an image is moved by dragging, and not tilted",
+                "turn and tilt the camera round the middle of the view; an image is not tilted: there the arrows go to its edges",
             ),
             ("Z", "look straight down on a globe, north upwards; look north on plane and terrain"),
             ("wheel", "zoom to what is below the pointer, which stays there"),
             (
                 "two fingers",
-                "move and zoom, by what is below them; on a touchpad by what is below the pointer",
+                "move and zoom, by what is below them; on a touchpad by what is below the pointer; lifted in motion, it goes on",
             ),
-            ("W A S D, arrows", "walk; with Shift four times as fast"),
+            (
+                "W A S D, arrows",
+                "walk; with Shift four times as fast, and arrows over an image a whole view on",
+            ),
             ("+ and -, I and O", "zoom in, zoom out"),
             ("1 to 9", "each texel of an image as wide as 1 to 9 pixels"),
             ("Ctrl + 1 to 9", "1 to 9 texels of an image in each pixel"),

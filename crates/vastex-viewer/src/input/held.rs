@@ -67,6 +67,17 @@ pub(super) fn walk(motions: &[Motion], time: Duration, times: f64) -> Move {
     Move::Walk(step * WALK_PER_SECOND * times * seconds, ZOOM_PER_SECOND.powf(zoom * seconds))
 }
 
+/// Where an arrow points, to the right and downwards, and how it walks.
+pub(super) fn arrow_of(key: Key) -> Option<(DVec2, Motion)> {
+    Some(match key {
+        Key::Left => (DVec2::NEG_X, Motion::Left),
+        Key::Right => (DVec2::X, Motion::Right),
+        Key::Up => (DVec2::NEG_Y, Motion::Forward),
+        Key::Down => (DVec2::Y, Motion::Back),
+        _ => return None,
+    })
+}
+
 pub(super) fn motion_of(key: Key) -> Option<Motion> {
     Some(match key {
         Key::Left | Key::Char('a' | 'A') => Motion::Left,

@@ -5,18 +5,20 @@
 
 mod actions;
 mod controls;
+mod glide;
 mod held;
 
 use std::time::Duration;
 
 use glam::DVec2;
 
+pub use actions::Action;
 pub use controls::CONTROLS;
 
 use crate::camera::Move;
-use crate::scene::Scene;
 use actions::{action_of, action_with_alt, action_with_control};
-use held::{Motion, held_move, motion_of, orbit_of};
+use glide::{Glide, Trail};
+use held::{Motion, arrow_of, held_move, motion_of, orbit_of};
 
 /// Two clicks within this time, and so many pixels, are a double click.
 const DOUBLE_CLICK: (Duration, f64) = (Duration::from_millis(400), 6.0);
@@ -26,16 +28,6 @@ const ORBIT_PER_HEIGHT: f64 = 2.0;
 const WHEEL_FACTOR: f64 = 1.25;
 /// Pixels of a touchpad that are a notch of the wheel.
 const PIXELS_PER_NOTCH: f64 = 50.0;
-/// A drag whose last part was at least so fast, in view heights a second, goes on by itself when the pointer
-/// is let go, no faster than the second speed, and ends below the third. By friction the speed falls by so
-/// much of itself in a second.
-const FASTEST_STILL: f64 = 0.15;
-const FASTEST_GLIDE: f64 = 6.0;
-const SLOWEST_GLIDE: f64 = 0.01;
-const FRICTION: f64 = 5.0;
-/// The time over which that speed is measured, at most and at least: events that waited for a frame come all
-/// at once.
-const MEASURED: [Duration; 2] = [Duration::from_millis(100), Duration::from_millis(50)];
 /// What a short press is worth, and the longest that one frame is worth.
 const SHORT_PRESS: Duration = Duration::from_millis(80);
 const LONGEST_FRAME: Duration = Duration::from_millis(250);
@@ -67,7 +59,8 @@ pub enum Key {
     PageUp,
     /// A function key, by its number.
     F(u8),
-    /// A key that writes this character, in lower or upper case.
+    /// A key that writes this character. Of letters [`Modifiers::shift`] says whether they are in upper case,
+    /// and Caps Lock changes nothing.
     Char(char),
 }
 
@@ -100,7 +93,7 @@ pub enum InputEvent {
         key: Key,
         /// Whether it went down.
         is_pressed: bool,
-        /// Whether it was down before, and only says so again.
+        /// Whether it was down before, and only says so again. Only what moves the camera is done again then.
         is_repeat: bool,
     },
     /// The pointer is there, in pixels from the top left of the view.
@@ -129,79 +122,16 @@ pub enum InputEvent {
     Wheel(f64),
     /// Two fingers were moved on a touchpad, by which what lies below them moves by so many pixels.
     Scroll(DVec2),
+    /// The same, after which they left it, and the system sends nothing more of it: what they moved goes on
+    /// as what a pointer lets go does. Of a system that has it go on by itself, each step is a
+    /// [`InputEvent::Scroll`], and there is no such event.
+    ScrollEnd(DVec2),
     /// Two fingers were spread on a touchpad, to so many times their distance.
     Spread(f64),
     /// Keys and pointer belong to something else from here on.
     FocusLost,
     /// The view can be seen again.
     Shown,
-}
-
-/// Something that a person wants.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action {
-    /// The camera elsewhere.
-    Move(Move),
-    /// The first pose again.
-    Reset,
-    /// The pointer, or a finger, was pressed and let go in the same place: there, in pixels from the top left
-    /// of the view. Comes before a [`Action::DoubleClick`], too.
-    Click(DVec2),
-    /// The second of two clicks on the same place; the first came as [`Action::Click`]. A host that has no
-    /// other use for it does what [`Action::Reset`] says.
-    DoubleClick,
-    /// Measuring, or not any more.
-    Measure,
-    /// What was done last while measuring, undone.
-    Undo,
-    /// An image with so many pixels a texel, towards a point in view heights from the middle.
-    Magnify(f64, DVec2),
-    /// A file that a person chooses in a dialog.
-    Open,
-    /// The file so many after the one that is shown, or before it.
-    File(i32),
-    /// Another scene, or the next.
-    Scene(Option<Scene>),
-    /// The next overlay in the place of the picture, or the picture again.
-    Overlay,
-    /// Why the pixel below the pointer shows what it shows, in pixels of the view.
-    Explain([u32; 2]),
-    /// The whole screen, or the window again.
-    FillScreen,
-    /// Black and white by the values that are in view.
-    AutoRange,
-    /// The next way of comparing the uppermost layer with those beneath it, or none.
-    Compare,
-    /// Layers side by side, or over one another again.
-    Beside,
-    /// The panel beside the picture, or the picture alone.
-    Panel,
-    /// The panel, with the keys in its first control.
-    EnterPanel,
-    /// What the machine does, beside the picture, or the picture alone.
-    Hud,
-    /// The guides over an image, or the picture alone.
-    Guides,
-    /// The value below the pointer in the picture, or not.
-    Values,
-    /// The list of keys and gestures, or the picture alone.
-    Keys,
-    /// The picture, so many times as large as the view, into a file.
-    Screenshot(u32),
-    /// Where the camera goes from here on into a file, or the end of that.
-    Record,
-    /// The camera as it went when that was recorded last, or as a file says.
-    Play,
-    /// What is shown, as a text, into the clipboard.
-    CopyView,
-    /// What is shown and its files, as a link, into the clipboard.
-    CopyLink,
-    /// What a view or a link in the clipboard says is to be shown.
-    PasteView,
-    /// The picture again: it may be stale.
-    Redraw,
-    /// The end.
-    Quit,
 }
 
 /// Keys and pointer as they are now.
@@ -217,9 +147,13 @@ pub struct Input {
     /// Whether that turns and tilts the camera, rather than to move it.
     is_orbiting: bool,
     /// When and where the pointer was lately, while it drags.
-    trail: Vec<(Duration, DVec2)>,
-    /// How fast the view goes on after a drag, in view heights a second.
-    glide: DVec2,
+    trail: Trail,
+    /// How far fingers on a touchpad have moved what is below them.
+    scrolled: Trail,
+    /// What goes on after that.
+    glide: Glide,
+    /// Whether an image is looked at, flat.
+    is_flat: bool,
     modifiers: Modifiers,
     /// Fingers on the view, and where they are.
     fingers: Vec<(u64, DVec2)>,
@@ -266,10 +200,23 @@ impl Input {
                 self.on_event(InputEvent::Wheel(pixels.y / PIXELS_PER_NOTCH), size, now)
             }
             InputEvent::Scroll(pixels) => {
+                self.glide.stop();
+                self.scrolled.push_by(now, pixels);
                 let point = from_middle(self.pointer, [width, height]);
                 Some(Action::Move(Move::Pinch(pixels / height, 1.0, point)))
             }
+            InputEvent::ScrollEnd(pixels) if pixels != DVec2::ZERO => {
+                let moved = self.on_event(InputEvent::Scroll(pixels), size, now);
+                self.let_scrolled_go(height, now);
+                moved
+            }
+            InputEvent::ScrollEnd(_) => {
+                self.let_scrolled_go(height, now);
+                None
+            }
             InputEvent::Spread(factor) => {
+                self.glide.stop();
+                self.scrolled.clear();
                 let point = from_middle(self.pointer, [width, height]);
                 let factor = if factor.is_finite() { factor.clamp(0.2, 5.0) } else { 1.0 };
                 Some(Action::Move(Move::Pinch(DVec2::ZERO, factor, point)))
@@ -277,8 +224,9 @@ impl Input {
             InputEvent::FocusLost => {
                 self.held.clear();
                 self.fingers.clear();
-                (self.is_dragging, self.modifiers, self.glide) = (false, Modifiers::default(), DVec2::ZERO);
-                self.is_orbiting = false;
+                self.rest();
+                (self.is_dragging, self.is_orbiting) = (false, false);
+                self.modifiers = Modifiers::default();
                 None
             }
             InputEvent::Shown => Some(Action::Redraw),
@@ -287,12 +235,19 @@ impl Input {
 
     /// Whether something goes on while nothing happens.
     pub fn is_moving(&self) -> bool {
-        !self.held.is_empty() || self.glide != DVec2::ZERO
+        !self.held.is_empty() || self.glide.is_going()
     }
 
     /// Ends what goes on by itself but for keys that are held: something else is seen.
     pub fn rest(&mut self) {
-        self.glide = DVec2::ZERO;
+        self.glide.stop();
+        self.scrolled.clear();
+    }
+
+    /// Says whether an image is looked at, flat: there arrows go to its edges with control and on by a view
+    /// with Shift. Elsewhere they turn and tilt the camera, and walk faster. At first nothing is flat.
+    pub fn look_flat(&mut self, is_flat: bool) {
+        self.is_flat = is_flat;
     }
 
     /// What goes on by itself since that was asked last: what keys that are held are worth, or a drag that
@@ -306,14 +261,7 @@ impl Input {
         if !self.held.is_empty() {
             return Some(held_move(&self.held, time, self.modifiers.shift));
         }
-        // The speed falls by friction; what it comes to meanwhile is its integral.
-        let left = (-FRICTION * time.as_secs_f64()).exp();
-        let delta = self.glide * (1.0 - left) / FRICTION;
-        self.glide *= left;
-        if self.glide.length() < SLOWEST_GLIDE {
-            self.glide = DVec2::ZERO;
-        }
-        Some(Move::Drag(delta))
+        Some(Move::Drag(self.glide.step(time)))
     }
 
     fn on_pointer(&mut self, pointer: DVec2, size: [f64; 2], now: Duration) -> Option<Action> {
@@ -325,8 +273,7 @@ impl Input {
             let delta = (pointer - before) / size[1] * ORBIT_PER_HEIGHT;
             return Some(Action::Move(Move::Orbit(DVec2::new(delta.x, -delta.y))));
         }
-        self.trail.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
-        self.trail.push((now, pointer));
+        self.trail.push(now, pointer);
         Some(Action::Move(Move::Grab(from_middle(before, size), from_middle(pointer, size))))
     }
 
@@ -364,7 +311,8 @@ impl Input {
                 if let [(_, place)] = fingers {
                     self.pointer = *place;
                 }
-                (self.is_dragging, self.glide) = (fingers.len() == 1, DVec2::ZERO);
+                self.is_dragging = fingers.len() == 1;
+                self.glide.stop();
                 self.trail.clear();
                 // The one that is left when a pinch ends did not click.
                 self.clicked = None;
@@ -375,12 +323,11 @@ impl Input {
 
     fn on_click(&mut self, is_pressed: bool, height: f64, now: Duration) -> Option<Action> {
         let was_dragging = std::mem::replace(&mut self.is_dragging, is_pressed);
-        self.glide = DVec2::ZERO;
+        self.rest();
         let was_orbiting = std::mem::replace(&mut self.is_orbiting, is_pressed && self.modifiers.control);
         if !is_pressed {
-            let speed = if was_dragging && !was_orbiting { self.speed(now) / height } else { DVec2::ZERO };
-            if speed.length() >= FASTEST_STILL {
-                self.glide = speed.clamp_length_max(FASTEST_GLIDE);
+            if was_dragging && !was_orbiting {
+                self.glide.begin(self.trail.speed(now) / height);
             }
             self.moved_at = Some(now);
             self.trail.clear();
@@ -402,16 +349,6 @@ impl Input {
         None
     }
 
-    /// How fast the pointer was lately, in pixels a second.
-    fn speed(&self, now: Duration) -> DVec2 {
-        let mut lately = self.trail.iter().filter(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
-        let (Some((then, from)), Some((_, to))) = (lately.next(), lately.next_back()) else {
-            return DVec2::ZERO;
-        };
-        // A pointer that stood still before it was let go is slow.
-        (to - from) / now.saturating_sub(*then).max(MEASURED[1]).as_secs_f64()
-    }
-
     fn on_key(
         &mut self,
         (key, point): (Key, DVec2),
@@ -419,8 +356,12 @@ impl Input {
         is_repeat: bool,
         now: Duration,
     ) -> Option<Action> {
+        let key = self.by_shift(key);
         if is_pressed {
-            self.glide = DVec2::ZERO;
+            self.rest();
+        }
+        if let Some(moved) = self.far_move(key).filter(|_| is_pressed) {
+            return Some(Action::Move(moved));
         }
         let motion = match is_pressed {
             true if self.modifiers.alt => None,
@@ -459,6 +400,39 @@ impl Input {
 }
 
 impl Input {
+    /// What fingers on a touchpad moved until now goes on as fast as it was.
+    fn let_scrolled_go(&mut self, height: f64, now: Duration) {
+        let speed = self.scrolled.speed(now) / height;
+        self.scrolled.clear();
+        // Of an axis that ends after the other nothing is new.
+        if speed != DVec2::ZERO {
+            self.glide.begin(speed);
+            self.moved_at = Some(now);
+        }
+    }
+
+    /// The key that a letter is, in upper case with Shift and in lower case without it, whatever Caps Lock
+    /// says.
+    fn by_shift(&self, key: Key) -> Key {
+        match key {
+            Key::Char(letter) if self.modifiers.shift => Key::Char(letter.to_ascii_uppercase()),
+            Key::Char(letter) => Key::Char(letter.to_ascii_lowercase()),
+            key => key,
+        }
+    }
+
+    /// What arrows do over a flat image with control and with Shift, but for those that walk already.
+    fn far_move(&self, key: Key) -> Option<Move> {
+        let (direction, motion) = arrow_of(key)?;
+        let Modifiers { control, shift, alt } = self.modifiers;
+        match () {
+            () if !self.is_flat || alt || self.held.contains(&motion) => None,
+            () if control => Some(Move::ToEdge(direction)),
+            () if shift => Some(Move::Screens(direction)),
+            () => None,
+        }
+    }
+
     /// What digits are worth: so many pixels a texel, or with control so many texels a pixel.
     fn magnification_of(&self, key: Key) -> Option<f64> {
         let Key::Char(digit @ '1'..='9') = key else { return None };

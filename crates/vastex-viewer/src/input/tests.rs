@@ -1,5 +1,6 @@
 //! What keys, the pointer and fingers come to.
 
+use super::glide::{FASTEST_GLIDE, FRICTION};
 use super::held::{FASTER, WALK_PER_SECOND, ZOOM_PER_SECOND, walk};
 use super::*;
 
@@ -256,12 +257,17 @@ fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
         ('s', Action::Screenshot(1)),
         ('S', Action::Screenshot(1)),
         ('c', Action::CopyView),
-        ('C', Action::CopyLink),
+        ('C', Action::CopyView),
         ('v', Action::PasteView),
         ('q', Action::Quit),
     ] {
         assert_eq!(once(control, Key::Char(letter)), Some(action), "Ctrl + {letter}");
         assert_eq!(once(alt, Key::Char(letter)), None, "Alt + {letter}");
+    }
+    // Shift decides, whatever Caps Lock makes of the letter.
+    for letter in ['c', 'C'] {
+        let with_shift = once(held(true, true, false), Key::Char(letter));
+        assert_eq!(with_shift, Some(Action::CopyLink), "Ctrl + Shift + {letter}");
     }
     for (pressed, action) in [
         (Key::Left, Some(Action::File(-1))),
@@ -292,6 +298,141 @@ fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
     // Alt that comes while it is held does not hold it for good.
     at(&mut input, alt, 1100);
     at(&mut input, key(Key::Right, false), 1100);
+    assert!(!input.is_moving());
+}
+
+#[test]
+fn caps_lock_changes_no_key() {
+    let key = |letter| InputEvent::Key { key: Key::Char(letter), is_pressed: true, is_repeat: false };
+    for letter in 'a'..='z' {
+        for shift in [false, true] {
+            let press = |letter| {
+                let mut input = Input::default();
+                at(&mut input, InputEvent::Modifiers(Modifiers { shift, ..Modifiers::default() }), 0);
+                at(&mut input, key(letter), 0)
+            };
+            assert_eq!(press(letter), press(letter.to_ascii_uppercase()), "{letter}, Shift: {shift}");
+        }
+    }
+    // What Shift changes it changes all the same.
+    let mut input = Input::default();
+    assert_eq!(at(&mut input, key('T'), 0), Some(Action::Move(Move::Turn(90.0))));
+    at(&mut input, InputEvent::Modifiers(Modifiers { shift: true, ..Modifiers::default() }), 0);
+    assert_eq!(at(&mut input, key('t'), 0), Some(Action::Move(Move::Turn(-90.0))));
+}
+
+/// A key that is held goes through no files, switches nothing on and off and takes no pictures.
+#[test]
+fn a_key_that_repeats_does_nothing_but_move() {
+    let letters = ('!'..='~').map(Key::Char);
+    let named = [
+        Key::Left,
+        Key::Right,
+        Key::Up,
+        Key::Down,
+        Key::Escape,
+        Key::Enter,
+        Key::Home,
+        Key::Tab,
+        Key::Backspace,
+        Key::PageDown,
+        Key::PageUp,
+    ];
+    for key in letters.chain(named).chain((1..=12).map(Key::F)) {
+        for held in 0..16 {
+            let [control, shift, alt, is_flat] = [1, 2, 4, 8].map(|bit| held & bit > 0);
+            let mut input = Input::default();
+            input.look_flat(is_flat);
+            at(&mut input, InputEvent::Modifiers(Modifiers { control, shift, alt }), 0);
+            at(&mut input, InputEvent::Key { key, is_pressed: true, is_repeat: false }, 0);
+            for ms in [500, 530] {
+                let again = at(&mut input, InputEvent::Key { key, is_pressed: true, is_repeat: true }, ms);
+                let is_motion = |moved| matches!(moved, Move::ToEdge(_) | Move::Screens(_));
+                let is_allowed = match again {
+                    None => true,
+                    Some(Action::Move(moved)) => is_motion(moved),
+                    Some(_) => false,
+                };
+                assert!(is_allowed, "{key:?} with {control}, {shift}, {alt} repeats {again:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn over_a_flat_image_arrows_reach_its_edges_and_go_on_by_views() {
+    let key = |key, is_pressed, is_repeat| InputEvent::Key { key, is_pressed, is_repeat };
+    let held = |control, shift| InputEvent::Modifiers(Modifiers { control, shift, alt: false });
+    let mut input = Input::default();
+    input.look_flat(true);
+    for (pressed, side) in
+        [(Key::Left, DVec2::NEG_X), (Key::Right, DVec2::X), (Key::Up, DVec2::NEG_Y), (Key::Down, DVec2::Y)]
+    {
+        at(&mut input, held(true, false), 0);
+        assert_eq!(at(&mut input, key(pressed, true, false), 0), Some(Action::Move(Move::ToEdge(side))));
+        at(&mut input, key(pressed, false, false), 0);
+        at(&mut input, held(false, true), 0);
+        for is_repeat in [false, true] {
+            let moved = at(&mut input, key(pressed, true, is_repeat), 0);
+            assert_eq!(moved, Some(Action::Move(Move::Screens(side))));
+        }
+        at(&mut input, key(pressed, false, false), 0);
+        assert!(!input.is_moving(), "{pressed:?} is held for good");
+    }
+    // An arrow that walks already goes on to walk, faster.
+    at(&mut input, held(false, false), 1000);
+    at(&mut input, key(Key::Right, true, false), 1000);
+    at(&mut input, held(false, true), 1000);
+    assert_eq!(at(&mut input, key(Key::Right, true, true), 1000), None);
+    let Some(Move::Walk(step, _)) = input.motion(Duration::from_millis(1100)) else { panic!("at rest") };
+    assert!((step.x - 0.1 * WALK_PER_SECOND * FASTER).abs() < 1e-12, "{step}");
+    at(&mut input, key(Key::Right, false, false), 1100);
+    // On a globe they turn and tilt, and walk.
+    input.look_flat(false);
+    at(&mut input, held(true, false), 1200);
+    assert!(matches!(at(&mut input, key(Key::Left, true, false), 1200), Some(Action::Move(Move::Orbit(_)))));
+}
+
+#[test]
+fn fingers_that_leave_a_touchpad_in_motion_let_go_of_what_they_moved() {
+    let mut input = Input::default();
+    at(&mut input, InputEvent::PointerMoved(DVec2::new(150.0, 50.0)), 0);
+    let scroll = |input: &mut Input, since: u64| {
+        for step in 1..=10 {
+            at(input, InputEvent::Scroll(DVec2::new(4.0, 0.0)), since + 8 * step);
+            assert!(!input.is_moving(), "it goes on while the fingers are there");
+        }
+    };
+    scroll(&mut input, 1000);
+    assert_eq!(at(&mut input, InputEvent::ScrollEnd(DVec2::ZERO), 1090), None);
+    let (mut way, mut frames) = (DVec2::ZERO, 0);
+    while input.is_moving() {
+        frames += 1;
+        match input.motion(Duration::from_millis(1090 + 16 * frames)) {
+            Some(Move::Drag(delta)) => way += delta,
+            other => panic!("{other:?}"),
+        }
+    }
+    // Half a pixel a millisecond in a view of 100 pixels is 5 heights a second, which friction ends.
+    let expected = (0.36 / 0.082f64).min(FASTEST_GLIDE) / FRICTION;
+    assert!((way.x - expected).abs() < 0.12 && way.y == 0.0, "{way}, beside {expected}");
+    // Its last step may come with the end, and the end of one axis after that of the other.
+    scroll(&mut input, 5000);
+    let last = at(&mut input, InputEvent::ScrollEnd(DVec2::new(4.0, 0.0)), 5088);
+    assert!(matches!(last, Some(Action::Move(Move::Pinch(delta, ..))) if delta.x == 0.04), "{last:?}");
+    assert!(input.is_moving());
+    at(&mut input, InputEvent::ScrollEnd(DVec2::ZERO), 5089);
+    assert!(input.is_moving(), "the second axis stops what the first one left");
+    // Fingers that come back stop it, and so does the next step of them.
+    at(&mut input, InputEvent::Scroll(DVec2::ZERO), 5100);
+    assert!(!input.is_moving());
+    // Fingers that rest before they leave, and zooms, leave everything where it is.
+    scroll(&mut input, 9000);
+    at(&mut input, InputEvent::ScrollEnd(DVec2::ZERO), 9400);
+    assert!(!input.is_moving());
+    at(&mut input, control(true), 12_000);
+    at(&mut input, InputEvent::Scroll(DVec2::new(0.0, 50.0)), 12_010);
+    at(&mut input, InputEvent::ScrollEnd(DVec2::ZERO), 12_020);
     assert!(!input.is_moving());
 }
 

@@ -138,7 +138,8 @@ impl VolumeHands {
                 self.on_touch((finger, place), is_down, look, room)
             }
             InputEvent::Wheel(notches) => self.on_wheel(notches, look, room),
-            InputEvent::Scroll(pixels) => {
+            InputEvent::ScrollEnd(pixels) if pixels == DVec2::ZERO => VolumeHeard::Taken,
+            InputEvent::Scroll(pixels) | InputEvent::ScrollEnd(pixels) => {
                 let in_slice = self.pointed(room.panes).is_some_and(|(pane, _)| pane.pane.axis().is_some());
                 if !in_slice || self.modifiers.control {
                     return self.on_wheel(pixels.y / PIXELS_PER_NOTCH, look, room);
@@ -157,6 +158,10 @@ impl VolumeHands {
                 (self.held, self.modifiers) = (None, Modifiers::default());
                 self.fingers.clear();
                 VolumeHeard::Other
+            }
+            // A key that is held moves, and does nothing else again.
+            InputEvent::Key { key, is_pressed: true, is_repeat: true } if !is_motion(key) => {
+                VolumeHeard::Taken
             }
             InputEvent::Key { key, is_pressed: true, .. }
                 if !self.modifiers.control && !self.modifiers.alt =>
@@ -379,6 +384,13 @@ fn shift(pane: &PaneRect, pixels: DVec2, look: &mut VolumeLook, room: &VolumeRoo
             look.orbit.target -= right * by.x + down * by.y;
         }
     }
+}
+
+/// Whether a key moves the crosshair or the camera, or goes on in time.
+fn is_motion(key: Key) -> bool {
+    let is_zoom = matches!(key, Key::Char('+' | '=' | 'i' | 'I' | '-' | '_' | 'o' | 'O'));
+    let is_arrow = matches!(key, Key::Left | Key::Right | Key::Up | Key::Down | Key::PageUp | Key::PageDown);
+    is_zoom || is_arrow || matches!(key, Key::Char(',' | '.'))
 }
 
 #[cfg(test)]

@@ -53,6 +53,7 @@ impl Hands {
         camera: &mut Controller,
         (picture, image): ([u32; 2], [u32; 2]),
     ) -> bool {
+        self.input.look_flat(true);
         let now = Duration::try_from_secs_f64(ui.input(|input| input.time)).unwrap_or_default();
         let mut events = Vec::new();
         let is_down = response.is_pointer_button_down_on()

@@ -153,6 +153,14 @@ fn keys_choose_pictures_modes_and_times() {
     assert_eq!(person.look.time, 4);
     person.key(Key::Char(','));
     assert_eq!(person.look.time, 3);
+    // Held, keys go on to move and do nothing else again.
+    let again = |key| InputEvent::Key { key, is_pressed: true, is_repeat: true };
+    for key in [Key::Char(' '), Key::Char('e'), Key::Char('k'), Key::Char('c'), Key::Char('x'), Key::Home] {
+        let before = person.look.clone();
+        assert_eq!((person.does(again(key)), &person.look), (VolumeHeard::Taken, &before), "{key:?}");
+    }
+    person.does(again(Key::Char(',')));
+    assert_eq!(person.look.time, 2);
     assert_eq!(person.key(Key::Char('k')), VolumeHeard::Play);
     assert_eq!(person.key(Key::Char('m')), VolumeHeard::Other);
     let held = Modifiers { control: true, ..Modifiers::default() };
