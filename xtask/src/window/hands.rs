@@ -47,7 +47,9 @@ pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<(
     }
     let said = || fs::read_to_string(place.join("hands.txt")).unwrap_or_default();
     used.with_context(|| format!("the window under a person's hands; it said: {}", said()))?;
-    let mut window = Window::open(&display, (place, program, image), &[])?;
+    // The next file is one that cannot be shown.
+    let broken = place.join("broken.png");
+    let mut window = Window::open(&display, (place, program, image), &[&broken.to_string_lossy()])?;
     window.is_as_before().with_context(|| format!("the window opened again; it said: {}", said()))
 }
 
@@ -123,7 +125,54 @@ impl<'a> Window<'a> {
         let geometry = self.xdotool(&["getwindowgeometry", "--shell", &self.id])?;
         let has = |what: &str| geometry.lines().any(|line| line == what);
         ensure!(has("WIDTH=1280") && has("HEIGHT=800"), "opened again it is another size: {geometry}");
-        ensure!(self.quit()?.success(), "it ended with an error");
+        let kept = fs::read_to_string(self.place.join("state/vastex/window.json"))?;
+        for chosen in ["\"feedback\": \"inline\"", "\"bytes\": "] {
+            ensure!(kept.contains(chosen), "{chosen} is not remembered: {kept}");
+        }
+        self.go_to_edges()?;
+        self.link_after_failure()?;
+        ensure!(self.quit()?.code() == Some(1), "it ended without the error of its second file");
+        Ok(())
+    }
+
+    /// Control and arrows go to the edges of the image, and Caps Lock changes no key.
+    fn go_to_edges(&mut self) -> Result<()> {
+        self.key("2")?;
+        let texel = self.texel_until("a texel of two pixels", |_| true)?;
+        self.key("ctrl+Left")?;
+        self.key("ctrl+Up")?;
+        // The pointer is in the middle of the columns, so half of them are to the left of it.
+        let corner = self.texel_until("the corner", |there| there[0] < texel[0] && there[1] < texel[1])?;
+        let half = [PLACE[0] as i64 / 2, PLACE[1] as i64 / 2];
+        ensure!(
+            (0..2).all(|axis| (corner[axis] - half[axis]).abs() <= 1),
+            "at the corner {corner:?} is below the pointer"
+        );
+        self.key("shift+Right")?;
+        self.texel_until("a view on", |there| there[0] > corner[0])?;
+        self.keep("20-edges")?;
+        self.key("Caps_Lock")?;
+        self.key("ctrl+c")?;
+        let copied =
+            self.until("a copy", |window| window.title().filter(|title| title.contains("copied: ")))?;
+        self.key("Caps_Lock")?;
+        ensure!(copied.contains("copied: image:"), "with Caps Lock another thing is copied: {copied}");
+        Ok(())
+    }
+
+    /// After a file that cannot be shown a link is of the one that is.
+    fn link_after_failure(&mut self) -> Result<()> {
+        self.key("n")?;
+        let error = |window: &mut Self| window.display.find(0..SIZE[0] - 320, ERROR).ok().flatten();
+        self.until("an error in the window", |window| error(window).filter(|found| found.count > 4000))?;
+        self.key("ctrl+shift+c")?;
+        let copied =
+            self.until("a link", |window| window.title().filter(|title| title.contains("vastex:")))?;
+        self.keep("21-link")?;
+        ensure!(
+            copied.contains("u16.png") && !copied.contains("broken"),
+            "the link is of another file: {copied}"
+        );
         Ok(())
     }
 
@@ -353,6 +402,11 @@ impl<'a> Window<'a> {
         let part = title.split(" – ").find_map(|part| part.split_once(": ")?.0.split_once(','));
         let (x, y) = part.with_context(|| format!("no texel in {title:?}"))?;
         Ok([x.parse()?, y.parse()?])
+    }
+
+    /// The texel below the pointer once it is as it should be.
+    fn texel_until(&mut self, what: &str, is_it: impl Fn([i64; 2]) -> bool) -> Result<[i64; 2]> {
+        self.until(what, |window| window.texel().ok().filter(|there| is_it(*there)))
     }
 
     fn xdotool(&self, words: &[&str]) -> Result<String> {

@@ -1,15 +1,19 @@
 //! Events of the window system in the words of the viewer.
 
+mod keys;
+
 use glam::DVec2;
 use vastex_viewer::input::{Button, InputEvent, Key, Modifiers};
-use winit::event::{ElementState, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
-use winit::keyboard::{Key as WinitKey, NamedKey};
+use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 
-/// What an event is to the viewer; `None` if it is none of keys and pointer.
-pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
+/// Whether the system goes on to scroll by itself when fingers leave a touchpad.
+const SYSTEM_HAS_MOMENTUM: bool = cfg!(any(target_os = "macos", target_os = "ios", target_os = "windows"));
+
+/// What an event is to the viewer, while Shift is held or not; `None` if it is none of keys and pointer.
+pub(super) fn translated(event: &WindowEvent, is_shifted: bool) -> Option<InputEvent> {
     Some(match event {
         WindowEvent::KeyboardInput { event, is_synthetic: false, .. } => InputEvent::Key {
-            key: key(&event.logical_key)?,
+            key: key(event, is_shifted)?,
             is_pressed: event.state == ElementState::Pressed,
             is_repeat: event.repeat,
         },
@@ -39,8 +43,8 @@ pub(super) fn translated(event: &WindowEvent) -> Option<InputEvent> {
         WindowEvent::MouseWheel { delta: MouseScrollDelta::LineDelta(_, y), .. } => {
             InputEvent::Wheel(f64::from(*y))
         }
-        WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(pixels), .. } => {
-            InputEvent::Scroll(DVec2::new(pixels.x, pixels.y))
+        WindowEvent::MouseWheel { delta: MouseScrollDelta::PixelDelta(pixels), phase, .. } => {
+            scrolled(DVec2::new(pixels.x, pixels.y), *phase, SYSTEM_HAS_MOMENTUM)
         }
         WindowEvent::PinchGesture { delta, .. } => InputEvent::Spread(1.0 + delta),
         WindowEvent::Focused(false) => InputEvent::FocusLost,
@@ -55,44 +59,35 @@ pub(super) fn without_place(error: &str) -> &str {
     said.map_or(error, |(_, why)| why)
 }
 
-fn key(key: &WinitKey) -> Option<Key> {
-    Some(match key {
-        WinitKey::Named(NamedKey::ArrowLeft) => Key::Left,
-        WinitKey::Named(NamedKey::ArrowRight) => Key::Right,
-        WinitKey::Named(NamedKey::ArrowUp) => Key::Up,
-        WinitKey::Named(NamedKey::ArrowDown) => Key::Down,
-        WinitKey::Named(NamedKey::Escape) => Key::Escape,
-        WinitKey::Named(NamedKey::Enter) => Key::Enter,
-        WinitKey::Named(NamedKey::Home) => Key::Home,
-        WinitKey::Named(NamedKey::Tab) => Key::Tab,
-        WinitKey::Named(NamedKey::Backspace) => Key::Backspace,
-        WinitKey::Named(NamedKey::PageDown) => Key::PageDown,
-        WinitKey::Named(NamedKey::PageUp) => Key::PageUp,
-        WinitKey::Named(NamedKey::F1) => Key::F(1),
-        WinitKey::Named(NamedKey::F2) => Key::F(2),
-        WinitKey::Named(NamedKey::F3) => Key::F(3),
-        WinitKey::Named(NamedKey::F4) => Key::F(4),
-        WinitKey::Named(NamedKey::F5) => Key::F(5),
-        WinitKey::Named(NamedKey::F6) => Key::F(6),
-        WinitKey::Named(NamedKey::F7) => Key::F(7),
-        WinitKey::Named(NamedKey::F8) => Key::F(8),
-        WinitKey::Named(NamedKey::F9) => Key::F(9),
-        WinitKey::Named(NamedKey::F10) => Key::F(10),
-        WinitKey::Named(NamedKey::F11) => Key::F(11),
-        WinitKey::Character(text) => {
-            let mut characters = text.chars();
-            match (characters.next(), characters.next()) {
-                (Some(character), None) => Key::Char(character),
-                _ => return None,
-            }
-        }
-        _ => return None,
-    })
+/// The key that an event is of.
+pub(super) fn key(event: &KeyEvent, is_shifted: bool) -> Option<Key> {
+    keys::key(&event.logical_key, event.physical_key, is_shifted)
+}
+
+/// What fingers on a touchpad do that moved by so many pixels, where the system may go on by itself.
+fn scrolled(pixels: DVec2, phase: TouchPhase, has_momentum: bool) -> InputEvent {
+    match phase {
+        TouchPhase::Ended if !has_momentum => InputEvent::ScrollEnd(pixels),
+        _ => InputEvent::Scroll(pixels),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What macOS and Windows send after the fingers is theirs, and nothing is added to it.
+    #[test]
+    fn fingers_that_leave_a_touchpad_let_go_where_the_system_does_not_go_on_by_itself() {
+        let step = DVec2::new(3.0, -4.0);
+        for phase in [TouchPhase::Started, TouchPhase::Moved, TouchPhase::Cancelled] {
+            for has_momentum in [false, true] {
+                assert_eq!(scrolled(step, phase, has_momentum), InputEvent::Scroll(step));
+            }
+        }
+        assert_eq!(scrolled(step, TouchPhase::Ended, true), InputEvent::Scroll(step));
+        assert_eq!(scrolled(DVec2::ZERO, TouchPhase::Ended, false), InputEvent::ScrollEnd(DVec2::ZERO));
+    }
 
     #[test]
     fn no_error_names_a_place_of_the_machine_that_built_the_program() {

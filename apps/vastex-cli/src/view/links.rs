@@ -12,7 +12,7 @@ use vastex_viewer::{Link, ViewText};
 
 use super::displayed::DisplaySettings;
 use super::files::Files;
-use super::{App, Open};
+use super::{App, Message, Open};
 use crate::args::{ViewArgs, of_link, without_help};
 use crate::{link, open, report};
 
@@ -113,9 +113,20 @@ impl App {
         window.request_redraw();
     }
 
+    /// Asks for the view, the link or the file that was copied. It comes as a message, also from a program
+    /// that takes its time.
+    pub(super) fn ask_to_paste(&mut self) {
+        let proxy = self.proxy.clone();
+        // Nobody listens where the window is closed.
+        let send = move |text| drop(proxy.send_event(Message::Copied(text)));
+        if let Err(why) = self.shots.copied.read(send) {
+            self.notice(&format!("nothing can be pasted: {why}"));
+        }
+    }
+
     /// Shows the view that was copied, or opens the link or the file.
-    pub(super) fn paste_view(&mut self) -> Result<()> {
-        let text = match self.shots.copied.text() {
+    pub(super) fn paste(&mut self, copied: Result<String, String>) -> Result<()> {
+        let text = match copied {
             Ok(text) => text,
             Err(why) => {
                 self.notice(&format!("nothing can be pasted: {why}"));
@@ -142,17 +153,14 @@ impl App {
 
     /// Copies a link to what is shown.
     pub(super) fn copy_link(&mut self) {
-        if self.files_before.is_some() {
-            self.notice("another file is being opened; copy the link once it is there");
-            return;
-        }
         let pose = self.cameras[self.scene as usize].pose();
         let Some(Open { viewer, .. }) = &self.open else { return };
         let Some(view) = viewer.view_text(pose) else { return };
         // A file that the view does not name would lie over the others where the link is opened.
         let named = ViewText::from_text(&view, viewer.image_size());
         let last = named.ok().and_then(|view| view.textures().max()).unwrap_or(0);
-        match link::link_of(self.files.current(), self.over.all().take(last), Some(view)) {
+        let over = self.over.all(self.is_opening_shown()).take(last);
+        match link::link_of(self.shown_path(), over, Some(view)) {
             Ok(link) => self.copy_text("the link", &link.to_string()),
             Err(error) => self.say_wrong("link", &report::message(&error)),
         }

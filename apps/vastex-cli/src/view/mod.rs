@@ -1,14 +1,15 @@
 //! `vastex view`: a window with a scene to move about in.
 //!
-//! Here is the loop of events: it performs actions, draws while something changes and sleeps while nothing
-//! does. `opening` opens a source on a thread, `showing` displays it or refuses it, `over` lays others over
-//! it; `displayed` is a source in the window, `display` says which source is seen when. `viewer` draws frames
-//! on what `device` finds, `shell` is egui in the window and `panel` what it shows, `requests` does what is
-//! asked for there. `files` knows the next file, `dialog` asks the system for one, `recent` remembers them
-//! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures,
-//! camera paths (`flight`), and texts (`clipboard`, `links`). `events` translates winit's events, `surface`
-//! is where pictures appear, `title` is the window's title, `times` what is measured of it, `remembered` what
-//! it was like when it was closed last. Of volumes `volume_work` reads what is needed.
+//! Here is the loop of events: it draws while something changes and sleeps while nothing does; `perform`
+//! carries actions out. `opening` opens a source on a thread, `showing` displays it or refuses it, `shown` is
+//! the one that is seen, `over` lays others over it; `displayed` is a source in the window, `display` says
+//! which source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and
+//! `panel` what it shows, `requests` does what is asked for there. `files` knows the next file, `dialog` asks
+//! the system for one, `recent` remembers them and `bookmarks` views of them, both by `state`. What goes out
+//! of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`, `links`).
+//! `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title,
+//! `times` what is measured of it, `remembered` what it was like when it was closed last. Of volumes
+//! `volume_work` reads what is needed.
 
 mod bookmarks;
 mod clipboard;
@@ -24,11 +25,13 @@ mod opening;
 mod outgoing;
 mod over;
 mod panel;
+mod perform;
 mod recent;
 mod remembered;
 mod requests;
 mod shell;
 mod showing;
+mod shown;
 mod state;
 mod surface;
 mod times;
@@ -47,12 +50,12 @@ use glam::DVec2;
 use vastex::GpuError;
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Controller;
-use vastex_viewer::input::{Action, Input};
+use vastex_viewer::input::Input;
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::window::{Window, WindowId};
 
 use crate::args::ViewArgs;
 use crate::open::{self, Lies};
@@ -64,8 +67,8 @@ use links::{AskedBefore, Linked};
 use opening::{Openings, Report};
 use outgoing::Shots;
 use over::Over;
-use panel::Asked;
 use remembered::Remembered;
+use shown::Shown;
 use times::Times;
 use viewer::{MadeAnew, Viewer, Wake};
 
@@ -104,13 +107,14 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         is_choosing: false,
         chooses_over: false,
         input: Input::default(),
+        is_shifted: false,
         begun: Instant::now(),
         scene: args.scene.scene(),
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
         open: None,
         openings: Openings::default(),
         over: Over::new(args.scene.files_over()),
-        camera_of: 0,
+        shown: Shown::default(),
         args_of: 1,
         linked: None,
         before_link: None,
@@ -131,6 +135,8 @@ enum Message {
     Opening(Box<Report>),
     /// What became of the dialog for files.
     Chosen(Chosen),
+    /// The text that was copied, which was asked for, or why there is none.
+    Copied(Result<String, String>),
     /// Textures for another mode of feedback.
     MadeAnew(Box<MadeAnew>),
     /// A picture of the window lies in a file, or none does.
@@ -150,6 +156,8 @@ struct App {
     /// Whether what is chosen in it is to lie over what is displayed.
     chooses_over: bool,
     input: Input,
+    /// Whether Shift is held.
+    is_shifted: bool,
     /// When the program began; times of input are told from then.
     begun: Instant,
     scene: Scene,
@@ -158,8 +166,8 @@ struct App {
     open: Option<Open>,
     openings: Openings,
     over: Over,
-    /// The opening whose source the cameras look at.
-    camera_of: u64,
+    /// What is seen, and what the cameras look at.
+    shown: Shown,
     /// The opening that the arguments say of where the camera is and what is shown.
     args_of: u64,
     /// The link that is being opened; and what was asked for before the one that was opened last.
@@ -191,7 +199,7 @@ impl Open {
 impl App {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
         // A test is to see what it asks for.
-        let before = if self.is_measured() { Remembered::default() } else { Remembered::load() };
+        let (before, mut notes) = if self.is_measured() { Default::default() } else { Remembered::load() };
         let asked = self.args.scene.size;
         let [width, height] = asked.or(before.size).unwrap_or(self.args.scene.size());
         let mut attributes = Window::default_attributes()
@@ -208,7 +216,8 @@ impl App {
         })?;
         let window = Arc::new(window);
         let display = events.owned_display_handle();
-        let mut viewer = Viewer::new(&self.args, self.scene, window.clone(), display)?;
+        let with = (&*self.args, &before, &mut notes);
+        let mut viewer = Viewer::new(with, self.scene, window.clone(), display)?;
         viewer.show_as_before(&before);
         self.open = Some(Open { window, viewer });
         if self.args.times
@@ -216,7 +225,9 @@ impl App {
         {
             open.viewer.times = Some(Times::new(self.begun));
         }
-        self.open_file()
+        self.open_file()?;
+        self.open.iter_mut().for_each(|open| open.viewer.note_left_out(&notes));
+        Ok(())
     }
 
     /// Whether the window is opened for a test or a benchmark, and nobody is there to choose another file.
@@ -226,7 +237,7 @@ impl App {
 
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
-        if let Some(file) = self.to_play.take_if(|_| self.camera_of > 0) {
+        if let Some(file) = self.to_play.take_if(|_| self.shown.path().is_some()) {
             self.play_file(events, &file)?;
         }
         let camera = &mut self.cameras[self.scene as usize];
@@ -309,97 +320,22 @@ impl App {
                     WindowEvent::CursorLeft { .. } => open.viewer.set_pointer(None, pose),
                     _ => {}
                 }
-                let Some(event) = events::translated(event) else { return Ok(()) };
+                if let WindowEvent::ModifiersChanged(held) = event {
+                    self.is_shifted = held.state().shift_key();
+                }
+                let Some(event) = events::translated(event, self.is_shifted) else { return Ok(()) };
                 #[cfg(feature = "volumes")]
                 if open.viewer.hear_in_volume(event) {
                     return Ok(());
                 }
                 let event = open.viewer.event_in_pane(event);
+                self.input.look_flat(self.scene == Scene::Image);
                 let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
                 if let Some(action) = action {
                     open.viewer.wake();
                     self.perform(window_events, action)?;
                 }
             }
-        }
-        Ok(())
-    }
-
-    fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
-        if let Action::File(step) = action {
-            return if self.files.step(step) { self.open_another() } else { Ok(()) };
-        }
-        if matches!(action, Action::Move(_) | Action::Magnify(..) | Action::Reset | Action::Scene(_)) {
-            self.flight.stop();
-        }
-        let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
-        #[cfg(feature = "volumes")]
-        if viewer.ignores(&action) {
-            return Ok(());
-        }
-        let scene_index = self.scene as usize;
-        match action {
-            Action::Move(moved) => {
-                self.cameras[scene_index].apply(moved, viewer.aspects());
-            }
-            Action::Magnify(magnification, point) => {
-                let (view, image) = (viewer.size(), viewer.image_size());
-                self.cameras[scene_index].magnify(magnification, point, view, image);
-            }
-            Action::Reset => {
-                self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
-                viewer.jumped();
-            }
-            Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
-            Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
-            Action::DoubleClick => return self.perform(events, Action::Reset),
-            Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
-            Action::Undo => viewer.undo_measured(),
-            Action::Scene(choice) => self.choose_scene(choice),
-            Action::Overlay => viewer.next_overlay(),
-            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
-            Action::Panel => {
-                viewer.open_or_close_panel();
-                window.request_redraw();
-            }
-            Action::EnterPanel => {
-                viewer.enter_panel();
-                window.request_redraw();
-            }
-            Action::Hud => {
-                viewer.show_or_hide_hud();
-                window.request_redraw();
-            }
-            Action::Compare => viewer.compare_next(),
-            Action::Beside => viewer.put_beside(),
-            Action::Guides => {
-                viewer.show_or_hide_guides();
-                window.request_redraw();
-            }
-            Action::Values => {
-                viewer.show_or_hide_values();
-                window.request_redraw();
-            }
-            Action::Keys => {
-                viewer.show_or_hide_keys();
-                window.request_redraw();
-            }
-            Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
-            Action::FillScreen => {
-                let filled = window.fullscreen().is_some();
-                window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
-            }
-            Action::Screenshot(times) => self.shoot(times),
-            Action::Record => self.record_or_end(),
-            Action::Play => self.play(events)?,
-            Action::Open => return self.on_asked(events, Asked::Choose),
-            Action::CopyView => self.copy_view(),
-            Action::CopyLink => self.copy_link(),
-            Action::PasteView => self.paste_view()?,
-            Action::File(_) | Action::Redraw => {}
-            // What covers the picture goes first.
-            Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
-            Action::Quit => events.exit(),
         }
         Ok(())
     }
@@ -431,6 +367,7 @@ impl ApplicationHandler<Message> for App {
         match message {
             Message::Opening(report) => heard = self.on_report(*report),
             Message::Chosen(chosen) => heard = self.on_chosen(chosen),
+            Message::Copied(copied) => heard = self.paste(copied),
             Message::MadeAnew(made) => self.take_anew(*made),
             Message::Shot(shot) => self.on_shot(shot),
         }

@@ -182,6 +182,11 @@ impl Openings {
         self.current.is_some()
     }
 
+    /// The number of the first opening of the source that is being opened.
+    pub(super) fn first(&self) -> Option<u64> {
+        self.current.as_ref().map(|current| current.first)
+    }
+
     /// The number of the opening of the source that is being opened.
     pub(super) fn number(&self) -> Option<u64> {
         self.current.as_ref().map(|current| current.number)

@@ -52,13 +52,14 @@ impl App {
     /// Begins to draw a picture of what the window shows, so many times as large.
     pub(super) fn shoot(&mut self, times: u32) {
         let Some(open) = &self.open else { return };
-        let (source, pose) = (self.files.current().to_owned(), self.cameras[self.scene as usize].pose());
+        let (source, pose) = (self.shown_path().to_owned(), self.cameras[self.scene as usize].pose());
         #[cfg(feature = "volumes")]
         if let Some(shot) = open.viewer.volume_shot(times) {
             let size = shot.size;
             return self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
         }
-        let Some(shot) = open.viewer.shot((&source, self.over.laid()), pose, times) else {
+        let over = self.over.laid(self.is_opening_shown());
+        let Some(shot) = open.viewer.shot((&source, over), pose, times) else {
             return self.notice("there is nothing to be seen in a picture yet");
         };
         let size = shot.size;
@@ -121,7 +122,8 @@ impl App {
             return self.notice("the camera is recorded; F8 ends that and writes the path");
         }
         let image = open.viewer.image_size();
-        let place = (Path::new(""), self.files.current());
+        let source = self.shown_path().to_owned();
+        let place = (Path::new(""), &*source);
         let said = match self.flight.end_recording((now, pose), place, image) {
             Ok(Some(file)) => format!("the camera path is {}; F9 plays it", file.display()),
             Ok(None) => "nothing was recorded".to_owned(),

@@ -35,14 +35,22 @@ impl Over {
         self.opening == Some(opening)
     }
 
-    /// Those that lie there, the lowest first.
-    pub(super) fn laid(&self) -> &[PathBuf] {
-        &self.laid
+    /// Those that lie over what is seen, the lowest first. While another file is being opened that is the one
+    /// before, unless something is seen of the other one already.
+    pub(super) fn laid(&self, is_opening_shown: bool) -> &[PathBuf] {
+        match &self.aside {
+            Some((_, laid)) if !is_opening_shown => laid,
+            _ => &self.laid,
+        }
     }
 
-    /// Those that lie there and those that are to, the lowest first.
-    pub(super) fn all(&self) -> impl Iterator<Item = &Path> {
-        self.laid.iter().chain(&self.files).map(PathBuf::as_path)
+    /// Those that lie over what is seen and those that are to, the lowest first.
+    pub(super) fn all(&self, is_opening_shown: bool) -> impl Iterator<Item = &Path> {
+        let files = match &self.aside {
+            Some((files, _)) if !is_opening_shown => files,
+            _ => &self.files,
+        };
+        self.laid(is_opening_shown).iter().chain(files).map(PathBuf::as_path)
     }
 
     /// Files that are to lie over the one that is being opened.
@@ -74,7 +82,8 @@ impl Over {
         *self = Over { files, laid, ..Over::default() };
     }
 
-    /// Another file is to be displayed, and nothing is: nothing lies over that.
+    /// Another file is to be displayed, and nothing is, or it cannot be, but for what has come of it: nothing
+    /// lies over that.
     pub(super) fn forget(&mut self) {
         *self = Over::default();
     }
@@ -148,6 +157,26 @@ impl App {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A link and a picture of what is seen have the files over that.
+    #[test]
+    fn over_what_is_seen_lies_what_was_laid_over_it_while_another_file_is_opened() {
+        let all = |over: &Over, is_opening_shown: bool| {
+            over.all(is_opening_shown).map(|file| file.display().to_string()).collect::<Vec<_>>()
+        };
+        let mut over = Over { laid: vec!["a".into()], ..Over::default() };
+        over.add(vec!["b".into()]);
+        over.set_aside();
+        over.add(vec!["of the next".into()]);
+        assert_eq!((over.laid(false), all(&over, false)), (&["a".into()][..], vec!["a".into(), "b".into()]));
+        // A preview of the next.
+        assert_eq!((over.laid(true), all(&over, true)), (&[][..], vec!["of the next".to_owned()]));
+        over.take_back();
+        assert_eq!(
+            (all(&over, false), all(&over, true)),
+            (vec!["a".into(), "b".into()], vec!["a".into(), "b".into()])
+        );
+    }
 
     #[test]
     fn what_is_to_lie_over_a_file_waits_until_another_one_is_there() {

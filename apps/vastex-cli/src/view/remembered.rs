@@ -1,22 +1,31 @@
 //! What the window was like when it was closed, remembered from one run to the next.
 
-use std::path::PathBuf;
+mod named;
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
 
 use egui::ThemePreference;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use vastex::diagnostics::Integrator;
+use vastex::{BiasRule, FeedbackMode, Filter};
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::state;
 
 /// Pixels of a side of a window that may be remembered.
-const SIDE: std::ops::RangeInclusive<u32> = 64..=16_384;
+const SIDE: RangeInclusive<u32> = 64..=16_384;
 /// How far from the first screen's corner a window may have been, in pixels.
 const FAR: i32 = 65_536;
+/// Bytes of a pool that may be remembered.
+const POOL_BYTES: RangeInclusive<u64> = 1 << 10..=1 << 40;
 
-/// A window, and what was shown in it.
-#[derive(Clone, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
-#[serde(default)]
+/// A window, what was shown in it, and what a person chose there of how textures are sampled and kept.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Remembered {
     /// Width and height in pixels.
     pub(super) size: Option<[u32; 2]>,
@@ -28,6 +37,62 @@ pub(super) struct Remembered {
     pub(super) guides_are_hidden: bool,
     pub(super) values_are_hidden: bool,
     pub(super) theme: Theme,
+    /// How texels are blended; nothing for what suits the magnification.
+    #[serde(serialize_with = "named::filter", skip_serializing_if = "Option::is_none")]
+    pub(super) filter: Option<Filter>,
+    /// How views say what they want; nothing for the best that the device has.
+    #[serde(serialize_with = "named::feedback", skip_serializing_if = "Option::is_none")]
+    pub(super) feedback: Option<FeedbackMode>,
+    /// What was chosen of pools, by what they are.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) pools: BTreeMap<String, KeptPool>,
+}
+
+/// What was chosen of a pool.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(default)]
+pub(super) struct KeptPool {
+    /// Its bytes, where it was sized by hand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) bytes: Option<u64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) rule: Option<KeptRule>,
+}
+
+impl KeptPool {
+    /// Whether nothing is.
+    pub(super) fn is_empty(&self) -> bool {
+        *self == KeptPool::default()
+    }
+}
+
+/// How the mip bias of a pool is decided.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum KeptRule {
+    Solved,
+    Integrating,
+    Never,
+}
+
+impl From<Option<BiasRule>> for KeptRule {
+    fn from(rule: Option<BiasRule>) -> KeptRule {
+        match rule {
+            None => KeptRule::Never,
+            Some(BiasRule::Solved) => KeptRule::Solved,
+            Some(BiasRule::Integrating(_)) => KeptRule::Integrating,
+        }
+    }
+}
+
+impl From<KeptRule> for Option<BiasRule> {
+    fn from(rule: KeptRule) -> Option<BiasRule> {
+        match rule {
+            KeptRule::Never => None,
+            KeptRule::Solved => Some(BiasRule::Solved),
+            KeptRule::Integrating => Some(BiasRule::Integrating(Integrator::default())),
+        }
+    }
 }
 
 /// Light, dark, or as the system is.
@@ -61,14 +126,72 @@ impl From<ThemePreference> for Theme {
 }
 
 impl Remembered {
-    /// The window of the run before, or one that nobody has changed.
-    pub(super) fn load() -> Remembered {
-        place().map(|place| state::load::<Remembered>(&place)).unwrap_or_default().checked()
+    /// The window of the run before, or one that nobody has changed; and what of it is left out, since no
+    /// window can have it: others may write into the file, and later versions do.
+    pub(super) fn load() -> (Remembered, Vec<String>) {
+        place().map(|place| Remembered::read(&place)).unwrap_or_default()
+    }
+
+    fn read(place: &Path) -> (Remembered, Vec<String>) {
+        let (mut window, mut notes) = (Remembered::default(), Vec::new());
+        let mut leave_out = |what: &str| {
+            notes.push(format!("{}: {what}, and is left out", place.display()));
+        };
+        match state::read::<Value>(place) {
+            Ok(Value::Null) => {}
+            Ok(Value::Object(fields)) => {
+                for (name, value) in fields {
+                    window.take(&name, value, &mut leave_out);
+                }
+            }
+            Ok(_) => leave_out("has no fields"),
+            Err(error) => leave_out(&format!("cannot be read ({error})")),
+        }
+        (window, notes)
+    }
+
+    /// Takes a field of the file, as far as a window can have what it says.
+    fn take(&mut self, name: &str, value: Value, leave_out: &mut impl FnMut(&str)) {
+        let text = value.to_string();
+        let is_taken = match name {
+            "size" => {
+                taken(value, &mut self.size, |size| size.iter().flatten().all(|side| SIDE.contains(side)))
+            }
+            "position" => taken(value, &mut self.position, |place| {
+                place.iter().flatten().all(|side| (-FAR..=FAR).contains(side))
+            }),
+            "is_maximized" => taken(value, &mut self.is_maximized, |_| true),
+            "panel_is_open" => taken(value, &mut self.panel_is_open, |_| true),
+            "hud_is_shown" => taken(value, &mut self.hud_is_shown, |_| true),
+            "guides_are_hidden" => taken(value, &mut self.guides_are_hidden, |_| true),
+            "values_are_hidden" => taken(value, &mut self.values_are_hidden, |_| true),
+            "theme" => taken(value, &mut self.theme, |_| true),
+            "filter" => named::taken(&value, &mut self.filter, |name| name.parse().ok()),
+            "feedback" => named::taken(&value, &mut self.feedback, named::mode),
+            "pools" => {
+                let Value::Object(pools) = value else { return leave_out("\"pools\" is no list of pools") };
+                for (kind, value) in pools {
+                    let (text, mut pool) = (value.to_string(), KeptPool::default());
+                    let is_size =
+                        |pool: &KeptPool| pool.bytes.is_none_or(|bytes| POOL_BYTES.contains(&bytes));
+                    match taken(value, &mut pool, is_size) {
+                        true => drop(self.pools.insert(kind, pool)),
+                        false => leave_out(&format!("\"pools\" has {} for {kind:?}", short(&text))),
+                    }
+                }
+                true
+            }
+            // Of a later version.
+            _ => true,
+        };
+        if !is_taken {
+            leave_out(&format!("{name:?} is {}", short(&text)));
+        }
     }
 
     /// A window as it is, and of so many pixels. One that fills the screen goes back to the size that it had.
     pub(super) fn of(window: &Window, size: [u32; 2]) -> Remembered {
-        let (before, is_maximized) = (Remembered::load(), window.is_maximized());
+        let ((before, _), is_maximized) = (Remembered::load(), window.is_maximized());
         if window.fullscreen().is_some() || is_maximized {
             return Remembered { is_maximized, ..before };
         }
@@ -98,13 +221,25 @@ impl Remembered {
             drop(state::write(&place, self));
         }
     }
+}
 
-    /// Without what no window can have: others may write into the file.
-    fn checked(mut self) -> Remembered {
-        self.size = self.size.filter(|size| size.iter().all(|side| SIDE.contains(side)));
-        self.position =
-            self.position.filter(|position| position.iter().all(|side| (-FAR..=FAR).contains(side)));
-        self
+/// Takes a value into its place, if it is one that may be there. Returns true if it is.
+fn taken<T: DeserializeOwned>(value: Value, place: &mut T, may_be: impl Fn(&T) -> bool) -> bool {
+    match serde_json::from_value(value).ok().filter(may_be) {
+        Some(read) => {
+            *place = read;
+            true
+        }
+        None => false,
+    }
+}
+
+/// A text, or its beginning: whoever wrote it may have written much.
+fn short(text: &str) -> String {
+    const MOST: usize = 60;
+    match text.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}..", &text[..end]),
+        None => text.to_owned(),
     }
 }
 
@@ -116,29 +251,81 @@ fn place() -> Option<PathBuf> {
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_window_is_the_one_before_unless_that_is_none() {
-        let directory = tempfile::tempdir().unwrap();
-        let place = directory.path().join("of/window.json");
-        let window = Remembered {
+    fn window() -> Remembered {
+        Remembered {
             size: Some([900, 700]),
             position: Some([-20, 35]),
             panel_is_open: true,
             theme: Theme::Light,
+            filter: Some("anisotropic8".parse().unwrap()),
+            feedback: Some(FeedbackMode::Raw),
+            pools: BTreeMap::from([
+                ("136x136 r16".to_owned(), KeptPool { bytes: Some(3 << 20), rule: None }),
+                ("136x136 bc1-srgb".to_owned(), KeptPool { bytes: None, rule: Some(KeptRule::Never) }),
+            ]),
             ..Remembered::default()
-        };
-        state::write(&place, &window).unwrap();
-        assert_eq!(state::load::<Remembered>(&place).checked(), window);
-        for (text, size) in [
-            (r#"{"size":[900,700],"a later version's":1}"#, Some([900, 700])),
-            (r#"{"size":[0,700]}"#, None),
-            (r#"{"size":[900,99999],"position":[1,99999999]}"#, None),
-            (r#"{"theme":"purple"}"#, None),
-            ("nonsense", None),
-        ] {
-            std::fs::write(&place, text).unwrap();
-            let expected = Remembered { size, ..Remembered::default() };
-            assert_eq!(state::load::<Remembered>(&place).checked(), expected, "{text}");
         }
+    }
+
+    #[test]
+    fn a_window_is_the_one_before() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("of/window.json");
+        assert_eq!(Remembered::read(&place), (Remembered::default(), Vec::new()), "the first time");
+        state::write(&place, &window()).unwrap();
+        assert_eq!(Remembered::read(&place), (window(), Vec::new()));
+        // Whatever is chosen is written by a name that is read again.
+        for filter in ["nearest", "bilinear", "trilinear", "anisotropic2", "anisotropic16", "bicubic"] {
+            let filter = Some(filter.parse().unwrap());
+            for feedback in FeedbackMode::ALL.map(Some) {
+                let window = Remembered { filter, feedback, ..Remembered::default() };
+                state::write(&place, &window).unwrap();
+                assert_eq!(Remembered::read(&place), (window, Vec::new()));
+            }
+        }
+        for rule in [None, Some(BiasRule::Solved), Some(BiasRule::Integrating(Integrator::default()))] {
+            assert_eq!(Option::<BiasRule>::from(KeptRule::from(rule)), rule);
+        }
+    }
+
+    /// What no window can have is named, and everything beside it counts.
+    #[test]
+    fn what_a_window_cannot_have_is_left_out_alone_and_said() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("window.json");
+        for (text, said) in [
+            (r#""a later version's": 1"#, None),
+            (r#""size": [0, 700]"#, Some("\"size\" is [0,700]")),
+            (r#""size": "large""#, Some("\"size\" is")),
+            (r#""position": [1, 99999999]"#, Some("\"position\" is")),
+            (r#""theme": "purple""#, Some("\"theme\" is \"purple\"")),
+            (r#""filter": "lanczos""#, Some("\"filter\" is \"lanczos\"")),
+            (r#""filter": 3"#, Some("\"filter\" is 3")),
+            (r#""feedback": "psychic""#, Some("\"feedback\" is \"psychic\"")),
+            (r#""pools": [1, 2]"#, Some("\"pools\" is no list")),
+            (r#""pools": {"136x136 r8": {"bytes": 0}}"#, Some("{\"bytes\":0} for \"136x136 r8\"")),
+            (r#""pools": {"136x136 r8": {"bytes": -7}}"#, Some("for \"136x136 r8\"")),
+            (r#""pools": {"136x136 r8": {"rule": "sometimes"}}"#, Some("for \"136x136 r8\"")),
+            (r#""pools": {"a": 1, "b": {"bytes": 99999999999999999}}"#, Some("for \"a\"")),
+        ] {
+            std::fs::write(&place, format!("{{{text}, \"hud_is_shown\": true}}")).unwrap();
+            let (window, notes) = Remembered::read(&place);
+            assert_eq!(window, Remembered { hud_is_shown: true, ..Remembered::default() }, "{text}");
+            let is_said = |said: &str| notes.iter().any(|note| note.contains(said));
+            assert!(said.map_or(notes.is_empty(), is_said), "{text}: {notes:?}");
+            assert!(notes.iter().all(|note| note.contains("window.json")), "{notes:?}");
+        }
+        for text in ["nonsense", "{\"size\": ", "[1]", "7", "\u{0}"] {
+            std::fs::write(&place, text).unwrap();
+            let (window, notes) = Remembered::read(&place);
+            assert_eq!((window, notes.len()), (Remembered::default(), 1), "{text}: {notes:?}");
+        }
+        // One of many that are in order.
+        let long = "x".repeat(5000);
+        std::fs::write(&place, format!(r#"{{"filter":"{long}","pools":{{"a":{{"bytes":4096}},"b":2}}}}"#))
+            .unwrap();
+        let (window, notes) = Remembered::read(&place);
+        assert_eq!(window.pools.keys().collect::<Vec<_>>(), ["a"]);
+        assert!(notes.len() == 2 && notes.iter().all(|note| note.len() < 400), "{notes:?}");
     }
 }

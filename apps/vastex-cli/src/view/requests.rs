@@ -49,7 +49,7 @@ impl App {
             return self.open_link(link);
         }
         // Other bands of a file are seen where those before were.
-        self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.files.current());
+        self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.shown_path());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
         self.files_before.get_or_insert(before);
         self.open_another()

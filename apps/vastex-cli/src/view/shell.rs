@@ -3,6 +3,7 @@
 //! What is in the panels is `panel`'s business.
 
 mod changes;
+mod pasting;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -13,12 +14,12 @@ use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
 use vastex_scenes::Gpu;
 use winit::dpi::PhysicalPosition;
 use winit::event::{TouchPhase, WindowEvent};
-use winit::keyboard::Key;
+use winit::keyboard::ModifiersState;
 use winit::window::Window;
 
-use super::clipboard::Copied;
 use super::remembered::Theme;
 use changes::TextureChanges;
+use pasting::{Pasting, is_paste};
 
 /// What egui makes of an event.
 #[derive(Clone, Copy, Default)]
@@ -43,9 +44,9 @@ pub(super) struct Shell {
     textures: TextureChanges,
     jobs: Vec<ClippedPrimitive>,
     /// What its fields copy and paste.
-    copied: Copied,
-    /// Whether what copies and pastes with a letter is held.
-    has_command: bool,
+    pasting: Pasting,
+    /// Keys that change what others mean, as far as they are held.
+    held: ModifiersState,
     pixels_per_point: f32,
     /// When it wants to run again.
     due: Option<Instant>,
@@ -78,8 +79,8 @@ impl Shell {
             pictures: Vec::new(),
             textures: TextureChanges::default(),
             jobs: Vec::new(),
-            copied: Copied::default(),
-            has_command: false,
+            pasting: Pasting::default(),
+            held: ModifiersState::empty(),
             pixels_per_point: 1.0,
             due: None,
             free: Rect::EVERYTHING,
@@ -131,19 +132,17 @@ impl Shell {
         match event {
             WindowEvent::RedrawRequested => return Heard::default(),
             WindowEvent::KeyboardInput { .. } if !takes_keys => return Heard::default(),
-            WindowEvent::KeyboardInput { event, .. } if event.state.is_pressed() => {
-                // egui takes what it pastes from a clipboard of its own.
-                let is_paste =
-                    matches!(&event.logical_key, Key::Character(text) if text.eq_ignore_ascii_case("v"));
-                if let Some(Ok(text)) = (self.has_command && is_paste).then(|| self.copied.text()) {
-                    self.state.set_clipboard_text(text);
+            WindowEvent::KeyboardInput { event, .. }
+                if event.state.is_pressed() && is_paste(event, self.held) =>
+            {
+                // egui would wait for the text. It hears of it when it has come.
+                if !event.repeat {
+                    let window = self.window.clone();
+                    self.pasting.ask(self.state.egui_ctx(), move || window.request_redraw());
                 }
+                return Heard { is_taken: true, is_stale: false };
             }
-            WindowEvent::ModifiersChanged(held) => {
-                let held = held.state();
-                self.has_command =
-                    if cfg!(target_os = "macos") { held.super_key() } else { held.control_key() };
-            }
+            WindowEvent::ModifiersChanged(held) => self.held = held.state(),
             WindowEvent::CursorMoved { .. } => {
                 // Of many moves between two frames the last one will do.
                 let events = &mut self.state.egui_input_mut().events;
@@ -168,7 +167,9 @@ impl Shell {
                 self.is_over = self.pointer.is_some_and(|position| self.is_over(position));
                 self.press(state.is_pressed(), self.is_over, takes_keys)
             }
-            WindowEvent::MouseWheel { .. } => Heard { is_taken: self.is_over, is_stale: self.is_over },
+            WindowEvent::MouseWheel { .. } | WindowEvent::PinchGesture { .. } => {
+                Heard { is_taken: self.is_over, is_stale: self.is_over }
+            }
             WindowEvent::Touch(touch) => match touch.phase {
                 TouchPhase::Started => self.press(true, self.is_over(touch.location), takes_keys),
                 TouchPhase::Moved => Heard { is_taken: self.is_held, is_stale: self.is_held },
@@ -207,8 +208,10 @@ impl Shell {
 
     /// Runs once: what `show` puts into the window is what is drawn next.
     pub(super) fn run(&mut self, mut show: impl FnMut(&mut Ui)) {
-        let input = self.state.take_egui_input(&self.window);
         let context = self.state.egui_ctx().clone();
+        let pasted = self.pasting.arrived(&context);
+        self.state.egui_input_mut().events.extend(pasted);
+        let input = self.state.take_egui_input(&self.window);
         let mut free = Rect::NOTHING;
         let mut output = context.run_ui(input, |ui| {
             show(ui);
@@ -217,8 +220,7 @@ impl Shell {
         self.free = free;
         for command in &output.platform_output.commands {
             if let egui::OutputCommand::CopyText(text) = command {
-                // Without a system's clipboard it is still pasted here.
-                drop(self.copied.copy(text));
+                self.pasting.copy(text);
             }
         }
         self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));

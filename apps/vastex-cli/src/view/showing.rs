@@ -88,7 +88,7 @@ impl App {
             let path = opening.path.clone();
             return self.on_report_of_over(&path, event);
         }
-        let (name, path, first) = (name_of(&opening.path), opening.path.display().to_string(), opening.first);
+        let (name, path, first) = (name_of(&opening.path), opening.path.clone(), opening.first);
         match event {
             OpeningEvent::Shapes(_) => {}
             #[cfg(feature = "build")]
@@ -99,7 +99,7 @@ impl App {
                 // What cannot be shown is said once all of it is there.
                 if let Ok(scene) = open.viewer.show_preview(first, &name, source) {
                     self.scene = scene;
-                    self.look_at(first);
+                    self.look_at(first, &path);
                 }
             }
             OpeningEvent::Opened(source) => match open.viewer.show_source(first, &name, source) {
@@ -108,18 +108,18 @@ impl App {
                 shown => {
                     open.viewer.end_opening()?;
                     self.openings.end();
-                    match shown.context(path) {
+                    match shown.with_context(|| path.display().to_string()) {
                         Ok(scene) => {
                             (self.files_before, self.before_link) = (None, None);
                             self.over.drop_aside();
                             if !is_measured {
-                                open.viewer.remember(self.files.current());
+                                open.viewer.remember(&path);
                             }
                             self.scene = scene;
-                            self.look_at(first);
+                            self.look_at(first, &path);
                             self.open_next_over()?;
                         }
-                        Err(error) => self.refuse(error)?,
+                        Err(error) => self.refuse(first, error)?,
                     }
                 }
             },
@@ -130,31 +130,31 @@ impl App {
                 let shown = open.viewer.show_volume(first, (&name, opened), rows, settings);
                 open.viewer.end_opening()?;
                 self.openings.end();
-                match shown.context(path) {
+                match shown.with_context(|| path.display().to_string()) {
                     Ok(()) => {
                         oddities.iter().for_each(|oddity| open.viewer.note(oddity));
                         (self.files_before, self.before_link) = (None, None);
                         self.over.forget();
                         if !is_measured {
-                            open.viewer.remember(self.files.current());
+                            open.viewer.remember(&path);
                         }
-                        self.look_at(first);
+                        self.look_at(first, &path);
                     }
-                    Err(error) => self.refuse(error)?,
+                    Err(error) => self.refuse(first, error)?,
                 }
             }
             OpeningEvent::Failed(error) => {
                 open.viewer.end_opening()?;
                 self.openings.end();
-                self.refuse(error)?;
+                self.refuse(first, error)?;
             }
         }
         Ok(())
     }
 
     /// Something of an opening is displayed: cameras begin where they begin with each source.
-    fn look_at(&mut self, opening: u64) {
-        if std::mem::replace(&mut self.camera_of, opening) != opening {
+    fn look_at(&mut self, opening: u64, path: &Path) {
+        if self.shown.turn_to(opening, path) {
             if !std::mem::take(&mut self.keeps_camera) {
                 self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
             }
@@ -165,20 +165,26 @@ impl App {
                 self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
             }
             self.input.rest();
-            self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(self.files.current()));
+            self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(path));
         }
     }
 
     /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show,
     /// and is said where there are others. The exit code tells of it in any case.
-    fn refuse(&mut self, error: Error) -> Result<()> {
+    fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
-        self.over.take_back();
-        self.take_back_link();
         let before = self.files_before.take();
         let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
-        if let Some(before) = before {
-            self.files = before;
+        // What has come of it stays, in the place of what was there before.
+        if self.shown.is_of(opening) {
+            self.over.forget();
+            (self.linked, self.before_link) = (None, None);
+        } else {
+            self.over.take_back();
+            self.take_back_link();
+            if let Some(before) = before {
+                self.files = before;
+            }
         }
         match &mut self.open {
             Some(open) if !is_measured && (has_others || open.viewer.has_displayed()) => {

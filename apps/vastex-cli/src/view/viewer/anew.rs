@@ -19,7 +19,7 @@ use super::super::displayed::{Blueprint, DisplaySettings, Displayed};
 use super::super::panel::Asked;
 use super::super::surface::UnseenPicture;
 use super::Viewer;
-use super::hud::ChosenPools;
+use super::pools::ChosenPools;
 use crate::report;
 
 /// Frames after which what a view wants is known, and how long it is waited for at most until it is sharp.
@@ -27,6 +27,9 @@ const FIRST_WANTED: u32 = 8;
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 /// Between two frames that nobody sees, so that the window has the device for its own.
 const PAUSE: Duration = Duration::from_millis(8);
+/// Threads that make textures at once: each of them has pools of its own. One that was broken off ends as
+/// soon as a source that it reads answers, or is overdue.
+const MOST_THREADS: usize = 2;
 /// How long the end of the window waits for a thread.
 const LONGEST_END: Duration = Duration::from_secs(2);
 
@@ -35,7 +38,8 @@ const LONGEST_END: Duration = Duration::from_secs(2);
 pub(super) struct Anew {
     wanted: Option<Wanted>,
     begun: u64,
-    threads: Vec<JoinHandle<()>>,
+    /// Each with the number of what it makes.
+    threads: Vec<(u64, JoinHandle<()>)>,
 }
 
 /// A mode of feedback that is wanted, and what makes textures for it, once that has begun.
@@ -49,10 +53,10 @@ struct Making {
     is_broken_off: Arc<AtomicBool>,
 }
 
-/// What a thread has made.
+/// What a thread has made: nothing, where it was broken off.
 pub(in super::super) struct MadeAnew {
     number: u64,
-    made: Result<Made>,
+    made: Option<Result<Made>>,
 }
 
 struct Made {
@@ -71,6 +75,57 @@ impl Anew {
         }
         self.wanted = mode.map(|mode| Wanted { mode, making: None });
     }
+
+    /// Begins what makes the textures that are wanted: its number, the mode, and what breaks it off. Nothing
+    /// where none are wanted, or as many threads as may be are at it: then it is to be asked for again when
+    /// one of them ends.
+    fn begin(&mut self) -> Option<(u64, FeedbackMode, Arc<AtomicBool>)> {
+        self.threads.retain(|(_, thread)| !thread.is_finished());
+        if self.threads.len() >= MOST_THREADS {
+            return None;
+        }
+        let wanted = self.wanted.as_mut()?;
+        self.begun += 1;
+        let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
+        wanted.making = Some(Making { number, is_broken_off: is_broken_off.clone() });
+        Some((number, wanted.mode, is_broken_off))
+    }
+
+    /// Runs what makes textures, on a thread of its own, which gives back what it made, or the memory of what
+    /// was broken off.
+    fn run(
+        &mut self,
+        (number, is_broken_off): (u64, Arc<AtomicBool>),
+        make: impl FnOnce() -> Result<Made> + Send + 'static,
+        send: impl FnOnce(MadeAnew) + Send + 'static,
+    ) -> std::io::Result<()> {
+        let run = move || {
+            let made = catch_unwind(AssertUnwindSafe(make));
+            let made = made.unwrap_or_else(|_| Err(anyhow!("a fault of this program")));
+            // What nobody wants goes here, and not on the loop of events.
+            let made = (!is_broken_off.load(Ordering::Relaxed)).then_some(made);
+            send(MadeAnew { number, made });
+        };
+        self.threads.push((number, thread::Builder::new().name("vastex-anew".into()).spawn(run)?));
+        Ok(())
+    }
+
+    /// The thread with this number has said what it made, and ends. Gives back what it was for, if that is
+    /// still wanted.
+    fn end(&mut self, number: u64) -> Option<Wanted> {
+        if let Some(at) = self.threads.iter().position(|(other, _)| *other == number) {
+            // A panic was caught there.
+            drop(self.threads.swap_remove(at).1.join());
+        }
+        let is_of =
+            |wanted: &mut Wanted| wanted.making.as_ref().is_some_and(|making| making.number == number);
+        self.wanted.take_if(is_of)
+    }
+
+    /// Whether textures are wanted that nothing makes.
+    fn is_waiting(&self) -> bool {
+        self.wanted.as_ref().is_some_and(|wanted| wanted.making.is_none())
+    }
 }
 
 impl Drop for Anew {
@@ -78,7 +133,7 @@ impl Drop for Anew {
     fn drop(&mut self) {
         self.want(None);
         let begun = Instant::now();
-        while self.threads.iter().any(|thread| !thread.is_finished()) && begun.elapsed() < LONGEST_END {
+        while self.threads.iter().any(|(_, thread)| !thread.is_finished()) && begun.elapsed() < LONGEST_END {
             thread::sleep(Duration::from_millis(5));
         }
     }
@@ -99,6 +154,8 @@ impl Viewer {
         if is_another {
             self.notify_in_title(&format!("feedback: {}, as soon as it has a picture", mode.name()));
             self.asked.push(Asked::MakeAnew);
+        } else {
+            self.chosen.set_feedback(mode);
         }
     }
 
@@ -113,47 +170,39 @@ impl Viewer {
     /// Begins to make the textures that are wanted, on a thread that hands them to `send`.
     pub(in super::super) fn make_anew(&mut self, pose: Pose, send: impl FnOnce(MadeAnew) + Send + 'static) {
         self.finish_taking_over();
-        self.anew.threads.retain(|thread| !thread.is_finished());
+        let Some((number, mode, is_broken_off)) = self.anew.begin() else { return };
         let (blueprint, size) = (
             self.display.displayed().map(|displayed| displayed.blueprint(&self.textures)),
             self.surface.size(),
         );
         let before = self.textures.inspect().settings().clone();
-        let Some(wanted) = &mut self.anew.wanted else { return };
-        self.anew.begun += 1;
-        let (number, is_broken_off) = (self.anew.begun, Arc::new(AtomicBool::new(false)));
         let maker = Maker {
             gpu: self.gpu.clone(),
-            with: Settings { feedback: Some(wanted.mode), picture: size, ..before },
+            with: Settings { feedback: Some(mode), picture: size, ..before },
             settings: self.settings.clone(),
             blueprint,
-            chosen: self.hud.chosen_pools(),
+            chosen: self.chosen.pools().clone(),
             pose,
             size,
             longest_wait: LONGEST_WAIT,
             is_broken_off: is_broken_off.clone(),
         };
-        wanted.making = Some(Making { number, is_broken_off });
-        let make = move || {
-            let made = catch_unwind(AssertUnwindSafe(|| maker.make()));
-            let made = made.unwrap_or_else(|_| Err(anyhow!("a fault of this program")));
-            send(MadeAnew { number, made });
-        };
-        match thread::Builder::new().name("vastex-anew".into()).spawn(make) {
-            Ok(thread) => self.anew.threads.push(thread),
-            Err(error) => {
-                self.anew.want(None);
-                self.refuse_anew(&anyhow!("no thread can be started for another: {error}"));
-            }
+        if let Err(error) = self.anew.run((number, is_broken_off), move || maker.make(), send) {
+            self.anew.want(None);
+            self.refuse_anew(&anyhow!("no thread can be started for another: {error}"));
         }
     }
 
     /// Textures were made: they take the place of those of the window, unless something else is wanted by
     /// now.
     pub(in super::super) fn take_anew(&mut self, MadeAnew { number, made }: MadeAnew) {
-        let is_wanted =
-            |wanted: &mut Wanted| wanted.making.as_ref().is_some_and(|making| making.number == number);
-        let Some(wanted) = self.anew.wanted.take_if(is_wanted) else { return };
+        let Some((wanted, made)) = self.anew.end(number).zip(made) else {
+            // What waited for the end of others begins.
+            if self.anew.is_waiting() {
+                self.asked.push(Asked::MakeAnew);
+            }
+            return;
+        };
         let made = match made {
             Ok(made) => made,
             Err(error) if is_device_lost(&error) => {
@@ -202,6 +251,7 @@ impl Viewer {
             self.fit_pools();
         }
         self.messages.forget("feedback");
+        self.chosen.set_feedback(self.textures.inspect().feedback_mode());
         self.notify_in_title(&format!("feedback: {}", self.feedback_mode().name()));
         self.wake();
         self.window.request_redraw();
@@ -237,8 +287,10 @@ impl Maker {
         let Some(blueprint) = self.blueprint.clone() else {
             return Ok(Made { textures, displayed: None, settings: self.settings });
         };
+        self.go_on()?;
         let unseen = UnseenPicture::new(&self.gpu.device, blueprint.format(), self.size);
         let displayed = Displayed::of_blueprint(&self.gpu, &mut textures, &self.settings, blueprint)?;
+        self.go_on()?;
         // What cannot have its size is told of where it is in the window.
         drop(self.chosen.give(&mut textures));
         self.sharpen(&mut textures, &displayed, &unseen)?;
@@ -278,6 +330,11 @@ impl Maker {
             self.gpu.queue.submit([encoder.finish()]);
         }
         Ok(())
+    }
+
+    /// Fails where nobody wants the textures any more.
+    fn go_on(&self) -> Result<()> {
+        if self.is_broken_off() { Err(anyhow!("it is not wanted any more")) } else { Ok(()) }
     }
 
     fn is_broken_off(&self) -> bool {
@@ -359,7 +416,43 @@ mod tests {
         let tiles: Arc<dyn TileSource> = decoded();
         let maker = maker(&gpu, FeedbackMode::Raw, &tiles);
         maker.is_broken_off.store(true, Ordering::Relaxed);
-        let made = maker.make().unwrap();
-        assert_eq!(made.textures.inspect().frame(), 0, "frames were drawn for nobody");
+        assert!(maker.make().is_err(), "textures were made for nobody");
+    }
+
+    /// Whoever goes through the modes while a source does not answer has no more pools than two beside those
+    /// of the window, and the mode that was chosen last comes once one of the others has ended.
+    #[test]
+    fn few_threads_make_textures_at_once_and_the_last_mode_is_made_when_one_ends() {
+        let (mut anew, patience) = (Anew::default(), Duration::from_secs(60));
+        let (send, ended) = std::sync::mpsc::channel();
+        let mut answers = Vec::new();
+        let mut choose = |anew: &mut Anew, mode| {
+            anew.want(Some(mode));
+            let (number, mode, is_broken_off) = anew.begin()?;
+            let (answer, wait) = std::sync::mpsc::channel::<()>();
+            answers.push(answer);
+            let make = move || {
+                // A source that answers when it likes.
+                let _ = wait.recv_timeout(patience);
+                Err(anyhow!("nothing is made for a test"))
+            };
+            let send = send.clone();
+            anew.run((number, is_broken_off), make, move |made| drop(send.send(made))).unwrap();
+            Some((number, mode))
+        };
+        assert_eq!(choose(&mut anew, FeedbackMode::Raw), Some((1, FeedbackMode::Raw)));
+        assert_eq!(choose(&mut anew, FeedbackMode::Inline), Some((2, FeedbackMode::Inline)));
+        for mode in [FeedbackMode::Raw, FeedbackMode::Separate, FeedbackMode::Raw] {
+            assert_eq!(choose(&mut anew, mode), None, "a third");
+        }
+        assert!(anew.is_waiting() && anew.threads.len() == MOST_THREADS);
+        answers.remove(0).send(()).unwrap();
+        let MadeAnew { number, made } = ended.recv_timeout(patience).unwrap();
+        assert!(number == 1 && made.is_none(), "what was broken off is kept");
+        assert!(anew.end(number).is_none() && anew.is_waiting());
+        let (number, mode, _) = anew.begin().unwrap();
+        assert_eq!((number, mode), (3, FeedbackMode::Raw));
+        assert!(!anew.is_waiting() && anew.end(2).is_none() && anew.end(3).is_some());
+        drop(answers);
     }
 }

@@ -1,11 +1,9 @@
 //! What the machine does, in the window: what the panel is told of it, and what becomes of what a person
 //! changes there.
 
-use std::collections::BTreeMap;
-
 use glam::DVec2;
+use vastex::PoolId;
 use vastex::diagnostics::ExplainedPixel;
-use vastex::{BiasRule, PoolId, Textures};
 use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose};
 use vastex_viewer::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail};
 use vastex_viewer::inspect;
@@ -14,6 +12,8 @@ use vastex_viewer::stage::{GpuTimer, TargetKind};
 
 use super::super::displayed::Displayed;
 use super::Viewer;
+use super::chosen::first_of;
+use super::pools::kinds_of;
 use crate::report;
 
 /// The panel, and what it is told beside what the textures say.
@@ -33,31 +33,6 @@ pub(super) struct WindowHud {
     had_settled: bool,
     /// Whether something has come that the panel does not show yet.
     is_stale: bool,
-    /// What a person chose of pools.
-    chosen: ChosenPools,
-}
-
-/// What a person chose of pools, which is theirs again where textures are made anew.
-#[derive(Clone, Default)]
-pub(super) struct ChosenPools {
-    /// Bytes of those that were sized by hand.
-    sizes: BTreeMap<PoolId, u64>,
-    rules: BTreeMap<PoolId, Option<BiasRule>>,
-}
-
-impl ChosenPools {
-    /// Gives the pools of textures the sizes and rules that were chosen. Gives back why one cannot have its
-    /// size.
-    pub(super) fn give(&self, textures: &mut Textures) -> Vec<vastex::Error> {
-        let there = textures.stats().pools.len();
-        // One that is not there yet comes with a file that is laid over.
-        let is_there = |pool: &PoolId| usize::from(pool.number()) < there;
-        for (pool, rule) in self.rules.iter().filter(|(pool, _)| is_there(pool)) {
-            drop(textures.memory().set_bias_rule(*pool, *rule));
-        }
-        let sizes = self.sizes.iter().filter(|(pool, _)| is_there(pool));
-        sizes.filter_map(|(pool, bytes)| textures.memory().resize_pool(*pool, *bytes).err()).collect()
-    }
 }
 
 /// The page table and the pool, small, and by what they are known to what draws the panel.
@@ -96,11 +71,6 @@ impl WindowHud {
     pub(super) fn show_explained(&mut self, explained: ExplainedPixel) {
         self.explained = Some(explained);
         self.is_stale = true;
-    }
-
-    /// What a person chose of pools.
-    pub(super) fn chosen_pools(&self) -> ChosenPools {
-        self.chosen.clone()
     }
 
     /// The textures are others: what was made from them and what was asked of them is gone.
@@ -193,8 +163,10 @@ impl Viewer {
         let mut data = HudData::of(&self.textures);
         // What is chosen is seen to be, also before it is there.
         data.feedback = self.feedback_mode();
+        let (kinds, sizes) = (kinds_of(&self.textures), &self.chosen.pools().sizes);
         for pool in &mut data.pools {
-            pool.is_sized_by_hand = self.hud.chosen.sizes.contains_key(&pool.stats.pool);
+            let kind = kinds.get(&pool.stats.pool);
+            pool.is_sized_by_hand = kind.is_some_and(|kind| sizes.contains_key(kind));
         }
         let hud = &self.hud;
         if let Some(SmallOverlays { overlays, names, .. }) = &hud.small {
@@ -218,13 +190,11 @@ impl Viewer {
     /// Changes what a person changed in the panel. What cannot be is said, and stays as it was.
     pub(super) fn change(&mut self, change: &HudChange) {
         let changed = match *change {
-            HudChange::PoolBytes(pool, Some(bytes)) => self.size_pool(pool, bytes),
-            HudChange::PoolBytes(pool, None) => {
-                self.hud.chosen.sizes.remove(&pool);
-                self.textures.memory().fit_pool(pool).map(drop)
-            }
+            HudChange::PoolBytes(pool, bytes) => self.size_pool(pool, bytes),
             HudChange::Rule(pool, rule) => {
-                self.hud.chosen.rules.insert(pool, rule);
+                if let Some(kind) = self.kind_of_pool(pool) {
+                    self.chosen.set_rule(kind, rule);
+                }
                 self.textures.memory().set_bias_rule(pool, rule)
             }
             HudChange::Budgets { uploads, in_flight } => {
@@ -232,6 +202,7 @@ impl Viewer {
                 Ok(())
             }
             HudChange::Filter(filter) => {
+                self.chosen.set_filter(filter);
                 self.show_layers(filtered(self.layers_or_first(), filter));
                 Ok(())
             }
@@ -255,25 +226,21 @@ impl Viewer {
         self.wake();
     }
 
-    fn size_pool(&mut self, pool: PoolId, bytes: u64) -> Result<(), vastex::Error> {
-        self.textures.memory().resize_pool(pool, bytes)?;
-        self.hud.chosen.sizes.insert(pool, bytes);
-        Ok(())
-    }
-
-    /// Pools have the sizes and rules again that a person chose.
-    pub(super) fn change_pools_again(&mut self) {
-        let chosen = self.hud.chosen.clone();
-        for error in chosen.give(&mut self.textures) {
-            self.notify(&error.to_string());
+    fn size_pool(&mut self, pool: PoolId, bytes: Option<u64>) -> Result<(), vastex::Error> {
+        match bytes {
+            Some(bytes) => self.textures.memory().resize_pool(pool, bytes)?,
+            None => self.textures.memory().fit_pool(pool)?,
+        };
+        if let Some(kind) = self.kind_of_pool(pool) {
+            self.chosen.set_size(kind, bytes);
         }
+        Ok(())
     }
 
     /// The layers that are shown, where nobody has chosen any the first of each texture.
     fn layers_or_first(&self) -> Vec<LayerOptions> {
         let chosen = self.settings.options.layers.clone();
         let count = self.display.displayed().map_or(0, |displayed| displayed.textures().len());
-        let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
         if chosen.is_empty() { (0..count).map(first_of).collect() } else { chosen }
     }
 }

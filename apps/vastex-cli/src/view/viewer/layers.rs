@@ -13,6 +13,7 @@ use super::super::displayed::DisplaySettings;
 use super::super::links::AskedBefore;
 use super::super::opening::PreparedSource;
 use super::Viewer;
+use super::chosen::first_of;
 use crate::args::SceneArgs;
 
 impl Viewer {
@@ -112,7 +113,9 @@ impl Viewer {
         let count = displayed.textures().len();
         let mut settings = self.settings.clone();
         if !settings.options.is_of_planet(count) {
-            settings.options.layers = with_another(&settings.options.layers, &self.first_layers, count);
+            let asked = self.chosen.filtered(self.first_layers.clone(), 0);
+            let layers = with_another(&settings.options.layers, &asked, count);
+            settings.options.layers = self.chosen.filtered(layers, count + 1);
         }
         let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
         displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
@@ -162,7 +165,6 @@ fn with_another(shown: &[LayerOptions], asked: &[LayerOptions], count: usize) ->
     if !of_new.is_empty() && asked_of(count).eq(shown.iter().cloned()) {
         return asked_of(count + 1).collect();
     }
-    let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
     let before = if shown.is_empty() { (0..count).map(first_of).collect() } else { shown.to_vec() };
     let new = if of_new.is_empty() { vec![first_of(count)] } else { of_new };
     before.into_iter().chain(new).collect()

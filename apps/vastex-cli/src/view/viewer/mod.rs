@@ -3,6 +3,7 @@
 
 mod anew;
 mod below;
+mod chosen;
 mod drawing;
 mod hud;
 mod layers;
@@ -11,6 +12,7 @@ mod notices;
 mod outgoing;
 mod panel;
 mod panes;
+mod pools;
 #[cfg(feature = "volumes")]
 mod volume;
 
@@ -46,6 +48,7 @@ use crate::report;
 use anew::Anew;
 pub(super) use anew::MadeAnew;
 use below::Below;
+use chosen::Chosen;
 use hud::WindowHud;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
@@ -112,6 +115,7 @@ pub(super) struct Viewer {
     /// What went wrong, until it is read.
     messages: Messages,
     hud: WindowHud,
+    chosen: Chosen,
     /// Textures that are wanted in the place of these.
     anew: Anew,
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in
@@ -134,9 +138,10 @@ pub(super) struct Viewer {
 }
 
 impl Viewer {
-    /// Sets everything up on a device of its own, with nothing to display.
+    /// Sets everything up on a device of its own, with nothing to display; as it was before, where the
+    /// arguments do not say otherwise. What of that cannot be had is added to the notes.
     pub(super) fn new(
-        args: &ViewArgs,
+        (args, before, notes): (&ViewArgs, &Remembered, &mut Vec<String>),
         scene: Scene,
         window: Arc<Window>,
         display: OwnedDisplayHandle,
@@ -144,7 +149,8 @@ impl Viewer {
         let (gpu, surface) = device_for(&window, display)?;
         let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
         let settings = Settings { fade, ..render::settings(args)? };
-        let textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
+        let mut chosen = Chosen::before(before, args, &settings);
+        let textures = chosen.textures(&gpu, settings, notes)?;
         let surface = Surface::new(&gpu, window.clone(), surface)?;
         Ok(Viewer {
             gpu,
@@ -154,6 +160,7 @@ impl Viewer {
             minimaps: Vec::new(),
             messages: Messages::default(),
             hud: WindowHud::default(),
+            chosen,
             anew: Anew::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
@@ -170,7 +177,7 @@ impl Viewer {
                 scene,
                 options: args.shown(),
                 overlay: args.overlay(),
-                may_be_crisp: args.filter == Filter::default(),
+                may_be_crisp: args.filter() == Filter::default(),
             },
             display: Display::Empty,
             #[cfg(feature = "volumes")]
@@ -259,7 +266,7 @@ impl Viewer {
         if is_other {
             // Those of other files come when these are laid over it.
             let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
-            settings.options.layers = layers.cloned().collect();
+            settings.options.layers = self.chosen.filtered(layers.cloned().collect(), 1);
         }
         let source = (name, source);
         let made =
@@ -398,27 +405,6 @@ impl Viewer {
     pub(super) fn tell(&mut self, topic: &str, message: &str) {
         self.messages.add(topic, message);
         self.window.request_redraw();
-    }
-
-    /// The window is as it was when it was closed last.
-    pub(super) fn show_as_before(&mut self, before: &Remembered) {
-        self.panel.show_as_before(before);
-        self.shell.set_theme(before.theme);
-        if before.hud_is_shown {
-            self.show_or_hide_hud();
-        }
-    }
-
-    /// The same with what is shown in the window now.
-    pub(super) fn remembered(&self, window: &Remembered) -> Remembered {
-        Remembered {
-            panel_is_open: self.panel.is_open(),
-            guides_are_hidden: !self.panel.guides_are_shown(),
-            values_are_hidden: !self.panel.values_are_shown(),
-            hud_is_shown: self.hud.is_shown(),
-            theme: self.shell.theme(),
-            ..window.clone()
-        }
     }
 
     /// Puts what is displayed on something else. It may not go there: a terrain needs heights.

@@ -1,0 +1,96 @@
+//! What becomes of an action that keys, the pointer or the panel ask for.
+
+use anyhow::Result;
+use vastex_scenes::Pose;
+use vastex_viewer::camera::{Controller, Move};
+use vastex_viewer::input::Action;
+use winit::event_loop::ActiveEventLoop;
+use winit::window::Fullscreen;
+
+use super::panel::Asked;
+use super::{App, Open};
+
+impl App {
+    /// Carries an action out.
+    pub(super) fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
+        if let Action::File(step) = action {
+            return if self.files.step(step) { self.open_another() } else { Ok(()) };
+        }
+        if matches!(action, Action::Move(_) | Action::Magnify(..) | Action::Reset | Action::Scene(_)) {
+            self.flight.stop();
+        }
+        let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
+        #[cfg(feature = "volumes")]
+        if viewer.ignores(&action) {
+            return Ok(());
+        }
+        let scene_index = self.scene as usize;
+        match action {
+            Action::Move(moved) => {
+                self.cameras[scene_index].apply(moved, viewer.aspects());
+                if matches!(moved, Move::ToEdge(_) | Move::Screens(_)) {
+                    viewer.jumped();
+                }
+            }
+            Action::Magnify(magnification, point) => {
+                let (view, image) = (viewer.size(), viewer.image_size());
+                self.cameras[scene_index].magnify(magnification, point, view, image);
+            }
+            Action::Reset => {
+                self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
+                viewer.jumped();
+            }
+            Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
+            Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
+            Action::DoubleClick => return self.perform(events, Action::Reset),
+            Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
+            Action::Undo => viewer.undo_measured(),
+            Action::Scene(choice) => self.choose_scene(choice),
+            Action::Overlay => viewer.next_overlay(),
+            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
+            Action::Panel => {
+                viewer.open_or_close_panel();
+                window.request_redraw();
+            }
+            Action::EnterPanel => {
+                viewer.enter_panel();
+                window.request_redraw();
+            }
+            Action::Hud => {
+                viewer.show_or_hide_hud();
+                window.request_redraw();
+            }
+            Action::Compare => viewer.compare_next(),
+            Action::Beside => viewer.put_beside(),
+            Action::Guides => {
+                viewer.show_or_hide_guides();
+                window.request_redraw();
+            }
+            Action::Values => {
+                viewer.show_or_hide_values();
+                window.request_redraw();
+            }
+            Action::Keys => {
+                viewer.show_or_hide_keys();
+                window.request_redraw();
+            }
+            Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
+            Action::FillScreen => {
+                let filled = window.fullscreen().is_some();
+                window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
+            }
+            Action::Screenshot(times) => self.shoot(times),
+            Action::Record => self.record_or_end(),
+            Action::Play => self.play(events)?,
+            Action::Open => return self.on_asked(events, Asked::Choose),
+            Action::CopyView => self.copy_view(),
+            Action::CopyLink => self.copy_link(),
+            Action::PasteView => self.ask_to_paste(),
+            Action::File(_) | Action::Redraw => {}
+            // What covers the picture goes first.
+            Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
+            Action::Quit => events.exit(),
+        }
+        Ok(())
+    }
+}
