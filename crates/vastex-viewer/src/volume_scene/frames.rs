@@ -1,7 +1,7 @@
 //! How a frame of a volume comes about: what is wanted, which time is seen, and what is drawn.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
 use vastex::{Event, JITTER_CYCLE};
@@ -18,6 +18,8 @@ use crate::volume::VolumeError;
 const EVERY: Duration = Duration::from_millis(200);
 /// How long an old time stays while bricks of the new one are missing, at most.
 const LONGEST_WAIT: Duration = Duration::from_secs(20);
+/// How long a device is given to draw what views want.
+const LONGEST_ANSWER: Duration = Duration::from_secs(1);
 /// Between two times that are played, at least.
 const PLAY_EVERY: Duration = Duration::from_millis(100);
 /// What a clock tells that has told nothing.
@@ -36,9 +38,9 @@ pub enum VolumePictures {
 
 impl VolumeScene {
     /// Asks for what is missing and draws what is due, for pictures that fill an area of so many pixels.
-    /// Submits by itself and never waits, unless the textures go in lock-step. Fails where the device is
-    /// lost.
-    pub fn frame(&mut self, area: [u32; 2], pictures: VolumePictures) -> Result<(), VolumeError> {
+    /// Submits by itself and never waits, unless the textures go in lock-step. Returns true if anything was
+    /// drawn that is to be painted. Fails where the device is lost.
+    pub fn frame(&mut self, area: [u32; 2], pictures: VolumePictures) -> Result<bool, VolumeError> {
         let now = (self.clock)();
         if std::mem::replace(&mut self.area, area) != area {
             self.quiet = 0;
@@ -55,14 +57,28 @@ impl VolumeScene {
             next.show(&self.gpu, &mut self.textures, shown)?;
         }
         self.note_look()?;
-        self.want()?;
-        self.textures.update()?;
-        self.hear_events();
+        // No more is asked of a slow device than it answers.
+        match pictures == VolumePictures::Parts && self.is_asking_still(now) {
+            true => drop(self.gpu.device.poll(wgpu::PollType::Poll)),
+            false => {
+                self.want(now)?;
+                self.textures.update()?;
+                self.hear_events();
+            }
+        }
         self.take_over(now);
         match pictures {
-            VolumePictures::None => Ok(()),
+            VolumePictures::None => Ok(false),
             pictures => self.draw(now, pictures == VolumePictures::Whole),
         }
+    }
+
+    /// Whether what views want has yet to be drawn. A device that answers nothing is asked again.
+    fn is_asking_still(&self, now: Duration) -> bool {
+        let is_out = |(at, done): &(Duration, Arc<AtomicBool>)| {
+            !done.load(Ordering::Acquire) && now.saturating_sub(*at) < LONGEST_ANSWER
+        };
+        self.asking.as_ref().is_some_and(is_out)
     }
 
     /// What is seen is perhaps another than in the frame before.
@@ -142,7 +158,7 @@ impl VolumeScene {
     }
 
     /// Has every picture say what it wants, until all of that is there.
-    fn want(&mut self) -> Result<(), VolumeError> {
+    fn want(&mut self, now: Duration) -> Result<(), VolumeError> {
         if self.has_all() && self.next.is_none() {
             return Ok(());
         }
@@ -164,6 +180,10 @@ impl VolumeScene {
             })?;
         }
         self.gpu.queue.submit([encoder.finish()]);
+        let done = Arc::new(AtomicBool::new(false));
+        let told = done.clone();
+        self.gpu.queue.on_submitted_work_done(move || told.store(true, Ordering::Release));
+        self.asking = Some((now, done));
         Ok(())
     }
 
@@ -183,12 +203,13 @@ impl VolumeScene {
         }
     }
 
-    fn draw(&mut self, now: Duration, is_whole_asked: bool) -> Result<(), VolumeError> {
+    fn draw(&mut self, now: Duration, is_whole_asked: bool) -> Result<bool, VolumeError> {
+        let before = self.painted;
         if let Some((begun, ended, drawn)) = self.under_way.take() {
             let nanos = ended.load(Ordering::Acquire);
             if nanos == NEVER && !is_whole_asked {
                 self.under_way = Some((begun, ended, drawn));
-                return Ok(());
+                return Ok(false);
             }
             let took =
                 Duration::from_nanos(nanos).saturating_sub(begun).as_secs_f64() / drawn.len().max(1) as f64;
@@ -233,6 +254,7 @@ impl VolumeScene {
             }
         }
         self.gpu.queue.submit([encoder.finish()]);
+        let is_drawn = !drawn.is_empty() || self.painted != before;
         if !drawn.is_empty() {
             let (ended, clock) = (Arc::new(AtomicU64::new(NEVER)), self.clock.clone());
             let told = ended.clone();
@@ -241,6 +263,6 @@ impl VolumeScene {
             });
             self.under_way = Some((now, ended, drawn));
         }
-        Ok(())
+        Ok(is_drawn)
     }
 }

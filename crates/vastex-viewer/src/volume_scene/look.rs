@@ -7,7 +7,7 @@ use crate::volume::{MOST_CHANNELS, VolumeBox, VolumeCamera, VolumeClip, VolumeMo
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
 /// From how near all of a volume is seen at first, beside where the ball around its box fits.
-const NEAR: f64 = 0.86;
+const NEAR: f64 = 0.94;
 /// Zooms of slices and in perspective.
 const ZOOMS: [f64; 2] = [0.05, 1e6];
 /// Colours of channels that have none: green, magenta, cyan, yellow, red, blue, as lenses are told apart.

@@ -17,7 +17,7 @@ mod point;
 mod sight;
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicU64;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::time::Duration;
 
 use glam::DVec2;
@@ -96,6 +96,8 @@ pub struct VolumeScene {
     is_playing: bool,
     /// What the device is drawing: when it began, when it ends, and of which panes, small or not.
     under_way: Option<(Duration, Arc<AtomicU64>, Vec<(usize, bool)>)>,
+    /// What the device is asked of what views want: since when, and whether it has answered.
+    asking: Option<(Duration, Arc<AtomicBool>)>,
     wants_ranges: bool,
     faults: Vec<String>,
 }
@@ -139,6 +141,7 @@ impl VolumeScene {
             played_at: Duration::ZERO,
             is_playing: false,
             under_way: None,
+            asking: None,
             wants_ranges: false,
             faults: Vec::new(),
             facts,
@@ -420,7 +423,7 @@ impl VolumeScene {
             next.forget_device(&mut self.textures);
         }
         self.cameras.iter_mut().for_each(|camera| *camera = None);
-        self.pictures = [const { None }; 4];
+        (self.pictures, self.asking) = ([const { None }; 4], None);
         (self.under_way, self.looked, self.drawn, self.quiet) = (None, None, None, 0);
         self.painted += 1;
         Ok(())

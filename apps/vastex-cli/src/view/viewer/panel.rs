@@ -41,7 +41,12 @@ impl Values {
 impl Viewer {
     /// Hears an event before the picture does.
     pub(in super::super) fn hear(&mut self, event: &WindowEvent) -> Heard {
-        self.shell.hear(event)
+        let heard = self.shell.hear(event);
+        #[cfg(feature = "volumes")]
+        if heard.is_stale {
+            self.refresh_volume();
+        }
+        heard
     }
 
     /// What was asked for in the panel since the last call.

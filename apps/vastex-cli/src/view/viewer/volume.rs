@@ -1,7 +1,7 @@
 //! A volume in the window: it takes the place of an image, with the same panel, messages and title beside it.
 
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use anyhow::{Result, anyhow};
 use egui::{Rect, TextureId};
@@ -38,7 +38,16 @@ pub(super) struct VolumeShown {
     area: ([f64; 2], [u32; 2]),
     /// Whether what lies over the pictures is another than in the last frame.
     is_stale: bool,
+    /// When a frame was shown last, of which size, and whether the last one was not, since nothing of it would
+    /// have been another.
+    shown: Option<(Instant, [u32; 2])>,
+    rests: bool,
 }
+
+/// Between two frames that are shown while bricks are asked for and nothing else changes, and between two
+/// that are not shown.
+const EVERY: Duration = Duration::from_millis(250);
+const REST: Duration = Duration::from_millis(2);
 
 impl Viewer {
     /// Shows a volume in the place of what is displayed.
@@ -67,9 +76,16 @@ impl Viewer {
             of: None,
             area: ([0.0; 2], self.surface.size()),
             is_stale: true,
+            shown: None,
+            rests: false,
         }));
         self.wake();
         Ok(())
+    }
+
+    /// What lies over the pictures of a volume is another.
+    pub(super) fn refresh_volume(&mut self) {
+        self.volume.iter_mut().for_each(|volume| volume.is_stale = true);
     }
 
     /// An image is displayed.
@@ -111,7 +127,13 @@ impl Viewer {
         let before = volume.scene.look.clone();
         let heard = volume.scene.on_event(event);
         let is_moved = volume.scene.look != before;
-        volume.is_stale |= heard != VolumeHeard::Other && (is_moved || heard != VolumeHeard::Taken);
+        // What is another's may change what lies over the pictures.
+        let is_others = matches!(event, InputEvent::Key { .. } | InputEvent::Shown);
+        volume.is_stale |= match heard {
+            VolumeHeard::Taken => is_moved,
+            VolumeHeard::Other => is_others,
+            _ => true,
+        };
         if volume.is_stale || volume.scene.is_asking() {
             self.window.request_redraw();
         }
@@ -123,6 +145,7 @@ impl Viewer {
         let left = self.title.notice_left(Instant::now());
         match () {
             () if self.is_hidden => Wake::After(SLOW),
+            () if volume.rests && !volume.is_stale => Wake::After(REST),
             () if volume.is_stale || volume.scene.is_due() => Wake::Now,
             () if volume.scene.share_at_wanted().1.failed > 0 => Wake::After(SLOW),
             () => left.map_or(Wake::OnEvent, Wake::After),
@@ -138,14 +161,21 @@ impl Viewer {
     }
 
     fn draw_frame_of_volume(&mut self, volume: &mut VolumeShown) -> Result<()> {
-        volume.is_stale = false;
-        self.take_done(volume);
+        let mut is_other = std::mem::take(&mut volume.is_stale) || self.hud.is_shown();
+        is_other |= self.title.notice() != self.shown_notice.as_deref();
+        is_other |= self.shell.due_in(Instant::now()).is_some_and(|due| due.is_zero());
+        is_other |= self.take_done(volume);
         match volume.scene.frame(volume.area.1, VolumePictures::Parts) {
-            Ok(()) => {}
+            Ok(is_drawn) => is_other |= is_drawn,
             Err(VolumeError::Textures(error)) => return Err(error.into()),
             Err(error) => self.tell("volume", &format!("{}: {error}", volume.name)),
         }
         self.begin_what_is_asked(volume);
+        let is_early = |(at, size): (Instant, [u32; 2])| at.elapsed() < EVERY && size == self.surface.size();
+        volume.rests = !is_other && volume.scene.is_due() && volume.shown.is_some_and(is_early);
+        if volume.rests {
+            return Ok(());
+        }
         for fault in volume.scene.take_faults() {
             let fault = format!("{}: {fault}", volume.name);
             report::say(&fault);
@@ -174,6 +204,7 @@ impl Viewer {
         self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
         self.gpu.queue.submit([encoder.finish()]);
         self.surface.present(frame);
+        volume.shown = Some((Instant::now(), self.surface.size()));
         self.frames += 1;
         let (stats, is_settled) = (volume.scene.textures().stats(), volume.scene.is_settled());
         if let Some(times) = &mut self.times {
@@ -197,10 +228,12 @@ impl Viewer {
         Ok(())
     }
 
-    /// Takes in what threads have read.
-    fn take_done(&mut self, volume: &mut VolumeShown) {
+    /// Takes in what threads have read. Returns true if there was anything.
+    fn take_done(&mut self, volume: &mut VolumeShown) -> bool {
         let times = [volume.scene.seen_time(), volume.scene.look.time];
-        for done in volume.work.take_done() {
+        let all = volume.work.take_done();
+        let is_any = !all.is_empty();
+        for done in all {
             let outcome = match done {
                 Done::Channel { channel, time, read: Ok(read) } => {
                     volume.scene.add((channel, time), read.prepared, read.usual).map_err(Into::into)
@@ -231,6 +264,7 @@ impl Viewer {
             }
         }
         volume.work.keep_times(times);
+        is_any
     }
 
     fn begin_what_is_asked(&mut self, volume: &mut VolumeShown) {
