@@ -2,7 +2,8 @@
 //!
 //! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is
 //! opened, redrawn and closed, with containers and with images that nobody built, and used by keys and
-//! pointer (`hands`), with a picture of every step of that in `target/window/steps`. Where there is no
+//! pointer (`hands`), with a volume in it as well, and with a picture of every step of that in
+//! `target/window/steps` and `target/window/volume/steps`. Where there is no
 //! virtual display the step is skipped, loudly.
 
 mod display;
@@ -20,6 +21,7 @@ use crate::{setup, shell};
 
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
 const JPEG: &str = "assets/earth-color-10800x5400.jpg";
+const VOLUME: &str = "assets/volumes/head.zip";
 const FRAMES: &str = "40";
 
 pub(crate) fn check() -> Result<Outcome> {
@@ -45,6 +47,7 @@ pub(crate) fn check() -> Result<Outcome> {
     }
     images_that_nobody_built(&place)?;
     hands::use_window(&place, &program(), &shell::root().join(IMAGE))?;
+    hands::use_volume(&place, &program(), &shell::root().join(VOLUME))?;
     Ok(Outcome::Passed)
 }
 

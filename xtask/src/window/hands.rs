@@ -2,6 +2,7 @@
 //! title and its pixels say what came of them.
 
 mod changes;
+mod volume;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::display::{Display, SIZE};
 use crate::shell;
+pub(super) use volume::use_volume;
 
 /// As long something may take.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -75,7 +77,8 @@ impl<'a> Window<'a> {
         let program = command.stderr(File::create(place.join("hands.txt"))?).spawn()?;
         let mut window = Window { display, program, id: String::new(), place: place.to_owned() };
         window.id = window.until("a window", |window| {
-            let found = window.xdotool(&["search", "--onlyvisible", "--name", "png"]).ok()?;
+            let ending = image.extension()?.to_str()?;
+            let found = window.xdotool(&["search", "--onlyvisible", "--name", ending]).ok()?;
             found.lines().next().map(str::to_owned)
         })?;
         window.xdotool(&["windowfocus", &window.id.clone()])?;

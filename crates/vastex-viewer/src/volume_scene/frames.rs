@@ -59,7 +59,11 @@ impl VolumeScene {
         self.note_look()?;
         // No more is asked of a slow device than it answers.
         match pictures == VolumePictures::Parts && self.is_asking_still(now) {
-            true => drop(self.gpu.device.poll(wgpu::PollType::Poll)),
+            true => {
+                // With nothing to do the device says what it has done.
+                self.gpu.queue.submit([]);
+                self.textures.inspect().check_device()?;
+            }
             false => {
                 self.want(now)?;
                 self.textures.update()?;

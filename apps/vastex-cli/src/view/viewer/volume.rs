@@ -38,8 +38,8 @@ pub(super) struct VolumeShown {
     area: ([f64; 2], [u32; 2]),
     /// Whether what lies over the pictures is another than in the last frame.
     is_stale: bool,
-    /// When a frame was shown last, of which size, and whether the last one was not, since nothing of it would
-    /// have been another.
+    /// When a frame was shown last, of which size, and whether the last one was not, since nothing of it
+    /// would have been another.
     shown: Option<(Instant, [u32; 2])>,
     rests: bool,
 }
