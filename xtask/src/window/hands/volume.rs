@@ -10,18 +10,22 @@ use anyhow::{Context, Result, ensure};
 use super::super::display::{Display, SIZE};
 use super::Window;
 
-/// The four pictures: the slices across z and x, that across y, and 3-D.
-const SLICES: [[usize; 2]; 3] = [[320, 200], [960, 200], [320, 600]];
-const SPACE: [usize; 2] = [960, 600];
+/// A window that is quick to draw.
+const WINDOW: [usize; 2] = [800, 560];
+/// The middles of the four pictures: the slices across z and x, that across y, and 3-D.
+const SLICES: [[usize; 2]; 3] = [[200, 140], [600, 140], [200, 420]];
+const SPACE: [usize; 2] = [600, 420];
+/// The middle of the one that is alone, without the panel and beside it.
+const ALONE: [[usize; 2]; 2] = [[400, 280], [240, 280]];
 /// How much of a picture is looked at, to either side of its middle.
-const BESIDE: usize = 150;
+const BESIDE: usize = 100;
 /// What is brighter than anything but the volume itself and lines of one pixel, and how many pixels are more
 /// than lines.
 const BRIGHT: u8 = 140;
-const MORE_THAN_LINES: usize = 3000;
+const MORE_THAN_LINES: usize = 1200;
 /// The panel's buttons for pictures and modes, with the panel at the right.
-const EMISSION: [usize; 2] = [1174, 195];
-const FIRST_CHANNEL: [usize; 2] = [977, 291];
+const EMISSION: [usize; 2] = [WINDOW[0] - 106, 195];
+const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
 
 /// Opens a volume of three channels, goes through its slices, turns it, shows it alone and by another mode,
 /// hides a channel, and ends. Between two steps the window comes to rest.
@@ -29,7 +33,7 @@ pub(in super::super) fn use_volume(place: &Path, program: &Path, volume: &Path) 
     let place = place.join("volume");
     fs::create_dir_all(place.join("steps"))?;
     let display = Display::start(&place)?;
-    let size = format!("{}x{}", SIZE[0], SIZE[1]);
+    let size = format!("{}x{}", WINDOW[0], WINDOW[1]);
     let mut window = Window::open(&display, (&place, program, volume), &["--size", &size])?;
     let used = window.look_at_volume();
     if used.is_err() {
@@ -51,12 +55,12 @@ impl Window<'_> {
         self.keep("01-open")?;
         // The wheel goes through the slices of one picture.
         let before = self.around(SLICES[0])?;
-        self.point([250, 250])?;
+        self.point([160, 170])?;
         (0..5).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
         self.until("another slice", |window| (window.around(SLICES[0]).ok()? != before).then_some(()))?;
         // A press puts the crosshair, and with it the others.
         let before = self.around(SLICES[1])?;
-        self.click([270, 180])?;
+        self.click([170, 125])?;
         self.until("the slices there", |window| (window.around(SLICES[1]).ok()? != before).then_some(()))?;
         self.costs_nothing()?;
         self.keep("02-slices")?;
@@ -75,22 +79,22 @@ impl Window<'_> {
         self.keep("03-turned")?;
         self.key("space")?;
         self.until("3-D alone", |window| {
-            let bright = window.bright_at([640, 400]).ok()?;
-            (bright > 4 * MORE_THAN_LINES && window.bright_at([60, 300]).ok()? < MORE_THAN_LINES)
+            let bright = window.bright_at(ALONE[0]).ok()?;
+            (bright > 8 * MORE_THAN_LINES && window.bright_at([60, 140]).ok()? < MORE_THAN_LINES)
                 .then_some(())
         })?;
         self.costs_nothing()?;
         self.keep("04-space")?;
         self.key("m")?;
         sleep(Duration::from_millis(800));
-        let before = self.around([480, 400])?;
+        let before = self.around(ALONE[1])?;
         self.click(EMISSION)?;
-        self.until("another mode", |window| (window.around([480, 400]).ok()? != before).then_some(()))?;
+        self.until("another mode", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
         self.costs_nothing()?;
         self.keep("05-emission")?;
-        let before = self.around([480, 400])?;
+        let before = self.around(ALONE[1])?;
         self.click(FIRST_CHANNEL)?;
-        self.until("one channel fewer", |window| (window.around([480, 400]).ok()? != before).then_some(()))?;
+        self.until("one channel fewer", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
         self.costs_nothing()?;
         self.keep("06-channels")?;
         let ended = self.quit()?;
