@@ -87,7 +87,6 @@ fn of_name(named: NamedKey) -> Option<Key> {
         NamedKey::Escape => Key::Escape,
         NamedKey::Enter => Key::Enter,
         NamedKey::Home => Key::Home,
-        NamedKey::Space => Key::Char(' '),
         NamedKey::Tab => Key::Tab,
         NamedKey::Space => Key::Char(' '),
         NamedKey::Backspace => Key::Backspace,
