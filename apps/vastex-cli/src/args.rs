@@ -78,6 +78,8 @@ mod view;
 mod volume;
 #[cfg(feature = "build")]
 mod volume_build;
+#[cfg(feature = "volumes")]
+mod volume_labels;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]

@@ -166,6 +166,7 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
         convention: Convention::Corner,
         labels: Vec::new(),
         is_label: false,
+        label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
         oddities: oddities.into_vec(),

@@ -204,7 +204,7 @@ fn atlas_entry(binding: u32, atlas: Atlas, dims: Dims) -> wgpu::BindGroupLayoutE
     let sample_type = match atlas {
         Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
         Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
-        Atlas::Uint16 | Atlas::Uint16Rgba => wgpu::TextureSampleType::Uint,
+        Atlas::Uint16 | Atlas::Uint16Rgba | Atlas::Whole => wgpu::TextureSampleType::Uint,
     };
     let view_dimension = match dims {
         Dims::D2 => wgpu::TextureViewDimension::D2Array,

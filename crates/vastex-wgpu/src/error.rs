@@ -50,6 +50,14 @@ pub enum GpuError {
         /// Name of the format.
         format: &'static str,
     },
+    /// Labels are held by volumes alone.
+    #[error(
+        "a pool of images cannot hold {format}, which is of volumes alone; an image of labels is a volume one voxel deep"
+    )]
+    WholeNumbers {
+        /// Name of the format.
+        format: &'static str,
+    },
     /// The device lacks what a mode of feedback needs.
     #[error(
         "this device cannot gather feedback in the mode \"{mode}\": it lacks compute shaders, or storage buffers in some stage; \

@@ -49,8 +49,9 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
         Bc6h => filtered(Gpu::Bc6hRgbUfloat),
         Bc7 => filtered(Gpu::Bc7RgbaUnorm),
         Bc7Srgb => filtered(Gpu::Bc7RgbaUnormSrgb),
-        // No text for images reads whole numbers; a volume's passes have bindings of their own.
-        R32Uint | Rg32Uint => return None,
+        // Of volumes alone; what the first has no channel for is read as 0, so one text reads both.
+        R32Uint => (Gpu::R32Uint, Atlas::Whole),
+        Rg32Uint => (Gpu::Rg32Uint, Atlas::Whole),
     })
 }
 
@@ -98,12 +99,13 @@ mod tests {
     #[test]
     fn every_device_has_a_format_for_what_it_holds() {
         for features in [wgpu::Features::empty(), wgpu::Features::all()] {
-            for format in LayerFormat::ALL {
+            for format in LayerFormat::ALL.into_iter().chain(LayerFormat::WHOLE_NUMBERS) {
                 let held = held_format(format, features);
                 let (gpu, atlas) = texture_format(held, features).unwrap();
                 assert_eq!(gpu.block_copy_size(None), Some(held.block_bytes() as u32), "{held:?}");
                 assert_eq!(gpu.is_srgb(), format.is_srgb());
-                assert!(atlas == Atlas::Float || features.is_empty());
+                assert!(atlas == Atlas::Float || features.is_empty() || format.is_whole_number());
+                assert_eq!(atlas == Atlas::Whole, format.is_whole_number());
             }
         }
     }

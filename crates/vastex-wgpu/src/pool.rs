@@ -268,6 +268,9 @@ fn layer_texture(
     let unknown = || GpuError::Format { format: layer.format.name() };
     let (gpu_format, atlas) = texture_format(layer.format, device.features()).ok_or_else(unknown)?;
     let is_solid = layout.is_solid();
+    if atlas == Atlas::Whole && !is_solid {
+        return Err(GpuError::WholeNumbers { format: layer.format.name() });
+    }
     let scaled =
         |[x, y, z]: [u32; 3]| [x / layer.scale, y / layer.scale, if is_solid { z / layer.scale } else { z }];
     let [width, height, depth_or_array_layers] = scaled(layout.size());

@@ -17,8 +17,8 @@ use crate::mirror::{
     RECORD_HEAD, RECORD_LEVEL, RECORD_VOLUME_LEVEL, RECORDS as RECORDS_OF_CELL, VIEWS, address_code,
 };
 use crate::names::{
-    self, BRICK, NAMES_BRICK, NAMES_BRICK_FEEDBACK, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, REPORT,
-    TEXTURE_SPACE, VIEW, VOLUME_RECORDS,
+    self, BRICK, NAMES_BRICK, NAMES_BRICK_FEEDBACK, NAMES_BRICK_VALUES, NAMES_BRICK_WHOLE, NAMES_FEEDBACK,
+    NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE, VIEW, VOLUME_RECORDS,
 };
 
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
@@ -48,6 +48,7 @@ const ATLAS_FLOAT_3D: &str = include_str!("wgsl/atlas_float_3d.wgsl");
 const ATLAS_UNFILTERED_3D: &str = include_str!("wgsl/atlas_unfiltered_3d.wgsl");
 const ATLAS_UINT16_3D: &str = include_str!("wgsl/atlas_uint16_3d.wgsl");
 const ATLAS_UINT16_RGBA_3D: &str = include_str!("wgsl/atlas_uint16_rgba_3d.wgsl");
+const ATLAS_WHOLE_3D: &str = include_str!("wgsl/atlas_whole_3d.wgsl");
 const TAP_3D: &str = include_str!("wgsl/tap_3d.wgsl");
 const TAPS_3D: &str = include_str!("wgsl/taps_3d.wgsl");
 const REACH: &str = include_str!("wgsl/reach.wgsl");
@@ -140,8 +141,15 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_brick_exact(brick, offset)` | all | the same blended by the shader in single precision |
 /// | `vastex_brick_nearest(brick, offset)` | all | the voxel there |
 /// | `vastex_volume_sample(id, anchor, offset, level)` | all | both for one sample, `vec4<f32>` |
+/// | `vastex_brick_whole(brick, offset)` | all, of labels | the whole number of the voxel there, its lower 32 bits first, `vec2<u32>` |
+/// | `vastex_brick_whole_at(brick, voxel)` | all, of labels | the same by a place in the slot: `brick.base + offset * brick.scale` |
+/// | `vastex_volume_whole(id, anchor, offset, level)` | all, of labels | the same for one place |
 /// | `vastex_volume_feedback(id, anchor, offset, level)` | all | a feedback pixel, `vec4<u32>` |
 /// | `vastex_volume_size(id)` | all | size of the volume in voxels, `vec3<u32>` |
+///
+/// Labels are whole numbers of up to 64 bits. A text for them has the three functions of `whole` in the place
+/// of `vastex_brick_sample`, `_exact`, `_nearest` and `vastex_volume_sample`: nothing blends them, and 0 is
+/// what ids show that name no volume.
 ///
 /// A place in a volume is `offset: vec3<f32>` voxels of level 0 after the beginning of voxel `anchor:
 /// vec3<u32>`, the same for all rays of a draw; beyond its faces the last voxels go on. What is drawn is as
@@ -211,11 +219,13 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     for member in kinds.members() {
         let of_member =
             |module: &str| names::named(&of_read(module, kinds, member.read), member.name.as_deref());
-        let names = match dims_of(kinds, &kinds.reads()[member.read]) {
-            Dims::D2 => [NAMES_SAMPLE, NAMES_FEEDBACK],
-            Dims::D3 => [NAMES_BRICK, NAMES_BRICK_FEEDBACK],
+        let read = &kinds.reads()[member.read];
+        let names: &[&str] = match (dims_of(kinds, read), kinds.layers()[read.layer].atlas) {
+            (Dims::D2, _) => &[NAMES_SAMPLE, NAMES_FEEDBACK],
+            (Dims::D3, Atlas::Whole) => &[NAMES_BRICK, NAMES_BRICK_WHOLE, NAMES_BRICK_FEEDBACK],
+            (Dims::D3, _) => &[NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_FEEDBACK],
         };
-        push(&names, &of_member);
+        push(names, &of_member);
     }
     if kinds.is_group() {
         let of_all = |module: &str| {
@@ -363,6 +373,9 @@ fn atlas_modules(atlas: Atlas, dims: Dims) -> &'static [&'static str] {
         (Dims::D3, Atlas::Unfiltered) => &[ATLAS_UNFILTERED_3D, TAP_3D, TAPS_3D],
         (Dims::D3, Atlas::Uint16) => &[ATLAS_UINT16_3D, TAP_3D, TAPS_3D],
         (Dims::D3, Atlas::Uint16Rgba) => &[ATLAS_UINT16_RGBA_3D, TAP_3D, TAPS_3D],
+        (Dims::D3, Atlas::Whole) => &[ATLAS_WHOLE_3D],
+        // No description of an image has such a layer, and no pool holds one.
+        (Dims::D2, Atlas::Whole) => &[],
     }
 }
 

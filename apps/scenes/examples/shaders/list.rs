@@ -446,6 +446,7 @@ fn atlas_name(atlas: Atlas) -> &'static str {
         Atlas::Unfiltered => "unfiltered",
         Atlas::Uint16 => "uint16",
         Atlas::Uint16Rgba => "uint16_rgba",
+        Atlas::Whole => "whole",
     }
 }
 

@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use clap::Args as ClapArgs;
 use vastex_viewer::volume::{MOST_CHANNELS, VolumeCamera, VolumeFace, VolumeMode};
 
+use super::volume_labels::LabelArgs;
 use super::{named, parse_size, value_error};
 
 /// What volumes are put on.
@@ -97,6 +98,7 @@ Examples:
   vastex render cells.zarr --on volume --mode emission --view around:yaw=30,pitch=20 --channels 0:00FF00,1:FF00FF -o cells.png
   vastex render scan.nii.gz --on slices --slice y=120 --range 0,0.1 -o slice.png
   vastex render bones.zarr --on volume --mode iso --iso 300 --view -y --json -o bones.png
+  vastex render cells.zarr --on slices --slice z=40 --labels nuclei --label-outlines -o nuclei.png
 
 The picture is drawn once everything in view is loaded. docs/volumes.md says what each mode shows.")]
 pub(crate) struct RenderVolumeArgs {
@@ -130,6 +132,8 @@ pub(crate) struct RenderVolumeArgs {
     /// The stored value at which a surface is
     #[arg(long, value_name = "V", allow_hyphen_values = true)]
     pub(crate) iso: Option<f64>,
+    #[command(flatten)]
+    pub(crate) labels: LabelArgs,
     /// The time, from 0
     #[arg(long, default_value_t = 0, value_name = "T")]
     pub(crate) time: u64,

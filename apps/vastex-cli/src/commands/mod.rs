@@ -20,6 +20,8 @@ pub(crate) mod merge;
 pub(crate) mod record;
 pub(crate) mod render;
 #[cfg(feature = "volumes")]
+mod render_labels;
+#[cfg(feature = "volumes")]
 pub(crate) mod render_volume;
 #[cfg(feature = "build")]
 pub(crate) mod replace;

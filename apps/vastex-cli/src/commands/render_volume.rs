@@ -21,6 +21,7 @@ use vastex_viewer::volume::{
 };
 use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
 
+use super::render_labels::Labels;
 use crate::args::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
 use crate::output::Output;
 use crate::{gpu, report};
@@ -49,13 +50,15 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     };
     let view = view_of(args, volume.about())?;
     check_step(args, volume.about())?;
+    let labels = Labels::open(args, &volume)?;
     let channels = channels_of(args, volume.about())?;
     let sources =
         channels.iter().map(|channel| source_of(args, &volume, channel)).collect::<Result<Vec<_>>>()?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     check_size(&gpu, args.size)?;
-    let mut drawing = Drawing::new(args, &gpu, (&channels, &sources), view).context(source.clone())?;
+    let mut drawing =
+        Drawing::new(args, &gpu, (&channels, &sources), labels.as_ref(), view).context(source.clone())?;
     let converged = drawing.play().context(source.clone())?;
     let picture = drawing.picture()?;
     if let Some(output) = output {
@@ -139,6 +142,14 @@ fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<VolumeView> {
 /// first ones.
 fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
     let plain = |channel| AskedChannel { channel, color: None, range: None, opacity: None };
+    if about.is_label {
+        return match args.channels.is_empty() {
+            true => Ok(Vec::new()),
+            false => {
+                bail!("--channels: {} is a volume of labels, which have colours of their own", about.path)
+            }
+        };
+    }
     if !args.channels.is_empty() {
         for asked in &args.channels {
             if asked.channel >= about.channels {
@@ -169,12 +180,6 @@ fn source_of(
         ..VolumeOptions::default()
     };
     let source = VolumeSource::open(volume.clone(), &options)?;
-    if source.is_labels() {
-        bail!(
-            "{}: these are labels, whole numbers of things, and so far only values are drawn; draw the image that they lie beside",
-            volume.about().path
-        );
-    }
     // Nobody waits for a picture that is made of a preview.
     if source.has_levels_to_make() {
         report::say(&format!("note: {}: levels that the file lacks are made first", volume.about().path));
@@ -199,12 +204,15 @@ impl<'a> Drawing<'a> {
         args: &RenderVolumeArgs,
         gpu: &'a Gpu,
         (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
+        labels: Option<&Labels>,
         view: VolumeView,
     ) -> Result<Drawing<'a>> {
-        let bytes = Some(pool_bytes(args, sources)?);
-        let default_pool = PoolTuning { bytes, ..PoolTuning::default() };
+        let of_labels = labels.map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
+        let bytes = pool_bytes(args, [sources, of_labels])?;
+        let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
+        let rules = labels.iter().map(|labels| labels.pool(bytes[1])).collect();
         let settings = Settings {
-            pools: PoolSettings { default_pool, ..PoolSettings::default() },
+            pools: PoolSettings { default_pool, rules, ..PoolSettings::default() },
             pace: vastex::Pace::LockStep { latency_frames: 1 },
             picture: args.size,
             whole_bytes: 0,
@@ -222,15 +230,19 @@ impl<'a> Drawing<'a> {
             let id = textures.add(prepared)?;
             shown.push(as_shown(args, VolumeChannel::new(id), (nth, channels.len()), (asked, source))?);
         }
-        let about = sources[0].volume().about();
-        let iso = args.iso.map_or(0.5, |iso| sampled(&sources[0], iso));
+        let iso = args.iso.zip(sources.first()).map_or(0.5, |(iso, source)| sampled(source, iso));
+        let shown_labels =
+            labels.map(|labels| labels.add(args, &mut textures, shown.is_empty())).transpose()?;
+        // Of channels the image, else the labels themselves.
+        let first = sources.first().or(of_labels.first()).context("there is nothing to be drawn")?;
         let desc = VolumeDesc {
             mode: args.mode,
             step: args.step,
             density: args.density,
             iso: iso as f32,
             is_exact: args.filter == VolumeFilter::Exact,
-            ..VolumeDesc::new(box_of(about)?, shown)
+            labels: shown_labels,
+            ..VolumeDesc::new(box_of(first.volume().about())?, shown)
         };
         let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
@@ -281,35 +293,36 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// GPU memory for the bricks: what is asked for, which must hold the tails, else as much as all levels of the
-/// channels take, up to a gibibyte.
-fn pool_bytes(args: &RenderVolumeArgs, sources: &[Arc<VolumeSource>]) -> Result<u64> {
-    let mut needed = 0u64;
-    let mut least = 1u64;
-    let mut brick = 1u64;
-    for source in sources {
-        let description = source.description();
-        brick = description.tile_bytes() as u64;
-        needed = needed.saturating_add(description.geometry.page_count().saturating_mul(brick));
-        least += 1;
-    }
+/// GPU memory for the bricks of channels and of labels: what is asked for, which must hold the tails, shared
+/// as they would need it; else as much as all levels take, up to a gibibyte each.
+fn pool_bytes(args: &RenderVolumeArgs, sources: [&[Arc<VolumeSource>]; 2]) -> Result<[u64; 2]> {
+    // What all levels take, and the least that does.
+    let needs = sources.map(|sources| {
+        let brick = sources.first().map_or(0, |source| source.description().tile_bytes() as u64);
+        let pages = sources.iter().map(|source| source.description().geometry.page_count());
+        let pages = pages.fold(0u64, u64::saturating_add);
+        (pages.saturating_mul(brick), brick * (sources.len() as u64 + 1), brick)
+    });
     let Some(mib) = args.pool_mib else {
-        // A tenth more, for grids of slots that are no cubes.
-        return Ok(needed
-            .saturating_add(needed / 10)
-            .saturating_add(2 * brick)
-            .min(MOST_BYTES)
-            .max(least * brick));
+        return Ok(needs.map(|(needed, least, brick)| {
+            // A tenth more, for grids of slots that are no cubes.
+            let more = needed.saturating_add(needed / 10).saturating_add(2 * brick);
+            more.min(MOST_BYTES).max(least)
+        }));
     };
-    let bytes = mib << 20;
-    if bytes < least * brick {
-        let channels = sources.len();
-        let mib_needed = (least * brick).div_ceil(1 << 20);
+    let (bytes, least) = (mib << 20, needs[0].1 + needs[1].1);
+    if bytes < least {
+        let channels = sources[0].len();
+        let mib_needed = least.div_ceil(1 << 20);
+        let labels = if sources[1].is_empty() { "" } else { " and labels" };
         bail!(
-            "--pool-mib {mib}: {channels} channels need {mib_needed} MiB at least, a brick each and one to work with"
+            "--pool-mib {mib}: {channels} channels{labels} need {mib_needed} MiB at least, a brick each and one to work with"
         );
     }
-    Ok(bytes)
+    // What is left beyond the least, by what each would take.
+    let all = (needs[0].0 as f64 + needs[1].0 as f64).max(1.0);
+    let of_labels = needs[1].1 + ((bytes - least) as f64 * (needs[1].0 as f64 / all)) as u64;
+    Ok([bytes - of_labels, of_labels])
 }
 
 /// Fails where rays would have more samples than are looked at.

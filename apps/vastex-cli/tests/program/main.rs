@@ -32,6 +32,8 @@ mod settings;
 mod telemetry;
 mod tool;
 #[cfg(feature = "volumes")]
+mod volume_labels;
+#[cfg(feature = "volumes")]
 mod volume_pictures;
 #[cfg(feature = "volumes")]
 mod volume_view;

@@ -13,13 +13,19 @@ pub struct Uniform {
 impl Uniform {
     /// The layout of its bind group.
     pub fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+        Uniform::layout_in(device, wgpu::BufferUsages::UNIFORM)
+    }
+
+    /// The same in a buffer of another kind: a storage buffer that shaders only read, where `usage` is
+    /// `STORAGE`.
+    pub fn layout_in(device: &wgpu::Device, usage: wgpu::BufferUsages) -> wgpu::BindGroupLayout {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("scene"),
             entries: &[wgpu::BindGroupLayoutEntry {
                 binding: 0,
                 visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
                 ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
+                    ty: Uniform::binding_in(usage),
                     has_dynamic_offset: false,
                     min_binding_size: None,
                 },
@@ -28,12 +34,29 @@ impl Uniform {
         })
     }
 
+    /// The binding of a buffer of this kind.
+    pub fn binding_in(usage: wgpu::BufferUsages) -> wgpu::BufferBindingType {
+        match usage {
+            wgpu::BufferUsages::STORAGE => wgpu::BufferBindingType::Storage { read_only: true },
+            _ => wgpu::BufferBindingType::Uniform,
+        }
+    }
+
     /// With room for a `T`.
     pub fn new<T: NoUninit>(device: &wgpu::Device, layout: &wgpu::BindGroupLayout) -> Uniform {
+        Uniform::new_in::<T>(device, layout, wgpu::BufferUsages::UNIFORM)
+    }
+
+    /// The same in a buffer of another kind, for a layout of it.
+    pub fn new_in<T: NoUninit>(
+        device: &wgpu::Device,
+        layout: &wgpu::BindGroupLayout,
+        usage: wgpu::BufferUsages,
+    ) -> Uniform {
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene"),
             size: size_of::<T>() as u64,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -293,7 +293,7 @@ pub(super) struct RayUniform {
     size_x: f32,
     end: [f32; 3],
     size_y: f32,
-    anchor: [u32; 3],
+    pub(super) anchor: [u32; 3],
     pub(super) view: u32,
     plane: [f32; 4],
 }

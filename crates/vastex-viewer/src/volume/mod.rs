@@ -1,4 +1,4 @@
-//! Volumes: rays through them, in five modes, and slices.
+//! Volumes: rays through them, in five modes, slices, and labels over both.
 //!
 //! What a picture of a volume is stands in docs/volumes.md; the shader and the f64 reference of the tests
 //! both follow that page. Where the bricks lie is the business of the crate `vastex`: a scene of volumes is
@@ -6,8 +6,12 @@
 
 mod camera;
 mod channel;
+mod labels;
 mod renderer;
+mod text;
 
 pub use camera::{VolumeBox, VolumeCamera, VolumeClip, VolumeFace, VolumePlane, VolumeRays, VolumeView};
 pub use channel::{MOST_CHANNELS, VolumeChannel};
-pub use renderer::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeMode, VolumeRenderer, volume_text};
+pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, usual_color};
+pub use renderer::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeMode, VolumeRenderer};
+pub use text::{LabelsInText, volume_text};

@@ -6,10 +6,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytemuck::{Pod, Zeroable};
-use vastex::{Error, Kinds, LayerId, Sampled, Textures, shader_module};
+use vastex::{Error, Kinds, LayerId, Member, Sampled, Textures, shader_module};
 
 use super::camera::{RayUniform, VolumeBox, VolumeClip, VolumeView};
 use super::channel::{ChannelUniform, MOST_CHANNELS, VolumeChannel};
+use super::labels::{LabelBinding, LabelsOnGpu, VolumeLabels};
+use super::text::{LabelsInText, told_in, volume_text};
 use crate::gpu::Gpu;
 use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
 
@@ -51,8 +53,11 @@ impl VolumeMode {
 pub struct VolumeDesc {
     /// Its box.
     pub of: VolumeBox,
-    /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format.
+    /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format; none
+    /// where there are labels alone.
     pub channels: Vec<VolumeChannel>,
+    /// The labels that are shown over them.
+    pub labels: Option<VolumeLabels>,
     /// What becomes of samples along a ray; slices have none.
     pub mode: VolumeMode,
     /// How far samples along a ray are apart, in sides of a voxel of the level that is wanted: 1, 1/3 and 1/5
@@ -73,8 +78,8 @@ impl VolumeDesc {
     /// Channels of a volume by [`VolumeMode::Mip`].
     pub fn new(of: VolumeBox, channels: Vec<VolumeChannel>) -> VolumeDesc {
         let mode = VolumeMode::default();
-        let clip = VolumeClip::default();
-        VolumeDesc { of, channels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
+        let (labels, clip) = (None, VolumeClip::default());
+        VolumeDesc { of, channels, labels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
     }
 
     /// The bricks of `brick` voxels a side that one ray of a picture meets, about, and at most: 1 to 64. A
@@ -96,20 +101,17 @@ impl VolumeDesc {
             }
             VolumeView::Around(_) => (0..3).map(along).sum(),
         };
-        bricks.clamp(1.0, 64.0) as u64
+        // What is asked for of labels is asked for in turn with that of the image.
+        let of_labels = if self.labels.is_some() { 2.0 } else { 1.0 };
+        (bricks * of_labels).clamp(1.0, 64.0) as u64
     }
-}
-
-/// The text of the shaders that draw volumes; `vastex` is the text for the kind of one channel, which serves
-/// all others, since they lie in the same textures.
-pub fn volume_text(vastex: &str) -> String {
-    [include_str!("wgsl/volume.wgsl"), include_str!("../stage/wgsl/display.wgsl"), vastex].join("\n")
 }
 
 /// What a volume is seen through.
 #[derive(Debug)]
 pub struct VolumeCameraBinding {
     uniform: Uniform,
+    labels: Option<LabelBinding>,
     view: u32,
     /// Whether it sees a slice: views of one volume may see slices and all of it in one frame.
     is_slice: AtomicBool,
@@ -131,6 +133,11 @@ pub struct VolumeRenderer {
     sampled: Sampled,
     /// What the text was made for.
     kinds: Kinds,
+    /// Whose bind group has the labels, too.
+    bound: Sampled,
+    labels: Option<LabelsOnGpu>,
+    /// What the buffers are from which its shaders are told.
+    told_in: wgpu::BufferUsages,
     format: wgpu::TextureFormat,
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
@@ -146,24 +153,35 @@ const MODES: usize = VolumeMode::ALL.len() + 1;
 
 impl VolumeRenderer {
     /// Prepares a volume for pictures of `format`. Several channels become a group of `textures`. Fails where
-    /// a texture was removed, where there are no channels or more than [`MOST_CHANNELS`], and where their
-    /// textures do not share a pool.
+    /// a texture was removed, where there are more channels than [`MOST_CHANNELS`], or neither channels nor
+    /// labels, and where textures of channels do not share a pool.
     pub fn new(
         gpu: &Gpu,
         textures: &mut Textures,
         desc: VolumeDesc,
         format: wgpu::TextureFormat,
     ) -> Result<VolumeRenderer, VolumeError> {
-        let (sampled, kinds) = sampled(textures, &desc.channels)?;
+        let (sampled, bound, kinds) = bound(textures, &desc)?;
         let device = &gpu.device;
-        let module = shader_module(device, Some("volume"), volume_text(&textures.wgsl(&kinds)));
-        let camera_layout = Uniform::layout(device);
+        let in_text = match (&desc.labels, desc.channels.is_empty()) {
+            (None, _) => LabelsInText::None,
+            (Some(_), false) => LabelsInText::Over,
+            (Some(_), true) => LabelsInText::Alone,
+        };
+        let text = volume_text(&textures.wgsl(&kinds), in_text, kinds.mode());
+        let module = shader_module(device, Some("volume"), text);
+        let told_in = told_in(in_text, kinds.mode());
+        let camera_layout = Uniform::layout_in(device, told_in);
+        let labels = desc.labels.as_ref().map(|labels| LabelsOnGpu::new(gpu, labels, told_in));
+        let of_textures = textures.bind_group_layout(&kinds);
+        let mut layouts = vec![Some(&of_textures), Some(&camera_layout)];
+        layouts.extend(labels.as_ref().map(|labels| Some(labels.layout())));
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("volume"),
-            bind_group_layouts: &[Some(&textures.bind_group_layout(&kinds)), Some(&camera_layout)],
+            bind_group_layouts: &layouts,
             immediate_size: 0,
         });
-        let uniform = Uniform::new::<SceneUniform>(device, &camera_layout);
+        let uniform = Uniform::new_in::<SceneUniform>(device, &camera_layout, told_in);
         Ok(VolumeRenderer {
             gpu: gpu.clone(),
             desc,
@@ -172,7 +190,15 @@ impl VolumeRenderer {
             format,
             module,
             layout,
-            camera: VolumeCameraBinding { uniform, view: 0, is_slice: AtomicBool::new(false) },
+            camera: VolumeCameraBinding {
+                uniform,
+                labels: labels.as_ref().map(|labels| labels.camera(gpu)),
+                view: 0,
+                is_slice: AtomicBool::new(false),
+            },
+            bound,
+            labels,
+            told_in,
             camera_layout,
             picture: Default::default(),
             wanted: Default::default(),
@@ -184,7 +210,8 @@ impl VolumeRenderer {
         &self.desc
     }
 
-    /// What its shaders sample: the layer of the one channel, or the group of all.
+    /// What its channels are sampled by: the layer of the one channel, or the group of all; of labels that
+    /// are alone their layer.
     pub fn sampled(&self) -> Sampled {
         self.sampled
     }
@@ -197,15 +224,18 @@ impl VolumeRenderer {
     /// A camera to draw it through from another place in the same encoder, of the view with this number
     /// ([`vastex::ViewRef::number`]).
     pub fn new_camera(&self, view: u32) -> VolumeCameraBinding {
-        let uniform = Uniform::new::<SceneUniform>(&self.gpu.device, &self.camera_layout);
-        VolumeCameraBinding { uniform, view, is_slice: AtomicBool::new(false) }
+        let uniform = Uniform::new_in::<SceneUniform>(&self.gpu.device, &self.camera_layout, self.told_in);
+        let labels = self.labels.as_ref().map(|labels| labels.camera(&self.gpu));
+        VolumeCameraBinding { uniform, labels, view, is_slice: AtomicBool::new(false) }
     }
 
     /// What becomes of samples, how far apart they are, how channels are shown: all that needs no other
-    /// shaders. The channels stay as many, of the same layers.
+    /// shaders. The channels stay as many, of the same layers, and so do labels and the list of their colours.
     pub fn set(&mut self, desc: VolumeDesc) {
         let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
         debug_assert_eq!((layers(&desc), desc.is_exact), (layers(&self.desc), self.desc.is_exact));
+        let labels = |desc: &VolumeDesc| desc.labels.as_ref().map(|l| (l.layer, l.colors.clone()));
+        debug_assert_eq!(labels(&desc), labels(&self.desc));
         self.desc = desc;
     }
 
@@ -272,7 +302,35 @@ impl VolumeRenderer {
         pass.set_pipeline(pipelines[mode].get_or_init(|| self.pipeline(mode, is_wanted)));
         pass.set_bind_group(0, textures, &[]);
         pass.set_bind_group(1, &camera.uniform.group, &[]);
+        if let Some(labels) = &camera.labels {
+            pass.set_bind_group(2, &labels.group, &[]);
+        }
         pass.draw(0..3, 0..1);
+    }
+}
+
+/// What the channels are sampled by, whose bind group the shaders of all are given, and their kinds.
+fn bound(textures: &mut Textures, desc: &VolumeDesc) -> Result<(Sampled, Sampled, Kinds), VolumeError> {
+    let Some(labels) = &desc.labels else {
+        let (sampled, kinds) = sampled(textures, &desc.channels)?;
+        return Ok((sampled, sampled, kinds));
+    };
+    let label = Member::apart("label", labels.layer);
+    let (sampled, members) = match desc.channels.first() {
+        None => (labels.layer.into(), vec![label]),
+        Some(first) => {
+            let (sampled, _) = sampled(textures, &desc.channels)?;
+            (sampled, vec![Member::new("image", first.layer), label])
+        }
+    };
+    match textures.add_group(members) {
+        Ok(group) => Ok((sampled, group.into(), textures.kinds(group)?)),
+        Err(error) => {
+            if let Sampled::Group(channels) = sampled {
+                textures.remove(channels);
+            }
+            Err(error.into())
+        }
     }
 }
 
@@ -319,7 +377,7 @@ impl StageScene for VolumeRenderer {
     type Camera = VolumeCameraBinding;
 
     fn sampled(&self) -> Sampled {
-        self.sampled
+        self.bound
     }
 
     fn place(
@@ -330,9 +388,10 @@ impl StageScene for VolumeRenderer {
         pose: &VolumeView,
         picture: [u32; 2],
     ) {
-        let VolumeDesc { of, channels, step, density, iso, .. } = &self.desc;
+        let VolumeDesc { of, channels, labels, step, density, iso, .. } = &self.desc;
         camera.is_slice.store(pose.is_slice(), Ordering::Relaxed);
-        let mut rays = RayUniform::new(of, &pose.rays(of, picture), picture);
+        let of_pose = pose.rays(of, picture);
+        let mut rays = RayUniform::new(of, &of_pose, picture);
         // R of docs/volumes.md.
         rays.density = (density * 100.0 / of.extent().max_element()) as f32;
         (rays.step, rays.iso, rays.view) = (*step as f32, *iso, camera.view);
@@ -343,7 +402,13 @@ impl StageScene for VolumeRenderer {
         if !pose.is_slice() {
             rays.clip(of, &self.desc.clip);
         }
+        if let (Some(labels), Some(binding)) = (labels, &camera.labels) {
+            let id = textures.shader_id(labels.layer.texture()).unwrap_or_default();
+            binding.set(queue, &labels.uniform(id, of.voxel, &of_pose, rays.anchor));
+        }
         let mut told = SceneUniform { rays, channels: Zeroable::zeroed() };
+        // Where there are no channels, what is asked where levels are.
+        told.channels[0].id = rays.wants;
         // Of a group the first id is that of all together.
         let of_channels = if ids.len() > 1 { &ids[1..] } else { &ids[..] };
         for ((told, channel), id) in told.channels.iter_mut().zip(shown).zip(of_channels) {

@@ -4,6 +4,8 @@
 #[cfg(feature = "egui")]
 mod widget;
 
+mod label_reference;
+mod labels;
 mod volume_reference;
 mod volume_scenes;
 mod volumes;

@@ -19,12 +19,12 @@ use vastex_viewer::volume::{
 
 use super::volume_reference::{ArrayChannel, ArrayLevel, level_of, picture};
 
-const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Frames after which a picture must have converged.
 const PATIENCE: usize = 2000;
 
 /// A volume of one channel in main memory, all levels, as the nearest values that the format holds.
-struct ArrayVolume {
+pub(crate) struct ArrayVolume {
     description: Arc<Description>,
     levels: Vec<ArrayLevel>,
     /// Where its voxels lie, where they are not its texels.
@@ -132,7 +132,7 @@ fn decoded(format: LayerFormat, bytes: &[u8]) -> f64 {
 }
 
 /// Waves with detail at every level, 0 to 1.
-fn waves(phase: f64) -> impl Fn([f64; 3]) -> f64 {
+pub(crate) fn waves(phase: f64) -> impl Fn([f64; 3]) -> f64 {
     move |[x, y, z]| {
         let wave = (x * 0.31 + phase).sin() * (y * 0.23).cos() + (z * 0.4 + x * 0.05 + phase).sin();
         let fine = (x * 1.7).sin() * (y * 2.1).sin() * (z * 1.3).cos();
@@ -141,12 +141,12 @@ fn waves(phase: f64) -> impl Fn([f64; 3]) -> f64 {
 }
 
 /// What is drawn, and what from.
-struct World {
-    gpu: Gpu,
-    textures: Textures,
+pub(crate) struct World {
+    pub(crate) gpu: Gpu,
+    pub(crate) textures: Textures,
     volumes: Vec<Arc<ArrayVolume>>,
     ids: Vec<TextureId>,
-    of: VolumeBox,
+    pub(crate) of: VolumeBox,
 }
 
 /// The pixels of a picture, once what is recorded is done.
@@ -158,12 +158,12 @@ fn read(gpu: &Gpu, encoder: wgpu::CommandEncoder, canvas: &Canvas) -> Vec<[u8; 4
     bytes.chunks_exact(4).map(|p| [p[0], p[1], p[2], p[3]]).collect()
 }
 
-fn geometry(size: [u32; 3], page: u32) -> Geometry {
+pub(crate) fn geometry(size: [u32; 3], page: u32) -> Geometry {
     Geometry::new(GeometrySpec { page, border: 1, ..GeometrySpec::volume(size) }).unwrap()
 }
 
 impl World {
-    fn new(
+    pub(crate) fn new(
         geometry: &Geometry,
         format: LayerFormat,
         channels: usize,
@@ -196,7 +196,7 @@ impl World {
         World { gpu, textures, volumes, ids, of }
     }
 
-    fn desc(&self, mode: VolumeMode) -> VolumeDesc {
+    pub(crate) fn desc(&self, mode: VolumeMode) -> VolumeDesc {
         let colors = [Vec3::ONE, Vec3::new(1.0, 0.3, 0.1), Vec3::new(0.2, 0.5, 1.0)];
         let is_one = self.ids.len() == 1;
         let channel = |(nth, id): (usize, &TextureId)| VolumeChannel {
@@ -210,7 +210,12 @@ impl World {
     }
 
     /// The converged picture, and the frames that it took.
-    fn drawn(&mut self, desc: VolumeDesc, view: VolumeView, size: [u32; 2]) -> (Vec<[u8; 4]>, usize) {
+    pub(crate) fn drawn(
+        &mut self,
+        desc: VolumeDesc,
+        view: VolumeView,
+        size: [u32; 2],
+    ) -> (Vec<[u8; 4]>, usize) {
         let renderer = VolumeRenderer::new(&self.gpu, &mut self.textures, desc, PICTURE).unwrap();
         let canvas = Canvas::new(&self.gpu, size, PICTURE, TargetKind::Direct);
         let (mut frames, mut loaded, mut quiet) = (0, 0, 0);
@@ -237,7 +242,7 @@ impl World {
         }
     }
 
-    fn arrays(&self, desc: &VolumeDesc) -> Vec<ArrayChannel<'_>> {
+    pub(crate) fn arrays(&self, desc: &VolumeDesc) -> Vec<ArrayChannel<'_>> {
         desc.channels.iter().zip(&self.volumes).map(|(channel, volume)| (*channel, &*volume.levels)).collect()
     }
 

@@ -192,6 +192,7 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         convention: Convention::Corner,
         labels: Vec::new(),
         is_label: false,
+        label_colors: Vec::new(),
         value_scale: is_scaled.then_some([slope, intercept]),
         downsample: None,
         oddities,

@@ -154,6 +154,7 @@ pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
         convention: Convention::Corner,
         labels: Vec::new(),
         is_label: false,
+        label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
         oddities: Vec::new(),

@@ -6,9 +6,9 @@ use serde_json::Value;
 
 use super::axes::{self, Axis, assign, fitting, metres};
 use super::levels::{Stored, check_cover, convention, origins, scales, sorted};
-use super::omero;
 use super::root::ImageRoot;
 use super::transforms::Diagonal;
+use super::{labels, omero};
 use crate::chunks::{AxisMap, Grid};
 use crate::fault::{Oddities, VolumeError, VolumeFault, damaged};
 use crate::json::{list, text};
@@ -66,6 +66,7 @@ pub(crate) async fn open_image(
     let levels = levels.collect();
     let channels = arrays[0].grid.channels();
     let channel_info = channel_info(&attributes, channels, &mut oddities);
+    let label_colors = labels::colors(&attributes, arrays[0].dtype, &mut oddities);
     let labels = labels_beside(keys, prefix, &mut oddities).await?;
     let about = VolumeAbout {
         kind: "ome-zarr",
@@ -80,6 +81,7 @@ pub(crate) async fn open_image(
         convention,
         labels,
         is_label: attributes.get("image-label").is_some(),
+        label_colors,
         value_scale: None,
         downsample: text(multiscale, "type").filter(|name| !name.is_empty()).map(str::to_owned),
         oddities: oddities.into_vec(),

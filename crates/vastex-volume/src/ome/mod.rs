@@ -3,6 +3,7 @@
 
 mod axes;
 mod image;
+mod labels;
 mod levels;
 mod omero;
 mod root;

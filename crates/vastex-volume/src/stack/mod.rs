@@ -48,6 +48,7 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         convention: Convention::Corner,
         labels: Vec::new(),
         is_label: false,
+        label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
         oddities,

@@ -62,6 +62,7 @@ pub(crate) fn open_container(path: &Path) -> Result<Volume, VolumeError> {
         unit: said.unit,
         convention: said.convention,
         is_label: said.is_label,
+        label_colors: Vec::new(),
         value_scale: said.value_scale,
         downsample: said.downsample,
         oddities,

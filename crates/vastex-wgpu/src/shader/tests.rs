@@ -112,7 +112,17 @@ fn every_variant_of_the_text_for_volumes_is_valid() {
             let turn = vastex_ray_turn(0u, at, 9u);
             return vastex_volume_feedback_NAME(1u, vec3<u32>(turn), at.xyz + exit, 2.5);
         }";
-    for atlas in Atlas::ALL {
+    // Of labels: what is read is a whole number.
+    let labels = "let exit = vastex_brick_exit(brick, at.xyz, at.yzx);
+            let read = vastex_brick_whole_NAME(brick, at.xyz) + vastex_brick_whole_at_NAME(brick, at.xyz + exit)
+                + vastex_volume_whole_NAME(1u, anchor, at.xyz, level);
+            return vec4<f32>(vec2<f32>(read), f32(vastex_volume_size(1u).z), 1.0);
+        }
+        @fragment fn want";
+    let (head, tail) = march.split_once("let exit = vastex_brick_exit").unwrap();
+    let labels = [head, labels, tail.split_once("@fragment fn want").unwrap().1].concat();
+    for atlas in Atlas::ALL.into_iter().chain([Atlas::Whole]) {
+        let march = if atlas == Atlas::Whole { labels.as_str() } else { march };
         for (tables, mode) in [TableKind::Direct, TableKind::Hashed].into_iter().zip(FeedbackMode::ALL) {
             let volume = |tables, filter| {
                 let (dims, pages) = (Dims::D3, PageSides::Any);

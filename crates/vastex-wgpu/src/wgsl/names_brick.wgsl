@@ -10,34 +10,3 @@ fn vastex_brick_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) 
 fn vastex_volume_whole_level_NAME(id: u32, level: f32) -> u32 {
     return vastexi_whole_level_POOL(vastexi_volume(id), level);
 }
-
-// What lies at a place of a brick, blended from the eight voxels around it, or one voxel where the filter is `nearest` or values may not be
-// mixed.
-fn vastex_brick_sample_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
-    if !brick.is_known {
-        return vastexi_pool_POOL.unknown;
-    }
-    let is_nearest = VASTEXI_FILTER_KIND == VASTEXI_FILTER_NEAREST;
-    return vastexi_brick_tap_LAYER(brick.origin, vastexi_brick_voxel(brick, offset), is_nearest);
-}
-
-// The same blended by the shader in single precision, whatever the device filters: exact, and several times as slow.
-fn vastex_brick_exact_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
-    if !brick.is_known {
-        return vastexi_pool_POOL.unknown;
-    }
-    return vastexi_brick_blend_LAYER(brick.origin, vastexi_brick_voxel(brick, offset));
-}
-
-// The voxel that lies at a place of a brick.
-fn vastex_brick_nearest_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
-    if !brick.is_known {
-        return vastexi_pool_POOL.unknown;
-    }
-    return vastexi_brick_tap_LAYER(brick.origin, vastexi_brick_voxel(brick, offset), true);
-}
-
-// What lies at a place of a volume, for one sample: a slice, a fog. A ray looks a brick up once for all of its samples there.
-fn vastex_volume_sample_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) -> vec4<f32> {
-    return vastex_brick_sample_NAME(vastexi_brick_POOL(id, anchor, offset, level), offset);
-}

@@ -281,8 +281,13 @@ impl PoolState {
         let Shape { tables, pages, ref layers, .. } = self.shape;
         let dims = self.held.geometry.dims();
         // Volumes are blended from eight voxels, or not at all: one text for all other filters.
-        let filter = if dims == Dims::D3 && filter != Filter::Nearest { Filter::Trilinear } else { filter };
         let (atlas, scale) = (self.atlases[layer], layers[layer].1);
+        let filter = match (dims, filter) {
+            // Nothing blends labels.
+            (Dims::D3, _) if atlas == Atlas::Whole => Filter::Nearest,
+            (Dims::D3, Filter::Nearest) | (Dims::D2, _) => filter,
+            (Dims::D3, _) => Filter::Trilinear,
+        };
         Kind { dims, tables, pages, layer: layer as u8, atlas, scale, filter }
     }
 }

@@ -16,6 +16,7 @@ mod growth;
 mod host_groups;
 mod host_passes;
 mod ids;
+mod labels;
 mod materials;
 mod mixing;
 mod moving;

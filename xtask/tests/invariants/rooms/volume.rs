@@ -14,7 +14,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("made", &["chunks", "fault", "reduce", "volume"]),
     ("source", &["chunks", "fault", "made", "reduce", "values", "volume"]),
     ("zarr", &["chunks", "codecs", "fault", "json", "keys", "values"]),
-    ("ome", &["chunks", "fault", "json", "keys", "volume", "zarr"]),
+    ("ome", &["chunks", "fault", "json", "keys", "values", "volume", "zarr"]),
     ("flat", &["chunks", "fault", "values", "volume"]),
     ("stack", &["chunks", "fault", "flat", "values", "volume"]),
     ("tiled", &["chunks", "fault", "json", "reduce", "values", "volume"]),

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use vastex::{LayerId, Sampled, Textures};
 
-use super::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, sampled};
+use super::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound};
 use crate::stage::Target;
 
 impl VolumeRenderer {
@@ -35,13 +35,15 @@ impl VolumeRenderer {
     pub fn show(&mut self, textures: &mut Textures, desc: VolumeDesc) -> Result<(), VolumeError> {
         let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
         if layers(&desc) != layers(&self.desc) {
-            let (sampled, kinds) = sampled(textures, &desc.channels)?;
-            if !kinds.binds_like(&self.kinds) {
-                remove_group(textures, sampled);
+            let (sampled, bound, kinds) = bound(textures, &desc)?;
+            let is_fit = kinds.binds_like(&self.kinds);
+            // What is not drawn any more, or is not drawn.
+            let gone = if is_fit { [self.sampled, self.bound] } else { [sampled, bound] };
+            gone.into_iter().for_each(|group| remove_group(textures, group));
+            if !is_fit {
                 return Err(VolumeError::Apart);
             }
-            remove_group(textures, self.sampled);
-            self.sampled = sampled;
+            (self.sampled, self.bound) = (sampled, bound);
         }
         self.desc = desc;
         Ok(())

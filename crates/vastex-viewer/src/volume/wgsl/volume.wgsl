@@ -413,6 +413,7 @@ fn volume_picture(@builtin(position) at: vec4<f32>, @location(0) pixel: vec2<f32
             light = volume_reduced_light(ray);
         }
     }
+    light = volume_with_labels(ray, light);
     if VOLUME_ENCODES {
         return vec4<f32>(display_from_light(light), 1.0);
     }
@@ -438,9 +439,13 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
     let ray = volume_ray(pixel);
     let nothing = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
     let first = volume_scene.of_channel[0].id;
+    let of_labels = volume_label_bricks(ray);
     if VOLUME_MODE == VOLUME_SLICE {
         if !volume_is_inside(ray.origin) {
             return nothing;
+        }
+        if vastex_ray_turn(volume_scene.view, position, 1u + of_labels) > 0u {
+            return volume_label_wanted(ray, 0u);
         }
         let level = vastex_volume_level(first, volume_pixel(0.0));
         return vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, ray.origin, level);
@@ -460,7 +465,11 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
         way = next;
         bricks++;
     }
-    let turn = vastex_ray_turn(volume_scene.view, position, max(bricks, 1u));
+    bricks = select(0u, bricks, volume_scene.channels > 0u);
+    let turn = vastex_ray_turn(volume_scene.view, position, max(bricks + of_labels, 1u));
+    if turn >= bricks {
+        return volume_label_wanted(ray, turn - bricks);
+    }
     way = ray.begin;
     for (var nth = 0u; nth < turn; nth++) {
         way = volume_next_brick(ray, first, way, end);

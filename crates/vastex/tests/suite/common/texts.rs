@@ -10,6 +10,9 @@ pub const SCREEN: &str = include_str!("screen.wgsl");
 /// What the GPU says at points and levels.
 pub const POINTS: &str = include_str!("../sample_cpu.wgsl");
 
+/// What the GPU reads of labels at voxels.
+pub const LABELS: &str = include_str!("../labels.wgsl");
+
 /// What the screen's shader shows, and what it wants.
 const SHOWN: &str = "return vastex_sample(placed.ids.x, uv_from_pixel(placed));";
 const WANTED: &str = "return vastex_feedback(placed.ids.x, placed.view, uv_from_pixel(placed));";

@@ -1,0 +1,144 @@
+//! Labels in pictures of volumes: which are meant, where they lie, and what their pool may take.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use anyhow::{Context, Result, bail};
+use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
+use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeLabels};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
+
+use crate::args::RenderVolumeArgs;
+use crate::report;
+
+/// Labels that are drawn.
+pub(super) struct Labels {
+    pub(super) source: Arc<VolumeSource>,
+    /// Their box, and where it begins, in the world of the picture.
+    of: VolumeBox,
+    begin: [f64; 3],
+    selected: Option<u64>,
+}
+
+impl Labels {
+    /// The labels that are asked for over a volume: those that are named, or the volume itself where it is
+    /// one of labels. `None` if there are none.
+    pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>) -> Result<Option<Labels>> {
+        let (about, asked) = (image.about(), &args.labels);
+        let volume = match (&asked.labels, about.is_label) {
+            (Some(_), true) => bail!(
+                "--labels: {} is a volume of labels itself; name the image that they lie beside as the source",
+                about.path
+            ),
+            (None, true) => image.clone(),
+            (Some(named), false) => open_named(named, about)?,
+            (None, false) => match asked.of_labels_alone() {
+                None => return Ok(None),
+                Some(option) => bail!("{option}: it goes with --labels NAME, {}", listed(about)),
+            },
+        };
+        let of_labels = volume.about();
+        let time = if of_labels.times > 1 { args.time } else { 0 };
+        let options =
+            VolumeOptions { labels: Some(true), time, cache: args.cache(), ..VolumeOptions::default() };
+        let source = VolumeSource::open(volume.clone(), &options)?;
+        if source.has_levels_to_make() {
+            report::say(&format!("note: {}: levels that the file lacks are made first", of_labels.path));
+            source.make_levels(&AtomicBool::new(false));
+        }
+        let (of, begin) = place(of_labels, about)?;
+        let selected = asked.label_selected.map(|label| selected(label, of_labels)).transpose()?;
+        Ok(Some(Labels { source: Arc::new(source), of, begin, selected }))
+    }
+
+    /// The rule for the pool of labels, of so many bytes.
+    pub(super) fn pool(&self, bytes: u64) -> PoolRule {
+        let format = self.source.description().layers[0].format;
+        let tuning = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
+        PoolRule { formats: Some(vec![format]), tuning, ..PoolRule::default() }
+    }
+
+    /// Adds them to textures, as they are to be shown.
+    pub(super) fn add(
+        &self,
+        args: &RenderVolumeArgs,
+        textures: &mut Textures,
+        is_alone: bool,
+    ) -> Result<VolumeLabels> {
+        let voxels = Some(self.source.levels().clone());
+        let own = TextureSettings { voxels, ..TextureSettings::default() };
+        let tiles: Arc<dyn TileSource> = self.source.clone();
+        let prepared = textures.preparer().read_blocking(tiles, own)?;
+        let layer: LayerId = textures.add(prepared)?.into();
+        let usual = if is_alone { 1.0 } else { 0.5 };
+        let about = self.source.volume().about();
+        Ok(VolumeLabels {
+            begin: self.begin,
+            opacity: args.labels.label_opacity.unwrap_or(usual),
+            outlines: args.labels.label_outlines,
+            selected: self.selected,
+            others: args.labels.label_others,
+            colors: Arc::new(LabelColors::new(about.label_colors.iter().copied())),
+            ..VolumeLabels::new(layer, self.of)
+        })
+    }
+}
+
+/// Those beside an image by their name, or any by their path.
+fn open_named(named: &str, about: &VolumeAbout) -> Result<Arc<Volume>> {
+    let path = match about.labels.iter().any(|name| name == named) {
+        true => Path::new(&about.path).join("labels").join(named),
+        // Within an archive there is no such file.
+        false if Path::new(named).ancestors().any(|path| !path.as_os_str().is_empty() && path.exists()) => {
+            PathBuf::from(named)
+        }
+        false => bail!("--labels {named}: {}, and there is no such file", listed(about)),
+    };
+    match open(&path).with_context(|| format!("--labels {named}"))? {
+        Opened::Volume(volume) => Ok(Arc::new(*volume)),
+        Opened::Images(list) => bail!(
+            "--labels {named}: {} is {}; name one: {}",
+            list.path,
+            list.what,
+            list.images.iter().take(20).map(String::as_str).collect::<Vec<_>>().join(", ")
+        ),
+    }
+}
+
+/// Which labels lie beside an image.
+fn listed(about: &VolumeAbout) -> String {
+    match about.labels.is_empty() {
+        true => format!("no labels lie beside {}; give the path of others", about.path),
+        false => format!("{} has the labels {}", about.path, about.labels.join(", ")),
+    }
+}
+
+/// The box of labels in the world of an image's picture, and where it begins. Those of as many voxels as the
+/// image lie voxel on voxel, whatever scales they name.
+fn place(labels: &VolumeAbout, image: &VolumeAbout) -> Result<(VolumeBox, [f64; 3])> {
+    let (own, of_image) = (&labels.levels[0], &image.levels[0]);
+    let mut size = [0; 3];
+    for (side, voxels) in size.iter_mut().zip(own.size) {
+        *side =
+            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", labels.path))?;
+    }
+    let longest = of_image.scale.iter().copied().fold(0.0, f64::max);
+    if own.size == of_image.size {
+        return Ok((VolumeBox::new(size, of_image.scale.map(|side| side / longest)), [0.0; 3]));
+    }
+    let begin = std::array::from_fn(|axis| (own.origin[axis] - of_image.origin[axis]) / longest);
+    Ok((VolumeBox::new(size, own.scale.map(|side| side / longest)), begin))
+}
+
+/// A label as it stands in tiles.
+fn selected(label: i128, about: &VolumeAbout) -> Result<u64> {
+    let dtype = about.dtype;
+    let Some((least, most)) = dtype.bounds() else {
+        bail!("{}: labels are whole numbers, and these are {}", about.path, dtype.name());
+    };
+    if !(least..=most).contains(&label) {
+        bail!("--label-selected {label}: values of {} ({}) are {least} to {most}", about.path, dtype.name());
+    }
+    Ok(if dtype.bytes() < 8 { u64::from(label as i64 as u32) } else { label as u64 })
+}
