@@ -130,6 +130,7 @@ struct SceneUniform {
 pub struct VolumeRenderer {
     gpu: Gpu,
     desc: VolumeDesc,
+    /// By which channels are asked for: the layer of the one, or the group of all; or the labels alone.
     sampled: Sampled,
     /// What the text was made for.
     kinds: Kinds,
@@ -210,10 +211,10 @@ impl VolumeRenderer {
         &self.desc
     }
 
-    /// What its channels are sampled by: the layer of the one channel, or the group of all; of labels that
-    /// are alone their layer.
+    /// What its shaders sample, and so whose bind group they are given: the layer of the one channel, the
+    /// group of all, or that of a channel and labels.
     pub fn sampled(&self) -> Sampled {
-        self.sampled
+        self.bound
     }
 
     /// What the volume is seen through.

@@ -51,7 +51,7 @@ impl VolumeRenderer {
 
     /// Takes back what it added to the textures. The channels themselves stay.
     pub fn forget(self, textures: &mut Textures) {
-        remove_group(textures, self.sampled);
+        [self.sampled, self.bound].into_iter().for_each(|group| remove_group(textures, group));
     }
 }
 
