@@ -31,8 +31,8 @@ pub struct VolumeAbout {
     pub labels: Vec<String>,
     /// Whether its values are labels: numbers of things, which are never mixed.
     pub is_label: bool,
-    /// Colours that it gives to some labels, as they stand in tiles: red, green, blue, and how opaque they are;
-    /// in the order of the file, where a label may come twice.
+    /// Colours that it gives to some labels, as they stand in tiles: red, green, blue, and how opaque they
+    /// are; in the order of the file, where a label may come twice.
     pub label_colors: Vec<(u64, [u8; 4])>,
     /// What makes meant values of stored ones: `slope * value + intercept`. Nothing here applies it.
     pub value_scale: Option<[f64; 2]>,
