@@ -231,7 +231,8 @@ impl VolumeRenderer {
     }
 
     /// What becomes of samples, how far apart they are, how channels are shown: all that needs no other
-    /// shaders. The channels stay as many, of the same layers, and so do labels and the list of their colours.
+    /// shaders. The channels stay as many, of the same layers, and so do labels and the list of their
+    /// colours.
     pub fn set(&mut self, desc: VolumeDesc) {
         let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
         debug_assert_eq!((layers(&desc), desc.is_exact), (layers(&self.desc), self.desc.is_exact));
