@@ -1,16 +1,19 @@
 #!/usr/bin/env python3
 """Makes the TIFF pyramids of this directory, each by a program that people have them from.
 
-Needs numpy, tifffile, imagecodecs and rasterio (which contains GDAL) from PyPI, `vips` (Debian: libvips-tools) and
-`maketx` (Debian: openimageio-tools). Run it in this directory; other versions write other bytes, of the same texels.
+Needs numpy, tifffile, imagecodecs, openslide-python with openslide-bin, and rasterio (which contains GDAL) from PyPI,
+`vips` (Debian: libvips-tools) and `maketx` (Debian: openimageio-tools). Run it in this directory; other versions write
+other bytes, of the same texels. `make.py slides_ycbcr ome_slide` makes those of these functions alone.
 """
 
 import re
 import subprocess
+import sys
 from pathlib import Path
 
 import imagecodecs
 import numpy as np
+import openslide
 import rasterio
 import rasterio.shutil
 import tifffile
@@ -58,7 +61,7 @@ def cog(name, bands, mask=None, **options):
             rasterio.shutil.copy(source, name, driver="COG", BLOCKSIZE=128, **options)
 
 
-def slide(name, compression, levels, encode):
+def slide(name, compression, levels, encode, subsampling=1):
     """An SVS file as Aperio's scanners lay it out: levels of a quarter, a thumbnail, a label, a macro image."""
     base = levels[0]
     words = f"Aperio Image Library v12.0.15\r\n{WIDTH}x{HEIGHT} [0,0 {WIDTH}x{HEIGHT}] ({{0}}x{{1}})|AppMag = 20|MPP = 0.4990"
@@ -79,7 +82,7 @@ def slide(name, compression, levels, encode):
             out.write(
                 tiles(texels, 64), shape=texels.shape, dtype=texels.dtype, tile=(64, 64), photometric=photometric,
                 compression=compression, description=words.format(*texels.shape[1::-1]), metadata=None,
-                **({"subsampling": (1, 1)} if photometric == "ycbcr" else {}),
+                **({"subsampling": (subsampling, subsampling)} if photometric == "ycbcr" else {}),
             )
             if number == 0:
                 strips(out, base[::8, ::8], words, 0)
@@ -87,7 +90,64 @@ def slide(name, compression, levels, encode):
         strips(out, base[::12, ::10], "Aperio Image Library v12.0.15\r\nmacro 21x12", 9)
 
 
+def ycbcr(rgb):
+    """The YCbCr of JFIF, rounded to whole numbers."""
+    r, g, b = np.moveaxis(rgb.astype(np.float64), -1, 0)
+    y = 0.299 * r + 0.587 * g + 0.114 * b
+    return np.clip(np.rint(np.stack([y, 128 + (b - y) / 1.772, 128 + (r - y) / 1.402], axis=-1)), 0, 255).astype(np.uint8)
+
+
+def slides_ycbcr():
+    """Aperio's compression 33003, YCbCr in JPEG 2000: colours as fine as the luma, and of half its columns and rows.
+
+    Beside each lies a PNG with the texels of level 0 as OpenSlide shows them, by OpenJPEG and its own conversion.
+    """
+
+    def half_colours(tile):
+        tifffile.imwrite("tile.tmp.tif", tile, photometric="rgb")
+        subprocess.run(["vips", "jp2ksave", "tile.tmp.tif", "tile.tmp.jp2", "--subsample-mode", "on", "--lossless"], check=True)
+        boxed = Path("tile.tmp.jp2").read_bytes()
+        Path("tile.tmp.tif").unlink()
+        Path("tile.tmp.jp2").unlink()
+        return boxed[boxed.index(b"\xff\x4f\xff\x51"):]
+
+    rgb = picture()
+    levels = [rgb, halved(halved(rgb))]
+    whole = lambda tile: imagecodecs.jpeg2k_encode(ycbcr(tile), level=0, codecformat="j2k", reversible=True, mct=False)
+    for name, encode, subsampling in [("slide-jpeg2000-ycbcr", whole, 1), ("slide-jpeg2000-ycbcr-420", half_colours, 2)]:
+        slide(f"{name}.svs", 33003, levels, encode, subsampling)
+        with openslide.OpenSlide(f"{name}.svs") as shown:
+            shown.read_region((0, 0), 0, shown.dimensions).convert("RGB").save(f"{name}.png", optimize=True)
+
+
+def ome_slide():
+    """An OME-TIFF with a label and a macro image, as Bio-Formats names them, and an image of another name."""
+    rgb = picture()
+    options = dict(photometric="rgb", compression="zlib", predictor=2)
+    with tifffile.TiffWriter("ome-slide.ome.tif", ome=True) as out:
+        size = dict(PhysicalSizeX=0.25, PhysicalSizeXUnit="µm", PhysicalSizeY=0.25, PhysicalSizeYUnit="µm")
+        out.write(rgb, subifds=1, tile=(64, 64), metadata=dict(axes="YXS", Name="slide 1", **size), **options)
+        out.write(halved(rgb), subfiletype=1, tile=(64, 64), **options)
+        # Of half the size of the slide: by its size alone it would be a level.
+        out.write(np.ascontiguousarray(halved(rgb)[::-1]), tile=(64, 64), metadata=dict(axes="YXS", Name="macro image"), **options)
+        out.write(np.ascontiguousarray(rgb[::10, ::12]), metadata=dict(axes="YXS", Name="label image"), **options)
+        out.write(np.ascontiguousarray(rgb[:40, :50]), metadata=dict(axes="YXS", Name="detail & edge"), **options)
+    without_machine("ome-slide.ome.tif")
+
+
+def without_machine(name):
+    """What tifffile writes into OME-XML of the machine that it runs on, replaced."""
+    ome = Path(name)
+    ome.write_bytes(re.sub(rb"urn:uuid:[0-9a-f-]{36}", b"urn:uuid:" + b"0" * 8 + b"-0000" * 3 + b"-" + b"0" * 12, ome.read_bytes()))
+
+
 def main():
+    if sys.argv[1:]:
+        for function in sys.argv[1:]:
+            dict(slides_ycbcr=slides_ycbcr, ome_slide=ome_slide)[function]()
+        return
+    slides_ycbcr()
+    ome_slide()
     rgb, grey = picture(), heights()
     bands = np.moveaxis(rgb, -1, 0)
     mask = np.where(np.hypot(*np.mgrid[-70:71, -101:102]) < 95, 255, 0).astype(np.uint8)
@@ -104,9 +164,7 @@ def main():
         for level in levels[1:]:
             out.write(level, subfiletype=1, **options)
 
-    # What tifffile writes there is of the machine that it runs on.
-    ome = Path("ome-subifds.ome.tif")
-    ome.write_bytes(re.sub(rb"urn:uuid:[0-9a-f-]{36}", b"urn:uuid:" + b"0" * 8 + b"-0000" * 3 + b"-" + b"0" * 12, ome.read_bytes()))
+    without_machine("ome-subifds.ome.tif")
 
     with tifffile.TiffWriter("planes-big-endian.tif", bigtiff=True, byteorder=">") as out:
         wide = bands.astype(np.uint16) * 257

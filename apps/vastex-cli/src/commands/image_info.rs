@@ -4,7 +4,12 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
+use vastex_build::Profile;
 
+#[cfg(feature = "view")]
+use super::about_info::Rows;
+use super::about_info::{AboutSummary, text_of};
+use crate::open::Looked;
 use crate::open::image::is_no_image;
 use crate::{open, report};
 
@@ -21,24 +26,33 @@ pub(super) struct ImageSummary {
     is_linear: bool,
     /// Bytes of memory that reading it takes.
     memory: u64,
+    /// What the file says of it besides.
+    #[serde(flatten)]
+    about: AboutSummary,
     /// What is left out, and what reading it costs.
     notices: Vec<String>,
 }
 
-/// Of an image; `None` if the file is something else.
-pub(super) fn of(path: &Path) -> Result<Option<ImageSummary>> {
+/// Of an image that was looked at; `None` if the file is something else.
+pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<ImageSummary>> {
     if !path.is_file() || open::is_directory_of_tiles(path) {
         return Ok(None);
     }
     match vastex_build::open(path) {
         Ok(reader) => {
             let header = reader.header();
+            let profile = header.profile.as_ref().map(Profile::name);
+            let about = match looked.tiff(path) {
+                Some(tiff) => AboutSummary::new(tiff.about(), profile),
+                None => AboutSummary::of_profile(profile),
+            };
             Ok(Some(ImageSummary {
                 kind: "image",
                 size: [header.width, header.height],
                 texels: header.format.to_string(),
                 is_linear: header.linear,
                 memory: header.memory,
+                about,
                 notices: header.notices.iter().map(ToString::to_string).collect(),
             }))
         }
@@ -50,20 +64,25 @@ pub(super) fn of(path: &Path) -> Result<Option<ImageSummary>> {
 impl ImageSummary {
     /// What there is to say, by names.
     #[cfg(feature = "view")]
-    pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
-        let ImageSummary { size: [width, height], texels, is_linear, memory, notices, .. } = self;
+    pub(super) fn rows(&self) -> Rows {
+        let ImageSummary { size, texels, is_linear, memory, about, notices, .. } = self;
+        let [width, height] = size;
         let linear = if *is_linear { ", linear" } else { "" };
-        let mut rows = vec![
+        let rows = [
             ("size", format!("{width} x {height} texels")),
             ("texels", format!("{texels}{linear}")),
             ("reading", format!("takes {} of memory", report::bytes(*memory))),
         ];
-        rows.extend(notices.iter().map(|notice| ("note", notice.clone())));
+        let mut rows: Rows = rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        rows.extend(about.rows(*size));
+        rows.extend(notices.iter().map(|notice| ("note".to_owned(), notice.clone())));
+        rows.extend(about.words());
         rows
     }
 
     pub(super) fn text(&self) -> String {
-        let ImageSummary { size: [width, height], texels, is_linear, memory, notices, .. } = self;
+        let ImageSummary { size, texels, is_linear, memory, about, notices, .. } = self;
+        let [width, height] = size;
         let linear = if *is_linear { ", linear" } else { "" };
         let mut text = format!(
             "{width}x{height} texels of {texels}{linear}\n\
@@ -72,6 +91,9 @@ impl ImageSummary {
             report::bytes(*memory)
         );
         notices.iter().for_each(|notice| text.push_str(&format!("note: {notice}\n")));
+        let mut rows = about.rows(*size);
+        rows.extend(about.words());
+        text.push_str(&text_of(&rows));
         text
     }
 }

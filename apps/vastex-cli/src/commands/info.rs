@@ -27,10 +27,11 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     }
     #[cfg(feature = "build")]
     if open::what_lies_at(&args.file)? == open::Lies::Other {
-        if let Some((source, summary)) = super::tiff_info::of(&args.file)? {
+        let looked = open::Looked::at(&args.file);
+        if let Some((source, summary)) = super::tiff_info::of(&args.file, &looked)? {
             return say_of_tiff(args, &source, &summary);
         }
-        if let Some(summary) = super::image_info::of(&args.file)? {
+        if let Some(summary) = super::image_info::of(&args.file, &looked)? {
             return say_of_image(args, &summary);
         }
     }
@@ -51,10 +52,11 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of a file, by names, for the window; a row without a name goes on with the one before it.
-/// Fails where nothing can be said.
+/// What is said of a file that was looked at, by names, for the window; a row without a name goes on with the
+/// one before it. Fails where nothing can be said.
 #[cfg(feature = "view")]
-pub(crate) fn rows_of(file: &Path) -> Result<Vec<(String, String)>> {
+#[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing is found"))]
+pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String, String)>> {
     let named = |rows: Vec<(&'static str, String)>| {
         rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
     };
@@ -69,11 +71,11 @@ pub(crate) fn rows_of(file: &Path) -> Result<Vec<(String, String)>> {
     }
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
-        if let Some((_, summary)) = super::tiff_info::of(file)? {
-            return Ok(named(summary.rows()));
+        if let Some((_, summary)) = super::tiff_info::of(file, looked)? {
+            return Ok(summary.rows());
         }
-        if let Some(summary) = super::image_info::of(file)? {
-            return Ok(named(summary.rows()));
+        if let Some(summary) = super::image_info::of(file, looked)? {
+            return Ok(summary.rows());
         }
     }
     let container = Container::open_file(file)?;

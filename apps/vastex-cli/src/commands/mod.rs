@@ -1,6 +1,8 @@
 //! What each command does, but for `view`: one module each.
 
 #[cfg(feature = "build")]
+mod about_info;
+#[cfg(feature = "build")]
 pub(crate) mod build;
 #[cfg(feature = "build")]
 pub(crate) mod build_kind;

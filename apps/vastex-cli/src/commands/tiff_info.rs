@@ -1,12 +1,15 @@
-//! `vastex info` of a TIFF pyramid: its levels, its other images, and what it says of the size and place of
-//! its texels.
+//! `vastex info` of a TIFF pyramid: its levels, its other images, and what else it says of itself.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::Result;
 use serde::Serialize;
 use vastex::TileSource;
-use vastex_build::{GeoPlace, InputFault, PixelSize, SourceError, TiffLevel, TiffSource, image_in_file};
+use vastex_build::{InputFault, SourceError, TiffDirectories, TiffLevel, TiffSource, image_in_file};
+
+use super::about_info::{self, AboutSummary, Rows};
+use crate::open::Looked;
 
 /// What `--json` prints of a TIFF pyramid.
 #[derive(Serialize)]
@@ -25,19 +28,13 @@ pub(super) struct TiffSummary {
     stored_levels: Vec<StoredLevel>,
     /// Images of the file that are no levels.
     other_images: Vec<Image>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pixel_size: Option<Pixel>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    place: Option<Place>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    magnification: Option<f64>,
+    /// What the file says of it besides.
+    #[serde(flatten)]
+    about: AboutSummary,
     /// The names of its bands, which are the samples of a texel; nothing for one that the file does not name.
     bands: Vec<Option<String>>,
     /// Those that are shown, counted from 1.
     shown_bands: Vec<u16>,
-    /// As text, which tells what is no number, too.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    nodata: Option<String>,
     notices: Vec<String>,
 }
 
@@ -55,33 +52,19 @@ struct Image {
     role: &'static str,
     /// What stands after the file's path and a colon to open it.
     name: String,
+    /// What the file calls it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    title: Option<String>,
     size: [u64; 2],
 }
 
-/// Width and height of a texel of level 0.
-#[derive(Serialize)]
-struct Pixel {
-    size: [f64; 2],
-    unit: String,
-}
-
-/// Where the image lies on the Earth.
-#[derive(Serialize)]
-struct Place {
-    /// x = m0 column + m1 row + m2, y = m3 column + m4 row + m5, from corner to corner.
-    from_texels: [f64; 6],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    epsg: Option<u16>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    name: Option<String>,
-}
-
-/// What there is to say of a TIFF file; `None` if `path` is something else.
-pub(super) fn of(path: &Path) -> Result<Option<(TiffSource, TiffSummary)>> {
+/// What there is to say of a TIFF file that was looked at; `None` if `path` is something else.
+pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<TiffSource>, TiffSummary)>> {
     if !path.is_file() && image_in_file(path).is_none() {
         return Ok(None);
     }
-    match TiffSource::open(path) {
+    let read = looked.tiff(path);
+    match read.map_or_else(|| TiffSource::open(path).map(Arc::new), TiffDirectories::open) {
         Ok(source) => {
             let summary = TiffSummary::new(&source);
             Ok(Some((source, summary)))
@@ -100,12 +83,6 @@ impl TiffSummary {
             let TiffLevel { level, size, tile, compression, .. } = level;
             StoredLevel { level, size, tile, compression }
         };
-        let pixel = |PixelSize { size, unit, .. }: &PixelSize| Pixel { size: *size, unit: unit.clone() };
-        let place = |GeoPlace { from_texels, epsg, name, .. }: &GeoPlace| Place {
-            from_texels: *from_texels,
-            epsg: *epsg,
-            name: name.clone(),
-        };
         TiffSummary {
             kind: "tiff",
             size: [width, height],
@@ -116,25 +93,21 @@ impl TiffSummary {
             other_images: source
                 .others()
                 .iter()
-                .map(|o| Image { role: o.role, name: o.name.clone(), size: o.size })
+                .map(|o| Image { role: o.role, name: o.name.clone(), title: o.title.clone(), size: o.size })
                 .collect(),
-            pixel_size: about.pixel_size.as_ref().map(pixel),
-            place: about.place.as_ref().map(place),
-            magnification: about.magnification,
+            about: AboutSummary::new(about, source.profile().map(str::to_owned)),
             bands: about.bands.clone(),
             shown_bands: source.shown_bands(),
-            nodata: about.nodata.map(|value| value.to_string().to_lowercase()),
             notices: source.notices().iter().map(ToString::to_string).collect(),
         }
     }
 
     pub(super) fn text(&self) -> String {
-        let rows = self.rows().into_iter();
-        rows.map(|(name, value)| format!("  {name:<14}{value}")).collect::<Vec<_>>().join("\n")
+        about_info::text_of(&self.rows())
     }
 
     /// What there is to say, by names; one without a name goes on with the one before it.
-    pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
+    pub(super) fn rows(&self) -> Rows {
         let [width, height] = self.size;
         let (levels, format, page) = (self.levels, self.format, self.page);
         let mut rows = vec![
@@ -146,9 +119,11 @@ impl TiffSummary {
             ("", format!("level {level}: {w} x {h} texels, tiles of {tile_w} x {tile_h}, {compression}"))
         }));
         rows.push(("shown as", format!("{format}, in pages of {page} texels")));
-        let others =
-            self.other_images.iter().map(|Image { name, size: [w, h], .. }| format!("{name} {w} x {h}"));
-        let others: Vec<_> = others.collect();
+        let other = |Image { name, title, size: [w, h], .. }: &Image| match title {
+            Some(title) => format!("{name} ({title:?}) {w} x {h}"),
+            None => format!("{name} {w} x {h}"),
+        };
+        let others: Vec<_> = self.other_images.iter().map(other).collect();
         if !others.is_empty() {
             rows.push(("other images", format!("{}; FILE:NAME opens one", others.join(", "))));
         }
@@ -162,29 +137,10 @@ impl TiffSummary {
             let shown: Vec<_> = self.shown_bands.iter().map(ToString::to_string).collect();
             rows.push(("", format!("{} shown; FILE:bands=3,2,1 shows others", shown.join(", "))));
         }
-        if let Some(Pixel { size: [w, h], unit }) = &self.pixel_size {
-            let size = if w == h { format!("{w} {unit}") } else { format!("{w} x {h} {unit}") };
-            rows.push(("texel", size));
-        }
-        if let Some(times) = self.magnification {
-            rows.push(("magnified", format!("{times} times")));
-        }
-        if let Some(value) = &self.nodata {
-            rows.push((
-                "no data",
-                format!("{value}: left out where it is shown, unless by --layer :nodata=off"),
-            ));
-        }
-        if let Some(Place { from_texels: [a, b, east, d, e, north], epsg, name }) = &self.place {
-            let system = [epsg.map(|code| format!("EPSG:{code}")), name.clone()];
-            let system: Vec<_> = system.into_iter().flatten().collect();
-            let system = if system.is_empty() { "a system of its own".into() } else { system.join(", ") };
-            rows.push(("system", system));
-            let (w, h) = (f64::from(width), f64::from(height));
-            let far = [a * w + b * h + east, d * w + e * h + north];
-            rows.push(("place", format!("from {east}, {north} to {}, {}", far[0], far[1])));
-        }
-        rows.extend(self.notices.iter().map(|notice| ("note", notice.clone())));
+        let mut rows: Rows = rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        rows.extend(self.about.rows(self.size));
+        rows.extend(self.notices.iter().map(|notice| ("note".to_owned(), notice.clone())));
+        rows.extend(self.about.words());
         rows
     }
 }

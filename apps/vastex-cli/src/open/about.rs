@@ -6,6 +6,8 @@ use std::sync::Arc;
 
 use vastex_viewer::panels::TexelSize;
 
+use super::looked::Looked;
+
 /// The bands of a file that has more than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct FileBands {
@@ -32,15 +34,14 @@ impl FileBands {
 
     /// Those of the source that a path names; `None` if there is nothing to choose.
     #[cfg(feature = "build")]
-    fn of(path: &Path) -> Option<FileBands> {
+    fn of(path: &Path, tiff: &vastex_build::TiffDirectories) -> Option<FileBands> {
         let (file, name) =
             vastex_build::image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
         let shown = match name.map(|name| name.strip_prefix("bands=")) {
             None => Some(vec![1, 2, 3]),
             Some(words) => words?.split(',').map(|word| word.parse().ok()).collect(),
         };
-        let count = vastex_build::bands_to_choose(file)?;
-        let named = vastex_build::TiffAbout::of_file(file)?.bands;
+        let (count, named) = (tiff.bands_to_choose()?, &tiff.about().bands);
         let name = |n: u16| match named.get(usize::from(n) - 1) {
             Some(Some(name)) => format!("{n} {name}"),
             _ => n.to_string(),
@@ -67,43 +68,48 @@ pub(crate) struct FileAbout {
 }
 
 impl FileAbout {
-    /// What is said of the source that a path names, beside what `vastex info` says of it.
+    /// What is said of the source that a path names, which was looked at, beside what `vastex info` says of
+    /// it.
     #[cfg(feature = "build")]
-    pub(crate) fn of(path: &Path, rows: Vec<(String, String)>) -> FileAbout {
-        let file = vastex_build::image_in_file(path).map_or(path, |(file, _)| file);
-        let others = vastex_build::TiffOther::of_file(file);
+    pub(crate) fn of(path: &Path, looked: &Looked, rows: Vec<(String, String)>) -> FileAbout {
+        let about =
+            FileAbout { rows: rows.into(), is_generated: super::is_generated(path), ..FileAbout::default() };
+        let Some(tiff) = looked.tiff(path) else { return about };
+        let named = vastex_build::image_in_file(path);
+        let file = named.map_or(path, |(file, _)| file);
         let mut images: Vec<(String, PathBuf)> = Vec::new();
-        if !others.is_empty() {
+        if !tiff.others().is_empty() {
             images.push(("first".to_owned(), file.to_owned()));
         }
-        images.extend(others.into_iter().map(|other| {
+        images.extend(tiff.others().iter().map(|other| {
             let mut path = file.as_os_str().to_owned();
             path.push(":");
             path.push(&other.name);
-            (other.name, PathBuf::from(path))
+            (other.name.clone(), PathBuf::from(path))
         }));
+        // What is said of the first image is not said of others.
+        let is_first = named.is_none_or(|(_, name)| name.starts_with("bands="));
+        let of_first = Some(tiff.about()).filter(|_| is_first);
         FileAbout {
-            texel_size: texel_size(file),
+            texel_size: of_first.and_then(texel_size),
             images,
-            bands: FileBands::of(path),
-            rows: rows.into(),
-            is_generated: super::is_generated(path),
+            bands: FileBands::of(path, tiff),
+            ..about
         }
     }
 
     /// Without the readers of `vastex build` nothing is known of it but what `vastex info` says.
     #[cfg(not(feature = "build"))]
-    pub(crate) fn of(path: &Path, rows: Vec<(String, String)>) -> FileAbout {
+    pub(crate) fn of(path: &Path, _: &Looked, rows: Vec<(String, String)>) -> FileAbout {
         let is_generated = super::is_generated(path);
         FileAbout { rows: rows.into(), is_generated, ..FileAbout::default() }
     }
 }
 
 #[cfg(feature = "build")]
-fn texel_size(path: &Path) -> Option<TexelSize> {
-    let about = vastex_build::TiffAbout::of_file(path)?;
+fn texel_size(about: &vastex_build::TiffAbout) -> Option<TexelSize> {
     // A unit that the file does not name says less than texels do.
-    let pixel = about.pixel_size.filter(|pixel| pixel.unit != "unit")?;
+    let pixel = about.pixel_size.as_ref().filter(|pixel| pixel.unit != "unit")?;
     let size = TexelSize::new(pixel.size, &pixel.unit)?;
     Some(size.with_magnification(about.magnification))
 }

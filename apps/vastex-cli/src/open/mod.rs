@@ -2,9 +2,9 @@
 //! images and generated planets, behind a disk cache if one is asked for.
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`,
-//! who is told in `observer`, what files say beside their texels in `about`, which of their bands are opened
-//! in `bands`, what becomes of a cached image that turns out to be damaged in `mended`, and what shapes lie
-//! over them in `shapes`.
+//! who is told in `observer`, what was found of a file before in `looked`, what files say beside their texels
+//! in `about`, which of their bands are opened in `bands`, what becomes of a cached image that turns out to
+//! be damaged in `mended`, and what shapes lie over them in `shapes`.
 
 #[cfg(feature = "view")]
 mod about;
@@ -12,6 +12,7 @@ mod about;
 mod bands;
 #[cfg(feature = "build")]
 pub(crate) mod image;
+mod looked;
 #[cfg(feature = "build")]
 mod mended;
 mod observer;
@@ -33,6 +34,7 @@ use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
 pub(crate) use about::{FileAbout, FileBands};
+pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
 #[cfg(all(feature = "view", feature = "build"))]
@@ -271,7 +273,7 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
 /// else.
 #[cfg(feature = "build")]
 fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<Arc<dyn TileSource>>> {
-    use vastex_build::{DirectorySource, InputFault, SourceError, TiffSource};
+    use vastex_build::{DirectorySource, InputFault, SourceError, TiffDirectories, TiffSource};
 
     let say = |notices: &[vastex_build::Notice]| {
         for note in notices.iter().map(|notice| format!("{}: {notice}", path.display())) {
@@ -281,10 +283,11 @@ fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<A
     };
     let is_none =
         |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
-    match TiffSource::open(path) {
+    let read = observer.and_then(|observer| observer.looked()?.tiff(path));
+    match read.map_or_else(|| TiffSource::open(path).map(Arc::new), TiffDirectories::open) {
         Ok(tiles) => {
             say(tiles.notices());
-            return Ok(Some(Arc::new(tiles)));
+            return Ok(Some(tiles));
         }
         Err(error) if is_none(&error) || path.is_dir() => {}
         Err(error) => return Err(error.into()),
@@ -342,7 +345,8 @@ mod tests {
     #[cfg(feature = "view")]
     #[test]
     fn a_file_that_comes_later_may_be_a_generated_planet() {
-        let is_generated = |path: &str| FileAbout::of(Path::new(path), Vec::new()).is_generated;
+        let is_generated =
+            |path: &str| FileAbout::of(Path::new(path), &Looked::default(), Vec::new()).is_generated;
         assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
         assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
     }

@@ -6,6 +6,8 @@ use std::ops::ControlFlow;
 #[cfg(feature = "build")]
 use std::sync::Arc;
 
+use super::looked::Looked;
+
 /// What becomes of a cached image of which a tile turned out to be damaged.
 pub(crate) enum Mending {
     /// It is being built anew, as the text says.
@@ -26,6 +28,11 @@ pub(crate) trait OpenObserver {
     /// Whether a person looks at something meanwhile, so that what is built gives way to that.
     fn is_watched(&self) -> bool {
         false
+    }
+
+    /// What was found already at the path that is opened.
+    fn looked(&self) -> Option<&Looked> {
+        None
     }
 
     /// Whether previews are wanted at all.
@@ -66,6 +73,13 @@ pub(crate) trait OpenObserver {
 
 /// For commands that show nothing before all is there.
 impl OpenObserver for () {}
+
+/// For those that looked at a file before, and show nothing before all is there.
+impl OpenObserver for Looked {
+    fn looked(&self) -> Option<&Looked> {
+        Some(self)
+    }
+}
 
 /// Hands on how far it is, and nothing else: of an image that something else is made of.
 pub(super) struct WithoutPreview<'a>(pub(super) &'a dyn OpenObserver);

@@ -26,7 +26,7 @@ use vastex_scenes::{
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
 use crate::commands::render::{self, Troubles};
-use crate::open::{self, FileAbout};
+use crate::open::{self, FileAbout, Looked};
 use crate::output::{Output, PngRows};
 use crate::parts::{self, MOST_SIDE, Part, Parts};
 use crate::report;
@@ -110,10 +110,13 @@ impl Shot {
     }
 
     fn open(&self, args: &ViewArgs) -> Result<Sources> {
-        let open = |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &())?.tiles);
+        let looked = Looked::at(&self.source);
+        let open =
+            |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &looked)?.tiles);
         let tiles = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
-        let about = FileAbout::of(&self.source, rows_of(&self.source).unwrap_or_default());
+        let rows = rows_of(&self.source, &looked).unwrap_or_default();
+        let about = FileAbout::of(&self.source, &looked, rows);
         let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();

@@ -25,7 +25,7 @@ use vastex_viewer::panels::Shapes;
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
-use crate::open::{self, FileAbout, OpenObserver};
+use crate::open::{self, FileAbout, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending};
 #[cfg(feature = "volumes")]
@@ -136,6 +136,7 @@ impl Openings {
             #[cfg(feature = "build")]
             mending,
             about: FileAbout::default(),
+            looked: Looked::default(),
             send: Box::new(move |event| send(Report { opening: number, event })),
             preparer,
             has_previews,
@@ -151,7 +152,9 @@ impl Openings {
                 return (reporter.send)(opened.unwrap_or_else(|panic| by_fault(&to_open, &*panic)));
             }
             let opened = catch_unwind(AssertUnwindSafe(|| {
-                reporter.about = FileAbout::of(&to_open, rows_of(&to_open).unwrap_or_default());
+                reporter.looked = Looked::at(&to_open);
+                let rows = rows_of(&to_open, &reporter.looked).unwrap_or_default();
+                reporter.about = FileAbout::of(&to_open, &reporter.looked, rows);
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {
@@ -250,7 +253,7 @@ fn read_shapes(
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
     let opened = open_volume(path).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
-        Ok(Box::new((opened, settings, rows_of(path).unwrap_or_default().into())))
+        Ok(Box::new((opened, settings, rows_of(path, &Looked::default()).unwrap_or_default().into())))
     });
     opened.map_or_else(OpeningEvent::Failed, OpeningEvent::Volume)
 }
@@ -273,6 +276,8 @@ struct Reporter {
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
     about: FileAbout,
+    /// What was found at its path.
+    looked: Looked,
     has_previews: bool,
     is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
@@ -297,6 +302,10 @@ impl Reporter {
 impl OpenObserver for Reporter {
     fn is_watched(&self) -> bool {
         true
+    }
+
+    fn looked(&self) -> Option<&Looked> {
+        Some(&self.looked)
     }
 
     fn wants_preview(&self) -> bool {

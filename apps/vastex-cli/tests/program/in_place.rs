@@ -37,6 +37,63 @@ fn pyramids_are_described_and_drawn_without_a_build() {
     );
 }
 
+/// Names and values of what a file says, each in one line of the text or in one word of the JSON.
+#[test]
+fn what_a_file_says_in_words_is_told_whole() {
+    let sandbox = Sandbox::new();
+    for (name, said) in [
+        (
+            "cog-deflate-u16.tif",
+            &[
+                ("samples", "1 of 16 bits, whole numbers, grey, black is 0"),
+                ("GTModelType", "projected (1)"),
+                ("GTRasterType", "texels are areas (1)"),
+                ("ProjectedCRS", "EPSG:32633"),
+                ("GeodeticCitation", "WGS 84"),
+                ("GeogAngularUnits", "degree (9102)"),
+            ][..],
+        ),
+        (
+            "slide-jpeg.svs",
+            &[
+                ("samples", "3 of 8 bits, whole numbers, YCbCr"),
+                ("software", "tifffile.py"),
+                ("description", "Aperio Image Library v12.0.15\n203x141 [0,0 203x141] (203x141)"),
+                ("AppMag", "20"),
+                ("MPP", "0.4990"),
+            ],
+        ),
+        (
+            "ome-slide.ome.tif",
+            &[
+                ("OME Creator", "tifffile.py 2026.3.3"),
+                ("Image Name", "detail & edge"),
+                ("Pixels PhysicalSizeX", "0.25"),
+            ],
+        ),
+    ] {
+        copy(&sandbox, name);
+        let told = sandbox.run(&["info", name, "--json"]).expect_code(0).json();
+        let text = sandbox.run(&["info", name]).expect_code(0).stdout;
+        for (name, value) in said {
+            let words = told["words"].as_array().unwrap();
+            assert!(words.iter().any(|w| w["name"] == *name && w["value"] == *value), "{name}: {told}");
+            let first = value.lines().next().unwrap();
+            let is_told = |line: &str| line.trim().starts_with(name) && line.ends_with(first);
+            assert!(text.lines().any(is_told), "{name}: {text}");
+        }
+    }
+    let text = sandbox.run(&["info", "ome-slide.ome.tif"]).expect_code(0).stdout;
+    let images =
+        r#"macro ("macro image") 101 x 70, label ("label image") 17 x 15, image ("detail & edge") 50 x 40"#;
+    assert!(text.contains(images), "{text}");
+    // A file of one strip says as much as a pyramid.
+    let texels: Vec<u8> = vec![7; 3000 * 40];
+    sandbox.write("strip.tif", &crate::nodata::tiff([3000, 40], 1, 5, &texels));
+    let told = sandbox.run(&["info", "strip.tif", "--json"]).expect_code(0).json();
+    assert_eq!((&told["nodata"], &told["words"][0]["name"]), (&"5".into(), &"samples".into()));
+}
+
 #[test]
 fn other_images_of_a_file_are_opened_by_their_names() {
     let sandbox = Sandbox::new();

@@ -3,7 +3,8 @@
 //!
 //! Both are [`cells`] on levels; [`pages`] puts pages and borders together from them and makes the levels
 //! that are missing. What a directory is, its layout's module of `image/grids` says ([`directory`]); which
-//! images of a TIFF file are levels, `image/tiff/file` ([`pyramid`]). What is kept decoded is in [`kept`].
+//! images of a TIFF file are levels, `image/tiff/file` ([`pyramid`]); they are found once for all who ask
+//! ([`tiff_directories`]). What is kept decoded is in [`kept`].
 
 mod cells;
 mod directory;
@@ -12,6 +13,7 @@ mod interpolate;
 mod kept;
 mod pages;
 mod pyramid;
+mod tiff_directories;
 
 use std::path::PathBuf;
 
@@ -23,6 +25,7 @@ use crate::image::InputFault;
 pub use directory::DirectorySource;
 pub(crate) use pages::Shape;
 pub use pyramid::{TiffLevel, TiffSource};
+pub use tiff_directories::TiffDirectories;
 
 /// Why a tile directory or an image cannot be shown where it lies.
 #[derive(Debug, thiserror::Error)]

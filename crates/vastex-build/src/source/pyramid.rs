@@ -42,6 +42,7 @@ pub struct TiffSource {
     pages: Pages<Levels>,
     others: Vec<TiffOther>,
     about: TiffAbout,
+    profile: Option<String>,
     notices: Vec<Notice>,
 }
 
@@ -72,10 +73,21 @@ impl TiffSource {
         // Of the file that is opened, whatever takes its place later.
         let identity = identity_of_file(path).ok();
         let found = TiffPyramid::open(path).map_err(at_path)?.ok_or(InputFault::NoTiles).map_err(at_path)?;
+        TiffSource::of(found, (path, identity), shape)
+    }
+
+    /// The tiles of images that were found in the file at a path, which `identity` names.
+    pub(super) fn of(
+        found: TiffPyramid,
+        (path, identity): (&Path, Option<SourceKey>),
+        shape: &Shape,
+    ) -> Result<TiffSource, SourceError> {
+        let at_path = |fault| SourceError::Input { path: path.into(), fault };
         let TiffPyramid { levels, others, about, .. } = found;
         let Some(Some(first)) = levels.first() else { return Err(at_path(InputFault::NoTiles)) };
         let header = first.header().map_err(at_path)?;
         check_image(first).map_err(at_path)?;
+        let profile = first.profile.clone().map(|profile| Profile::icc(profile).name());
         let mut notices = header.notices.clone();
         let left = |profile: &Profile| profile.left(header.format, "tiles are shown as they are stored");
         notices.extend(header.profile.as_ref().and_then(left));
@@ -86,7 +98,7 @@ impl TiffSource {
         let levels = Levels::new(levels, format, missing);
         levels.check_coarsest().map_err(at_path)?;
         let pages = Pages::new(levels, &header, false, shape).map_err(|error| error.at(path))?;
-        Ok(TiffSource { identity, pages, others, about, notices })
+        Ok(TiffSource { identity, pages, others, about, profile, notices })
     }
 
     /// What is worth knowing of the file.
@@ -111,6 +123,11 @@ impl TiffSource {
         let first = self.pages.cells.first();
         let picked = first.and_then(|image| image.shown_bands());
         picked.unwrap_or_else(|| (1..=u16::from(self.pages.cells.format.channels())).collect())
+    }
+
+    /// The name of the colour profile of the image, if it has one. Tiles do not follow it.
+    pub fn profile(&self) -> Option<&str> {
+        self.profile.as_deref()
     }
 
     /// What the file says of the size and place of its texels.

@@ -45,15 +45,19 @@ enum Stored {
 }
 
 impl Profile {
+    /// What it is called: the name of an ICC profile, or what a file says instead of one.
+    pub fn name(&self) -> String {
+        match self.meaning() {
+            Ok(meaning) => meaning.name,
+            Err(no_meaning) => no_meaning.name,
+        }
+    }
+
     /// What there is to say where the numbers of an image of that kind are taken as they are; nothing where
     /// the profile would not change them.
     pub(crate) fn left(&self, format: PixelFormat, why: &'static str) -> Option<Notice> {
-        let name = match self.meaning() {
-            Ok(meaning) if managed::changes_nothing(&meaning, format) => return None,
-            Ok(meaning) => meaning.name,
-            Err(no_meaning) => no_meaning.name,
-        };
-        Some(Notice::ProfileIgnored { name, why })
+        let is_followed = self.meaning().is_ok_and(|meaning| managed::changes_nothing(&meaning, format));
+        (!is_followed).then(|| Notice::ProfileIgnored { name: self.name(), why })
     }
 
     /// Bytes that are kept of it.
@@ -64,7 +68,7 @@ impl Profile {
         }
     }
 
-    pub(super) fn icc(bytes: impl Into<Arc<[u8]>>) -> Profile {
+    pub(crate) fn icc(bytes: impl Into<Arc<[u8]>>) -> Profile {
         Profile(Stored::Icc(bytes.into()))
     }
 

@@ -27,7 +27,7 @@ use crate::image::positioned::Positioned;
 use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader};
 use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
-use file::{TiffFile, codecs};
+use file::{TiffFile, TiffImage, codecs};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
@@ -37,22 +37,24 @@ const ASSOCIATED_ALPHA: u16 = 1;
 
 /// Opens the first image of a TIFF file, or these bands of it, as in `5,4,3`.
 pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>, InputFault> {
-    match TiffFile::first_image(Arc::new(file.try_clone()?), bands) {
+    let file = Arc::new(file);
+    match TiffFile::first_image(file.clone(), bands) {
         Ok(image) if image.has_pick() => Ok(Box::new(BandsReader::new(image)?)),
         Err(fault) if bands.is_some() => Err(fault),
         // What is wrong with it, its reader knows better.
-        _ => Ok(Box::new(TiffReader::new(file)?)),
+        first => Ok(Box::new(TiffReader::new(file, first)?)),
     }
 }
 
 /// Opens the first image of a TIFF file at a share of its size; `None` where that is no quicker than all of
 /// it.
 pub(super) fn open_sparse(file: File, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
-    let first = TiffFile::first_image(Arc::new(file.try_clone()?), None);
-    if first.is_ok_and(|image| image.has_pick()) {
+    let file = Arc::new(file);
+    let first = TiffFile::first_image(file.clone(), None);
+    if first.as_ref().is_ok_and(TiffImage::has_pick) {
         return Ok(None);
     }
-    let sparse = TiffReader::new(file)?.sparse(side);
+    let sparse = TiffReader::new(file, first)?.sparse(side);
     Ok(sparse.map(|reader| Box::new(reader) as Box<dyn RowReader>))
 }
 
@@ -73,9 +75,9 @@ enum Access {
 }
 
 impl TiffReader {
-    pub(super) fn new(file: File) -> Result<TiffReader, InputFault> {
+    /// Of a file and its first image, as far as that could be read.
+    fn new(file: Arc<File>, first: Result<TiffImage, InputFault>) -> Result<TiffReader, InputFault> {
         let in_header = |e| fault(e, "in the header");
-        let file = Arc::new(file);
         let mut limits = Limits::default();
         limits.ifd_value_size = MAX_TAG_BYTES;
         let mut decoder = open_decoder(&file)?.with_limits(limits);
@@ -86,7 +88,7 @@ impl TiffReader {
         let mut header = ImageHeader::new(width.into(), height.into(), format)?;
         let is_premultiplied = note(&mut header, &mut decoder, &tags)?;
         // What this reader cannot make sense of says nothing of it.
-        header.nodata = TiffFile::first_image(file.clone(), None).ok().and_then(|image| image.shown_nodata());
+        header.nodata = first.as_ref().ok().and_then(TiffImage::shown_nodata);
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
         let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
@@ -119,7 +121,7 @@ impl TiffReader {
             let compression = u64::from(tags.compression);
             let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
                 || codecs::is_jpeg_2000(compression);
-            let own = is_own.then(|| TiffFile::first_image(file.clone(), None)).transpose()?;
+            let own = is_own.then_some(first).transpose()?;
             Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
         };
         Ok(TiffReader { header, chunks, access, has_strips: strips, is_premultiplied, next_row: 0 })

@@ -26,10 +26,13 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("lzw-imagecodecs.tif", &[0], &[]),
     ("maketx-half.tx", &[0, 1, 2, 3, 4, 5, 6], &[]),
     ("maketx.tx", &[0, 1, 2, 3, 4, 5, 6, 7], &[]),
+    ("ome-slide.ome.tif", &[0, 1], &["macro", "label", "image"]),
     ("ome-subifds.ome.tif", &[0, 1, 2], &[]),
     ("planes-big-endian.tif", &[0, 1, 2], &[]),
     ("slide-jpeg.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
     ("slide-jpeg2000.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
+    ("slide-jpeg2000-ycbcr.svs", &[0, 2], &["thumbnail", "label", "macro"]),
+    ("slide-jpeg2000-ycbcr-420.svs", &[0, 2], &["thumbnail", "label", "macro"]),
     ("vips-chained.tif", &[0, 1, 2], &[]),
     ("vips-rgb-jpeg.tif", &[0, 1, 2], &[]),
     ("vips-subifd-jpeg.tif", &[0, 1, 2], &[]),
@@ -134,6 +137,46 @@ fn chains_are_what_another_reader_finds() {
     }
 }
 
+/// Of compression 33003, what OpenSlide shows: it decodes by OpenJPEG and has a conversion of its own.
+#[test]
+fn ycbcr_in_jpeg_2000_is_what_openslide_shows() {
+    for (name, most) in [("slide-jpeg2000-ycbcr", 0), ("slide-jpeg2000-ycbcr-420", 0)] {
+        let expected = std::io::BufReader::new(File::open(fixture(&format!("{name}.png"))).unwrap());
+        let mut expected = png::Decoder::new(expected).read_info().unwrap();
+        let mut texels = vec![0; expected.output_buffer_size().unwrap()];
+        expected.next_frame(&mut texels).unwrap();
+        let found = stored(&fixture(&format!("{name}.svs")), 0);
+        assert_eq!(found.len(), texels.len(), "{name}");
+        let apart = found.iter().zip(&texels).map(|(found, expected)| found.abs_diff(*expected));
+        let worst = apart.max().unwrap();
+        assert!(worst <= most, "{name}: {worst}");
+    }
+}
+
+#[test]
+fn images_of_ome_are_what_their_names_say() {
+    let slide = open(&fixture("ome-slide.ome.tif"));
+    let named: Vec<_> =
+        slide.others().iter().map(|other| (&*other.name, other.title.as_deref(), other.size)).collect();
+    let expected = [
+        // Half as large as the slide, and no level of it.
+        ("macro", Some("macro image"), [101, 70]),
+        ("label", Some("label image"), [17, 15]),
+        ("image", Some("detail & edge"), [50, 40]),
+    ];
+    assert_eq!(named, expected);
+    let shown_of = |name: &str| {
+        let path = PathBuf::from(format!("{}:{name}", fixture("ome-slide.ome.tif").display()));
+        shown(open(&path), 0).1
+    };
+    let whole = shown(slide.clone(), 0).1;
+    let texel = |x: usize, y: usize| whole[4 * (203 * y + x)..][..4].to_vec();
+    let label: Vec<u8> = (0..15 * 17).flat_map(|n| texel(n % 17 * 12, n / 17 * 10)).collect();
+    assert!(shown_of("label") == label);
+    let detail: Vec<u8> = (0..40 * 50).flat_map(|n| texel(n % 50, n / 50)).collect();
+    assert!(shown_of("image") == detail);
+}
+
 #[test]
 fn sizes_places_and_magnifications_are_told() {
     let cog = open(&fixture("cog-deflate-u16.tif"));
@@ -151,6 +194,8 @@ fn sizes_places_and_magnifications_are_told() {
         assert_eq!((texel.size, texel.unit.as_str()), ([0.499; 2], "µm"));
         assert_eq!(slide.about().magnification, Some(20.0));
     }
+    let ome = open(&fixture("ome-slide.ome.tif"));
+    assert_eq!(ome.about().pixel_size.as_ref().unwrap().size, [0.25; 2]);
     let ome = open(&fixture("ome-subifds.ome.tif"));
     let texel = ome.about().pixel_size.as_ref().unwrap();
     assert_eq!((texel.size, texel.unit.as_str()), ([0.325; 2], "µm"));

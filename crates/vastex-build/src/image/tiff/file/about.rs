@@ -4,6 +4,9 @@
 //! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of the
 //! first image. Nothing is reprojected; what makes no sense is left out.
 
+mod ome;
+mod words;
+
 use std::path::Path;
 
 use quick_xml::Reader;
@@ -12,6 +15,7 @@ use quick_xml::events::{BytesStart, Event};
 use super::TiffFile;
 use super::entry::Directory;
 use crate::image::InputFault;
+pub(super) use ome::{OmeImage, OmeImages};
 
 /// Tags.
 const DESCRIPTION: u16 = 270;
@@ -45,6 +49,10 @@ pub struct TiffAbout {
     pub bands: Vec<Option<String>>,
     /// The value of texels where nothing is known, as GDAL writes it; it may be no number (NaN).
     pub nodata: Option<f64>,
+    /// What the file says in words, for people: a name and a value each; a row without a name goes on with
+    /// the one before it. What its samples are, who made it by what, the values of its description (Aperio,
+    /// OME-XML), GDAL's metadata, and the keys of GeoTIFF.
+    pub words: Vec<(String, String)>,
 }
 
 impl TiffAbout {
@@ -83,28 +91,37 @@ pub struct GeoPlace {
 }
 
 /// Which kind of file the first description is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
     Aperio,
-    Ome,
+    /// With the images that it names.
+    Ome(OmeImages),
     Other,
+}
+
+/// What a directory says in words; see [`TiffAbout::words`].
+pub(super) fn words_of(file: &TiffFile, directory: &Directory) -> Vec<(String, String)> {
+    let description = directory.text(file, DESCRIPTION, MOST_TEXT).ok().flatten().unwrap_or_default();
+    words::read(file, directory, &description)
 }
 
 /// Reads what the first directory says, and of which kind the file is.
 pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbout), InputFault> {
     let description = first.text(file, DESCRIPTION, MOST_TEXT)?.unwrap_or_default();
-    let kind = match description.trim_start() {
-        text if text.starts_with("Aperio") => Kind::Aperio,
-        text if text.contains("<OME") => Kind::Ome,
-        _ => Kind::Other,
-    };
     let (nodata, bands) = (nodata(file, first)?, bands(file, first)?);
-    let mut about = TiffAbout { nodata, bands, ..TiffAbout::default() };
-    match kind {
-        Kind::Aperio => aperio(&description, &mut about),
-        Kind::Ome => ome(&description, &mut about),
-        Kind::Other => geo(file, first, &mut about)?,
-    }
+    let words = words::read(file, first, &description);
+    let mut about = TiffAbout { nodata, bands, words, ..TiffAbout::default() };
+    let kind = match description.trim_start() {
+        text if text.starts_with("Aperio") => {
+            aperio(&description, &mut about);
+            Kind::Aperio
+        }
+        text if text.contains("<OME") => Kind::Ome(ome::read(&description, &mut about)),
+        _ => {
+            geo(file, first, &mut about)?;
+            Kind::Other
+        }
+    };
     Ok((kind, about))
 }
 
@@ -157,41 +174,11 @@ fn aperio(text: &str, about: &mut TiffAbout) {
     about.pixel_size = value("MPP").map(|side| PixelSize { size: [side; 2], unit: "µm".into() });
 }
 
-/// Of the first `Pixels` and the first `Objective` of OME-XML, which may be cut off.
-fn ome(text: &str, about: &mut TiffAbout) {
-    let mut reader = Reader::from_str(text);
-    loop {
-        match reader.read_event() {
-            Ok(Event::Start(element) | Event::Empty(element)) => match element.local_name().as_ref() {
-                b"Pixels" => {
-                    about.pixel_size = about.pixel_size.take().or_else(|| ome_pixel_size(&element));
-                    return;
-                }
-                b"Objective" => {
-                    let found = attribute(&element, "NominalMagnification");
-                    about.magnification =
-                        about.magnification.or(found.and_then(|text| positive(text.parse().ok()?)));
-                }
-                _ => {}
-            },
-            Ok(Event::Eof) | Err(_) => return,
-            Ok(_) => {}
-        }
-    }
-}
-
-fn ome_pixel_size(pixels: &BytesStart<'_>) -> Option<PixelSize> {
-    let side = |name| positive(attribute(pixels, name)?.parse().ok()?);
-    let unit = attribute(pixels, "PhysicalSizeXUnit").unwrap_or_else(|| "µm".into());
-    let y_unit = attribute(pixels, "PhysicalSizeYUnit").unwrap_or_else(|| "µm".into());
-    let size = [side("PhysicalSizeX")?, side("PhysicalSizeY")?];
-    (unit == y_unit).then_some(PixelSize { size, unit })
-}
-
 fn attribute(element: &BytesStart<'_>, name: &str) -> Option<String> {
     let found = element.try_get_attribute(name).ok()??;
-    // Numbers and units have nothing that would be escaped.
-    Some(String::from_utf8_lossy(&found.value).into_owned())
+    let text = String::from_utf8_lossy(&found.value);
+    // What names no character stays as it is written.
+    Some(quick_xml::escape::unescape(&text).map_or_else(|_| text.to_string(), |text| text.into_owned()))
 }
 
 fn positive(value: f64) -> Option<f64> {

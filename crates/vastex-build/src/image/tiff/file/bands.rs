@@ -39,6 +39,12 @@ impl TiffImage {
         Some(self.pick.as_ref()?.bands.iter().map(|band| band + 1).collect())
     }
 
+    /// How many bands it has, where they are more than a picture shows.
+    pub(crate) fn bands_to_choose(&self) -> Option<u16> {
+        let channels = self.pixel_format().ok()?.channels();
+        (self.has_pick() || self.samples > channels.into()).then_some(self.samples)
+    }
+
     /// Whether some of its bands are shown, and not its colours.
     pub(in crate::image::tiff) fn has_pick(&self) -> bool {
         self.pick.is_some()

@@ -19,7 +19,7 @@ pub(super) struct Entry {
 }
 
 /// One directory of a file.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Directory {
     entries: BTreeMap<u16, Entry>,
     /// Where the next one lies; 0 after the last.

@@ -59,6 +59,7 @@ pub(crate) struct Pick {
 }
 
 /// An image of a file, whose strips are tiles of the image's whole width.
+#[derive(Clone)]
 pub(crate) struct TiffImage {
     pub(super) file: Arc<TiffFile>,
     /// Texels per row, and rows.
@@ -89,7 +90,7 @@ pub(crate) struct TiffImage {
     pub(super) tables: Arc<[u8]>,
     /// What strips and tiles that are not stored consist of.
     pub(super) nodata: Option<f64>,
-    pub(super) profile: Option<Arc<[u8]>>,
+    pub(crate) profile: Option<Arc<[u8]>>,
     /// The directory, for messages.
     pub(super) place: String,
 }

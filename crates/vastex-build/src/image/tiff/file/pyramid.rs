@@ -3,7 +3,7 @@
 //! | file | levels |
 //! |---|---|
 //! | COG and others of GDAL | directories of the chain that say that they are reduced; masks are none |
-//! | OME-TIFF, libvips with `subifd` | directories below the first |
+//! | OME-TIFF, libvips with `subifd` | directories below the first; images that OME-XML calls label, macro or thumbnail are none |
 //! | libvips, maketx | directories of the chain, each half as large as the one before |
 //! | Aperio's SVS | directories of the chain that have tiles, often each a quarter as large along a side; the thumbnail, the label and the macro image have strips |
 //!
@@ -14,7 +14,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::TiffFile;
-use super::about::{self, Kind, TiffAbout};
+use super::about::{self, Kind, OmeImage, TiffAbout};
 use super::bands;
 use super::entry::Directory;
 use super::image::{HEIGHT, TILE_OFFSETS, TiffImage, WIDTH};
@@ -30,6 +30,7 @@ const MACRO: u64 = 9;
 const LABEL: u64 = 1;
 
 /// The images of a TIFF file.
+#[derive(Clone)]
 pub(crate) struct TiffPyramid {
     /// By how many times level 0 was halved; `None` if the file has no such level. The first and the last
     /// are there.
@@ -50,6 +51,8 @@ pub struct TiffOther {
     /// What it is opened by, after the file's path and a colon: its role, from the second of a role on with
     /// its number, as in `image2`.
     pub name: String,
+    /// What the file calls it, if it does: OME-TIFF names its images.
+    pub title: Option<String>,
     /// Its columns and rows, as far as the file says them.
     pub size: [u64; 2],
 }
@@ -77,9 +80,7 @@ pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
 /// its first directory.
 pub fn bands_to_choose(path: &Path) -> Option<u16> {
     let file = image_in_file(path).map_or(path, |(file, _)| file);
-    let image = TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?;
-    let channels = image.pixel_format().ok()?.channels();
-    (image.has_pick() || image.samples > channels.into()).then_some(image.samples)
+    TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?.bands_to_choose()
 }
 
 /// The file and the bands of it that a path means, as in `landsat.tif:bands=5,4,3`.
@@ -92,14 +93,29 @@ impl TiffPyramid {
     /// Opens a file, or another image of one ([`image_in_file`]); `None` if its first bytes are not those of
     /// TIFF. Reads directories, but neither texels nor lists of tiles.
     pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
-        let (file, name) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
-        let Some(file) = TiffFile::open(file)? else { return Ok(None) };
-        let pyramid = TiffPyramid::of(&file)?;
-        Ok(Some(match name {
-            Some(name) if let Some(bands) = bands::in_name(name) => pyramid.picked(bands)?,
-            Some(name) => pyramid.alone(&file, name)?,
-            None => pyramid,
-        }))
+        match image_in_file(path) {
+            Some((file, name)) => TiffPyramid::open_file(file)?.map(|all| all.named(name)).transpose(),
+            None => TiffPyramid::open_file(path),
+        }
+    }
+
+    /// Opens a file with all of its images.
+    pub(crate) fn open_file(file: &Path) -> Result<Option<TiffPyramid>, InputFault> {
+        TiffFile::open(file)?.map(|file| TiffPyramid::of(&file)).transpose()
+    }
+
+    /// What is meant by what a path names in its file ([`image_in_file`]): the same with other bands, or
+    /// another image.
+    pub(crate) fn named(self, name: &str) -> Result<TiffPyramid, InputFault> {
+        match bands::in_name(name) {
+            Some(bands) => self.picked(bands),
+            None => self.alone(name),
+        }
+    }
+
+    /// The first image, which is level 0.
+    pub(crate) fn first(&self) -> Option<&TiffImage> {
+        self.levels.first()?.as_ref()
     }
 
     /// The same with other bands.
@@ -110,13 +126,15 @@ impl TiffPyramid {
     }
 
     /// One of the other images, without levels.
-    fn alone(self, file: &Arc<TiffFile>, name: &str) -> Result<TiffPyramid, InputFault> {
+    fn alone(self, name: &str) -> Result<TiffPyramid, InputFault> {
         let Some(place) = self.others.iter().position(|other| other.name == name) else {
             let names = self.others.into_iter().map(|other| other.name).collect();
             return Err(InputFault::NoImage { name: name.to_owned(), names });
         };
+        let Some(file) = self.first().map(TiffImage::file) else { return Err(InputFault::NoTiles) };
         let image = TiffImage::read(file, &self.other_directories[place])?.cut();
-        let about = TiffAbout { nodata: self.about.nodata, ..TiffAbout::default() };
+        let words = about::words_of(file, &self.other_directories[place]);
+        let about = TiffAbout { nodata: self.about.nodata, words, ..TiffAbout::default() };
         let (others, other_directories) = (Vec::new(), Vec::new());
         Ok(TiffPyramid { levels: vec![Some(image)], others, other_directories, about })
     }
@@ -128,27 +146,32 @@ impl TiffPyramid {
         let (others, other_directories) = (Vec::new(), Vec::new());
         let mut pyramid = TiffPyramid { levels: vec![Some(first)], others, other_directories, about };
         for directory in found.below {
-            pyramid.add(file, directory, kind, true)?;
+            pyramid.add(file, directory, &kind, None)?;
         }
-        for directory in found.chain.drain(1..) {
-            pyramid.add(file, directory, kind, false)?;
+        for (place, directory) in found.chain.drain(..).enumerate().skip(1) {
+            pyramid.add(file, directory, &kind, Some(place))?;
         }
         Ok(pyramid)
     }
 
-    /// Takes a directory for a level, or lists it. What cannot be read of it is no level; nor is a page of
-    /// the chain that neither has tiles nor says that it is reduced: scans have pages of several sizes.
+    /// Takes a directory for a level, or lists it: one below the first, or the one at a place of the chain.
+    /// What cannot be read of it is no level; nor is a page of the chain that neither has tiles nor says that
+    /// it is reduced: scans have pages of several sizes.
     fn add(
         &mut self,
         file: &Arc<TiffFile>,
         directory: Directory,
-        kind: Kind,
-        is_below: bool,
+        kind: &Kind,
+        in_chain: Option<usize>,
     ) -> Result<(), InputFault> {
         file.check_read(&directory)?;
         let number = |tag| Ok::<u64, InputFault>(directory.number(file, tag)?.unwrap_or(0));
         let (subfile, size) = (number(SUBFILE_TYPE)?, [number(WIDTH)?, number(HEIGHT)?]);
         let is_tiled = directory.entry(TILE_OFFSETS).is_some();
+        let named = match (kind, in_chain) {
+            (Kind::Ome(images), Some(place)) => images.other_of(place),
+            _ => None,
+        };
         let role = match kind {
             _ if subfile & IS_MASK != 0 => Some("mask"),
             Kind::Aperio if !is_tiled => {
@@ -162,10 +185,10 @@ impl TiffPyramid {
                     _ => "thumbnail",
                 })
             }
-            _ => None,
+            _ => named.and_then(OmeImage::role),
         };
         let level = match role {
-            None if is_below || is_tiled || subfile & IS_REDUCED != 0 => {
+            None if in_chain.is_none() || is_tiled || subfile & IS_REDUCED != 0 => {
                 self.level_of(file, &directory, size)
             }
             _ => None,
@@ -179,7 +202,8 @@ impl TiffPyramid {
                 let role = role.unwrap_or("image");
                 let number = 1 + self.others.iter().filter(|other| other.role == role).count();
                 let name = if number == 1 { role.to_owned() } else { format!("{role}{number}") };
-                self.others.push(TiffOther { role, name, size });
+                let title = named.and_then(|image| image.name.clone());
+                self.others.push(TiffOther { role, name, title, size });
                 self.other_directories.push(directory);
             }
         }
@@ -306,7 +330,7 @@ mod tests {
         // The directories, and the profile of the first image.
         let read = file.reads().bytes;
         assert!(read < 4 * u64::from(profile), "{read} bytes of {profile} were read");
-        let one = pyramid.alone(&file, "image7").unwrap();
+        let one = pyramid.alone("image7").unwrap();
         let image = one.levels[0].as_ref().unwrap();
         assert_eq!(image.profile.as_ref().map(|profile| profile.len()), Some(profile as usize));
     }

@@ -1,0 +1,106 @@
+//! The directories of a TIFF file, read once for all that is asked of it: its tiles, its other images, and
+//! what it says of itself.
+
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use vastex_tiles::SourceKey;
+
+use super::SourceError;
+use super::identity::identity_of_file;
+use super::pages::Shape;
+use super::pyramid::TiffSource;
+use crate::image::tiff::file::TiffImage;
+use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, image_in_file};
+use crate::image::{InputFault, TiffAbout};
+
+/// A TIFF file whose directories were read. Whoever asks several things of a file asks this instead of the
+/// file; its tiles are opened once, however often they are asked for.
+pub struct TiffDirectories {
+    path: PathBuf,
+    identity: Option<SourceKey>,
+    /// All images of the file.
+    all: TiffPyramid,
+    /// What the path names in the file, if it names anything.
+    name: Option<String>,
+    opened: Mutex<Option<Arc<TiffSource>>>,
+}
+
+impl TiffDirectories {
+    /// Reads the directories of a file, or of that in which a path means another image or bands
+    /// ([`image_in_file`]), but neither texels nor lists of tiles. Fails where a file is no TIFF
+    /// ([`InputFault::NoTiles`]) or cannot be read as one.
+    pub fn read(path: &Path) -> Result<TiffDirectories, SourceError> {
+        let at_path = |fault| SourceError::Input { path: path.into(), fault };
+        // Of the file that is opened, whatever takes its place later.
+        let identity = identity_of_file(path).ok();
+        let (file, name) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
+        let all = TiffPyramid::open_file(file).and_then(|found| found.ok_or(InputFault::NoTiles));
+        let (path, name, opened) = (path.to_owned(), name.map(str::to_owned), Mutex::default());
+        Ok(TiffDirectories { all: all.map_err(at_path)?, path, identity, name, opened })
+    }
+
+    /// The path that they were read by.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The images of the file that are no levels of its first one.
+    pub fn others(&self) -> &[TiffOther] {
+        &self.all.others
+    }
+
+    /// What the file says of its first image besides the values of texels.
+    pub fn about(&self) -> &TiffAbout {
+        &self.all.about
+    }
+
+    /// How many bands the first image has, where they are more than a picture shows and so some may be
+    /// chosen, as in `landsat.tif:bands=5,4,3`.
+    pub fn bands_to_choose(&self) -> Option<u16> {
+        self.all.first().and_then(TiffImage::bands_to_choose)
+    }
+
+    /// The tiles of what the path means, as [`TiffSource::open`] opens them: the same source at every call.
+    pub fn open(&self) -> Result<Arc<TiffSource>, SourceError> {
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(opened) = &*opened {
+            return Ok(opened.clone());
+        }
+        let at_path = |fault| SourceError::Input { path: self.path.clone(), fault };
+        let meant = match &self.name {
+            Some(name) => self.all.clone().named(name).map_err(at_path)?,
+            None => self.all.clone(),
+        };
+        let source = TiffSource::of(meant, (&self.path, self.identity), &Shape::default())?;
+        Ok(opened.insert(Arc::new(source)).clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directories_are_read_once() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/tiff/slide-jpeg.svs");
+        let read = TiffDirectories::read(&path).unwrap();
+        let reads = |read: &TiffDirectories| read.all.first().unwrap().file().reads().reads;
+        let before = reads(&read);
+        assert_eq!(read.others().len(), 3);
+        assert_eq!((read.about().magnification, read.bands_to_choose()), (Some(20.0), None));
+        assert_eq!(reads(&read), before, "what is known is not read again");
+        let source = read.open().unwrap();
+        let opened = reads(&read);
+        // The coarsest level, of 12x8 texels: the places and the bytes of its one tile.
+        assert!(opened - before <= 3, "{}", opened - before);
+        assert!(Arc::ptr_eq(&source, &read.open().unwrap()));
+        assert_eq!(reads(&read), opened);
+        assert_eq!(source.others(), read.others());
+        let label = PathBuf::from(format!("{}:label", path.display()));
+        let label = TiffDirectories::read(&label).unwrap();
+        assert_eq!(label.others().len(), 3, "of the file");
+        assert!(label.open().unwrap().others().is_empty());
+        assert!(TiffDirectories::read(Path::new("gone.tif")).is_err());
+    }
+}
