@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vastex_viewer::panels::TexelSize;
+use vastex_viewer::panels::{MapPlace, TexelSize};
 
 use super::looked::Looked;
 
@@ -56,6 +56,8 @@ pub(crate) struct FileAbout {
     /// How large its texels are in the world, and how many times they were magnified: of TIFF of maps and
     /// slides.
     pub(crate) texel_size: Option<TexelSize>,
+    /// Where it lies in its own coordinate system: of GeoTIFF.
+    pub(crate) map: Option<MapPlace>,
     /// The images of a TIFF file, the first one before the others, if there are others; each with its name
     /// and the path that opens it.
     pub(crate) images: Vec<(String, PathBuf)>,
@@ -92,6 +94,7 @@ impl FileAbout {
         let of_first = Some(tiff.about()).filter(|_| is_first);
         FileAbout {
             texel_size: of_first.and_then(texel_size),
+            map: of_first.and_then(map_place),
             images,
             bands: FileBands::of(path, tiff),
             ..about
@@ -112,4 +115,13 @@ fn texel_size(about: &vastex_build::TiffAbout) -> Option<TexelSize> {
     let pixel = about.pixel_size.as_ref().filter(|pixel| pixel.unit != "unit")?;
     let size = TexelSize::new(pixel.size, &pixel.unit)?;
     Some(size.with_magnification(about.magnification))
+}
+
+#[cfg(feature = "build")]
+fn map_place(about: &vastex_build::TiffAbout) -> Option<MapPlace> {
+    let place = about.place.as_ref()?;
+    let is_geographic = about.pixel_size.as_ref().is_some_and(|pixel| pixel.unit == "degree");
+    let number = place.epsg.map(|code| format!("EPSG:{code}"));
+    let system = number.or_else(|| place.name.clone()).unwrap_or_else(|| "the file's own system".to_owned());
+    MapPlace::new(place.from_texels, &system, is_geographic)
 }

@@ -15,8 +15,8 @@ use vastex_scenes::{PlanetOptions, Pose, Scene};
 use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
-    DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize, keys_window,
-    planet_controls, status_line,
+    DisplayPanel, InfoPanel, MapPlace, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize,
+    keys_window, planet_controls, status_line,
 };
 
 use super::bookmarks::Bookmarks;
@@ -70,6 +70,8 @@ pub(super) struct Told<'a> {
     pub(super) position: (Pose, [u32; 2]),
     /// How large its texels are in the world, if that is known.
     pub(super) texel_size: Option<&'a TexelSize>,
+    /// Where it lies in its file's own coordinate system, if that is known.
+    pub(super) map: Option<&'a MapPlace>,
     /// The images of its file, if there are several; each with its name and the path that opens it.
     pub(super) images: &'a [(String, PathBuf)],
     /// Its bands, if it has more than a picture.
@@ -206,7 +208,7 @@ impl Panel {
 
     fn position(&mut self, ui: &mut Ui, told: &Told<'_>, asked: &mut Vec<Asked>) {
         let (pose, size) = &told.position;
-        match self.position.show(ui, pose, *size, self.bookmarks.views()) {
+        match self.position.show(ui, pose, (*size, told.map), self.bookmarks.views()) {
             Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
             Some(PositionChange::Show(view)) => asked.push(Asked::Show(view)),
             Some(PositionChange::Copy) => asked.push(Asked::CopyView),

@@ -289,6 +289,21 @@ impl Pose {
         }
     }
 
+    /// The same camera with a place of the image, in uv, in the middle of its view; over a globe, above it.
+    /// `image` is the image's width over its height. `None` where a camera that looks so sees no such place
+    /// there.
+    pub(crate) fn over_uv(self, uv: DVec2, image: f64) -> Option<Pose> {
+        use std::f64::consts::{PI, TAU};
+        match self {
+            Pose::Image { .. } => Some(self.at(uv)),
+            Pose::Globe { .. } => Some(self.at(DVec2::new((uv.x - 0.5) * TAU, (0.5 - uv.y) * PI))),
+            Pose::Plane { .. } => {
+                let place = DVec3::new(2.0 * uv.x - 1.0, (1.0 - 2.0 * uv.y) / image, 0.0);
+                self.seeing(place, DVec2::ZERO)
+            }
+        }
+    }
+
     /// The pose after zooming in by `factor` (above 1) or out (below 1).
     pub fn zoomed(self, factor: f64) -> Pose {
         match self {

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Area, Color32, Context, CornerRadius, Frame, Id, Margin, Rect, RichText, Vec2};
 
+use super::map_place::{MapPlace, degrees};
 use crate::inspect::InspectedTexel;
 
 /// Points between the line and the edges of the picture.
@@ -10,22 +11,34 @@ const MARGIN: f32 = 8.0;
 const BESIDE: f32 = 220.0;
 const FONT: f32 = 13.0;
 
+/// In which coordinates a line tells where a texel is, beside its column and row.
+#[derive(Clone, Copy, Debug)]
+pub enum StatusPlace<'a> {
+    /// By longitude and latitude of a globe that an image of so many texels is all of.
+    Globe([u32; 2]),
+    /// By those of the image's own system.
+    Map(&'a MapPlace),
+}
+
 /// What is below the pointer in words: the texel, its values as they are stored, the level that they are of,
-/// and on a globe, of an image of `globe` texels, where that is.
-pub fn status_text(texel: &InspectedTexel, globe: Option<[u32; 2]>) -> String {
+/// and where its middle is, if there are coordinates for that.
+pub fn status_text(texel: &InspectedTexel, place: Option<StatusPlace<'_>>) -> String {
     let [x, y] = texel.texel;
-    let mut text = format!("{x}, {y}   {}   level {}", texel.values_text(), texel.level);
-    if let Some([width, height]) = globe {
-        let share = |texel: u32, size: u32| (f64::from(texel) + 0.5) / f64::from(size.max(1));
-        let (longitude, latitude) = (360.0 * share(x, width) - 180.0, 90.0 - 180.0 * share(y, height));
-        // As many digits as tell texels apart.
-        let digits = (f64::from(width) / 36.0).log10().ceil().clamp(0.0, 8.0) as usize;
-        let said = |degrees: f64, [above, below]: [&str; 2]| {
-            format!("{:.digits$}° {}", degrees.abs(), if degrees < 0.0 { below } else { above })
-        };
-        text += &format!("   {} {}", said(latitude, ["N", "S"]), said(longitude, ["E", "W"]));
+    let text = format!("{x}, {y}   {}   level {}", texel.values_text(), texel.level);
+    let middle = [x, y].map(|texel| f64::from(texel) + 0.5);
+    match place {
+        Some(StatusPlace::Globe([width, height])) => {
+            let share = |axis: usize, size: u32| middle[axis] / f64::from(size.max(1));
+            let (longitude, latitude) = (360.0 * share(0, width) - 180.0, 90.0 - 180.0 * share(1, height));
+            // As many digits as tell texels apart.
+            let digits = (f64::from(width) / 36.0).log10().ceil().clamp(0.0, 8.0) as usize;
+            let [north, east] =
+                [degrees(latitude, ["N", "S"], digits), degrees(longitude, ["E", "W"], digits)];
+            format!("{text}   {north} {east}")
+        }
+        Some(StatusPlace::Map(map)) => format!("{text}   {}", map.text(middle.into())),
+        None => text,
     }
-    text
 }
 
 /// Shows a line at the lower left of `free`, the part of the picture that no panel covers. It takes no
@@ -61,10 +74,13 @@ mod tests {
     fn the_line_says_texel_value_level_and_place() {
         let texel = |format, level| InspectedTexel::new([300, 100], level, format, [0.2, 1.0, 0.0, 1.0]);
         assert_eq!(status_text(&texel(LayerFormat::Rgba8, 0), None), "300, 100   51 255 0   level 0");
-        let on_globe = status_text(&texel(LayerFormat::R32Float, 3), Some([720, 360]));
+        let on_globe = status_text(&texel(LayerFormat::R32Float, 3), Some(StatusPlace::Globe([720, 360])));
         assert_eq!(on_globe, "300, 100   0.20000   level 3   39.75° N 29.75° W");
         let south = InspectedTexel::new([719, 359], 0, LayerFormat::R8, [1.0; 4]);
-        assert!(status_text(&south, Some([720, 360])).ends_with("89.75° S 179.75° E"));
+        assert!(status_text(&south, Some(StatusPlace::Globe([720, 360]))).ends_with("89.75° S 179.75° E"));
+        let map = MapPlace::new([10.0, 0.0, 5e5, 0.0, -10.0, 4.6e6], "EPSG:32633", false).unwrap();
+        let on_map = status_text(&texel(LayerFormat::R32Float, 0), Some(StatusPlace::Map(&map)));
+        assert_eq!(on_map, "300, 100   0.20000   level 0   x 503005 y 4598995 (EPSG:32633)");
     }
 
     #[test]

@@ -49,6 +49,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             scene: Scene::Image,
             position: (Pose::first(Scene::Image), [1000, 500]),
             texel_size: None,
+            map: None,
             bands: Some(&bands()),
             rows: &[("size".to_owned(), "1000 x 500 texels".to_owned())],
             images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],

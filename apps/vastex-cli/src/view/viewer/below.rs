@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use glam::DVec2;
 use vastex_scenes::Pose;
 use vastex_viewer::inspect::{self, InspectedTexel};
-use vastex_viewer::panels::status_text;
+use vastex_viewer::panels::{StatusPlace, status_text};
 
 use super::Viewer;
 
@@ -88,8 +88,10 @@ impl Viewer {
             return None;
         }
         let source = self.display.displayed().filter(|source| source.overlay.is_none())?;
-        let globe = source.renderer.scene().is_round().then_some(source.size);
-        Some(status_text(&self.texel_below(pose)?, globe))
+        // What a file says of its place is true on whatever it lies.
+        let of_globe = || source.renderer.scene().is_round().then_some(StatusPlace::Globe(source.size));
+        let place = source.about.map.as_ref().map(StatusPlace::Map).or_else(of_globe);
+        Some(status_text(&self.texel_below(pose)?, place))
     }
 
     /// Shows the line, or hides it.

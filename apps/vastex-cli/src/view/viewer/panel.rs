@@ -119,6 +119,7 @@ impl Viewer {
         let guided = guided.map(|source| &source.renderer);
         let images = self.display.displayed().map_or(&[][..], |source| &source.about.images);
         let bands = self.display.displayed().and_then(|source| source.about.bands.as_ref());
+        let map = self.display.displayed().and_then(|source| source.about.map.as_ref());
         let rows = self.display.displayed().map_or(&[][..], |source| &source.about.rows);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
         let before = panel.display.clone();
@@ -146,6 +147,7 @@ impl Viewer {
                 scene: settings.scene,
                 position: (pose, view.image),
                 texel_size,
+                map,
                 images,
                 bands,
                 planet: (settings.scene == Scene::Planet).then_some(&mut planet),
