@@ -253,6 +253,11 @@ fn bands_are_chosen_and_what_is_no_data_is_not_drawn() {
         let background = (vastex_viewer::layers::BACKGROUND.truncate().to_array())
             .map(|light| encoded(light.into()).round() as u8);
         compare(&holes, &plain_grey, &|plain| if plain[0] == missing { background } else { [plain[0]; 3] });
+        let filled =
+            picture(&grey, is_alone, &|map| map.with_nodata(nodata).with_nodata_color(Some([9, 200, 77])));
+        compare(&filled, &plain_grey, &|plain| {
+            if plain[0] == missing { [9, 200, 77] } else { [plain[0]; 3] }
+        });
         // A range with all of it between black and white hides nothing, and no value is no number.
         let whole = picture(&grey, is_alone, &|map| map.with_nodata(Nodata::NotANumber));
         compare(&whole, &plain_grey, &|plain| [plain[0]; 3]);

@@ -22,11 +22,11 @@ pub(crate) struct ShownArgs {
     /// source and 2 the first of --over; bands=B, one of its channels, or bands=R,G,B, those that are red,
     /// green and blue, counted from 1, also of a TIFF file that has more than four; nodata=V, the value that
     /// stands for no data as it is stored, or nan, or off, instead of what the file says: what has it is not
-    /// drawn; range=LO..HI, the values that are black and white; map=M, the colours of a single channel
-    /// (grey, viridis, magma, inferno, plasma, cividis, turbo, coolwarm, terrain, or one of these reversed,
-    /// as in viridis_r); log, a logarithmic curve within the range; gamma=G, the exponent of values in the
-    /// range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has
-    /// it; hidden, to load nothing of it
+    /// drawn; nodata-color=RRGGBB, a colour that it is drawn in after all; range=LO..HI, the values that are
+    /// black and white; map=M, the colours of a single channel (grey, viridis, magma, inferno, plasma,
+    /// cividis, turbo, coolwarm, terrain, or one of these reversed, as in viridis_r); log, a logarithmic
+    /// curve within the range; gamma=G, the exponent of values in the range (below 1 what is dark becomes
+    /// lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has it; hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = "NAME[:SETTING]...",
@@ -146,11 +146,12 @@ mod tests {
             filter: Some(Filter::Nearest),
             bands: Bands::One(1),
             nodata: Nodata::Value(-9999.0),
+            nodata_color: Some([255, 0, 128]),
             is_visible: false,
             ..named("height")
         };
         let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:log:gamma=0.5:filter=nearest\
-                    :bands=2:nodata=-9999";
+                    :bands=2:nodata=-9999:nodata-color=ff0080";
         assert_eq!(parse_layer(text), Ok(expected));
     }
 
@@ -164,6 +165,10 @@ mod tests {
             ("a:bands=0", "counted from 1"),
             ("a:bands=1,2", "bands=3,2,1"),
             ("a:nodata=none", "nodata=-9999"),
+            ("a:nodata-color=red", "nodata-color=ff0080"),
+            ("a:nodata-color=+f00+1", "hexadecimal"),
+            ("a:nodata-color=1234567", "hexadecimal"),
+            ("a:nodata-color=µµµ", "hexadecimal"),
             ("a:gamma=0", "0.01"),
             ("a:opacity=1.5", "0 to 1"),
             ("a:opacity=nan", "0 to 1"),

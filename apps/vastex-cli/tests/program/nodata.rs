@@ -72,6 +72,18 @@ fn what_is_without_data_is_not_drawn_and_mixed_with_nothing() {
         // Somebody may want to see the value, or leave out another one.
         let all = picture(&format!("{file} --layer :nodata=off:filter=nearest"), 64);
         assert!(all.iter().zip(&texels).all(|(pixel, texel)| *pixel == [*texel; 3]), "{file}");
+        // Or the value has a colour, in a list of layers as well, where maps and opacities are of data.
+        let holes = [255, 0, 128];
+        let expected = |texel: u8| if texel == 0 { holes } else { [200; 3] };
+        let drawn = picture(&format!("{file} --layer :nodata-color=ff0080"), 64);
+        assert!(drawn.iter().zip(&texels).all(|(pixel, texel)| *pixel == expected(*texel)), "{file}");
+        let over =
+            format!("{file} --layer :nodata=off:filter=nearest --layer :nodata-color=ff0080:map=viridis");
+        let drawn = picture(&over, 64);
+        let of_map = drawn[texels.iter().position(|texel| *texel == 200).unwrap()];
+        assert!(of_map[0] < 160 && of_map[1] > 180, "the colour of viridis for 200: {of_map:?}");
+        let expected = |texel: u8| if texel == 0 { holes } else { of_map };
+        assert!(drawn.iter().zip(&texels).all(|(pixel, texel)| *pixel == expected(*texel)), "{file}");
         let other = picture(&format!("{file} --layer :nodata=200"), 64);
         let expected = |texel: u8| if texel == 0 { [0; 3] } else { background };
         assert!(other.iter().zip(&texels).all(|(pixel, texel)| *pixel == expected(*texel)), "{file}");

@@ -52,6 +52,8 @@ pub struct ColorMap {
     /// The channels that are red, green and blue; of a single one, that one.
     bands: [u8; 3],
     nodata: Nodata,
+    /// The colour of what is without data, sRGB-encoded; where there is none it is not drawn.
+    nodata_color: Option<[u8; 3]>,
     scale: StoredScale,
     is_srgb: bool,
     tone: Tone,
@@ -76,6 +78,7 @@ pub(crate) struct LayerUniform {
     nodata: f32,
     /// In such shares the place from which on it is not drawn.
     pub(crate) ends: f32,
+    nodata_color: [f32; 4],
     palette: PaletteUniform,
 }
 
@@ -110,8 +113,8 @@ impl ColorMap {
             Channels::Colour => [0, 1, 2],
         };
         let (is_srgb, palette, nodata) = (layer.format.is_srgb(), Palette::GREY, Nodata::None);
-        let scale = StoredScale::new(layer.format);
-        ColorMap { channels, bands, nodata, scale, is_srgb, tone, palette }
+        let (scale, nodata_color) = (StoredScale::new(layer.format), None);
+        ColorMap { channels, bands, nodata, nodata_color, scale, is_srgb, tone, palette }
     }
 
     /// With other channels. Those that the layer does not have are 0.
@@ -129,6 +132,11 @@ impl ColorMap {
     /// [`Nodata::of`] does that.
     pub fn with_nodata(self, nodata: Nodata) -> ColorMap {
         ColorMap { nodata, ..self }
+    }
+
+    /// With a colour, sRGB-encoded, of what is without data, which is not drawn where there is none.
+    pub fn with_nodata_color(self, nodata_color: Option<[u8; 3]>) -> ColorMap {
+        ColorMap { nodata_color, ..self }
     }
 
     /// The values that are shown of what is sampled, those of one channel three times; `None` if there is no
@@ -169,6 +177,15 @@ impl ColorMap {
         self.nodata.number()
     }
 
+    /// The colour of what is without data in the layer's values, and an alpha of 1; all 0 where it is not
+    /// drawn.
+    pub(crate) fn nodata_color(&self) -> Vec4 {
+        let encoded = |color: [u8; 3]| color.map(|value| f32::from(value) / 255.0);
+        let color = self.nodata_color.map(encoded);
+        let told = |color: [f32; 3]| if self.is_srgb { color.map(linear_from_srgb) } else { color };
+        color.map_or(Vec4::ZERO, |color| glam::Vec3::from(told(color)).extend(1.0))
+    }
+
     /// With another way from values to shades.
     pub fn with_tone(self, tone: Tone) -> ColorMap {
         ColorMap { tone, ..self }
@@ -194,6 +211,7 @@ impl ColorMap {
             palette: self.palette.uniform(),
             id,
             nodata: self.nodata(),
+            nodata_color: self.nodata_color().into(),
             ends: NO_END,
             ..LayerUniform::default()
         }
@@ -282,8 +300,9 @@ impl ColorMap {
         let over = |colour: [f32; 3], alpha: f32| {
             std::array::from_fn(|channel| background[channel] * (1.0 - alpha) + colour[channel] * alpha)
         };
+        let nodata_color = self.nodata_color();
         let colour: [f32; 3] = match self.channels {
-            _ if is_nodata => background.truncate().into(),
+            _ if is_nodata => over(nodata_color.truncate().into(), nodata_color.w),
             Channels::Grey => grey,
             Channels::GreyAlpha => over(grey, value[1]),
             Channels::RedGreen => [shown[0], shown[1], 0.0],
@@ -342,6 +361,16 @@ mod tests {
         let expected = super::background(false);
         let expected = [0, 1, 2].map(|channel: usize| (expected[channel] * 255.0).round() as u8);
         assert_eq!(background[..3], expected);
+        // Or it has a colour, whatever the values are, no map and no range changing it.
+        let red = Some([200, 10, 99]);
+        for format in [LayerFormat::Rgba16, LayerFormat::Rgba8Srgb] {
+            let layer = Layer::new("a", format);
+            let map = ColorMap::new(&layer, Some([0.2, 0.3])).with_bands(Bands::One(1));
+            let map = map.with_palette(Palette::VIRIDIS).with_nodata(Nodata::Value(0.5));
+            assert_eq!(pixel(map.with_nodata_color(red)), [200, 10, 99, 255], "{format:?}");
+            assert_eq!(pixel(map.with_nodata_color(None)), pixel(map));
+            assert!(map.shares_pipelines(&map.with_nodata_color(red)), "nothing is compiled for it");
+        }
     }
 
     /// Each number of a format stands for none by itself, however a device rounds what it decodes.

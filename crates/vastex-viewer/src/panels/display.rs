@@ -15,6 +15,9 @@ use crate::surface::LayerOptions;
 /// first click.
 const CLIPPED: f64 = 0.5;
 
+/// The first colour of what is without data that a person is offered: one that few pictures have.
+const FIRST_NODATA_COLOR: [u8; 3] = [255, 0, 255];
+
 /// A texture that is shown.
 #[derive(Clone, Debug)]
 pub struct PanelTexture {
@@ -239,6 +242,9 @@ impl DisplayPanel {
         }
         band_controls(ui, layer.format.channels(), &mut options.bands);
         nodata_controls(ui, scale, layer, &mut options.nodata);
+        if options.nodata.of(layer) != Nodata::None {
+            nodata_color(ui, &mut options.nodata_color);
+        }
         let read = |value: f64| match scale.most() {
             Some(_) => format!("{value:.0}"),
             None => format!("{value:.5}"),
@@ -285,7 +291,7 @@ fn nodata_controls(ui: &mut Ui, scale: StoredScale, layer: &Layer, options: &mut
     let nodata = &mut chosen;
     ui.horizontal_wrapped(|ui| {
         let mut is_any = *nodata != Nodata::None;
-        let hint = "what has this value is not drawn, and counts in no range; its texels are not blended with others";
+        let hint = "what has this value is not drawn, or in a colour of its own, and counts in no range; its texels are not blended with others";
         if ui.checkbox(&mut is_any, "No data").on_hover_text(hint).changed() {
             *nodata = match (is_any, of_layer) {
                 (false, _) => Nodata::None,
@@ -315,6 +321,22 @@ fn nodata_controls(ui: &mut Ui, scale: StoredScale, layer: &Layer, options: &mut
         }
     });
     *options = if chosen == of_layer { Nodata::OfLayer } else { chosen };
+}
+
+/// The colour of what is without data: none, as at first, or one that a person chooses.
+fn nodata_color(ui: &mut Ui, color: &mut Option<[u8; 3]>) {
+    ui.horizontal_wrapped(|ui| {
+        let mut is_drawn = color.is_some();
+        let label = ui.checkbox(&mut is_drawn, "Colour of no data");
+        let hint = "where it has none, the background or the layer beneath is seen";
+        if label.on_hover_text(hint).changed() {
+            *color = is_drawn.then_some(FIRST_NODATA_COLOR);
+        }
+        if let Some(color) = color {
+            let label = ui.label("red, green, blue");
+            ui.color_edit_button_srgb(color).labelled_by(label.id);
+        }
+    });
 }
 
 /// The layers of all textures, of which a person may choose another.

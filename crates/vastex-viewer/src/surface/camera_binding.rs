@@ -29,6 +29,7 @@ struct SceneUniform {
     part: Vec4,
     origin: [f32; 2],
     unused: [f32; 2],
+    nodata_color: Vec4,
     /// The first of each counts; see `scene_zero` in surface.wgsl.
     relief: [ReliefUniform; 2],
     ids: [u32; 4],
@@ -114,6 +115,7 @@ impl CameraBinding {
             map: color_map.map(),
             palette: color_map.palette().uniform(),
             nodata: color_map.nodata(),
+            nodata_color: color_map.nodata_color(),
             part: scale.as_vec2().extend(offset.x as f32).extend(offset.y as f32),
             origin: part.at.map(|at| at as f32),
             ids: [all, color, height, self.view],

@@ -25,8 +25,11 @@ pub struct LayerOptions {
     /// The channels of it that are shown.
     pub bands: Bands,
     /// The value that stands for no data, as it is stored: 0 to 255 or 65,535 of whole numbers; by default
-    /// the layer's own. What has it is not drawn.
+    /// the layer's own.
     pub nodata: Nodata,
+    /// The colour of what is without data, sRGB-encoded red, green and blue; where there is none it is not
+    /// drawn, so that the background or the layer beneath is seen.
+    pub nodata_color: Option<[u8; 3]>,
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all
     /// channels but alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
@@ -52,6 +55,7 @@ impl Default for LayerOptions {
             name: None,
             bands: Bands::default(),
             nodata: Nodata::default(),
+            nodata_color: None,
             range: None,
             curve: Curve::default(),
             gamma: 1.0,
@@ -72,7 +76,12 @@ impl LayerOptions {
         // Alpha is stored as it is sampled, whatever colours are.
         let scale = if self.bands == Bands::One(3) { scale.of_alpha() } else { scale };
         let nodata = self.nodata.of(layer).map(|stored| scale.sampled(stored).into());
-        color_map.with_tone(tone).with_palette(self.palette).with_bands(self.bands).with_nodata(nodata)
+        color_map
+            .with_tone(tone)
+            .with_palette(self.palette)
+            .with_bands(self.bands)
+            .with_nodata(nodata)
+            .with_nodata_color(self.nodata_color)
     }
 
     /// Finds the layer in the textures that are shown together.

@@ -14,7 +14,7 @@ use super::display_options::LayerOptions;
 use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, ParsePaletteError};
 
 /// What a text may say of a layer, as errors have it.
-const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:nodata-color=RRGGBB][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
 
 /// A text does not say how a layer is shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -36,6 +36,9 @@ impl fmt::Display for LayerOptions {
             Nodata::None => f.write_str(":nodata=off")?,
             Nodata::Value(value) => write!(f, ":nodata={value}")?,
             Nodata::NotANumber => f.write_str(":nodata=nan")?,
+        }
+        if let Some([red, green, blue]) = self.nodata_color {
+            write!(f, ":nodata-color={red:02x}{green:02x}{blue:02x}")?;
         }
         if let Some([low, high]) = self.range {
             write!(f, ":range={low}..{high}")?;
@@ -95,6 +98,7 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         "file" => layer.texture = file_of_text(value)?,
         "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
         "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
+        "nodata-color" => layer.nodata_color = Some(color_of(value)?),
         "range" => layer.range = Some(range_of(value, "..")?),
         "map" => {
             layer.palette = value.parse().map_err(|error: ParsePaletteError| error.to_string())?;
@@ -116,6 +120,21 @@ pub(crate) fn file_of_text(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(file @ 1..=MOST) => Ok(file - 1),
         _ => Err(format!("write the number of a file, 1 to {MOST}, as in file=2")),
+    }
+}
+
+/// A colour by two hexadecimal digits each for red, green and blue.
+fn color_of(text: &str) -> Result<[u8; 3], String> {
+    let channel = |n: usize| {
+        let digits = text.get(2 * n..2 * n + 2)?;
+        u8::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
+    };
+    let color = [channel(0), channel(1), channel(2)];
+    match color {
+        [Some(red), Some(green), Some(blue)] if text.len() == 6 => Ok([red, green, blue]),
+        _ => {
+            Err("write red, green and blue by two hexadecimal digits each, as in nodata-color=ff0080".into())
+        }
     }
 }
 

@@ -46,6 +46,7 @@ fn any_layer(chance: &mut Chance) -> LayerOptions {
             1 => Nodata::NotANumber,
             _ => Nodata::Value((chance.part() - 0.5) * 1e5),
         },
+        nodata_color: chance.coin().then(|| [0, 1, 2].map(|_: u8| chance.below(256) as u8)),
         range: chance.coin().then(|| {
             let low = (chance.part() * 1e4 - 5e3) as f32;
             [low, low + 0.5 + chance.part() as f32]

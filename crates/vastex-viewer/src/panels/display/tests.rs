@@ -212,10 +212,16 @@ fn bands_and_no_data_are_chosen() {
     assert_eq!(harness.state().shown[0].bands, Bands::Color([2, 1, 0]));
     click(&mut harness, "No data");
     assert_eq!(harness.state().shown[0].nodata, Nodata::Value(0.0));
+    click(&mut harness, "Colour of no data");
+    assert_eq!(harness.state().shown[0].nodata_color, Some([255, 0, 255]));
+    click(&mut harness, "Colour of no data");
+    assert_eq!(harness.state().shown[0].nodata_color, None, "it is not drawn");
+    click(&mut harness, "Colour of no data");
     // Only floats may be no number.
     assert!(harness.query_by_label("is what is no number").is_none());
     click(&mut harness, "No data");
     assert_eq!(harness.state().shown[0].nodata, Nodata::OfLayer, "which has none");
+    assert!(harness.query_by_label("Colour of no data").is_none(), "of nothing");
     click(&mut harness, "Reset display");
     assert_eq!(harness.state().shown, [LayerOptions::default()]);
 }

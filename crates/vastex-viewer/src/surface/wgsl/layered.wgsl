@@ -10,6 +10,7 @@ struct Layered {
     difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that
     nodata: f32,      // the value that stands for no data
     ends: f32,        // and the one from which on it is not drawn
+    nodata_colour: vec4<f32>, // of what is without data; alpha 0 where it is not drawn
     palette: array<vec4<u32>, PALETTE_WORDS>, // see Scene
 }
 
@@ -19,8 +20,8 @@ struct Layered {
 fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
     let look = layered[n].look & 4095u;
     let plain = scene_value_color(value, look, layered[n].nodata, layered[n].tone);
-    if !scene_takes_map(value, look, layered[n].map) {
-        return plain;
+    if !scene_takes_map(plain, look, layered[n].map) {
+        return scene_or_nodata(plain, layered[n].nodata_colour);
     }
     let at = palette_place(plain.r);
     let first = palette_first(at);

@@ -103,6 +103,7 @@ struct Scene {
     part: vec4<f32>,    // of a picture that is drawn in parts: from places of the part, -1 to 1, to those of the whole, a factor and an offset
     origin: vec2<f32>,  // the part's first pixel in the whole
     unused: vec2<f32>,
+    nodata_colour: vec4<f32>, // of what is without data, as the layer's values are; alpha 0 where it is not drawn
     relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
     fixed: array<Fixed, 2>,
@@ -149,8 +150,8 @@ fn scene_colour(value: vec4<f32>) -> vec4<f32> {
 // colour; over the background. Alpha 1 says "covered".
 fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
     let plain = scene_value_color(value, SCENE_LOOK, scene.nodata, scene.tone);
-    var colour = plain;
-    if scene_takes_map(value, SCENE_LOOK, scene.map) {
+    var colour = scene_or_nodata(plain, scene.nodata_colour);
+    if scene_takes_map(plain, SCENE_LOOK, scene.map) {
         let at = palette_place(plain.r);
         let first = palette_first(at);
         let low = scene.palette[first / 4u][first % 4u];
@@ -188,10 +189,15 @@ fn scene_is_nodata(values: vec3<f32>, look: u32, nodata: f32) -> bool {
     return !any(is_number & (is_other | vec3<bool>(is_any_value)));
 }
 
-// Whether a colour map makes the colour of a value, of which `scene_value_color` is the shade then.
-fn scene_takes_map(value: vec4<f32>, look: u32, map: u32) -> bool {
+// What `scene_value_color` gives, or the colour of what is without data.
+fn scene_or_nodata(plain: vec4<f32>, nodata_colour: vec4<f32>) -> vec4<f32> {
+    return select(plain, nodata_colour, plain.a < -1e30);
+}
+
+// Whether a colour map makes the colour of a value that is there, of which `scene_value_color` gave the shade.
+fn scene_takes_map(plain: vec4<f32>, look: u32, map: u32) -> bool {
     let channels = look & 3u;
-    let is_value = !(value.a < -1e30);
+    let is_value = !(plain.a < -1e30);
     return is_value & (map != 0u) & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA));
 }
 
@@ -209,7 +215,7 @@ fn palette_between(low: u32, high: u32, share: f32) -> vec3<f32> {
 }
 
 // The colour of a value and how much it hides, by what channels mean, the value that stands for no data, and how values become shades: of a
-// single channel the shade, which a colour map may make a colour of.
+// single channel the shade, which a colour map may make a colour of. What is without data has an alpha that no value has.
 fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> vec4<f32> {
     let channels = look & 3u;
     let bands = vec3<u32>(look >> 2u, look >> 4u, look >> 6u) & vec3<u32>(3u);
@@ -217,7 +223,7 @@ fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> ve
     // Asked of the value first, which every value is: no condition depends on a uniform alone.
     let is_value = !(value.a < -1e30);
     if (is_value & ((look & SCENE_NODATA) != 0u)) && scene_is_nodata(values, look, nodata) {
-        return vec4<f32>(0.0);
+        return vec4<f32>(0.0, 0.0, 0.0, -2e30);
     }
     var shown = (values - tone.range.x) * tone.range.y;
     if is_value & (tone.curve != TONE_LINEAR) {
