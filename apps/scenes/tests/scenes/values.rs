@@ -14,7 +14,7 @@ use vastex::{
 use vastex_core::{Box3, Dims};
 use vastex_scenes::{DisplayOptions, Heights, Offscreen, PlanetLight, PlanetOptions, Pose, Scene};
 use vastex_tiles::{Codec, PropertySource};
-use vastex_viewer::camera::Aim;
+use vastex_viewer::camera::{Aim, Controller, Move};
 use vastex_viewer::inspect::{Histogram, texel_at};
 
 use crate::common::{gpu, settings, settle};
@@ -358,4 +358,60 @@ fn the_histogram_of_a_globe_is_that_of_what_is_seen_of_it() {
     }
     let counted: usize = found.counts(0, &[0.0, 2.0]).iter().sum();
     assert!((500..2304).contains(&counted), "{counted} of 64x36");
+}
+
+/// What is drawn under the pointer says whether a mountain stays there: its texel before the camera moves and
+/// after it.
+#[test]
+fn over_heights_what_is_seen_stays_under_the_pointer() {
+    let plane = |x, y, z, yaw, pitch| Pose::Plane { eye: DVec3::new(x, y, z), yaw, pitch };
+    for (scene, scale, pose) in [
+        (Scene::Terrain, 0.12, plane(0.2, -0.4, 0.08, 0.3, 0.35)),
+        (Scene::Globe, 0.08, Pose::globe(PI - 0.01, 0.2, 0.15).with_aim(Aim::new(1.0, 0.9))),
+        (Scene::Planet, 0.03, Pose::globe(0.3, 0.2, 0.2).with_aim(Aim::new(4.0, 0.8))),
+    ] {
+        let mut offscreen = loaded(scene, &with_heights(scale), pose);
+        let size = DVec2::from(PICTURE.map(f64::from));
+        let aspects = [size.x / size.y, offscreen.renderer().image_aspect()];
+        let (from, to) = (DVec2::new(60.5, 70.5), DVec2::new(80.5, 85.5));
+        let point = |pixel: DVec2| (pixel - 0.5 * size) / size.y;
+        let drawn_at = |offscreen: &Offscreen, pose: &Pose, pixel: DVec2| {
+            offscreen.places(pose)[pixel.y as usize * PICTURE[0] as usize + pixel.x as usize].unwrap()
+        };
+        let held = drawn_at(&offscreen, &pose, from);
+        let mut camera = Controller::new(pose);
+        let mut moved = |offscreen: &mut Offscreen, moved: Move| {
+            let heights = offscreen.renderer().heights(offscreen.textures(), PICTURE);
+            let mut heights = heights.expect("the scene has heights");
+            camera.apply_over(moved, aspects, Some(&mut heights));
+            let pose = camera.pose();
+            settle(offscreen, pose);
+            pose
+        };
+        for (what, pixel, step) in [
+            ("dragged", to, Move::Grab(point(from), point(to))),
+            ("zoomed in", to, Move::ZoomTo(1.6, point(to))),
+            ("zoomed out", to, Move::ZoomTo(0.7, point(to))),
+        ] {
+            let pose = moved(&mut offscreen, step);
+            let [here, right, below] =
+                [DVec2::ZERO, DVec2::X, DVec2::Y].map(|beside| drawn_at(&offscreen, &pose, pixel + beside));
+            // Levels blend as the camera comes nearer, and the surface moves with that by a little.
+            let pixels = here.distance(held) / here.distance(right).max(here.distance(below));
+            assert!(pixels < 2.0, "{scene:?} {what}: {pixels} pixels, at {here}, where {held} was");
+        }
+        // As if the ground were level it would not, but where it is as high as below the camera.
+        let mut worst = 0.0_f64;
+        for pixel in [from, DVec2::new(30.5, 60.5), DVec2::new(100.5, 90.5), DVec2::new(150.5, 75.5)] {
+            settle(&mut offscreen, pose);
+            let held = drawn_at(&offscreen, &pose, pixel);
+            let mut level = Controller::new(pose);
+            level.apply(Move::ZoomTo(2.0, point(pixel)), aspects);
+            settle(&mut offscreen, level.pose());
+            let [here, right] =
+                [DVec2::ZERO, DVec2::X].map(|beside| drawn_at(&offscreen, &level.pose(), pixel + beside));
+            worst = worst.max(here.distance(held) / here.distance(right));
+        }
+        assert!(worst > 3.0, "{scene:?}: {worst} pixels");
+    }
 }

@@ -244,7 +244,7 @@ impl App {
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
         let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());
         if let Some(moved) = moved {
-            camera.apply(moved, aspects);
+            viewer.with_heights(|heights| camera.apply_over(moved, aspects, heights));
             viewer.wake();
         }
         let now = self.begun.elapsed();

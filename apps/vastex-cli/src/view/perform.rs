@@ -1,7 +1,7 @@
 //! What becomes of an action that keys, the pointer or the panel ask for.
 
 use anyhow::Result;
-use vastex_scenes::Pose;
+use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::{Controller, Move};
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
@@ -9,6 +9,9 @@ use winit::window::Fullscreen;
 
 use super::panel::Asked;
 use super::{App, Open};
+
+/// By how much nearer a double click comes to the ground.
+const DOUBLE_CLICK_FACTOR: f64 = 2.0;
 
 impl App {
     /// Carries an action out.
@@ -27,7 +30,8 @@ impl App {
         let scene_index = self.scene as usize;
         match action {
             Action::Move(moved) => {
-                self.cameras[scene_index].apply(moved, viewer.aspects());
+                let (camera, aspects) = (&mut self.cameras[scene_index], viewer.aspects());
+                viewer.with_heights(|heights| camera.apply_over(moved, aspects, heights));
                 if matches!(moved, Move::ToEdge(_) | Move::Screens(_)) {
                     viewer.jumped();
                 }
@@ -42,7 +46,11 @@ impl App {
             }
             Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
             Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
-            Action::DoubleClick => return self.perform(events, Action::Reset),
+            Action::DoubleClick => {
+                let nearer = viewer.pointed().map(|point| Move::ZoomTo(DOUBLE_CLICK_FACTOR, point));
+                let of_ground = nearer.filter(|_| self.scene != Scene::Image).map(Action::Move);
+                return self.perform(events, of_ground.unwrap_or(Action::Reset));
+            }
             Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
             Action::Undo => viewer.undo_measured(),
             Action::Scene(choice) => self.choose_scene(choice),

@@ -4,6 +4,7 @@
 use glam::DVec2;
 
 use super::orientation::Orientation;
+use super::over_heights::GroundHeights;
 use super::pose::Pose;
 
 /// A change of the pose.
@@ -60,6 +61,30 @@ impl Controller {
     /// Where it is.
     pub fn pose(&self) -> Pose {
         self.pose
+    }
+
+    /// Carries a move out over ground with heights, if there are any: what is seen of them under the pointer
+    /// stays under it, and what is seen in the middle is what the camera goes round. Where none is seen, and
+    /// for all other moves, the ground counts as level, as high as it is below the camera.
+    pub fn apply_over(&mut self, moved: Move, aspects: Aspects, heights: Option<&mut dyn GroundHeights>) {
+        let Some(heights) = heights else { return self.apply(moved, aspects) };
+        let pose = self.pose;
+        let found = match moved {
+            Move::Grab(from, to) => pose.grabbed_over(from, to, heights),
+            Move::Orbit(angles) => pose.orbited_over(angles.x, angles.y, heights),
+            Move::Upright => pose.uprighted_over(heights),
+            Move::ZoomTo(factor, point) => pose.zoomed_over(factor, point, heights),
+            Move::Pinch(delta, factor, point) => {
+                self.apply_over(Move::Grab(point - delta, point), aspects, Some(&mut *heights));
+                return self.apply_over(Move::ZoomTo(factor, point), aspects, Some(heights));
+            }
+            // Images, and moves beside all ground.
+            _ => None,
+        };
+        match found {
+            Some(pose) => self.turn_to(pose),
+            None => self.apply(moved, aspects),
+        }
     }
 
     /// Carries a move out.

@@ -70,29 +70,9 @@ impl Pose {
     pub(super) fn seeing(self, ground: DVec3, point: DVec2) -> Option<Pose> {
         match self {
             Pose::Image { .. } => None,
-            Pose::Globe { longitude, latitude, altitude, aim } => {
+            Pose::Globe { altitude, aim, .. } => {
                 let (from_below, _) = on_sphere(altitude, aim, point)?;
-                let DVec3 { x: east, y: north, z: above } = from_below;
-                let up = 1.0 + above;
-                // Where the same parts make a point of the same distance from the equator.
-                let length = north.hypot(up);
-                if ground.z.abs() > length {
-                    return None;
-                }
-                let (rise, lean) = ((ground.z / length).asin(), north.atan2(up));
-                // The one of the two that is nearer to where the camera is.
-                let either = [rise - lean, std::f64::consts::PI - rise - lean];
-                let apart = |latitude_of: &f64| (latitude_of - latitude).abs();
-                let found = if apart(&either[0]) <= apart(&either[1]) { either[0] } else { either[1] };
-                if found.abs() > std::f64::consts::FRAC_PI_2 {
-                    return None;
-                }
-                let meridian = up * found.cos() - north * found.sin();
-                let found_longitude = ground.y.atan2(ground.x) - east.atan2(meridian);
-                // As near as turns allow: what is remembered of a camera does not jump.
-                let turns = ((longitude - found_longitude) / std::f64::consts::TAU).round();
-                let longitude = found_longitude + turns * std::f64::consts::TAU;
-                Some(self.at(DVec2::new(longitude, found)))
+                self.with_place_at(from_below, ground)
             }
             Pose::Plane { eye, yaw, pitch } => {
                 let seen = self.ground_at(point)?;
@@ -100,6 +80,34 @@ impl Pose {
                 Some(Pose::Plane { eye: moved, yaw, pitch })
             }
         }
+    }
+
+    /// The camera over a globe, as high and looking in the same direction as this one, from which a place of
+    /// the world is `from_below`: so far to the east, to the north and upwards of the point of the unit
+    /// sphere below the camera. Nothing where there is none, and of other cameras.
+    pub(super) fn with_place_at(self, from_below: DVec3, place: DVec3) -> Option<Pose> {
+        let Pose::Globe { longitude, latitude, .. } = self else { return None };
+        let DVec3 { x: east, y: north, z: above } = from_below;
+        let up = 1.0 + above;
+        // Where the same parts make a point of the same distance from the equator.
+        let length = north.hypot(up);
+        if place.z.abs() > length {
+            return None;
+        }
+        let (rise, lean) = ((place.z / length).asin(), north.atan2(up));
+        // The one of the two that is nearer to where the camera is.
+        let either = [rise - lean, std::f64::consts::PI - rise - lean];
+        let apart = |latitude_of: &f64| (latitude_of - latitude).abs();
+        let found = if apart(&either[0]) <= apart(&either[1]) { either[0] } else { either[1] };
+        if found.abs() > std::f64::consts::FRAC_PI_2 {
+            return None;
+        }
+        let meridian = up * found.cos() - north * found.sin();
+        let found_longitude = place.y.atan2(place.x) - east.atan2(meridian);
+        // As near as turns allow: what is remembered of a camera does not jump.
+        let turns = ((longitude - found_longitude) / std::f64::consts::TAU).round();
+        let longitude = found_longitude + turns * std::f64::consts::TAU;
+        Some(self.at(DVec2::new(longitude, found)))
     }
 
     /// The camera turned to the right by `turn` and tilted towards the horizon by `tilt`, in radians, round

@@ -50,6 +50,11 @@ pub(crate) const FIELD_OF_VIEW: f64 = std::f64::consts::FRAC_PI_3;
 const MOST_ZOOM: f64 = 4e9;
 /// A thousandth of a texel of 2^31 round the globe, about.
 pub(super) const LEAST_ALTITUDE: f64 = 1e-10;
+/// How far from the ground a camera over a globe goes, in radii.
+pub(super) const MOST_ALTITUDE: f64 = 20.0;
+/// The same over a plane: how near to the ground a camera comes, and how far it goes.
+pub(super) const LEAST_HEIGHT: f64 = 0.0005;
+pub(super) const MOST_HEIGHT: f64 = 10.0;
 /// Radii of the Earth in a metre.
 pub(crate) const METRE: f64 = 1.0 / 6_371_000.0;
 /// How close a latitude may come to a pole, so that north stays up.
@@ -313,10 +318,10 @@ impl Pose {
                 Pose::Image { centre, zoom, orientation }
             }
             Pose::Plane { eye, yaw, pitch } => {
-                Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(0.0005, 10.0)), yaw, pitch }
+                Pose::Plane { eye: eye.with_z((eye.z / factor).clamp(LEAST_HEIGHT, MOST_HEIGHT)), yaw, pitch }
             }
             Pose::Globe { longitude, latitude, altitude, aim } => {
-                let altitude = (altitude / factor).clamp(LEAST_ALTITUDE, 20.0);
+                let altitude = (altitude / factor).clamp(LEAST_ALTITUDE, MOST_ALTITUDE);
                 Pose::Globe { longitude, latitude, altitude, aim }
             }
         }

@@ -7,7 +7,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
         &[
             (
                 "drag, a finger",
-                "move what is below the pointer, which stays there; let go in motion, it goes on",
+                "move what is below the pointer, a mountain too, which stays there; let go in motion, it goes on",
             ),
             (
                 "Ctrl + drag, Ctrl + arrows",
@@ -28,7 +28,11 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("Ctrl + 1 to 9", "1 to 9 texels of an image in each pixel"),
             ("T, Shift + T", "turn an image by a quarter, clockwise or back"),
             ("X, Y", "exchange left and right of an image, or top and bottom"),
-            ("0, R, Home, double click", "all of it, as at first"),
+            ("0, R, Home", "all of it, as at first"),
+            (
+                "double click",
+                "all of an image, as at first; elsewhere twice as near to what is below the pointer",
+            ),
         ],
     ),
     (

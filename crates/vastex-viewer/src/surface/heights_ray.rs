@@ -75,6 +75,11 @@ impl<'a> HeightsBelow<'a> {
         Some(below)
     }
 
+    /// How high the ground is below the camera, above the surface without heights.
+    pub(super) fn raised(&self) -> f64 {
+        self.raised
+    }
+
     /// How far along a ray of the pose it meets the surface, and where; `None` if it does not. Beside the
     /// edge of a terrain that may be from beneath, as it is drawn.
     pub(super) fn met_by(&mut self, ray: &Ray) -> Option<(f64, DVec3)> {

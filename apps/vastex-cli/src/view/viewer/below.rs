@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec2;
 use vastex_scenes::Pose;
+use vastex_viewer::camera::GroundHeights;
 use vastex_viewer::inspect::{self, InspectedTexel};
 use vastex_viewer::panels::{StatusPlace, status_text};
 
@@ -65,6 +66,21 @@ impl Viewer {
         let line = self.line_below(&pose);
         self.below.note(line.as_deref());
         self.update_title(&self.textures.stats(), pose);
+    }
+
+    /// Where the pointer is over the picture, as moves are told it: in view heights from the middle.
+    pub(in super::super) fn pointed(&self) -> Option<DVec2> {
+        let (pointer, panes) = (self.pointer?, self.panes());
+        let [width, height] = self.size().map(|side| f64::from(side.max(1)));
+        let pixel = panes.within(panes.at(pointer), pointer);
+        Some((pixel - 0.5 * DVec2::new(width, height)) / height)
+    }
+
+    /// Moves a camera with the heights of what is displayed, if it has any.
+    pub(in super::super) fn with_heights(&self, moves: impl FnOnce(Option<&mut dyn GroundHeights>)) {
+        let renderer = self.display.displayed().map(|source| &source.renderer);
+        let mut heights = renderer.and_then(|renderer| renderer.heights(&self.textures, self.size()));
+        moves(heights.as_mut().map(|heights| heights as &mut dyn GroundHeights));
     }
 
     /// The texel below the pointer, of the layer that is seen there.
