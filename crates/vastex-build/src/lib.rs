@@ -17,11 +17,14 @@
 //! there is a quick way to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`]
 //! makes one without any build.
 //!
+//! A [`BlockSource`] compresses the tiles of another source as they are read.
+//!
 //! [`build_volume`] (feature `volumes`) makes containers and OME-Zarr of volumes, with all of their levels,
 //! in one pass over blocks of voxels.
 //!
 //! Not here: the container's bytes (`vastex-tiles`), the shape of levels, pages and borders (`vastex-core`).
 
+mod block_source;
 mod build;
 mod cache;
 mod crop;
@@ -46,6 +49,7 @@ mod volume;
 
 use std::path::Path;
 
+pub use block_source::{BlockSource, BlockSourceError};
 pub use build::{
     BuildError, BuildOptions, BuildReport, Inset, LayerReport, NodataRule, ParseNodataRuleError,
 };

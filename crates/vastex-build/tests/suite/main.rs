@@ -4,6 +4,8 @@
 
 mod bad_input;
 mod bands;
+#[cfg(feature = "bc")]
+mod block_source;
 mod bombs;
 mod colors;
 mod common;

@@ -20,6 +20,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("inset", &["build", "build/error", "image", "progress", "replace", "replace/error", "threads", "tile"]),
     ("export", &["image", "new_directory", "progress", "texels", "threads", "tile"]),
     ("cache", &["build", "build/error", "image", "progress"]),
+    ("block_source", &["texels", "tile"]),
     ("source", &["image", "texels"]),
     ("keep_levels", &["build", "build/error", "image", "progress", "source", "texels", "threads", "tile"]),
     ("memory_image", &["build/error", "image", "progress", "texels", "threads"]),
@@ -28,6 +29,7 @@ pub(super) const ROOMS: &[Room] = &[
     (
         "lib",
         &[
+            "block_source",
             "build",
             "build/error",
             "cache",

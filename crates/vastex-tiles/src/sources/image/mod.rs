@@ -74,7 +74,9 @@ impl Default for ImageOptions {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ImageSourceError {
     /// Blocks have no texels to make levels of.
-    #[error("texels of {0} are compressed in blocks; hand over pixels that are not, as of rgba8-srgb")]
+    #[error(
+        "texels of {0} are compressed in blocks; hand over pixels that are not, as of rgba8-srgb, and vastex_build::BlockSource makes blocks of their tiles"
+    )]
     Compressed(&'static str),
     /// Rows would overlap.
     #[error("rows {given} bytes apart: one row of {width} texels of {format} has {needed} bytes")]
@@ -168,6 +170,10 @@ impl ImageSource {
 
     /// Pixels of any format that is not compressed, `size` columns and rows: a texel has its channels one
     /// after the other, each little-endian. Takes no time and no memory for levels.
+    ///
+    /// Formats of blocks are refused: coarser levels and borders are made of texels, which blocks hold
+    /// roughly, and this crate has no encoder for what comes of them. `BlockSource`, in the crate
+    /// `vastex-build`, compresses the tiles of such a source as they are read.
     pub fn new(
         format: LayerFormat,
         size: [u32; 2],
