@@ -22,6 +22,8 @@ const FONT: f32 = 12.5;
 const FREE: f32 = 7.0;
 /// Points below which a picture is too small for anything to lie over it.
 const LEAST: f32 = 90.0;
+/// And for which way axes go.
+const SMALL: f32 = 170.0;
 
 /// Pictures of a volume, and what they show.
 #[derive(Clone, Copy, Debug)]
@@ -47,14 +49,11 @@ impl VolumePanes<'_> {
         for pane in self.panes {
             let at = |pixels: [u32; 2]| vec2(pixels[0] as f32, pixels[1] as f32) / pixels_per_point;
             let rect = Rect::from_min_size(area.min + at(pane.at), at(pane.size));
-            match self.pictures.iter().find(|(of, _)| *of == pane.pane) {
-                Some((_, picture)) => {
-                    let all = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
-                    painter.image(*picture, rect, all, Color32::WHITE);
-                }
-                None => {
-                    painter.rect_filled(rect, 0.0, Color32::BLACK);
-                }
+            // What is not drawn yet lets it through.
+            painter.rect_filled(rect, 0.0, Color32::BLACK);
+            if let Some((_, picture)) = self.pictures.iter().find(|(of, _)| *of == pane.pane) {
+                let all = Rect::from_min_max(Pos2::ZERO, pos2(1.0, 1.0));
+                painter.image(*picture, rect, all, Color32::WHITE);
             }
             if rect.width() < LEAST || rect.height() < LEAST {
                 continue;
@@ -90,7 +89,9 @@ impl VolumePanes<'_> {
         if !self.has_guides {
             return;
         }
-        over.triad(pane, self.look);
+        if over.rect.width().min(over.rect.height()) > SMALL {
+            over.triad(pane, self.look);
+        }
         self.scale_bar(over, pane);
         let is_first = self.panes.first().is_some_and(|first| first.pane == pane);
         if is_first && self.facts.times > 1 {

@@ -6,8 +6,6 @@ use crate::volume::{MOST_CHANNELS, VolumeBox, VolumeCamera, VolumeClip, VolumeMo
 
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
-/// From how near all of a volume is seen at first, beside where the ball around its box fits.
-const NEAR: f64 = 0.94;
 /// Zooms of slices and in perspective.
 const ZOOMS: [f64; 2] = [0.05, 1e6];
 /// Colours of channels that have none: green, magenta, cyan, yellow, red, blue, as lenses are told apart.
@@ -160,8 +158,7 @@ impl VolumeOrbit {
         let half_height = HALF_HEIGHT.to_radians();
         let [width, height] = picture.map(|side| f64::from(side.max(1)));
         // Where the picture is narrow its width decides.
-        let distance =
-            NEAR * of.extent().length() / 2.0 / half_height.sin() * (height / width).max(1.0) / self.zoom;
+        let distance = of.extent().length() / 2.0 / half_height.sin() * (height / width).max(1.0) / self.zoom;
         VolumeCamera { target: self.target, eye: self.target - ahead * distance, down, half_height }
     }
 }

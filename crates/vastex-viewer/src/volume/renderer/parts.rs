@@ -8,8 +8,8 @@ use super::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound}
 use crate::stage::Target;
 
 impl VolumeRenderer {
-    /// Draws rows of the picture that a camera sees, of `size` pixels in all: the first of them begin it, and
-    /// of the others what is there stays around them. For pictures that take longer than a frame may.
+    /// Draws rows of the picture that a camera sees, of `size` pixels in all; what is there of the others
+    /// stays. For pictures that take longer than a frame may.
     pub fn draw_rows(
         &self,
         camera: &VolumeCameraBinding,
@@ -18,10 +18,7 @@ impl VolumeRenderer {
         target: &Target<'_>,
         (size, rows): ([u32; 2], Range<u32>),
     ) {
-        let mut pass = match rows.start {
-            0 => target.begin(encoder, glam::Vec4::W),
-            _ => target.go_on(encoder),
-        };
+        let mut pass = target.go_on(encoder);
         let end = rows.end.min(size[1]);
         if rows.start < end {
             pass.set_scissor_rect(0, rows.start, size[0], end - rows.start);
