@@ -57,11 +57,15 @@ pub(super) enum OpeningEvent {
     Shapes(Result<Arc<Shapes>>),
     /// The source.
     Opened(PreparedSource),
-    /// It is a volume, with settings for its textures and what `vastex info` says of it.
+    /// It is a volume.
     #[cfg(feature = "volumes")]
-    Volume(Box<(OpenedVolume, vastex::Settings, Arc<[(String, String)]>)>),
+    Volume(Box<ToShow>),
     Failed(Error),
 }
+
+/// A volume, with settings for its textures and what `vastex info` says of it.
+#[cfg(feature = "volumes")]
+type ToShow = (OpenedVolume, vastex::Settings, Arc<[(String, String)]>);
 
 /// A source that can be added to the textures.
 pub(super) struct PreparedSource {

@@ -131,7 +131,7 @@ pub struct VolumeRenderer {
     gpu: Gpu,
     desc: VolumeDesc,
     /// By which channels are asked for: the layer of the one, or the group of all; or the labels alone.
-    sampled: Sampled,
+    of_channels: Sampled,
     /// What the text was made for.
     kinds: Kinds,
     /// Whose bind group has the labels, too.
@@ -186,7 +186,7 @@ impl VolumeRenderer {
         Ok(VolumeRenderer {
             gpu: gpu.clone(),
             desc,
-            sampled,
+            of_channels: sampled,
             kinds,
             format,
             module,
@@ -399,7 +399,7 @@ impl StageScene for VolumeRenderer {
         (rays.step, rays.iso, rays.view) = (*step as f32, *iso, camera.view);
         let shown = channels.iter().take(MOST_CHANNELS);
         rays.channels = shown.len() as u32;
-        let ids = textures.bindings().ids(self.sampled).unwrap_or_default();
+        let ids = textures.bindings().ids(self.of_channels).unwrap_or_default();
         rays.wants = ids.first().copied().unwrap_or_default();
         if !pose.is_slice() {
             rays.clip(of, &self.desc.clip);

@@ -94,13 +94,16 @@ pub struct VolumeScene {
     drawn_at: Duration,
     played_at: Duration,
     is_playing: bool,
-    /// What the device is drawing: when it began, when it ends, and of which panes, small or not.
-    under_way: Option<(Duration, Arc<AtomicU64>, Vec<(usize, bool)>)>,
+    /// What the device is drawing.
+    under_way: Option<UnderWay>,
     /// What the device is asked of what views want: since when, and whether it has answered.
     asking: Option<(Duration, Arc<AtomicBool>)>,
     wants_ranges: bool,
     faults: Vec<String>,
 }
+
+/// What the device is drawing: when it began, when it ends, and of which panes, small or not.
+type UnderWay = (Duration, Arc<AtomicU64>, Vec<(usize, bool)>);
 
 impl VolumeScene {
     /// A volume of which nothing is read yet, with textures of its own.

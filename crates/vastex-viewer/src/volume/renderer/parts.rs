@@ -35,12 +35,12 @@ impl VolumeRenderer {
             let (sampled, bound, kinds) = bound(textures, &desc)?;
             let is_fit = kinds.binds_like(&self.kinds);
             // What is not drawn any more, or is not drawn.
-            let gone = if is_fit { [self.sampled, self.bound] } else { [sampled, bound] };
+            let gone = if is_fit { [self.of_channels, self.bound] } else { [sampled, bound] };
             gone.into_iter().for_each(|group| remove_group(textures, group));
             if !is_fit {
                 return Err(VolumeError::Apart);
             }
-            (self.sampled, self.bound) = (sampled, bound);
+            (self.of_channels, self.bound) = (sampled, bound);
         }
         self.desc = desc;
         Ok(())
@@ -48,7 +48,7 @@ impl VolumeRenderer {
 
     /// Takes back what it added to the textures. The channels themselves stay.
     pub fn forget(self, textures: &mut Textures) {
-        [self.sampled, self.bound].into_iter().for_each(|group| remove_group(textures, group));
+        [self.of_channels, self.bound].into_iter().for_each(|group| remove_group(textures, group));
     }
 }
 
