@@ -1,8 +1,11 @@
 //! `cargo xtask bench volumes`: pyramids of volumes by `vastex build` beside ome-zarr-py, at equal codec,
-//! chunks and levels, in the same run; what was written is read by zarr-python, value by value.
+//! chunks and levels, in the same run; what was written is read by zarr-python, value by value. Then what
+//! reading costs ([`reading`]).
 //!
 //! CPU seconds of all threads are compared: both programs may use every core, and how well they do depends on
 //! what else runs. The figures that are kept stand in docs/bench-volumes.md.
+
+mod reading;
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,6 +26,7 @@ const LEAST_RATIO: f64 = 5.0;
 const AIM: f64 = 10.0;
 /// What the scripts need.
 const PACKAGES: &[&str] = &["zarr==3.1.6", "ome-zarr==0.18.0", "numpy"];
+const TENSORSTORE: &str = "tensorstore==0.1.85";
 /// The downscaling methods of ome-zarr-py: its default, and the one that makes means as `vastex build` does.
 const METHODS: [&str; 2] = ["resize", "local_mean"];
 /// How `vastex build` is called where the output is checked alone: what is asked for, and what is left out.
@@ -50,7 +54,10 @@ pub(crate) fn volumes(options: &[&str]) -> Result<()> {
     let input = scripts.input(&directory)?;
     let rounds = scripts.compare(&input, &directory, options.runs)?;
     let checks = scripts.checks(&input, &directory)?;
-    let page = page(&rounds, &checks)?;
+    let has_tensorstore = python::add_if_possible(&directory, "python-volumes", "tensorstore", TENSORSTORE);
+    let reading = reading::Reading::new(&scripts.python, has_tensorstore, &directory, (&input, SIZE))?
+        .page(options.runs)?;
+    let page = page(&rounds, &checks)? + &reading;
     println!("\n{page}");
     if options.write {
         let path = shell::root().join(REPORT);
@@ -184,7 +191,9 @@ fn vastex() -> PathBuf {
 fn page(rounds: &[Vec<Run>], checks: &[[String; 3]]) -> Result<String> {
     let [width, height, depth] = SIZE;
     let mut page = format!(
-        "# Volumes: pyramids beside ome-zarr-py\n\n\
+        "# Volumes: beside ome-zarr-py, zarr-python and tensorstore\n\n\
+         Other programs may have been at work on the machine: seconds are of processors, and what counts are ratios within a round.\n\n\
+         ## Pyramids beside ome-zarr-py\n\n\
          Written by `cargo xtask bench volumes --write` on {} cores. A volume of {width}x{height}x{depth} voxels of 16 bits, blobs with noise, raw and in the page cache,\n\
          becomes OME-Zarr 0.5 with {LEVELS} levels, each half of the one before along all axes, in chunks of 64 a side by zstd at level 3. ome-zarr-py ({})\n\
          does it by its default method, `resize`, and by `local_mean`, which is what `vastex build` makes. CPU seconds are those of all threads; the\n\

@@ -1,6 +1,6 @@
 //! `cargo xtask campaign`: the random tests with ever more cases, for as long as they are given.
 //!
-//! Each round doubles the number of simulated worlds, of property cases and of pictures by chance; the suite
+//! Each round doubles the number of simulated worlds, of property cases, of pictures by chance and of marches; the suite
 //! itself runs a fixed, small sample of each.
 
 use std::time::{Duration, Instant};
@@ -13,10 +13,13 @@ use crate::shell::{self, Usage};
 const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
 /// The crate of the scenes, and the test of it that is random.
 const PICTURES: [&str; 2] = ["vastex-scenes", "matrix::"];
+/// The crate that marches through a volume of 10^15 voxels, and the test that does.
+const MARCHES: [&str; 2] = ["vastex-viewer", "huge::marches"];
 const DEFAULT_MINUTES: u64 = 10;
 const FIRST_WORLDS: u64 = 10_000;
 const FIRST_CASES: u64 = 2048;
 const FIRST_PICTURES: u64 = 100;
+const FIRST_MARCHES: u64 = 10;
 
 pub(crate) fn run(options: &[&str]) -> Result<()> {
     let budget = parse(options)?;
@@ -24,6 +27,8 @@ pub(crate) fn run(options: &[&str]) -> Result<()> {
     shell::run(packages(&mut build).arg("--no-run"))?;
     let mut build = shell::cargo("test");
     shell::run(pictures(&mut build).arg("--no-run"))?;
+    let mut build = shell::cargo("test");
+    shell::run(marches(&mut build).arg("--no-run"))?;
     let start = Instant::now();
     for round in 0..32 {
         let round_start = Instant::now();
@@ -40,13 +45,20 @@ pub(crate) fn run(options: &[&str]) -> Result<()> {
 
 fn run_round(round: u32) -> Result<()> {
     let (worlds, cases, drawn) = (FIRST_WORLDS << round, FIRST_CASES << round, FIRST_PICTURES << round);
-    println!("\nround {}: {worlds} worlds, {cases} cases of each property, {drawn} pictures", round + 1);
+    let marches_drawn = FIRST_MARCHES << round;
+    println!(
+        "\nround {}: {worlds} worlds, {cases} cases of each property, {drawn} pictures, {marches_drawn} marches",
+        round + 1
+    );
     let mut test = shell::cargo("test");
     packages(&mut test).env("VASTEX_WORLDS", worlds.to_string()).env("PROPTEST_CASES", cases.to_string());
     let fault = || format!("round {} found a fault; the test's output says which case", round + 1);
     shell::run(&mut test).with_context(fault)?;
     let mut test = shell::cargo("test");
     pictures(&mut test).arg(PICTURES[1]).env("VASTEX_PICTURES", drawn.to_string());
+    shell::run(&mut test).with_context(fault)?;
+    let mut test = shell::cargo("test");
+    marches(&mut test).arg(MARCHES[1]).env("VASTEX_MARCHES", marches_drawn.to_string());
     shell::run(&mut test).with_context(fault)
 }
 
@@ -59,6 +71,10 @@ fn packages(command: &mut std::process::Command) -> &mut std::process::Command {
 
 fn pictures(command: &mut std::process::Command) -> &mut std::process::Command {
     command.args(["-p", PICTURES[0], "--test", "scenes"])
+}
+
+fn marches(command: &mut std::process::Command) -> &mut std::process::Command {
+    command.args(["-p", MARCHES[0], "--test", "suite"])
 }
 
 fn parse(options: &[&str]) -> Result<Duration> {

@@ -62,7 +62,8 @@ Commands:
                            is asked of a GPU; into docs/bench-draw.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
-  bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, read by zarr-python; into docs/bench-volumes.md
+  bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, bricks beside decoding alone, boxes beside zarr-python and tensorstore;
+                           into docs/bench-volumes.md
       --runs N               interleaved runs of each program [default: 3]
       --write                put the figures there
   record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names
@@ -123,11 +124,11 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["bench", "view", options @ ..] => bench_view::run(options),
         ["bench", "volumes", options @ ..] => bench_volumes::volumes(options),
         ["bench", other, ..] => Err(Usage(format!(
-            "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow, textures, view"
+            "no benchmark is called '{other}'; there are: build, decide, draw, fetch, slow, textures, view, volumes"
         ))
         .into()),
         ["bench"] => Err(Usage(
-            "which benchmark? There are: build, decide, draw, fetch, slow, textures, view".to_owned(),
+            "which benchmark? There are: build, decide, draw, fetch, slow, textures, view, volumes".to_owned(),
         )
         .into()),
         ["record", options @ ..] => record_command::run(options, HELP),

@@ -28,6 +28,15 @@ pub(crate) fn with(directory: &Path, name: &str, packages: &[&str]) -> Result<Pa
     Ok(python)
 }
 
+/// Adds a package to an interpreter that [`with`] made, unless its module is there; says whether it is there
+/// now. It may be that there is no network, or no such package for this machine.
+pub(crate) fn add_if_possible(directory: &Path, name: &str, module: &str, package: &str) -> bool {
+    let home = directory.join(name);
+    let python = home.join("bin/python").to_string_lossy().into_owned();
+    let is_there = || shell::succeeds(shell::command(&python).args(["-c", &format!("import {module}")]));
+    is_there() || (pip(&home, &["install", "--quiet"], &[package]).is_ok() && is_there())
+}
+
 /// Fetches one package, as it is published, into the directory.
 pub(crate) fn download(directory: &Path, package: &str) -> Result<()> {
     let into = directory.to_string_lossy();

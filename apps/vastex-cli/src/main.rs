@@ -11,6 +11,8 @@ mod explained;
 mod gpu;
 #[cfg(feature = "view")]
 mod link;
+#[cfg(feature = "volumes")]
+mod made_levels;
 mod open;
 mod output;
 mod parts;

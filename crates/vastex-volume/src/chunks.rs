@@ -58,17 +58,22 @@ impl Grid {
     /// meaning are at 0.
     pub(crate) fn coords(&self, at: [u64; 3], channel: u64, time: u64) -> Vec<u64> {
         let mut coords = vec![0; self.shape.len()];
-        for (axis, at) in self.space().into_iter().zip(at) {
-            if let Some(axis) = axis {
-                coords[axis] = at;
-            }
-        }
+        self.put_place(&mut coords, at);
         for (axis, at) in [(self.axes.channel, channel), (self.axes.time, time)] {
             if let Some(axis) = axis {
                 coords[axis] = at / self.chunk[axis];
             }
         }
         coords
+    }
+
+    /// Puts another place among the chunks into the coordinates of one.
+    pub(crate) fn put_place(&self, coords: &mut [u64], at: [u64; 3]) {
+        for (axis, at) in self.space().into_iter().zip(at) {
+            if let Some(axis) = axis {
+                coords[axis] = at;
+            }
+        }
     }
 
     /// Bytes from the first value of a chunk to that of a channel and a time in it.
@@ -112,6 +117,16 @@ pub(crate) type PresenceFuture<'a> = Pin<Box<dyn Future<Output = Result<Presence
 pub(crate) trait ChunkSource: Send + Sync {
     /// Reads and decodes the chunk at coordinates within the grid.
     fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a>;
+
+    /// A chunk that can be had without reading anything; `None` within if it is known to be absent.
+    fn at_hand(&self, _coords: &[u64]) -> Option<Option<Chunk>> {
+        None
+    }
+
+    /// Whether another is about to have a chunk.
+    fn is_under_way(&self, _coords: &[u64]) -> bool {
+        false
+    }
 
     /// The value of absent chunks, little-endian, in as many bytes as a value has.
     fn fill(&self) -> [u8; 8];

@@ -53,6 +53,10 @@ impl VolumeFault {
     }
 }
 
+/// What is said where a file is not there that was there before.
+pub(crate) const VANISHED: &str =
+    "it was there when the volume was opened, and is gone; put it back, or the disk that it lies on";
+
 /// What is stored contradicts itself.
 pub(crate) fn damaged(what: impl Into<String>) -> VolumeFault {
     VolumeFault::Damaged(what.into())

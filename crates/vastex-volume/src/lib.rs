@@ -33,7 +33,7 @@ pub use open::{ImageList, Opened, is_volume, open};
 pub use reduce::{Reduction, reduce_into, reduced_size};
 pub use source::{
     BINS, BrickStats, LevelState, PointValue, SliceAxis, ValueCodes, VolumeOptions, VolumePlane,
-    VolumeSource, VolumeSourceError, VoxelValue, levels_of, makes_levels_at_opening,
+    VolumeSource, VolumeSourceError, VoxelValue, levels_of, made_levels_kept, makes_levels_at_opening,
 };
 pub use tiled::container_volume;
 pub use values::{DType, npy_header};

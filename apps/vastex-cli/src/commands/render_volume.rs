@@ -5,7 +5,7 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
@@ -23,11 +23,14 @@ use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, Volum
 
 use super::render_labels::Labels;
 use crate::args::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
+use crate::made_levels::LevelMaker;
 use crate::output::Output;
 use crate::{gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
+/// How long is waited for levels that are made before it is looked what has changed.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Samples of a ray beyond which it is not looked at further (volume.wgsl).
 const MOST_SAMPLES: f64 = 65_536.0;
 /// GPU memory that is taken for bricks at most where nobody says how much.
@@ -180,11 +183,6 @@ fn source_of(
         ..VolumeOptions::default()
     };
     let source = VolumeSource::open(volume.clone(), &options)?;
-    // Nobody waits for a picture that is made of a preview.
-    if source.has_levels_to_make() {
-        report::say(&format!("note: {}: levels that the file lacks are made first", volume.about().path));
-        source.make_levels(&AtomicBool::new(false));
-    }
     Ok(Arc::new(source))
 }
 
@@ -192,6 +190,10 @@ fn source_of(
 struct Drawing<'a> {
     gpu: &'a Gpu,
     textures: Textures,
+    /// What is shown, and how it is asked for: windows may follow from levels that are made meanwhile.
+    args: &'a RenderVolumeArgs,
+    shown: Vec<(AskedChannel, Arc<VolumeSource>)>,
+    maker: LevelMaker,
     renderer: VolumeRenderer,
     canvas: Canvas,
     view: VolumeView,
@@ -221,18 +223,25 @@ impl<'a> Drawing<'a> {
             ..Settings::default()
         };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let mut shown = Vec::new();
-        for (nth, (asked, source)) in channels.iter().zip(sources).enumerate() {
+        let shown: Vec<_> = channels.iter().copied().zip(sources.iter().cloned()).collect();
+        let mut ids = Vec::new();
+        for source in sources {
             let voxels = Some(source.levels().clone());
             let own = TextureSettings { voxels, ..TextureSettings::default() };
             let tiles: Arc<dyn TileSource> = source.clone();
             let prepared = textures.preparer().read_blocking(tiles, own)?;
-            let id = textures.add(prepared)?;
-            shown.push(as_shown(args, VolumeChannel::new(id), (nth, channels.len()), (asked, source))?);
+            ids.push(textures.add(prepared)?);
         }
+        if let Some(lacking) = sources.iter().find(|source| source.has_levels_to_make()) {
+            let path = &lacking.volume().about().path;
+            report::say(&format!("note: {path}: levels that the file lacks are made meanwhile"));
+        }
+        let maker = LevelMaker::start(ids.iter().copied().zip(sources.iter().cloned()).collect())?;
+        let plain: Vec<VolumeChannel> = ids.into_iter().map(VolumeChannel::new).collect();
+        let channels = all_as_shown(args, &plain, &shown)?;
         let iso = args.iso.zip(sources.first()).map_or(0.5, |(iso, source)| sampled(source, iso));
         let shown_labels =
-            labels.map(|labels| labels.add(args, &mut textures, shown.is_empty())).transpose()?;
+            labels.map(|labels| labels.add(args, &mut textures, sources.is_empty())).transpose()?;
         // Of channels the image, else the labels themselves.
         let first = sources.first().or(of_labels.first()).context("there is nothing to be drawn")?;
         let desc = VolumeDesc {
@@ -242,11 +251,12 @@ impl<'a> Drawing<'a> {
             iso: iso as f32,
             is_exact: args.filter == VolumeFilter::Exact,
             labels: shown_labels,
-            ..VolumeDesc::new(box_of(first.volume().about())?, shown)
+            ..VolumeDesc::new(box_of(first.volume().about())?, channels)
         };
         let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
-        Ok(Drawing { gpu, textures, renderer, canvas, view, frames: 0, faults: Vec::new() })
+        let (frames, faults) = (0, Vec::new());
+        Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, faults })
     }
 
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
@@ -256,7 +266,16 @@ impl<'a> Drawing<'a> {
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
         let held = u64::from(vastex::JITTER_CYCLE) * bricks + 4;
         let (mut loaded, mut quiet) = (0, 0);
-        while quiet < held {
+        let mut is_made = self.maker.is_done();
+        loop {
+            if quiet >= held {
+                if is_made && self.maker.is_done() {
+                    let faults = self.maker.faults();
+                    self.faults.extend(faults.iter().map(|fault| format!("{fault}; made levels lack it")));
+                    return Ok(true);
+                }
+                (is_made, quiet) = (!self.waits_for_levels()?, 0);
+            }
             if self.frames >= MOST_FRAMES {
                 return Ok(false);
             }
@@ -272,7 +291,25 @@ impl<'a> Drawing<'a> {
                 }
             }
         }
-        Ok(true)
+    }
+
+    /// Waits until levels that are made have changed something, of which frames are to be played; false where
+    /// all are made, and the windows of channels follow from them and no more from previews.
+    fn waits_for_levels(&mut self) -> Result<bool> {
+        loop {
+            // In this order: what is made last changes something, too.
+            let is_done = self.maker.is_done();
+            if self.maker.take_changes(&mut self.textures)? > 0 {
+                return Ok(true);
+            }
+            if is_done {
+                let desc = self.renderer.desc().clone();
+                let channels = all_as_shown(self.args, &desc.channels, &self.shown)?;
+                self.renderer.set(VolumeDesc { channels, ..desc });
+                return Ok(false);
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
     }
 
     fn frame(&mut self, pictures: Pictures) -> Result<wgpu::CommandEncoder> {
@@ -348,6 +385,19 @@ fn sampled(source: &VolumeSource, stored: f64) -> f64 {
     (stored - codes.base) / codes.gain
 }
 
+/// All channels as they are shown, in the places of what shows them now.
+fn all_as_shown(
+    args: &RenderVolumeArgs,
+    channels: &[VolumeChannel],
+    shown: &[(AskedChannel, Arc<VolumeSource>)],
+) -> Result<Vec<VolumeChannel>> {
+    let one =
+        |(nth, (channel, (asked, source))): (usize, (&VolumeChannel, &(AskedChannel, Arc<VolumeSource>)))| {
+            as_shown(args, VolumeChannel::new(channel.layer), (nth, shown.len()), (asked, source))
+        };
+    channels.iter().zip(shown).enumerate().map(one).collect()
+}
+
 /// A channel in its colour and window: those asked for, those of the file, or usual ones.
 fn as_shown(
     args: &RenderVolumeArgs,
@@ -402,6 +452,8 @@ struct Summary {
     /// Bytes of decoded chunks.
     bytes_read: u64,
     chunks_decoded: u64,
+    /// Bricks of the finest levels that were made meanwhile; 0 where all are stored or were made at opening.
+    levels_made: u64,
     /// Levels.
     mip_bias: f64,
     adapter: String,
@@ -426,6 +478,7 @@ impl Summary {
             bytes_uploaded: pager.uploaded_bytes,
             bytes_read: work.bytes_decoded,
             chunks_decoded: work.decoded,
+            levels_made: drawing.maker.progress().done,
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             adapter: drawing.gpu.adapter_name(),
         }

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use serde::Serialize;
 use vastex_volume::{
-    BRICK, BrickCount, ImageList, Opened, VolumeAbout, is_volume, levels_of, makes_levels_at_opening, open,
+    BRICK, BrickCount, ImageList, Opened, Volume, VolumeAbout, VolumeOptions, is_volume, levels_of,
+    made_levels_kept, makes_levels_at_opening, open,
 };
 
 use crate::args::InfoArgs;
@@ -43,7 +45,8 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
         },
         Opened::Volume(volume) => {
             let count = pollster::block_on(volume.count_bricks(args.count))?;
-            let summary = Summary::new(volume.about(), count);
+            let volume = Arc::from(volume);
+            let summary = Summary { levels_kept: kept(args, &volume), ..Summary::new(volume.about(), count) };
             match args.json {
                 true => report::print_json(&summary)?,
                 false => report::print(&format!("{}\n{}", printable(&volume.about().path), summary.text()))?,
@@ -60,6 +63,32 @@ pub(super) fn rows_of(path: &Path) -> Result<Option<Vec<(&'static str, String)>>
     let count = pollster::block_on(volume.count_bricks(false))?;
     let rows = Summary::new(volume.about(), count).rows();
     Ok(Some(rows.into_iter().map(|(name, value)| (name, printable(&value))).collect()))
+}
+
+/// Of the levels that are made in the background, what lies in the directory that is named, of all channels
+/// at the first time.
+fn kept(args: &InfoArgs, volume: &Arc<Volume>) -> Option<KeptSummary> {
+    let cache = args.cache.cache.as_ref().filter(|cache| cache.as_os_str() != "off")?;
+    let (_, levels) = levels_of(volume.about(), BRICK as u32, 1).ok()?;
+    if makes_levels_at_opening(volume.about(), &levels) {
+        return None;
+    }
+    let mut sum = KeptSummary { kept: 0, bricks: 0 };
+    for channel in 0..volume.about().channels.min(MOST_NAMED as u64) {
+        let options = VolumeOptions { channel, cache: Some(cache.clone()), ..VolumeOptions::default() };
+        let of_channel = made_levels_kept(volume, &options).ok().flatten()?;
+        sum = KeptSummary { kept: sum.kept + of_channel.done, bricks: sum.bricks + of_channel.total };
+    }
+    Some(sum)
+}
+
+/// What lies in the directory of `--cache` of levels that are made.
+#[derive(Serialize)]
+struct KeptSummary {
+    /// Bricks of their finest level that lie there.
+    kept: u64,
+    /// Of how many.
+    bricks: u64,
 }
 
 /// What `--json` prints of something that lists volumes.
@@ -117,6 +146,9 @@ struct Summary {
     /// When these are made: `at-opening` or `in-the-background`; left out where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     levels_made: Option<&'static str>,
+    /// Where they are made in the background and `--cache` names a directory: what of them lies there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    levels_kept: Option<KeptSummary>,
     channels: u64,
     channel_info: Vec<ChannelSummary>,
     times: u64,
@@ -199,6 +231,7 @@ impl Summary {
             size: about.size(),
             levels: levels.collect(),
             levels_made: made.as_ref().map(|(_, when)| *when),
+            levels_kept: None,
             made_levels: made.map_or_else(Vec::new, |(levels, _)| levels),
             channels: about.channels,
             channel_info: channels.collect(),
@@ -239,7 +272,13 @@ impl Summary {
         }));
         if let Some(when) = self.levels_made {
             let when = when.replace('-', " ");
-            rows.push(("", format!("{} more down to one voxel are made {when}", self.made_levels.len())));
+            let kept = self.levels_kept.as_ref();
+            let kept = kept.map(|of| format!("; {} of {} bricks lie in the cache", of.kept, of.bricks));
+            let kept = kept.unwrap_or_default();
+            rows.push((
+                "",
+                format!("{} more down to one voxel are made {when}{kept}", self.made_levels.len()),
+            ));
         }
         if !self.labels.is_empty() {
             rows.push((

@@ -93,6 +93,47 @@ fn bricks_that_few_rays_meet_are_loaded_before_the_picture_is_taken() {
     assert!(off(&picture, side, mean) <= 1.0);
 }
 
+/// One level of more than 64 MiB, of which all others are made beside the picture; a second run finds them.
+#[test]
+fn levels_that_a_file_lacks_are_made_in_the_background_and_kept() {
+    let sandbox = Sandbox::new();
+    let size = [416_usize, 416, 400];
+    let [nx, ny, nz] = size;
+    let value = |x: usize, y: usize, z: usize| (((x / 16) * 37 + (y / 16) * 59 + (z / 100) * 31) % 200) as u8;
+    let mut values = Vec::with_capacity(nx * ny * nz);
+    for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+        (0..nx / 16).for_each(|cell| values.extend([value(cell * 16, y, z); 16]));
+    }
+    sandbox.write("large.raw", &values);
+    let about = format!("width = {nx}\nheight = {ny}\ndepth = {nz}\nsample = \"u8\"\n");
+    sandbox.write("large.raw.toml", about.as_bytes());
+    let kept = |words: &str| {
+        let words: Vec<&str> = words.split(' ').collect();
+        let told = sandbox.run(&words).expect_code(0).json();
+        assert_eq!(told["levels_made"], "in-the-background");
+        told["levels_kept"]["kept"]
+            .as_u64()
+            .map(|kept| (kept, told["levels_kept"]["bricks"].as_u64().unwrap()))
+    };
+    assert_eq!(kept("info large.raw --json"), None);
+    assert_eq!(kept("info large.raw --json --cache kept"), Some((0, 64)));
+    // A pixel is 16 voxels: level 4.
+    let words = "render large.raw --on volume --mode average --filter exact --channels 0 --size 26x26 --json --cache kept -o";
+    let pictures = ["first.png", "second.png"].map(|picture| {
+        let words: Vec<&str> = words.split(' ').chain([picture]).collect();
+        let told = sandbox.run(&words).expect_code(0).json();
+        assert_eq!((&told["converged"], &told["levels_made"]), (&true.into(), &64.into()), "{told}");
+        // The second run reads nothing but what it kept.
+        assert_eq!(told["chunks_decoded"] == 0, picture == "second.png", "{told}");
+        sandbox.read_rgb(picture).iter().map(|pixel| pixel[0]).collect::<Vec<u8>>()
+    });
+    assert_eq!(kept("info large.raw --json --cache kept"), Some((64, 64)));
+    assert_eq!(pictures[0], pictures[1]);
+    let mean =
+        |x: usize, y: usize| (0..nz).map(|z| f64::from(value(16 * x, 16 * y, z))).sum::<f64>() / nz as f64;
+    assert!(off(&pictures[0], 26, mean) <= 1.5, "{}", off(&pictures[0], 26, mean));
+}
+
 #[test]
 fn the_words_for_volumes_are_checked() {
     let sandbox = Sandbox::new();

@@ -9,8 +9,8 @@ use pollster::block_on;
 use vastex_core::PagePos;
 use vastex_tiles::TileSource;
 use vastex_volume::{
-    Opened, Volume, VolumeError, VolumeOptions, VolumeRegion, VolumeSource, VolumeSourceError, is_volume,
-    open,
+    BrickLayout, BrickPos, Opened, Volume, VolumeError, VolumeOptions, VolumeRegion, VolumeSource,
+    VolumeSourceError, is_volume, open,
 };
 
 use super::with_directory;
@@ -71,7 +71,29 @@ pub(super) fn read(volume: &Volume) -> Result<(), VolumeError> {
             let at = std::array::from_fn(|axis| level.size[axis] - size[axis]);
             let values = block_on(volume.read(&VolumeRegion { level: number, channel, time, at, size }))?;
             assert_eq!(values.len() as u64, size.iter().product::<u64>() * about.dtype.bytes() as u64);
+            if number == 0 {
+                read_brick(volume, BrickPos { level: number, channel, time, at: [0; 3] })?;
+            }
         }
+    }
+    Ok(())
+}
+
+/// Puts a brick together, whose payload must be what a box has in its place.
+fn read_brick(volume: &Volume, pos: BrickPos) -> Result<(), VolumeError> {
+    const LAYOUT: BrickLayout = BrickLayout { side: 5, border: 1 };
+    let (about, mut found) = (volume.about(), None);
+    let work = block_on(volume.read_bricks(LAYOUT, &[pos], &mut |_, brick| found = Some(brick)))?;
+    let brick = found.expect("every brick that is named is delivered")?;
+    assert!(work.parts > 0 || brick.is_absent);
+    let (width, outer) = (about.dtype.bytes(), LAYOUT.outer() as usize);
+    let size = about.levels[pos.level].size.map(|side| side.min(LAYOUT.side.into()));
+    let region = VolumeRegion { level: pos.level, channel: pos.channel, time: pos.time, at: [0; 3], size };
+    let values = block_on(volume.read(&region))?;
+    let [across, down, _] = size.map(|side| side as usize);
+    for (row, values) in values.chunks(across * width).enumerate().filter(|_| !brick.is_absent) {
+        let first = ((row / down + 1) * outer + row % down + 1) * outer + 1;
+        assert_eq!(brick.values[first * width..][..values.len()], *values, "row {row} of {pos:?}");
     }
     Ok(())
 }

@@ -4,6 +4,7 @@
 #[cfg(feature = "egui")]
 mod widget;
 
+mod huge;
 mod label_reference;
 mod labels;
 mod volume_reference;

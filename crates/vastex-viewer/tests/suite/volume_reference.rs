@@ -12,13 +12,18 @@ pub(crate) struct ArrayLevel {
     /// Where the first voxel begins, in voxels of level 0.
     pub(crate) origin: [f64; 3],
     pub(crate) values: Vec<f64>,
+    /// Says the value of a voxel of the level where there is no array.
+    pub(crate) formula: Option<Box<dyn Fn([i64; 3]) -> f64>>,
 }
 
 impl ArrayLevel {
     /// The value of a voxel; beyond the faces that of the last one.
     pub(crate) fn voxel(&self, at: [i64; 3]) -> f64 {
-        let [x, y, z]: [usize; 3] =
-            std::array::from_fn(|a| at[a].clamp(0, i64::from(self.size[a]) - 1) as usize);
+        let at: [i64; 3] = std::array::from_fn(|a| at[a].clamp(0, i64::from(self.size[a]) - 1));
+        if let Some(formula) = &self.formula {
+            return formula(at);
+        }
+        let [x, y, z] = at.map(|at| at as usize);
         self.values[(z * self.size[1] as usize + y) * self.size[0] as usize + x]
     }
 
@@ -188,6 +193,9 @@ fn light(desc: &VolumeDesc, channels: &[ArrayChannel<'_>], ray: &Ray, pixel: &dy
                     light += through * (1.0 - passed) * glow / tau;
                 }
                 through *= passed;
+                if through < 1e-6 {
+                    break;
+                }
             }
             light
         }

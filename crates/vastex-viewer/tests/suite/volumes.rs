@@ -111,7 +111,7 @@ fn array_level(
             values.push(decoded(format, &encoded(format, value)));
         }
     }
-    ArrayLevel { size, scale, origin, values }
+    ArrayLevel { size, scale, origin, values, formula: None }
 }
 
 fn encoded(format: LayerFormat, value: f64) -> Vec<u8> {
@@ -150,7 +150,7 @@ pub(crate) struct World {
 }
 
 /// The pixels of a picture, once what is recorded is done.
-fn read(gpu: &Gpu, encoder: wgpu::CommandEncoder, canvas: &Canvas) -> Vec<[u8; 4]> {
+pub(crate) fn read(gpu: &Gpu, encoder: wgpu::CommandEncoder, canvas: &Canvas) -> Vec<[u8; 4]> {
     let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
     let timeout = Some(std::time::Duration::from_secs(300));
     gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout }).unwrap();

@@ -2,13 +2,30 @@
 
 use std::io::Read;
 
+/// Decodes by the thread's own decoder, which takes longer to make than a small chunk takes to decode.
+#[cfg(feature = "zstd")]
+fn with_decoder(
+    decode: impl FnOnce(&mut zstd::bulk::Decompressor<'static>) -> std::io::Result<usize>,
+) -> Result<usize, String> {
+    use std::cell::RefCell;
+    thread_local! {
+        static DECODER: RefCell<Option<zstd::bulk::Decompressor<'static>>> = const { RefCell::new(None) };
+    }
+    DECODER.with_borrow_mut(|kept| {
+        let decoder = match kept {
+            Some(decoder) => decoder,
+            none => none.insert(zstd::bulk::Decompressor::new().map_err(|error| error.to_string())?),
+        };
+        decode(decoder).map_err(|error| error.to_string())
+    })
+}
+
 /// Decodes Zstandard, frame after frame.
 #[cfg(feature = "zstd")]
 pub(super) fn zstd(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
     let mut output = Vec::new();
     output.try_reserve_exact(most).map_err(|error| error.to_string())?;
-    let mut decoder = zstd::bulk::Decompressor::new().map_err(|error| error.to_string())?;
-    decoder.decompress_to_buffer(input, &mut output).map_err(|error| error.to_string())?;
+    with_decoder(|decoder| decoder.decompress_to_buffer(input, &mut output))?;
     Ok(output)
 }
 
@@ -27,8 +44,7 @@ pub(super) fn zstd(mut input: &[u8], most: usize) -> Result<Vec<u8>, String> {
 /// Decodes Zstandard into exactly the bytes of a buffer.
 #[cfg(feature = "zstd")]
 pub(super) fn zstd_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
-    let mut decoder = zstd::bulk::Decompressor::new().map_err(|error| error.to_string())?;
-    let bytes = decoder.decompress_to_buffer(input, output).map_err(|error| error.to_string())?;
+    let bytes = with_decoder(|decoder| decoder.decompress_to_buffer(input, output))?;
     whole(bytes, output.len())
 }
 

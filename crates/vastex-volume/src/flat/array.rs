@@ -8,7 +8,7 @@ use std::sync::{Arc, OnceLock};
 use bytes::Bytes;
 
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
-use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::fault::{VANISHED, VolumeError, VolumeFault, damaged};
 use crate::values::{DType, swap_bytes};
 
 /// Bytes of a chunk, where that is at least one value.
@@ -115,6 +115,7 @@ fn read_range(path: &std::path::Path, offset: u64, len: usize) -> Result<Bytes, 
             io::ErrorKind::UnexpectedEof => {
                 damaged("ends before the values that its header announces; copy it anew")
             }
+            io::ErrorKind::NotFound => VolumeFault::Read(VANISHED.into()),
             _ => VolumeFault::Read(error.to_string()),
         };
         fault.at(path.display().to_string())

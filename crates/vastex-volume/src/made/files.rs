@@ -49,6 +49,29 @@ impl Files {
         Err(io::Error::other("there is no place left for the levels of a volume; empty the directory"))
     }
 
+    /// The directory of a volume, if there is one.
+    pub(super) fn find(path: &Path, identity: &str) -> Option<Files> {
+        let sum = checksum(identity.as_bytes());
+        let directories = (0..MOST_TRIED).map(|n| path.join("volumes").join(format!("{sum:08x}-{n}")));
+        let is_of = |directory: &PathBuf| {
+            std::fs::read(directory.join(IDENTITY)).is_ok_and(|found| found == identity.as_bytes())
+        };
+        directories.into_iter().find(is_of).map(Files::at)
+    }
+
+    /// How many chunks of a level lie there, `most` at most; whether they are whole shows when they are read.
+    pub(super) fn count(&self, level: usize, most: u64) -> u64 {
+        let Ok(entries) = std::fs::read_dir(self.directory.join(format!("{level}"))) else { return 0 };
+        let mut count = 0;
+        for _ in entries.filter_map(Result::ok) {
+            count += 1;
+            if count == most {
+                break;
+            }
+        }
+        count
+    }
+
     fn at(directory: PathBuf) -> Files {
         Files { directory, is_full: AtomicBool::new(false), written: AtomicU64::new(0) }
     }

@@ -407,6 +407,13 @@ impl Made {
     }
 }
 
+/// How many chunks of the finest made level, of so many voxels, lie in files for a volume of that name.
+pub(crate) fn kept_in_files(directory: &Path, identity: &str, size: [u64; 3]) -> MadeProgress {
+    let total = size.iter().fold(1, |chunks: u64, side| chunks.saturating_mul(side.div_ceil(SIDE)));
+    let found = Files::find(directory, identity).map_or(0, |files| files.count(0, total));
+    MadeProgress { done: found, total }
+}
+
 /// A chunk on its way.
 type Making<'a> = Pin<Box<dyn Future<Output = Result<Chunk, VolumeError>> + Send + 'a>>;
 
@@ -463,6 +470,14 @@ impl ChunkSource for Lenient<'_> {
                 None
             }))
         })
+    }
+
+    fn at_hand(&self, coords: &[u64]) -> Option<Option<Chunk>> {
+        self.shared.at_hand(coords)
+    }
+
+    fn is_under_way(&self, coords: &[u64]) -> bool {
+        self.shared.is_under_way(coords)
     }
 
     fn fill(&self) -> [u8; 8] {

@@ -7,6 +7,9 @@
 mod absent;
 mod codes;
 mod groups;
+#[cfg(test)]
+mod huge;
+mod kept;
 mod sample;
 mod stats;
 mod window;
@@ -29,6 +32,7 @@ use crate::made::{Base, Made, MadeChunks, MadeProgress, is_cheap};
 use crate::reduce::Reduction;
 use crate::volume::{BoxValues, Plane, Shared, Volume, VolumeAbout, VoxelBox, filled, paste};
 pub use codes::{ValueCodes, VoxelValue};
+pub use kept::made_levels_kept;
 pub use sample::{PointValue, SliceAxis, VolumePlane};
 pub use stats::{BINS, BrickStats};
 
@@ -388,7 +392,7 @@ impl VolumeSource {
                 &values[(row * across + columns.start) * width..(row * across + columns.end) * width]
             })
         };
-        self.stats.put(pos, stats::of_rows(dtype, rows(1), rows(2)));
+        self.stats.put(pos, stats::of_rows(dtype, rows(1), rows(4)));
     }
 }
 

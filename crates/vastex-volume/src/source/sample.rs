@@ -30,7 +30,7 @@ pub enum SliceAxis {
 
 impl SliceAxis {
     /// The axis, and those to the right and down: 0 is x.
-    const fn axes(self) -> [usize; 3] {
+    pub(super) const fn axes(self) -> [usize; 3] {
         match self {
             SliceAxis::X => [0, 1, 2],
             SliceAxis::Y => [1, 0, 2],

@@ -24,7 +24,7 @@ pub struct BrickStats {
     pub most: f64,
     /// How many values are finite.
     pub count: u32,
-    /// Of the values of every second row of every second layer: how many lie in each of 64 equal parts of
+    /// Of the values of every fourth row of every fourth layer: how many lie in each of 64 equal parts of
     /// what is between the least and the greatest. Where these are the same, all lie in the first. Values
     /// that are not finite lie in none.
     pub histogram: [u32; BINS],
@@ -81,58 +81,99 @@ where
     }
 }
 
+/// Values that are looked at beside each other, each of which has bounds of its own: a processor compares many
+/// at once as long as none waits for the one before it.
+const LANES: usize = 32;
+/// Counts beside each other, so that a value that is the same as the one before does not wait for it.
+const TABLES: usize = 4;
+
+/// The least and the greatest of values of whole numbers; `None` of none. Also how many there are.
+fn bounds_of<'a, T: Copy + Ord, const N: usize>(
+    rows: impl Iterator<Item = &'a [u8]>,
+    value: impl Fn([u8; N]) -> T,
+) -> Option<(T, T, u32)> {
+    let mut rows = rows.map(|row| row.as_chunks::<N>().0).filter(|row| !row.is_empty()).peekable();
+    let first = value(rows.peek()?[0]);
+    let (mut least, mut most) = ([first; LANES], [first; LANES]);
+    let mut count = 0;
+    for row in rows {
+        count += row.len() as u32;
+        let (blocks, rest) = row.as_chunks::<LANES>();
+        for block in blocks {
+            for n in 0..LANES {
+                let value = value(block[n]);
+                least[n] = least[n].min(value);
+                most[n] = most[n].max(value);
+            }
+        }
+        for (n, bytes) in rest.iter().enumerate() {
+            least[n] = least[n].min(value(*bytes));
+            most[n] = most[n].max(value(*bytes));
+        }
+    }
+    let least = least.into_iter().fold(first, T::min);
+    Some((least, most.into_iter().fold(first, T::max), count))
+}
+
 /// Of whole numbers of up to 16 bits, in whole numbers.
 fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
     rows: impl Iterator<Item = &'a [u8]>,
     sampled: impl Iterator<Item = &'a [u8]>,
     value: impl Fn([u8; N]) -> T,
 ) -> BrickStats {
-    let mut bounds: Option<(T, T)> = None;
-    let mut count = 0;
-    for row in rows {
-        let values = row.as_chunks::<N>().0;
-        let Some(first) = values.first() else { continue };
-        count += values.len() as u32;
-        let first = value(*first);
-        let (mut least, mut most) = bounds.unwrap_or((first, first));
-        for bytes in values {
-            least = least.min(value(*bytes));
-            most = most.max(value(*bytes));
-        }
-        bounds = Some((least, most));
-    }
     let mut histogram = [0; BINS];
-    let Some((least, most)) = bounds else {
-        return BrickStats { least: 0.0, most: 0.0, count, histogram };
+    let Some((least, most, count)) = bounds_of(rows, &value) else {
+        return BrickStats { least: 0.0, most: 0.0, count: 0, histogram };
     };
     let (least, most): (i32, i32) = (least.into(), most.into());
     let span = (most - least).max(1) as u32;
     // Bin n begins at least + n * span / 64; the last has its end.
     let factor = ((BINS as u64) << 32) / u64::from(span) + 1;
+    let bin = |bytes: [u8; N]| {
+        let above = u64::from((value(bytes).into() - least) as u32);
+        ((above * factor) >> 32).min(BINS as u64 - 1) as usize
+    };
+    let mut tables = [[0_u32; BINS]; TABLES];
     for row in sampled {
-        for bytes in row.as_chunks::<N>().0 {
-            let above = u64::from((value(*bytes).into() - least) as u32);
-            histogram[((above * factor) >> 32).min(BINS as u64 - 1) as usize] += 1;
+        let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<TABLES>();
+        for block in blocks {
+            for (table, bytes) in tables.iter_mut().zip(block) {
+                table[bin(*bytes)] += 1;
+            }
         }
+        rest.iter().for_each(|bytes| tables[0][bin(*bytes)] += 1);
+    }
+    for (n, count) in histogram.iter_mut().enumerate() {
+        *count = tables.iter().map(|table| table[n]).sum();
     }
     BrickStats { least: least.into(), most: most.into(), count, histogram }
 }
 
+/// Of floats, and of whole numbers of more than 16 bits.
 fn floats<'a, const N: usize>(
     rows: impl Iterator<Item = &'a [u8]>,
     sampled: impl Iterator<Item = &'a [u8]>,
     value: impl Fn([u8; N]) -> f64,
 ) -> BrickStats {
-    let (mut least, mut most, mut count) = (f64::INFINITY, f64::NEG_INFINITY, 0);
+    const FEW: usize = LANES / 4;
+    let (mut least, mut most, mut counts) = ([f64::INFINITY; FEW], [f64::NEG_INFINITY; FEW], [0_u32; FEW]);
+    let mut look = |n: usize, bytes: &[u8; N]| {
+        let value = value(*bytes);
+        let is_finite = value.is_finite();
+        least[n] = least[n].min(if is_finite { value } else { f64::INFINITY });
+        most[n] = most[n].max(if is_finite { value } else { f64::NEG_INFINITY });
+        counts[n] += u32::from(is_finite);
+    };
     for row in rows {
-        for bytes in row.as_chunks::<N>().0 {
-            let value = value(*bytes);
-            let is_finite = value.is_finite();
-            least = least.min(if is_finite { value } else { f64::INFINITY });
-            most = most.max(if is_finite { value } else { f64::NEG_INFINITY });
-            count += u32::from(is_finite);
+        let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<FEW>();
+        for block in blocks {
+            block.iter().enumerate().for_each(|(n, bytes)| look(n, bytes));
         }
+        rest.iter().enumerate().for_each(|(n, bytes)| look(n, bytes));
     }
+    let least = least.into_iter().fold(f64::INFINITY, f64::min);
+    let most = most.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    let count = counts.iter().sum();
     let mut histogram = [0; BINS];
     if count == 0 {
         return BrickStats { least: 0.0, most: 0.0, count, histogram };

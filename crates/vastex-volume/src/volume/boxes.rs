@@ -6,9 +6,14 @@ use std::future::Future;
 use bytes::Bytes;
 
 use super::cache::Had;
+use super::gather::{Along, Gather};
 use super::{LevelArray, Volume};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Grid, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged};
+
+/// Bytes of chunks that are held at once, so that a box is put together of them in one pass; where there are
+/// more, one is copied after the other.
+const MOST_AT_ONCE: u64 = 64 << 20;
 
 /// The values of one channel at one time of a level, as chunks that are shared by all who read them.
 #[derive(Clone, Copy)]
@@ -41,16 +46,96 @@ pub(crate) struct BoxValues {
 }
 
 impl Plane<'_> {
-    /// The values of a box. Takes the memory of the box, beside the chunks that are kept.
+    /// The values of a box. Takes the memory of the box, and of up to 64 MiB of chunks beside those that are
+    /// kept.
     pub(crate) async fn read(&self, of: &VoxelBox) -> Result<BoxValues, VolumeError> {
+        let (level, side) = (self.grid.size(), self.grid.chunk_size());
+        let axes =
+            std::array::from_fn(|axis| Along::new(of.first[axis], of.size[axis], level[axis], side[axis]));
+        let chunk = self.grid.chunk.iter().fold(self.width as u64, |bytes, side| bytes.saturating_mul(*side));
+        let bytes = axes.iter().fold(chunk, |bytes, axis| bytes.saturating_mul(axis.count() as u64));
+        match bytes <= MOST_AT_ONCE {
+            true => self.gather(of, &axes).await,
+            false => self.read_by_chunks(of).await,
+        }
+    }
+
+    fn no_memory(&self, of: &VoxelBox) -> VolumeError {
+        let [width, height, depth] = of.size;
+        let why =
+            format!("there is no memory for a box of {width}x{height}x{depth} voxels; read it in parts");
+        VolumeFault::TooLarge(why).at(self.path)
+    }
+
+    /// The values of a box in one pass, of all the chunks that it overlaps.
+    async fn gather(&self, of: &VoxelBox, axes: &[Along; 3]) -> Result<BoxValues, VolumeError> {
+        let count = of.size.iter().try_fold(1_usize, |count, side| count.checked_mul(*side as usize));
+        let bytes =
+            count.and_then(|count| count.checked_mul(self.width)).ok_or_else(|| self.no_memory(of))?;
+        let chunks = self.chunks_of(axes).await?;
+        let fill = &self.chunks.fill()[..self.width];
+        if chunks.iter().all(Option::is_none) {
+            let values = count.and_then(|count| filled(fill, count)).ok_or_else(|| self.no_memory(of))?;
+            return Ok(BoxValues { values, is_absent: true });
+        }
+        let mut values = Vec::new();
+        values.try_reserve_exact(bytes).map_err(|_| self.no_memory(of))?;
+        let (channel, time) = (self.channel, self.time);
+        let gather = Gather { axes, chunks: &chunks, grid: self.grid, channel, time, fill };
+        gather.append(&mut values).map_err(|nth| {
+            let [across, down] = [0, 1].map(|axis| axes[axis].count());
+            let at = [nth % across, nth / across % down, nth / across / down];
+            let at: [u64; 3] = std::array::from_fn(|axis| axes[axis].chunks.start() + at[axis] as u64);
+            self.too_small(at)
+        })?;
+        Ok(BoxValues { values, is_absent: false })
+    }
+
+    /// Chunks, x fastest, then y, then z. Those that others are about to have are waited for last.
+    async fn chunks_of(&self, axes: &[Along; 3]) -> Result<Vec<Option<Chunk>>, VolumeError> {
+        let mut chunks = Vec::with_capacity(axes.iter().map(Along::count).product());
+        let mut missing = Vec::new();
+        let mut coords = self.grid.coords([0; 3], self.channel, self.time);
+        for z in axes[2].chunks.clone() {
+            for y in axes[1].chunks.clone() {
+                for x in axes[0].chunks.clone() {
+                    self.grid.put_place(&mut coords, [x, y, z]);
+                    let found = self.chunks.at_hand(&coords);
+                    if found.is_none() {
+                        missing.push((chunks.len(), coords.clone()));
+                    }
+                    chunks.push(found.flatten());
+                }
+            }
+        }
+        let mut with_others = Vec::new();
+        for (nth, coords) in missing {
+            match self.chunks.is_under_way(&coords) {
+                true => with_others.push((nth, coords)),
+                false => chunks[nth] = self.chunks.read(&coords).await?,
+            }
+        }
+        for (nth, coords) in with_others {
+            chunks[nth] = self.chunks.read(&coords).await?;
+        }
+        Ok(chunks)
+    }
+
+    fn too_small(&self, at: [u64; 3]) -> VolumeError {
+        let [x, y, z] = at;
+        damaged(format!(
+            "the chunk at {x},{y},{z} is smaller than its array says; it is damaged, or of another array"
+        ))
+        .at(self.path)
+    }
+
+    /// The values of a box whose chunks are too many to hold at once.
+    async fn read_by_chunks(&self, of: &VoxelBox) -> Result<BoxValues, VolumeError> {
         let size = of.size.map(|side| side as usize);
         let level = self.grid.size();
         let count = size.iter().try_fold(1_usize, |count, side| count.checked_mul(*side));
         let mut values = count.and_then(|count| filled(&self.chunks.fill()[..self.width], count));
-        let values = values.as_mut().ok_or_else(|| {
-            VolumeFault::TooLarge(format!("there is no memory for a box of {:?} voxels", of.size))
-                .at(self.path)
-        })?;
+        let values = values.as_mut().ok_or_else(|| self.no_memory(of))?;
         // The voxels of the level that the box has; at least the one that is nearest to it.
         let inside = [0, 1, 2].map(|axis| {
             let last = level[axis] as i64 - 1;
@@ -74,7 +159,7 @@ impl Plane<'_> {
     }
 
     /// Copies a part of the level to a place in a box of values. Returns whether a chunk of it is stored.
-    pub(super) async fn copy(
+    async fn copy(
         &self,
         part: &Part,
         values: &mut [u8],
@@ -93,9 +178,7 @@ impl Plane<'_> {
                     let Some(chunk) = self.chunks.read(&coords).await? else { continue };
                     has_stored = true;
                     let common = Common::of(part, side, at, place);
-                    self.copy_chunk(&chunk, &common, values, size).ok_or_else(|| {
-                        damaged(format!("the chunk at {at:?} is smaller than its array says")).at(self.path)
-                    })?;
+                    self.copy_chunk(&chunk, &common, values, size).ok_or_else(|| self.too_small(at))?;
                 }
             }
         }
@@ -138,9 +221,9 @@ impl Plane<'_> {
 
 /// A part of a level, within it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Part {
-    pub(super) at: [u64; 3],
-    pub(super) size: [u64; 3],
+struct Part {
+    at: [u64; 3],
+    size: [u64; 3],
 }
 
 /// What a chunk and a part of a level have in common.
@@ -257,6 +340,14 @@ impl ChunkSource for Shared<'_> {
         Box::pin(async move { self.chunk(coords).await.0 })
     }
 
+    fn at_hand(&self, coords: &[u64]) -> Option<Option<Chunk>> {
+        self.volume.cache.share(self.level, coords)
+    }
+
+    fn is_under_way(&self, coords: &[u64]) -> bool {
+        self.volume.cache.is_under_way(&(self.level, coords.to_vec()))
+    }
+
     fn fill(&self) -> [u8; 8] {
         self.array().source.fill()
     }
@@ -286,6 +377,32 @@ impl Volume {
         };
         let (outcome, _) = self.boxes.get((level, key), read).await;
         Ok(outcome?.map(|chunk| chunk.bytes))
+    }
+
+    /// The values of a stored chunk of a channel and a time, by its place among the chunks along x, y and z:
+    /// little-endian, in the order in which the file has them, with all channels and times that lie in it;
+    /// `None` if it is absent. It is read and decoded whatever is kept, neither kept itself nor counted.
+    pub async fn read_chunk(
+        &self,
+        level: usize,
+        (channel, time): (u64, u64),
+        at: [u64; 3],
+    ) -> Result<Option<Bytes>, VolumeError> {
+        self.check_plane(channel, time)?;
+        let refuse = |why: String| VolumeFault::Request(why).at(&self.about.path);
+        let array = self.arrays.get(level).ok_or_else(|| {
+            refuse(format!("there is no level {level}; levels 0 to {} are stored", self.arrays.len() - 1))
+        })?;
+        let counts: [u64; 3] =
+            std::array::from_fn(|axis| array.grid.size()[axis].div_ceil(array.grid.chunk_size()[axis]));
+        if (0..3).any(|axis| at[axis] >= counts[axis]) {
+            let ([x, y, z], [nx, ny, nz]) = (at, counts);
+            return Err(refuse(format!(
+                "there is no chunk {x},{y},{z} of level {level}; there are {nx}x{ny}x{nz}"
+            )));
+        }
+        let chunk = array.source.read(&array.grid.coords(at, channel, time)).await?;
+        Ok(chunk.map(|chunk| chunk.bytes))
     }
 
     /// The chunks of a stored level that exists.

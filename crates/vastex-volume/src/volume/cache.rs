@@ -65,11 +65,21 @@ struct Counts {
 
 #[derive(Default)]
 struct Kept {
-    by_key: FxHashMap<Key, (Option<Chunk>, u64)>,
+    /// By level and coordinates.
+    by_key: FxHashMap<usize, FxHashMap<Vec<u64>, Entry>>,
+    /// By the use under which each is filed here; it may have been used since.
     by_use: BTreeMap<u64, Key>,
     bytes: usize,
     uses: u64,
     under_way: FxHashMap<Key, Arc<UnderWay>>,
+}
+
+/// A chunk that is kept.
+struct Entry {
+    chunk: Option<Chunk>,
+    /// The number of its last use, and of the one under which it is filed.
+    used: u64,
+    filed: u64,
 }
 
 impl ChunkCache {
@@ -80,7 +90,14 @@ impl ChunkCache {
 
     /// A chunk that is kept, or that it is known to be absent. Waits for nothing.
     pub(crate) fn find(&self, key: &Key) -> Option<Option<Chunk>> {
-        self.with(|kept| kept.find(key))
+        self.with(|kept| kept.find(key.0, &key.1))
+    }
+
+    /// The same for somebody who wants the chunk and would else [get](ChunkCache::get) it.
+    pub(crate) fn share(&self, level: usize, coords: &[u64]) -> Option<Option<Chunk>> {
+        let found = self.with(|kept| kept.find(level, coords))?;
+        self.counts.shared.fetch_add(1, Ordering::Relaxed);
+        Some(found)
     }
 
     /// Whether a read has a chunk under way.
@@ -127,7 +144,7 @@ impl ChunkCache {
     }
 
     fn look(&self, key: &Key) -> Looked {
-        self.with(|kept| match (kept.find(key), kept.under_way.get(key)) {
+        self.with(|kept| match (kept.find(key.0, &key.1), kept.under_way.get(key)) {
             (Some(chunk), _) => Looked::Kept(chunk),
             (None, Some(work)) => Looked::UnderWay(work.clone()),
             (None, None) => {
@@ -157,16 +174,11 @@ impl Counts {
 }
 
 impl Kept {
-    fn find(&mut self, key: &Key) -> Option<Option<Chunk>> {
+    fn find(&mut self, level: usize, coords: &[u64]) -> Option<Option<Chunk>> {
+        let entry = self.by_key.get_mut(&level)?.get_mut(coords)?;
         self.uses += 1;
-        let now = self.uses;
-        let (chunk, used) = self.by_key.get_mut(key)?;
-        let chunk = chunk.clone();
-        let before = std::mem::replace(used, now);
-        if let Some(key) = self.by_use.remove(&before) {
-            self.by_use.insert(now, key);
-        }
-        Some(chunk)
+        entry.used = self.uses;
+        Some(entry.chunk.clone())
     }
 
     fn keep(&mut self, key: &Key, chunk: Option<Chunk>, most_bytes: usize) {
@@ -177,19 +189,29 @@ impl Kept {
         self.forget(key);
         self.bytes += bytes;
         self.uses += 1;
-        self.by_use.insert(self.uses, key.clone());
-        self.by_key.insert(key.clone(), (chunk, self.uses));
+        let now = self.uses;
+        self.by_use.insert(now, key.clone());
+        let entry = Entry { chunk, used: now, filed: now };
+        self.by_key.entry(key.0).or_default().insert(key.1.clone(), entry);
         while self.bytes > most_bytes
-            && let Some((_, oldest)) = self.by_use.pop_first()
+            && let Some((filed, oldest)) = self.by_use.pop_first()
         {
-            self.forget(&oldest);
+            let entry = self.by_key.get_mut(&oldest.0).and_then(|of_level| of_level.get_mut(&oldest.1));
+            match entry {
+                // It was used since it was filed.
+                Some(entry) if entry.used > filed => {
+                    entry.filed = entry.used;
+                    self.by_use.insert(entry.used, oldest);
+                }
+                _ => self.forget(&oldest),
+            }
         }
     }
 
     fn forget(&mut self, key: &Key) {
-        if let Some((chunk, used)) = self.by_key.remove(key) {
-            self.by_use.remove(&used);
-            self.bytes -= cost(&chunk);
+        if let Some(entry) = self.by_key.get_mut(&key.0).and_then(|of_level| of_level.remove(&key.1)) {
+            self.by_use.remove(&entry.filed);
+            self.bytes -= cost(&entry.chunk);
         }
     }
 }
@@ -297,7 +319,8 @@ mod tests {
             cache.find(&(0, vec![0]));
             block_on(cache.get((0, vec![n]), found(Some(chunk(20 << 20))))).0.unwrap();
             let kept = cache.kept.lock().unwrap();
-            assert!(kept.bytes <= cache.most_bytes && kept.by_key.len() == kept.by_use.len());
+            let held: usize = kept.by_key.values().map(FxHashMap::len).sum();
+            assert!(kept.bytes <= cache.most_bytes && held == kept.by_use.len());
         }
         assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![5])).is_none());
         assert!(cache.find(&(1, vec![0])).is_none());

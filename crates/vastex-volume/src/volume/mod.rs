@@ -6,6 +6,7 @@ mod boxes;
 mod bricks;
 mod cache;
 mod crop;
+mod gather;
 mod region;
 
 use std::sync::{Arc, Mutex, PoisonError};

@@ -1,8 +1,7 @@
 //! Boxes of voxels of a level: read from the chunks that they overlap, exactly as they are stored.
 
 use super::Volume;
-use super::boxes::{Part, filled};
-use crate::chunks::ChunkSource;
+use super::boxes::VoxelBox;
 use crate::fault::{VolumeError, VolumeFault};
 
 /// A box of voxels.
@@ -72,25 +71,20 @@ impl Volume {
     }
 
     /// The values of a box, little-endian, x fastest, then y, then z. Chunks that it overlaps are decoded
-    /// whole and kept for a while; absent ones are the fill value. Takes the memory of the box and of one
-    /// chunk beside what is kept.
+    /// whole and kept for a while; absent ones are the fill value. Takes the memory of the box, and of up to
+    /// 64 MiB of chunks beside what is kept.
     pub async fn read(&self, region: &VolumeRegion) -> Result<Vec<u8>, VolumeError> {
         self.check(region)?;
         let width = self.about.dtype.bytes();
         let bytes = region.size.iter().try_fold(width as u64, |bytes, side| bytes.checked_mul(*side));
-        let Some(bytes) = bytes.filter(|bytes| *bytes <= MOST_BYTES) else {
+        if bytes.is_none_or(|bytes| bytes > MOST_BYTES) {
             let why = format!("the box is larger than {MOST_BYTES} bytes; read it in parts");
             return Err(VolumeFault::TooLarge(why).at(&self.about.path));
-        };
+        }
         let shared = self.shared(region.level);
         let plane = shared.plane(region.channel, region.time);
-        let count = bytes as usize / width;
-        let Some(mut values) = filled(&shared.fill()[..width], count) else {
-            let why = format!("there is no memory for the {bytes} bytes of the box; read it in parts");
-            return Err(VolumeFault::TooLarge(why).at(&self.about.path));
-        };
-        let part = Part { at: region.at, size: region.size };
-        plane.copy(&part, &mut values, region.size.map(|side| side as usize), [0; 3]).await?;
-        Ok(values)
+        // The box is within the level, whose sides have up to 2^31 voxels.
+        let of = VoxelBox { first: region.at.map(|at| at as i64), size: region.size.map(|side| side as u32) };
+        Ok(plane.read(&of).await?.values)
     }
 }

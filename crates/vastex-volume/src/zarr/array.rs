@@ -6,7 +6,7 @@ use super::metadata::{ArrayMeta, ShardMeta};
 use super::shards::{ShardIndices, checked};
 use super::{v2, v3};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
-use crate::fault::{Oddities, VolumeError};
+use crate::fault::{Oddities, VANISHED, VolumeError, VolumeFault};
 use crate::json::{read_json, text};
 use crate::keys::{KeyStore, Span, join, shown};
 use crate::values::swap_bytes;
@@ -18,6 +18,8 @@ const MOST_PROBED: usize = 256;
 pub(crate) struct ZarrArray {
     keys: Arc<dyn KeyStore>,
     prefix: String,
+    /// Where its metadata lie.
+    meta_key: String,
     meta: ArrayMeta,
     strides: Arc<[usize]>,
     shards: ShardIndices,
@@ -31,8 +33,11 @@ pub(crate) async fn open_array(
     let mut oddities = Oddities::default();
     let v3_key = join(prefix, "zarr.json");
     let found = read_json(&**keys, &v3_key, &mut oddities).await?;
-    let meta = match found.filter(|value| text(value, "node_type") == Some("array")) {
-        Some(value) => v3::read(&value).map_err(|fault| fault.at(shown(&**keys, &v3_key)))?,
+    let (meta_key, meta) = match found.filter(|value| text(value, "node_type") == Some("array")) {
+        Some(value) => {
+            let meta = v3::read(&value).map_err(|fault| fault.at(shown(&**keys, &v3_key)))?;
+            (v3_key, meta)
+        }
         None => {
             let v2_key = join(prefix, ".zarray");
             let Some(value) = read_json(&**keys, &v2_key, &mut oddities).await? else { return Ok(None) };
@@ -40,7 +45,8 @@ pub(crate) async fn open_array(
                 None => probed_separator(&**keys, prefix).await?,
                 Some(_) => None,
             };
-            v2::read(&value, probed).map_err(|fault| fault.at(shown(&**keys, &v2_key)))?
+            let meta = v2::read(&value, probed).map_err(|fault| fault.at(shown(&**keys, &v2_key)))?;
+            (v2_key, meta)
         }
     };
     let mut meta = meta;
@@ -49,6 +55,7 @@ pub(crate) async fn open_array(
     Ok(Some(ZarrArray {
         keys: keys.clone(),
         prefix: prefix.into(),
+        meta_key,
         meta,
         strides,
         shards: ShardIndices::default(),
@@ -81,14 +88,14 @@ impl ZarrArray {
                 let key = join(&self.prefix, &self.meta.keys.key(&of));
                 let index = self.shards.get(&*self.keys, &key, shard).await?;
                 let entry = index.and_then(|index| index.entry(shard.entry(&within)));
-                let Some(entry) = entry else { return Ok(None) };
+                let Some(entry) = entry else { return self.absent().await };
                 let (offset, len) =
                     checked(entry, most).map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
                 let stored = self.keys.read(&key, Span::Range { offset, len }).await?;
                 (key, stored)
             }
         };
-        let Some(stored) = stored else { return Ok(None) };
+        let Some(stored) = stored else { return self.absent().await };
         let decoded = self.meta.chain.decode(&stored, bytes);
         let mut values = decoded.map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
         let stored = stored.len();
@@ -96,6 +103,15 @@ impl ZarrArray {
             swap_bytes(&mut values, self.meta.dtype.bytes());
         }
         Ok(Some(Chunk { bytes: values.into(), strides: self.strides.clone(), stored }))
+    }
+
+    /// What a chunk is that is not there: absent, unless the whole array has gone, as where a disk is taken
+    /// away: then the fill value would pass for what was stored.
+    async fn absent(&self) -> Result<Option<Chunk>, VolumeError> {
+        match self.keys.read(&self.meta_key, Span::Range { offset: 0, len: 0 }).await? {
+            Some(_) => Ok(None),
+            None => Err(VolumeFault::Read(VANISHED.into()).at(shown(&*self.keys, &self.meta_key))),
+        }
     }
 
     async fn find_present(&self, most: usize) -> Result<Presence, VolumeError> {

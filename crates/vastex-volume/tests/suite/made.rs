@@ -9,8 +9,8 @@ use pollster::block_on;
 use vastex_core::PagePos;
 use vastex_tiles::{TileSource, conformance};
 use vastex_volume::{
-    DType, Reduction, Volume, VolumeOptions, VolumeRegion, VolumeSource, levels_of, makes_levels_at_opening,
-    reduce_into, reduced_size,
+    DType, Reduction, Volume, VolumeOptions, VolumeRegion, VolumeSource, levels_of, made_levels_kept,
+    makes_levels_at_opening, reduce_into, reduced_size,
 };
 
 use crate::fixtures::volume;
@@ -167,6 +167,14 @@ fn levels_in_files_are_there_for_the_next_run() {
     source.make_levels(&AtomicBool::new(false));
     let tail = source.description().geometry.tail_pos();
     let made = texels(&source, tail);
+    let kept = |cache: &Path| {
+        let options = VolumeOptions { cache: Some(cache.to_owned()), ..VolumeOptions::default() };
+        let kept = made_levels_kept(source.volume(), &options).unwrap().unwrap();
+        (kept.done, kept.total)
+    };
+    let elsewhere = cache.path().join("elsewhere");
+    assert_eq!((kept(cache.path()), kept(&elsewhere)), ((60, 60), (0, 60)));
+    assert!(!elsewhere.exists(), "who asks writes nothing");
     let second = open(Arc::new(crate::fixtures::volume(directory.path())), Some(cache.path()));
     assert_eq!(texels(&second, tail), made);
     second.make_levels(&AtomicBool::new(false));

@@ -8,6 +8,7 @@ mod fixtures;
 mod generated;
 mod hostile;
 mod made;
+mod messages;
 mod sampling;
 mod source;
 mod values;

@@ -305,7 +305,7 @@ fn what_is_known_of_a_brick_is_that_of_its_voxels() {
         assert_eq!((stats.least, stats.most), (least.into(), most.into()));
         assert_eq!(stats.count as usize, places.len());
         let mut histogram = [0; BINS];
-        for at in places.iter().filter(|at| at[1] % 2 == 0 && at[2] % 2 == 0) {
+        for at in places.iter().filter(|at| at[1] % 4 == 0 && at[2] % 4 == 0) {
             let bin = u64::from(value(at) - least) * BINS as u64 / u64::from((most - least).max(1));
             histogram[bin.min(BINS as u64 - 1) as usize] += 1;
         }

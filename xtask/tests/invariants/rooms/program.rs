@@ -15,6 +15,8 @@ pub(super) const ROOMS: &[Room] = &[
     ("parts", &[]),
     ("pictures", &["args", "output"]),
     ("planet", &[]),
+    // Beside whatever is drawn of volumes.
+    ("made_levels", &[]),
     ("disk_cache", &["args", "report"]),
     ("open", &["args", "disk_cache", "planet", "progress", "report"]),
     (
@@ -24,6 +26,7 @@ pub(super) const ROOMS: &[Room] = &[
             "disk_cache",
             "explained",
             "gpu",
+            "made_levels",
             "open",
             "output",
             "parts",

@@ -1,0 +1,259 @@
+//! A volume of 10^15 voxels and four channels, whose values follow from a formula with detail at every level:
+//! marches from the whole box to a voxel, beside the reference; and that a small volume takes no less memory.
+//!
+//! `VASTEX_MARCHES` says how many marches there are: the first two are those of the suite, the others lie by
+//! chance. `cargo xtask campaign` takes more of them.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use vastex::source::{Codec, ReadError, ReadFuture, Tile};
+use vastex::{
+    Description, Geometry, LayerFormat, Pace, PagePos, PoolSettings, Settings, StoredLevel, TableChoice,
+    TextureSettings, Textures, TileSource, ViewId, VoxelLevels,
+};
+use vastex_viewer::Gpu;
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind};
+use vastex_viewer::volume::{
+    VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
+};
+
+use super::volume_reference::{ArrayChannel, ArrayLevel, picture};
+use super::volumes::{PICTURE, read};
+
+/// Voxels along each side: 10^15 in all.
+const HUGE: u32 = 100_000;
+/// 10^9.
+const SMALL: u32 = 1000;
+const CHANNELS: u64 = 4;
+/// Voxels of a brick along each side, and bytes of GPU memory for all of them.
+const BRICK: u32 = 32;
+const POOL: u64 = 256 << 20;
+const SIZE: [u32; 2] = [40, 40];
+/// Frames after which a picture must have converged.
+const PATIENCE: usize = 4000;
+
+/// Noise on cells of 4, 8, 16 and 32 voxels of the level: the next level has three of the four, and one that
+/// is coarser.
+fn code(level: u8, channel: u64, at: [i64; 3]) -> u16 {
+    let octave = |n: u32| {
+        let cell = at.map(|at| (at as u64) >> (n + 2));
+        let mixed = [u64::from(level) + u64::from(n), channel, cell[0], cell[1], cell[2]].iter().fold(
+            0x9e37_79b9_7f4a_7c15_u64,
+            |state, number| {
+                let mixed = (state ^ number).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+                mixed ^ mixed >> 29
+            },
+        );
+        mixed >> 50
+    };
+    (0..4).map(octave).sum::<u64>() as u16
+}
+
+struct Formula {
+    description: Arc<Description>,
+    voxels: Arc<VoxelLevels>,
+    channel: u64,
+}
+
+impl Formula {
+    fn new(side: u32, channel: u64) -> Formula {
+        let level = StoredLevel { size: [side.into(); 3], scale: [1.0; 3], origin: [0.0; 3] };
+        let (geometry, voxels) = VoxelLevels::new(&[level], BRICK, 1).unwrap();
+        let description = Arc::new(Description::one_layer(geometry, LayerFormat::R16));
+        Formula { description, voxels: Arc::new(voxels), channel }
+    }
+
+    fn code(&self, level: u8, at: [i64; 3]) -> u16 {
+        let size = self.voxels.level(level).size;
+        code(level, self.channel, std::array::from_fn(|a| at[a].clamp(0, i64::from(size[a]) - 1)))
+    }
+
+    fn tile(&self, pos: PagePos) -> Tile {
+        let geometry: &Geometry = &self.description.geometry;
+        let [width, height, _] = geometry.tile().map(|n| n as usize);
+        let mut tile = vec![0; self.description.tile_bytes()];
+        for (level, level_box, offset) in geometry.tile_boxes(pos) {
+            let coords = if geometry.is_tail(pos) { [0; 3] } else { [pos.x, pos.y, pos.z] };
+            let first = self.voxels.level(level).first_voxel(coords);
+            let [nx, ny, nz] = level_box.size;
+            for (z, y) in (0..nz).flat_map(|z| (0..ny).map(move |y| (z, y))) {
+                let row = (offset[2] + z) as usize * height + (offset[1] + y) as usize;
+                let row = (row * width + offset[0] as usize) * 2;
+                for (x, texel) in (0..nx).zip(tile[row..].as_chunks_mut::<2>().0) {
+                    let at = std::array::from_fn(|a| first[a] + i64::from([x, y, z][a]));
+                    *texel = self.code(level, at).to_le_bytes();
+                }
+            }
+        }
+        Tile { codec: Codec::Raw, bytes: tile.into() }
+    }
+
+    /// The levels, for the reference.
+    fn levels(&self) -> Vec<ArrayLevel> {
+        let channel = self.channel;
+        let level = |(n, level): (usize, &vastex::VoxelLevel)| ArrayLevel {
+            size: level.size,
+            scale: level.scale,
+            origin: level.origin,
+            values: Vec::new(),
+            formula: Some(Box::new(move |at| f64::from(code(n as u8, channel, at)) / 65535.0)),
+        };
+        self.voxels.levels().iter().enumerate().map(level).collect()
+    }
+}
+
+impl TileSource for Formula {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        Box::pin(async move {
+            match self.description.geometry.contains(pos) {
+                true => Ok(self.tile(pos)),
+                false => Err(ReadError::NoSuchTile { pos }),
+            }
+        })
+    }
+}
+
+struct World {
+    gpu: Gpu,
+    textures: Textures,
+    formulas: Vec<Arc<Formula>>,
+    desc: VolumeDesc,
+}
+
+impl World {
+    fn new(side: u32) -> World {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let pace = Pace::LockStep { latency_frames: 1 };
+        let pools = PoolSettings::of_bytes(POOL);
+        let settings =
+            Settings { pools, pace, whole_bytes: 0, upload_bytes_per_frame: 64 << 20, ..Settings::default() };
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let formulas: Vec<Arc<Formula>> = (0..CHANNELS).map(|n| Arc::new(Formula::new(side, n))).collect();
+        let colors = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(0.4)];
+        let mut channels = Vec::new();
+        for (formula, color) in formulas.iter().zip(colors) {
+            let voxels = Some(formula.voxels.clone());
+            let own =
+                TextureSettings { page_table: TableChoice::Hashed, voxels, ..TextureSettings::default() };
+            let prepared = textures.preparer().read_blocking(formula.clone(), own).unwrap();
+            let id = textures.add(prepared).unwrap();
+            channels.push(VolumeChannel { color, opacity: 0.6, range: [0.2, 0.8], ..VolumeChannel::new(id) });
+        }
+        let of = VolumeBox { size: [side; 3], voxel: DVec3::ONE };
+        let desc = VolumeDesc { is_exact: true, ..VolumeDesc::new(of, channels) };
+        World { gpu, textures, formulas, desc }
+    }
+
+    /// The converged picture of a march.
+    fn drawn(&mut self, mode: VolumeMode, density: f64, view: VolumeView) -> Vec<[u8; 4]> {
+        (self.desc.mode, self.desc.density) = (mode, density);
+        let renderer =
+            VolumeRenderer::new(&self.gpu, &mut self.textures, self.desc.clone(), PICTURE).unwrap();
+        let canvas = Canvas::new(&self.gpu, SIZE, PICTURE, TargetKind::Direct);
+        let held = self.desc.bricks_of_a_ray(&view, BRICK, SIZE) * u64::from(vastex::JITTER_CYCLE) + 4;
+        let (mut loaded, mut quiet) = (0, 0);
+        for _ in 0..PATIENCE {
+            let pager = self.textures.stats().pager;
+            quiet = if pager.loaded == loaded && pager.missing == 0 { quiet + 1 } else { 0 };
+            loaded = pager.loaded;
+            let is_last = quiet > held;
+            let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: view }];
+            let pictures = if is_last { Pictures::Always } else { Pictures::ForFeedback };
+            let frame = Frame { views: &views, expected: None, picture: SIZE, has_feedback: true, pictures };
+            let target = canvas.target();
+            let encoder =
+                frame.record(&self.gpu, &mut self.textures, &renderer, &target, |_, _| Ok(())).unwrap();
+            if is_last {
+                return read(&self.gpu, encoder, &canvas);
+            }
+            self.gpu.queue.submit([encoder.finish()]);
+        }
+        panic!("not converged: {:?}", self.textures.stats());
+    }
+
+    /// What a march must be.
+    fn expected(&self, view: VolumeView) -> Vec<[f64; 3]> {
+        let levels: Vec<Vec<ArrayLevel>> = self.formulas.iter().map(|formula| formula.levels()).collect();
+        let channels: Vec<ArrayChannel<'_>> =
+            self.desc.channels.iter().zip(&levels).map(|(channel, levels)| (*channel, &levels[..])).collect();
+        picture(&self.desc, &channels, &view, SIZE)
+    }
+}
+
+/// The marches: the whole box, a voxel in the midst of it, and then by chance from anywhere to anywhere; each
+/// with the density at which what glows hides what is twice as far away as the target.
+fn march(nth: u64) -> (VolumeMode, f64, VolumeView) {
+    let mut state = nth;
+    let mut share = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    let side = f64::from(HUGE);
+    let camera = |target: DVec3, away: DVec3| {
+        VolumeView::Around(VolumeCamera { target, eye: target - away, down: DVec3::Z, half_height: 0.35 })
+    };
+    match nth {
+        0 => (VolumeMode::Average, 1.0, VolumeView::Face(VolumeFace::PlusZ)),
+        // Some twelve voxels away from one.
+        1 => {
+            let target = DVec3::new(61_234.5, 20_202.5, 81_111.5);
+            (VolumeMode::Emission, 100.0, camera(target, DVec3::new(9.0, 7.0, -4.0)))
+        }
+        _ => {
+            let target = DVec3::new(share(), share(), share()) * side;
+            let toward = DVec3::new(share() - 0.5, share() - 0.5, 0.8 * (share() - 0.5));
+            let away = 10.0_f64.powf(0.7 + 4.8 * share());
+            let mode = [VolumeMode::Average, VolumeMode::Emission][(nth % 2) as usize];
+            (mode, (1000.0 / away).max(1.0), camera(target, toward.normalize_or(DVec3::X) * away))
+        }
+    }
+}
+
+#[test]
+fn marches_from_the_whole_box_to_a_voxel_are_the_formula() {
+    let marches = std::env::var("VASTEX_MARCHES").ok().and_then(|count| count.parse().ok()).unwrap_or(2);
+    let mut world = World::new(HUGE);
+    for nth in 0..marches {
+        let (mode, density, view) = march(nth);
+        let drawn = world.drawn(mode, density, view);
+        let expected = world.expected(view);
+        let away = |(d, e): (&[u8; 4], &[f64; 3])| {
+            (0..3).map(|c| (f64::from(d[c]) - e[c]).abs()).fold(0.0, f64::max)
+        };
+        let differences: Vec<f64> = drawn.iter().zip(&expected).map(away).collect();
+        let seen = expected.iter().filter(|pixel| pixel.iter().any(|code| *code > 20.0)).count();
+        assert!(seen > 200 || nth > 1, "march {nth}: only {seen} pixels are seen");
+        if let VolumeView::Face(_) = view {
+            let within = differences.iter().filter(|d| **d <= 2.0).count() as f64 / drawn.len() as f64;
+            assert!(within >= 0.999, "march {nth}: {within} within 2");
+        }
+        // In perspective levels change where rays enter bricks, which the reference does not know.
+        let squares: f64 = drawn
+            .iter()
+            .zip(&expected)
+            .flat_map(|(d, e)| (0..3).map(move |c| (f64::from(d[c]) - e[c]).powi(2)))
+            .sum();
+        let psnr = 10.0 * (255.0_f64.powi(2) / (squares / (3 * drawn.len()) as f64).max(1e-9)).log10();
+        println!("march {nth}, {mode:?}: {psnr:.1} dB, {seen} pixels seen");
+        assert!(psnr >= 40.0, "march {nth}, {mode:?} of {view:?}: {psnr} dB");
+    }
+    let stats = world.textures.stats();
+    assert!(stats.pool_bytes <= POOL, "{stats:?}");
+}
+
+#[test]
+fn memory_of_the_device_does_not_grow_with_the_volume() {
+    let [small, huge] = [SMALL, HUGE].map(|side| {
+        let mut world = World::new(side);
+        world.drawn(VolumeMode::Average, 1.0, VolumeView::Face(VolumeFace::PlusX));
+        let stats = world.textures.stats();
+        (stats.pool_bytes + stats.table_bytes) as f64
+    });
+    assert!(small > 0.9 * POOL as f64, "{small}");
+    assert!((huge / small - 1.0).abs() < 0.05, "{huge} of {small} bytes");
+}

@@ -1,0 +1,391 @@
+//! The part of `cargo xtask bench volumes` that reads: bricks with borders beside decoding the same chunks
+//! alone, and boxes anywhere beside zarr-python and tensorstore.
+//!
+//! What reads is `crates/vastex-volume/benches/volumes.rs`. Seconds are of processors, and ratios are taken
+//! within a round, since others may be at work on the same machine.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::words;
+use crate::measure::median;
+use crate::shell;
+
+/// How much of the speed of decoding alone bricks must have.
+const LEAST_SHARE: f64 = 0.7;
+/// How many times the work of `vastex-volume` that of the others must be.
+const LEAST_OF_ZARR: f64 = 2.0;
+const LEAST_OF_TENSORSTORE: f64 = 0.9;
+/// Voxels of the stores along x, y and z (`stores.py`).
+const STORE: [u64; 3] = [384, 384, 256];
+/// Voxels of a box along each side.
+const BOX: u64 = 64;
+/// Boxes that lie anywhere, and passes over all of them.
+const ANYWHERE: u64 = 300;
+const PASSES: &str = "3";
+/// Bytes that a program may keep where it keeps anything.
+const KEPT: u64 = 256 << 20;
+const STORES: [&str; 12] = [
+    "zstd-64-u16",
+    "zstd-64-u8",
+    "zstd-32-u16",
+    "zstd-32-u8",
+    "blosc-lz4-64-u16",
+    "blosc-lz4-64-u8",
+    "blosc-lz4-32-u16",
+    "blosc-lz4-32-u8",
+    "none-64-u16",
+    "none-64-u8",
+    "none-32-u16",
+    "none-32-u8",
+];
+const READ: [&str; 3] = ["zstd-64-u16", "blosc-lz4-64-u16", "zstd-64-u16-shards2"];
+const SCRIPTS: [(&str, &str); 2] =
+    [("stores.py", include_str!("../volumes/stores.py")), ("reads.py", include_str!("../volumes/reads.py"))];
+
+/// A Python, and where its scripts and stores lie.
+pub(super) struct Reading {
+    python: PathBuf,
+    scripts: PathBuf,
+    stores: PathBuf,
+    /// Why there is no tensorstore, if there is none.
+    has_tensorstore: bool,
+}
+
+impl Reading {
+    /// Writes the stores of a raw volume of 16 bits unless they are there.
+    pub(super) fn new(
+        python: &Path,
+        has_tensorstore: bool,
+        directory: &Path,
+        (input, size): (&Path, [u32; 3]),
+    ) -> Result<Reading> {
+        for (name, text) in SCRIPTS {
+            let path = directory.join(name);
+            std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
+        }
+        let stores = directory.join("volume-stores");
+        if !stores.join("whole").exists() {
+            println!("writing stores into {}", stores.display());
+            std::fs::create_dir_all(&stores)?;
+            let mut command = shell::command(&words(python));
+            command.arg(directory.join("stores.py")).arg(input).args(size.map(|side| side.to_string()));
+            shell::run(command.arg(&stores))?;
+        }
+        Ok(Reading { python: python.to_owned(), scripts: directory.to_owned(), stores, has_tensorstore })
+    }
+
+    /// The two sections.
+    pub(super) fn page(&self, runs: usize) -> Result<String> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        Ok(self.assembly(threads, runs)? + &self.reads(runs)?)
+    }
+
+    fn assembly(&self, threads: usize, runs: usize) -> Result<String> {
+        let mut arguments = vec!["assembly".to_owned(), threads.to_string(), runs.to_string()];
+        arguments.extend(STORES.map(|store| words(&self.stores.join(store))));
+        let text = ours(&arguments)?;
+        let rounds = text.lines().map(Round::read).collect::<Result<Vec<_>>>()?;
+        assembly_table(&rounds, threads)
+    }
+
+    fn reads(&self, runs: usize) -> Result<String> {
+        let lists =
+            [("every chunk once", "once.txt", 0, once()), ("anywhere", "anywhere.txt", KEPT, anywhere())];
+        let mut rows = Vec::new();
+        for (what, name, kept, places) in lists {
+            let list = self.scripts.join(name);
+            let text: String = places.iter().map(|[x, y, z]| format!("{x} {y} {z}\n")).collect();
+            std::fs::write(&list, text).with_context(|| format!("cannot write {}", list.display()))?;
+            for store in READ {
+                let path = words(&self.stores.join(store));
+                let mut rounds = Vec::new();
+                for round in 0..=runs {
+                    let of = |kind: &str| self.peer(kind, &path, &list, kept);
+                    let zarr = of("zarr")?;
+                    let tensorstore = if self.has_tensorstore { Some(of("tensorstore")?) } else { None };
+                    let arguments = ["reads", PASSES, &words(&list), &path].map(str::to_owned);
+                    let ours = Ours::read(&ours(&arguments)?)?;
+                    for (who, sum) in
+                        [("zarr-python", Some(zarr.1)), ("tensorstore", tensorstore.map(|(_, sum)| sum))]
+                    {
+                        ensure!(
+                            sum.is_none_or(|sum| sum == ours.sum),
+                            "{path}: {who} reads other values than vastex-volume"
+                        );
+                    }
+                    if round > 0 {
+                        rounds.push((zarr.0, tensorstore.map(|(cpu, _)| cpu), ours));
+                    }
+                }
+                rows.push(Row { what, store, boxes: places.len(), rounds });
+            }
+        }
+        reads_table(&rows)
+    }
+
+    /// CPU seconds of a pass, and the sum of its values.
+    fn peer(&self, kind: &str, store: &str, list: &Path, kept: u64) -> Result<(f64, u64)> {
+        let mut command = shell::command(&words(&self.python));
+        command.arg(self.scripts.join("reads.py")).args([kind, store]).arg(list);
+        let text = shell::output(command.args([PASSES, &kept.to_string()]))?;
+        let fields: Vec<&str> = text.split_whitespace().collect();
+        match fields[..] {
+            [cpu, sum] => Ok((cpu.parse()?, sum.parse()?)),
+            _ => bail!("{kind} printed '{text}'"),
+        }
+    }
+}
+
+/// What the benchmark of the crate prints.
+fn ours(arguments: &[String]) -> Result<String> {
+    let mut command = shell::cargo("bench");
+    command.args(["--quiet", "-p", "vastex-volume", "--features", "zstd", "--bench", "volumes", "--"]);
+    shell::output(command.args(arguments))
+}
+
+/// Places that want every chunk of 64 voxels a side once, in an order by chance.
+fn once() -> Vec<[u64; 3]> {
+    let counts = STORE.map(|side| side / (2 * BOX));
+    let mut places: Vec<[u64; 3]> = (0..counts.iter().product())
+        .map(|n| [n % counts[0], n / counts[0] % counts[1], n / counts[0] / counts[1]])
+        .map(|at| at.map(|at| at * 2 * BOX + BOX / 2))
+        .collect();
+    let mut numbers = Numbers(1);
+    for n in (1..places.len()).rev() {
+        places.swap(n, numbers.below(n as u64 + 1) as usize);
+    }
+    places
+}
+
+fn anywhere() -> Vec<[u64; 3]> {
+    let mut numbers = Numbers(2);
+    (0..ANYWHERE).map(|_| STORE.map(|side| numbers.below(side - BOX + 1))).collect()
+}
+
+/// The same numbers every time.
+struct Numbers(u64);
+
+impl Numbers {
+    fn below(&mut self, count: u64) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 33) % count
+    }
+}
+
+/// One round of a store and a size of bricks.
+#[derive(Clone, Debug)]
+struct Round {
+    store: String,
+    brick: u32,
+    bytes: f64,
+    bricks: f64,
+    /// CPU seconds of decoding alone and of bricks, and seconds of bricks.
+    alone: f64,
+    cpu: f64,
+    wall: f64,
+}
+
+impl Round {
+    fn read(line: &str) -> Result<Round> {
+        let fields: Vec<&str> = line.split('\t').collect();
+        let &[store, brick, _, bytes, bricks, alone, cpu, wall] = &fields[..] else {
+            bail!("the benchmark printed '{line}'");
+        };
+        Ok(Round {
+            store: Path::new(store)
+                .file_name()
+                .map_or_else(String::new, |name| name.to_string_lossy().into()),
+            brick: brick.parse()?,
+            bytes: bytes.parse()?,
+            bricks: bricks.parse()?,
+            alone: alone.parse()?,
+            cpu: cpu.parse()?,
+            wall: wall.parse()?,
+        })
+    }
+}
+
+fn says(holds: bool) -> &'static str {
+    if holds { "holds" } else { "DOES NOT HOLD" }
+}
+
+fn assembly_table(rounds: &[Round], threads: usize) -> Result<String> {
+    let mut page = format!(
+        "\n## Bricks beside decoding alone\n\n\
+         {}x{}x{} voxels of the same blobs, in OME-Zarr of two levels in a directory; of each of {threads} threads' chunks all are read and decoded, once\n\
+         alone and once for bricks of 64 and of 32 voxels with a border of one, whose least and greatest values and histograms are kept. Every chunk is\n\
+         decoded once in either, which the run checks. The share is decoded bytes for each CPU second of bricks, of that of decoding alone: medians\n\
+         within a round. `none` has no codec: what is called decoding is reading the file.\n\n\
+         | codec, chunk, values | bricks of | decoded alone, MB per CPU s | for bricks | share | bricks per second |\n|---|---|---|---|---|---|\n",
+        STORE[0], STORE[1], STORE[2]
+    );
+    let mut keys: Vec<(&str, u32)> = rounds.iter().map(|round| (&round.store[..], round.brick)).collect();
+    keys.dedup();
+    let mut least: Option<(f64, &str, u32)> = None;
+    for (store, brick) in keys {
+        let of: Vec<&Round> =
+            rounds.iter().filter(|round| (&round.store[..], round.brick) == (store, brick)).collect();
+        let column = |value: &dyn Fn(&Round) -> f64| median(of.iter().map(|round| value(round)).collect());
+        let share = column(&|round| round.alone / round.cpu);
+        let [alone, together] = [
+            column(&|round| round.bytes / 1e6 / round.alone),
+            column(&|round| round.bytes / 1e6 / round.cpu),
+        ];
+        let rate = column(&|round| round.bricks / round.wall);
+        writeln!(page, "| {store} | {brick} | {alone:.0} | {together:.0} | {share:.2} | {rate:.0} |")?;
+        let is_compressed = !store.starts_with("none");
+        if is_compressed && least.is_none_or(|(least, ..)| share < least) {
+            least = Some((share, store, brick));
+        }
+    }
+    if let Some((share, store, brick)) = least {
+        writeln!(
+            page,
+            "\n- Of every codec at least {LEAST_SHARE} of the speed of decoding alone: {} (least {share:.2}: {store}, bricks of {brick}).",
+            says(share >= LEAST_SHARE)
+        )?;
+    }
+    Ok(page)
+}
+
+/// What `volumes reads` prints.
+#[derive(Clone, Copy, Debug)]
+struct Ours {
+    cpu: f64,
+    wanted: f64,
+    read: f64,
+    decoded: f64,
+    sum: u64,
+}
+
+impl Ours {
+    fn read(text: &str) -> Result<Ours> {
+        let fields: Vec<&str> = text.split_whitespace().collect();
+        let &[cpu, wanted, read, decoded, sum] = &fields[..] else {
+            bail!("the benchmark printed '{text}'");
+        };
+        Ok(Ours {
+            cpu: cpu.parse()?,
+            wanted: wanted.parse()?,
+            read: read.parse()?,
+            decoded: decoded.parse()?,
+            sum: sum.parse()?,
+        })
+    }
+}
+
+/// Boxes of one kind of one store.
+struct Row {
+    what: &'static str,
+    store: &'static str,
+    boxes: usize,
+    /// CPU seconds of zarr-python and of tensorstore, and ours.
+    rounds: Vec<(f64, Option<f64>, Ours)>,
+}
+
+impl Row {
+    /// How many times our work another's is.
+    fn times(&self, of: impl Fn(&(f64, Option<f64>, Ours)) -> Option<f64>) -> Option<f64> {
+        let ratios: Option<Vec<f64>> =
+            self.rounds.iter().map(|round| Some(of(round)? / round.2.cpu)).collect();
+        ratios.filter(|ratios| !ratios.is_empty()).map(median)
+    }
+}
+
+fn reads_table(rows: &[Row]) -> Result<String> {
+    let mut page = format!(
+        "\n## Boxes of 64x64x64 voxels\n\n\
+         `Volume::read` on one thread beside zarr-python and tensorstore with their own threads, in turn, from the same stores of 16 bits in the page cache;\n\
+         all give the same sum of values. *Every chunk once*: {} boxes, each of eight parts of chunks that no other wants, so that nobody gains by what is\n\
+         kept. *Anywhere*: {ANYWHERE} boxes by chance; here vastex-volume keeps up to 256 MiB of chunks, as it always does, tensorstore is given the same, and\n\
+         zarr-python keeps nothing. CPU seconds are of a pass over all boxes. Over-fetch: bytes that were decoded for each byte that was wanted; with those\n\
+         that were read, which are compressed.\n\n\
+         | boxes | store | vastex CPU s | zarr-python | tensorstore | decoded / wanted | read / wanted |\n|---|---|---|---|---|---|---|\n",
+        once().len()
+    );
+    let times = |times: Option<f64>| times.map_or("not there".to_owned(), |times| format!("{times:.2} x"));
+    let mut least = [f64::INFINITY; 2];
+    for row in rows {
+        let column =
+            |of: &dyn Fn(&Ours) -> f64| median(row.rounds.iter().map(|round| of(&round.2)).collect());
+        let peers = [row.times(|round| Some(round.0)), row.times(|round| round.1)];
+        for (least, peer) in least.iter_mut().zip(peers) {
+            *least = least.min(peer.unwrap_or(f64::INFINITY));
+        }
+        writeln!(
+            page,
+            "| {} ({}) | {} | {:.3} | {} | {} | {:.2} | {:.2} |",
+            row.what,
+            row.boxes,
+            row.store,
+            column(&|ours| ours.cpu),
+            times(peers[0]),
+            times(peers[1]),
+            column(&|ours| ours.decoded / ours.wanted),
+            column(&|ours| ours.read / ours.wanted),
+        )?;
+    }
+    let [zarr, tensorstore] = least;
+    writeln!(
+        page,
+        "\n- At most half of the CPU seconds of zarr-python: {} (least {zarr:.2} times).",
+        says(zarr >= LEAST_OF_ZARR)
+    )?;
+    let of_tensorstore = match tensorstore.is_finite() {
+        true => format!("{} (least {tensorstore:.2} times)", says(tensorstore >= LEAST_OF_TENSORSTORE)),
+        false => "not measured: tensorstore could not be installed".to_owned(),
+    };
+    writeln!(page, "- At most 1 / {LEAST_OF_TENSORSTORE} of those of tensorstore: {of_tensorstore}.")?;
+    Ok(page)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_that_want_every_chunk_once_want_every_chunk_once() {
+        let mut wanted: Vec<[u64; 3]> = Vec::new();
+        for at in once() {
+            let chunks = |n: usize| [at[n] / BOX, (at[n] + BOX - 1) / BOX];
+            for (x, y, z) in (0..8).map(|n| (chunks(0)[n & 1], chunks(1)[n >> 1 & 1], chunks(2)[n >> 2])) {
+                wanted.push([x, y, z]);
+            }
+        }
+        let count = wanted.len() as u64;
+        wanted.sort_unstable();
+        wanted.dedup();
+        assert_eq!((wanted.len() as u64, count), (count, STORE.map(|side| side / BOX).iter().product()));
+        assert!(anywhere().iter().all(|at| (0..3).all(|n| at[n] + BOX <= STORE[n])));
+    }
+
+    #[test]
+    fn the_slowest_codec_decides_and_reading_alone_is_none() {
+        let line = |store: &str, alone: f64| format!("/a/{store}\t64\t144\t1000000\t10\t{alone}\t1.0\t0.5");
+        let rounds = [line("zstd-64-u8", 0.8), line("blosc-lz4-64-u8", 0.72), line("none-64-u8", 0.3)];
+        let rounds: Vec<Round> = rounds.iter().map(|line| Round::read(line).unwrap()).collect();
+        let page = assembly_table(&rounds, 2).unwrap();
+        assert!(page.contains("holds (least 0.72: blosc-lz4-64-u8"), "{page}");
+        assert!(page.contains("| none-64-u8 | 64 | 3 | 1 | 0.30 | 20 |"), "{page}");
+        assert!(Round::read("nothing").is_err());
+    }
+
+    #[test]
+    fn who_is_not_there_has_no_figure() {
+        let ours = Ours::read("0.5\t100\t150\t800\t7").unwrap();
+        let row = |tensorstore| Row {
+            what: "anywhere",
+            store: "a",
+            boxes: 3,
+            rounds: vec![(1.5, tensorstore, ours)],
+        };
+        let page = reads_table(&[row(None)]).unwrap();
+        assert!(page.contains("| 3.00 x | not there | 8.00 | 1.50 |"), "{page}");
+        assert!(page.contains("could not be installed"), "{page}");
+        let page = reads_table(&[row(Some(0.4))]).unwrap();
+        assert!(page.contains("DOES NOT HOLD (least 0.80 times)"), "{page}");
+    }
+}
