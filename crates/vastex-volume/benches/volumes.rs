@@ -12,14 +12,15 @@
 use std::hint::black_box;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
+use bytes::Bytes;
 use pollster::block_on;
 use vastex_core::PagePos;
 use vastex_tiles::TileSource;
-use vastex_volume::{Opened, Volume, VolumeOptions, VolumeRegion, VolumeSource, open};
+use vastex_volume::{ChunkWork, Opened, Volume, VolumeOptions, VolumeRegion, VolumeSource, open};
 
 /// What has gone wrong, for people.
 type Fault = String;
@@ -64,7 +65,6 @@ fn cpu_seconds() -> f64 {
 /// Where processor time is not asked for, time.
 #[cfg(not(target_os = "linux"))]
 fn cpu_seconds() -> f64 {
-    use std::sync::OnceLock;
     static BEGIN: OnceLock<Instant> = OnceLock::new();
     BEGIN.get_or_init(Instant::now).elapsed().as_secs_f64()
 }
@@ -131,13 +131,15 @@ fn decode(store: &str, threads: usize) -> Result<(usize, u64, f64), Fault> {
     let level = &volume.about().levels[0];
     let counts: [u64; 3] = std::array::from_fn(|axis| level.size[axis].div_ceil(level.chunk[axis]));
     let count = counts.iter().product::<u64>() as usize;
+    // Who puts bricks together keeps them, too.
+    let kept: Vec<OnceLock<Bytes>> = (0..count).map(|_| OnceLock::new()).collect();
     let (bytes, cpu, _) = timed(|| {
         by_threads(threads, count, |n| {
-            let n = n as u64;
-            let at = [n % counts[0], n / counts[0] % counts[1], n / counts[0] / counts[1]];
+            let place = n as u64;
+            let at = [place % counts[0], place / counts[0] % counts[1], place / counts[0] / counts[1]];
             let chunk = block_on(volume.read_chunk(0, (0, 0), at)).map_err(|error| error.to_string())?;
             let chunk = chunk.ok_or_else(|| format!("{store}: the chunk at {at:?} is absent"))?;
-            Ok(black_box(chunk).len() as u64)
+            Ok(kept[n].get_or_init(|| black_box(chunk)).len() as u64)
         })
     })?;
     Ok((count, bytes, cpu))
@@ -171,7 +173,7 @@ fn reads(passes: &str, boxes: &str, store: &str) -> Result<(), Fault> {
         let place: Vec<u64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
         places.push(<[u64; 3]>::try_from(place).map_err(|_| format!("{boxes}: '{line}' is no place"))?);
     }
-    let pass = |of_values: &mut dyn FnMut(Vec<u8>)| {
+    let pass = |of_values: &mut dyn FnMut(Vec<u8>)| -> Result<ChunkWork, Fault> {
         let volume = volume(store)?;
         for at in &places {
             let region = VolumeRegion { level: 0, channel: 0, time: 0, at: *at, size: [64; 3] };

@@ -94,6 +94,54 @@ pub(crate) struct Chunk {
     pub(crate) strides: Arc<[usize]>,
     /// Bytes that were read for it: as they are stored, or of TIFF as they are decoded. 0 of what was made.
     pub(crate) stored: usize,
+    /// Its first and last values along x, side by side, where they are kept.
+    pub(crate) ends: Option<Arc<[Vec<u8>; 2]>>,
+}
+
+impl Chunk {
+    /// Values, how far apart they lie, and the bytes that were read for them.
+    pub(crate) fn new(bytes: impl Into<Bytes>, strides: impl Into<Arc<[usize]>>, stored: usize) -> Chunk {
+        Chunk { bytes: bytes.into(), strides: strides.into(), stored, ends: None }
+    }
+
+    /// Keeps its first and last values along x side by side, `x` being the axis and `side` its values along
+    /// it, of `width` bytes each: a border of one voxel then touches a run of memory, where it would touch
+    /// one value in each row of the chunk. Only of chunks whose rows lie along x.
+    pub(crate) fn with_ends(mut self, x: usize, side: u64, width: usize) -> Chunk {
+        let row = usize::try_from(side).ok().and_then(|side| side.checked_mul(width)).unwrap_or(0);
+        let are_rows = |(axis, stride): (usize, &usize)| match axis == x {
+            true => *stride == width,
+            false => stride.is_multiple_of(row),
+        };
+        // Of a few voxels the rows are no longer than what is kept.
+        if side >= 8 && row > 0 && self.strides.iter().enumerate().all(are_rows) {
+            let ends = match width {
+                1 => ends_of::<1>(&self.bytes, row),
+                2 => ends_of::<2>(&self.bytes, row),
+                4 => ends_of::<4>(&self.bytes, row),
+                _ => ends_of::<8>(&self.bytes, row),
+            };
+            self.ends = Some(Arc::new(ends));
+        }
+        self
+    }
+
+    /// Bytes of memory that it takes.
+    pub(crate) fn cost(&self) -> usize {
+        self.bytes.len() + self.ends.as_ref().map_or(0, |ends| ends[0].len() + ends[1].len())
+    }
+}
+
+fn ends_of<const WIDTH: usize>(bytes: &[u8], row: usize) -> [Vec<u8>; 2] {
+    let rows = bytes.len() / row;
+    let mut ends = [0, 1].map(|_| Vec::with_capacity(rows * WIDTH));
+    for row in bytes.chunks_exact(row) {
+        if let (Some(first), Some(last)) = (row.first_chunk::<WIDTH>(), row.last_chunk::<WIDTH>()) {
+            ends[0].extend_from_slice(first);
+            ends[1].extend_from_slice(last);
+        }
+    }
+    ends
 }
 
 /// Which chunks of an array are stored.

@@ -13,7 +13,7 @@ pub(crate) struct ArrayLevel {
     pub(crate) origin: [f64; 3],
     pub(crate) values: Vec<f64>,
     /// Says the value of a voxel of the level where there is no array.
-    pub(crate) formula: Option<Box<dyn Fn([i64; 3]) -> f64>>,
+    pub(crate) formula: Option<Box<dyn Fn([i64; 3]) -> f64 + Send + Sync>>,
 }
 
 impl ArrayLevel {

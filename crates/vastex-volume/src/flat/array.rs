@@ -105,7 +105,7 @@ impl FlatArray {
             bytes = turned.into();
         }
         // A chunk is a run: its values lie as those of the array.
-        Ok(Chunk { bytes, strides: self.strides.clone(), stored })
+        Ok(Chunk::new(bytes, self.strides.clone(), stored))
     }
 }
 

@@ -186,6 +186,7 @@ impl Made {
             channel: 0,
             time: 0,
             path: &self.base.volume.about().path,
+            spare: None,
         }
     }
 
@@ -381,8 +382,8 @@ impl Made {
 
     fn chunk_of(&self, values: Vec<u8>, [width, height, _]: [usize; 3]) -> Chunk {
         let value = self.width();
-        let strides = [value * width * height, value * width, value].into();
-        Chunk { bytes: values.into(), strides, stored: 0 }
+        let strides = [value * width * height, value * width, value];
+        Chunk::new(values, strides, 0)
     }
 
     /// Counts what a chunk covers of the finest made level as done.

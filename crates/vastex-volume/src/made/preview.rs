@@ -93,7 +93,7 @@ impl Plan {
             }
             begin += run.len();
         }
-        Ok(Chunk { bytes: values.into(), strides: [0; 3].into(), stored: 0 })
+        Ok(Chunk::new(values, [0; 3], 0))
     }
 }
 
@@ -118,7 +118,7 @@ impl Preview {
             }
         }
         let strides = [size[0] * size[1], size[0], 1].map(|stride| stride as usize * width);
-        Chunk { bytes: values.into(), strides: strides.into(), stored: 0 }
+        Chunk::new(values, strides, 0)
     }
 }
 

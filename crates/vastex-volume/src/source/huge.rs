@@ -52,7 +52,8 @@ impl ChunkSource for Formula {
             values.extend(value(self.level, coords[0], at).to_le_bytes());
         }
         let strides = [2 * CHUNK.pow(3), 2 * CHUNK * CHUNK, 2 * CHUNK, 2].map(|stride| stride as usize);
-        let chunk = Chunk { stored: values.len(), bytes: values.into(), strides: strides.into() };
+        let stored = values.len();
+        let chunk = Chunk::new(values, strides, stored);
         Box::pin(async { Ok(Some(chunk)) })
     }
 

@@ -298,7 +298,8 @@ impl VolumeSource {
     /// The values of a box of a level, wherever it lies.
     async fn read_box(&self, level: u8, of: &VoxelBox) -> Result<BoxValues, VolumeError> {
         let chunks = self.chunks(level);
-        chunks.plane(self.options.channel, self.options.time).read(of).await
+        let plane = chunks.plane(self.options.channel, self.options.time);
+        Plane { spare: Some(self.volume.spare()), ..plane }.read(of).await
     }
 
     /// The values of a page's tile, by way of a box that bricks beside it are in, too.
@@ -352,7 +353,7 @@ impl VolumeSource {
             paste(&found.values, sides(of.size), tile, sides(size), sides(place), width);
         }
         let values = tile.map_or_else(|| self.empty_tile(width), Ok)?;
-        let texels = Bytes::from(self.codes.encode(values));
+        let texels = self.volume.spare().lend(self.codes.encode(values));
         let texel = self.codes.format.texel_bytes();
         // All texels are as the one before them, if so all are the same.
         if is_absent || texels[texel..] == texels[..texels.len() - texel] {
@@ -383,16 +384,10 @@ impl VolumeSource {
         });
         let [across, down, _] = of.size.map(|side| side as usize);
         let width = dtype.bytes();
-        let columns = inner[0].start.min(inner[0].end)..inner[0].end;
-        let rows = |step: usize| {
-            let (columns, rows) = (columns.clone(), inner[1].clone());
-            let layers = inner[2].clone().step_by(step);
-            let rows = layers.flat_map(move |z| rows.clone().step_by(step).map(move |y| z * down + y));
-            rows.map(move |row| {
-                &values[(row * across + columns.start) * width..(row * across + columns.end) * width]
-            })
-        };
-        self.stats.put(pos, stats::of_rows(dtype, rows(1), rows(4)));
+        let [columns, rows, layers] = inner;
+        let columns = columns.start.min(columns.end) * width..columns.end * width;
+        let rows = stats::Rows { values, across: across * width, down, columns, rows, layers };
+        self.stats.put(pos, stats::of_rows(dtype, &rows));
     }
 }
 

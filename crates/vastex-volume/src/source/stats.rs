@@ -2,6 +2,7 @@
 //! draws can leap over what would not be seen, and windows can follow percentiles.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
@@ -12,6 +13,8 @@ use crate::values::DType;
 
 /// Bins of a histogram.
 pub const BINS: usize = 64;
+/// Of every so many rows and layers there is the histogram.
+const SAMPLED: usize = 4;
 /// Bricks that something is kept of: about 300 bytes each, 20 MiB together.
 const MOST_BRICKS: usize = 1 << 16;
 
@@ -61,23 +64,53 @@ impl Kept {
     }
 }
 
-/// Of values, little-endian: of all rows the bounds, and of the sampled ones the histogram.
-pub(super) fn of_rows<'a, R>(dtype: DType, rows: impl Iterator<Item = &'a [u8]>, sampled: R) -> BrickStats
-where
-    R: Iterator<Item = &'a [u8]>,
-{
+/// Rows of values, little-endian, in a box of them.
+pub(super) struct Rows<'a> {
+    pub(super) values: &'a [u8],
+    /// Bytes of a row of the box, and its rows in a layer.
+    pub(super) across: usize,
+    pub(super) down: usize,
+    /// Which bytes of a row, which rows, and which layers are looked at.
+    pub(super) columns: Range<usize>,
+    pub(super) rows: Range<usize>,
+    pub(super) layers: Range<usize>,
+}
+
+impl Rows<'_> {
+    /// Hands out every so many rows of every so many layers.
+    #[inline(always)]
+    fn each(&self, step: usize, mut look: impl FnMut(&[u8])) {
+        for z in self.layers.clone().step_by(step) {
+            let layer = z * self.down * self.across;
+            let Some(layer) = self.values.get(layer..layer + self.down * self.across) else { return };
+            for y in self.rows.clone().step_by(step) {
+                look(&layer[y * self.across..][self.columns.clone()]);
+            }
+        }
+    }
+
+    /// The first row; `None` if there is none.
+    fn first(&self) -> Option<&[u8]> {
+        let (y, z) = (self.rows.clone().next()?, self.layers.clone().next()?);
+        let row = (z * self.down + y) * self.across;
+        self.values.get(row + self.columns.start..row + self.columns.end)
+    }
+}
+
+/// Of values of all rows the bounds, and of some the histogram.
+pub(super) fn of_rows(dtype: DType, rows: &Rows<'_>) -> BrickStats {
     match dtype {
-        DType::Bool | DType::U8 => whole::<_, 1>(rows, sampled, |[v]| v),
-        DType::I8 => whole::<_, 1>(rows, sampled, |[v]| v as i8),
-        DType::U16 => whole::<_, 2>(rows, sampled, u16::from_le_bytes),
-        DType::I16 => whole::<_, 2>(rows, sampled, i16::from_le_bytes),
-        DType::U32 => floats::<4>(rows, sampled, |v| u32::from_le_bytes(v).into()),
-        DType::I32 => floats::<4>(rows, sampled, |v| i32::from_le_bytes(v).into()),
-        DType::U64 => floats::<8>(rows, sampled, |v| u64::from_le_bytes(v) as f64),
-        DType::I64 => floats::<8>(rows, sampled, |v| i64::from_le_bytes(v) as f64),
-        DType::F16 => floats::<2>(rows, sampled, |v| half(u16::from_le_bytes(v))),
-        DType::F32 => floats::<4>(rows, sampled, |v| f32::from_le_bytes(v).into()),
-        DType::F64 => floats::<8>(rows, sampled, f64::from_le_bytes),
+        DType::Bool | DType::U8 => whole::<_, 1>(rows, |[v]| v),
+        DType::I8 => whole::<_, 1>(rows, |[v]| v as i8),
+        DType::U16 => whole::<_, 2>(rows, u16::from_le_bytes),
+        DType::I16 => whole::<_, 2>(rows, i16::from_le_bytes),
+        DType::U32 => floats::<4>(rows, |v| u32::from_le_bytes(v).into()),
+        DType::I32 => floats::<4>(rows, |v| i32::from_le_bytes(v).into()),
+        DType::U64 => floats::<8>(rows, |v| u64::from_le_bytes(v) as f64),
+        DType::I64 => floats::<8>(rows, |v| i64::from_le_bytes(v) as f64),
+        DType::F16 => floats::<2>(rows, |v| half(u16::from_le_bytes(v))),
+        DType::F32 => floats::<4>(rows, |v| f32::from_le_bytes(v).into()),
+        DType::F64 => floats::<8>(rows, f64::from_le_bytes),
     }
 }
 
@@ -87,18 +120,15 @@ const LANES: usize = 32;
 /// Counts beside each other, so that a value that is the same as the one before does not wait for it.
 const TABLES: usize = 4;
 
-/// The least and the greatest of values of whole numbers; `None` of none. Also how many there are.
-fn bounds_of<'a, T: Copy + Ord, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]>,
+/// The least and the greatest of values of whole numbers, and how many there are; `None` of none.
+fn bounds_of<T: Copy + Ord, const N: usize>(
+    rows: &Rows<'_>,
     value: impl Fn([u8; N]) -> T,
 ) -> Option<(T, T, u32)> {
-    let mut rows = rows.map(|row| row.as_chunks::<N>().0).filter(|row| !row.is_empty()).peekable();
-    let first = value(rows.peek()?[0]);
+    let first = value(*rows.first()?.first_chunk::<N>()?);
     let (mut least, mut most) = ([first; LANES], [first; LANES]);
-    let mut count = 0;
-    for row in rows {
-        count += row.len() as u32;
-        let (blocks, rest) = row.as_chunks::<LANES>();
+    rows.each(1, |row| {
+        let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<LANES>();
         for block in blocks {
             for n in 0..LANES {
                 let value = value(block[n]);
@@ -110,15 +140,14 @@ fn bounds_of<'a, T: Copy + Ord, const N: usize>(
             least[n] = least[n].min(value(*bytes));
             most[n] = most[n].max(value(*bytes));
         }
-    }
-    let least = least.into_iter().fold(first, T::min);
-    Some((least, most.into_iter().fold(first, T::max), count))
+    });
+    let count = rows.layers.len() * rows.rows.len() * (rows.columns.len() / N);
+    Some((least.into_iter().min()?, most.into_iter().max()?, count as u32))
 }
 
 /// Of whole numbers of up to 16 bits, in whole numbers.
-fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]>,
-    sampled: impl Iterator<Item = &'a [u8]>,
+fn whole<T: Copy + Ord + Into<i32>, const N: usize>(
+    rows: &Rows<'_>,
     value: impl Fn([u8; N]) -> T,
 ) -> BrickStats {
     let mut histogram = [0; BINS];
@@ -134,7 +163,7 @@ fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
         ((above * factor) >> 32).min(BINS as u64 - 1) as usize
     };
     let mut tables = [[0_u32; BINS]; TABLES];
-    for row in sampled {
+    rows.each(SAMPLED, |row| {
         let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<TABLES>();
         for block in blocks {
             for (table, bytes) in tables.iter_mut().zip(block) {
@@ -142,7 +171,7 @@ fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
             }
         }
         rest.iter().for_each(|bytes| tables[0][bin(*bytes)] += 1);
-    }
+    });
     for (n, count) in histogram.iter_mut().enumerate() {
         *count = tables.iter().map(|table| table[n]).sum();
     }
@@ -150,11 +179,7 @@ fn whole<'a, T: Copy + Ord + Into<i32>, const N: usize>(
 }
 
 /// Of floats, and of whole numbers of more than 16 bits.
-fn floats<'a, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]>,
-    sampled: impl Iterator<Item = &'a [u8]>,
-    value: impl Fn([u8; N]) -> f64,
-) -> BrickStats {
+fn floats<const N: usize>(rows: &Rows<'_>, value: impl Fn([u8; N]) -> f64) -> BrickStats {
     const FEW: usize = LANES / 4;
     let (mut least, mut most, mut counts) = ([f64::INFINITY; FEW], [f64::NEG_INFINITY; FEW], [0_u32; FEW]);
     let mut look = |n: usize, bytes: &[u8; N]| {
@@ -164,13 +189,13 @@ fn floats<'a, const N: usize>(
         most[n] = most[n].max(if is_finite { value } else { f64::NEG_INFINITY });
         counts[n] += u32::from(is_finite);
     };
-    for row in rows {
+    rows.each(1, |row| {
         let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<FEW>();
         for block in blocks {
             block.iter().enumerate().for_each(|(n, bytes)| look(n, bytes));
         }
         rest.iter().enumerate().for_each(|(n, bytes)| look(n, bytes));
-    }
+    });
     let least = least.into_iter().fold(f64::INFINITY, f64::min);
     let most = most.into_iter().fold(f64::NEG_INFINITY, f64::max);
     let count = counts.iter().sum();
@@ -180,14 +205,13 @@ fn floats<'a, const N: usize>(
     }
     // Halved first: the whole span may be more than a float holds.
     let span = most / 2.0 - least / 2.0;
-    for row in sampled {
-        for value in
-            row.as_chunks::<N>().0.iter().map(|bytes| value(*bytes)).filter(|value| value.is_finite())
-        {
+    rows.each(SAMPLED, |row| {
+        let values = row.as_chunks::<N>().0.iter().map(|bytes| value(*bytes));
+        for value in values.filter(|value| value.is_finite()) {
             let share = if span > 0.0 { (value / 2.0 - least / 2.0) / span } else { 0.0 };
             histogram[((share * BINS as f64) as usize).min(BINS - 1)] += 1;
         }
-    }
+    });
     BrickStats { least, most, count, histogram }
 }
 
@@ -196,8 +220,8 @@ mod tests {
     use super::*;
 
     fn of(dtype: DType, values: &[u8]) -> BrickStats {
-        let rows = values.chunks(6 * dtype.bytes());
-        of_rows(dtype, rows.clone(), rows)
+        let across = values.len();
+        of_rows(dtype, &Rows { values, across, down: 1, columns: 0..across, rows: 0..1, layers: 0..1 })
     }
 
     #[test]

@@ -294,7 +294,7 @@ impl PageChunks {
             swap_bytes(&mut bytes, width);
         }
         let strides = [0, 0, 0, sides[1] * samples * width, samples * width, width];
-        Ok(Chunk { bytes: bytes.into(), strides: strides.into(), stored: len })
+        Ok(Chunk::new(bytes, strides, len))
     }
 }
 

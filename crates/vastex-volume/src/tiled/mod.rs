@@ -146,7 +146,7 @@ impl TiledLevel {
         let stored = tile.bytes.len();
         let decoded = tile.decode(self.container.description());
         let values: Bytes = decoded.map_err(|error| at(damaged(format!("{pos}: {error}"))))?;
-        Ok(Some(Chunk { bytes: values.slice(self.offset..), strides: self.strides.clone(), stored }))
+        Ok(Some(Chunk::new(values.slice(self.offset..), self.strides.clone(), stored)))
     }
 
     fn find_present(&self, most: usize) -> Presence {

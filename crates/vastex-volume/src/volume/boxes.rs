@@ -7,6 +7,7 @@ use bytes::Bytes;
 
 use super::cache::Had;
 use super::gather::{Along, Gather};
+use super::spare::Spare;
 use super::{LevelArray, Volume};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Grid, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged};
@@ -26,6 +27,8 @@ pub(crate) struct Plane<'a> {
     pub(crate) time: u64,
     /// What errors name.
     pub(crate) path: &'a str,
+    /// Memory for the values, where it comes back.
+    pub(crate) spare: Option<&'a Spare>,
 }
 
 /// A box of voxels that may lie outside of its level.
@@ -78,11 +81,12 @@ impl Plane<'_> {
             let values = count.and_then(|count| filled(fill, count)).ok_or_else(|| self.no_memory(of))?;
             return Ok(BoxValues { values, is_absent: true });
         }
-        let mut values = Vec::new();
-        values.try_reserve_exact(bytes).map_err(|_| self.no_memory(of))?;
+        let mut values = self.spare.map_or_else(Vec::new, |spare| spare.take(bytes));
+        values.try_reserve_exact(bytes - values.len()).map_err(|_| self.no_memory(of))?;
+        values.resize(bytes, 0);
         let (channel, time) = (self.channel, self.time);
         let gather = Gather { axes, chunks: &chunks, grid: self.grid, channel, time, fill };
-        gather.append(&mut values).map_err(|nth| {
+        gather.write(&mut values).map_err(|nth| {
             let [across, down] = [0, 1].map(|axis| axes[axis].count());
             let at = [nth % across, nth / across % down, nth / across / down];
             let at: [u64; 3] = std::array::from_fn(|axis| axes[axis].chunks.start() + at[axis] as u64);
@@ -312,7 +316,12 @@ impl<'a> Shared<'a> {
 
     /// A chunk, and how it was had.
     pub(super) async fn chunk(&self, coords: &[u64]) -> (Result<Option<Chunk>, VolumeError>, Had) {
-        let read = self.array().source.read(coords);
+        let array = self.array();
+        let read = async {
+            let chunk = array.source.read(coords).await?;
+            let side = array.grid.chunk_size()[0];
+            Ok(chunk.map(|chunk| chunk.with_ends(array.grid.axes.x, side, array.dtype.bytes())))
+        };
         self.volume.cache.get((self.level, coords.to_vec()), read).await
     }
 
@@ -331,6 +340,7 @@ impl<'a> Shared<'a> {
             channel,
             time,
             path: &about.path,
+            spare: None,
         }
     }
 }
@@ -372,7 +382,7 @@ impl Volume {
         key.extend(of.size.map(u64::from));
         let read = async {
             let found = read.await?;
-            let chunk = Chunk { bytes: found.values.into(), strides: [].into(), stored: 0 };
+            let chunk = Chunk::new(found.values, [], 0);
             Ok((!found.is_absent).then_some(chunk))
         };
         let (outcome, _) = self.boxes.get((level, key), read).await;

@@ -219,7 +219,7 @@ impl Kept {
 fn cost(chunk: &Option<Chunk>) -> usize {
     /// What a place takes beside the values.
     const OVERHEAD: usize = 256;
-    chunk.as_ref().map_or(0, |chunk| chunk.bytes.len()) + OVERHEAD
+    chunk.as_ref().map_or(0, Chunk::cost) + OVERHEAD
 }
 
 enum Looked {
@@ -301,7 +301,7 @@ mod tests {
     use crate::fault::damaged;
 
     fn chunk(bytes: usize) -> Chunk {
-        Chunk { bytes: vec![0; bytes].into(), strides: [1, 1].into(), stored: 3 }
+        Chunk::new(vec![0; bytes], [1, 1], 3)
     }
 
     async fn found(chunk: Option<Chunk>) -> Outcome {

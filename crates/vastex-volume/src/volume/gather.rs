@@ -1,5 +1,5 @@
-//! A box of voxels from the chunks that it overlaps, in one pass: row after row as the box has them, each put
-//! together of a run of every chunk along it. Nothing is written twice, and nothing is cleared before.
+//! A box of voxels from the chunks that it overlaps, in one pass: layer after layer as the box has them, in
+//! each the rows that every chunk has in it. All of the box is written, so nothing need be cleared before.
 //!
 //! Beyond the faces of the level its last voxels are repeated: along x in each row, then whole rows, then
 //! whole layers.
@@ -48,6 +48,11 @@ impl Along {
         self.runs.len()
     }
 
+    /// Voxels of the box along the axis.
+    fn size(&self) -> usize {
+        self.before + self.runs.iter().map(|(_, count)| count).sum::<usize>() + self.after
+    }
+
     /// The voxel that lies the furthest in the chunk at a place among them.
     fn last_within(&self, nth: usize) -> usize {
         self.runs.get(nth).map_or(0, |(first, count)| first + count - 1)
@@ -65,7 +70,7 @@ pub(super) struct Gather<'a> {
     pub(super) fill: &'a [u8],
 }
 
-/// What a row of the box takes of one chunk.
+/// What the rows of a box take of one chunk.
 struct Piece<'a> {
     /// From the chunk's first value that any row of these takes; `None` for an absent chunk.
     bytes: Option<&'a [u8]>,
@@ -78,44 +83,80 @@ struct Piece<'a> {
 }
 
 impl Gather<'_> {
-    /// Appends the values of the box; `Err` has the place among the chunks of one that has too few bytes.
-    /// There is room for all.
-    pub(super) fn append(&self, values: &mut Vec<u8>) -> Result<(), usize> {
+    /// Writes the values of the box, all of them; `Err` has the place among the chunks of one that has too
+    /// few bytes.
+    pub(super) fn write(&self, values: &mut [u8]) -> Result<(), usize> {
         match self.fill.len() {
-            1 => self.append_of::<1>(values),
-            2 => self.append_of::<2>(values),
-            4 => self.append_of::<4>(values),
-            _ => self.append_of::<8>(values),
+            1 => self.write_of::<1>(values),
+            2 => self.write_of::<2>(values),
+            4 => self.write_of::<4>(values),
+            _ => self.write_of::<8>(values),
         }
     }
 
-    fn append_of<const WIDTH: usize>(&self, values: &mut Vec<u8>) -> Result<(), usize> {
-        let [_, along_y, along_z] = self.axes;
+    fn write_of<const WIDTH: usize>(&self, values: &mut [u8]) -> Result<(), usize> {
+        let [along_x, along_y, along_z] = self.axes;
+        let row = along_x.size() * WIDTH;
+        let layer = row * along_y.size();
+        let mut nth_layer = along_z.before;
         for (k, (_, layers)) in along_z.runs.iter().enumerate() {
             let pieces = (0..along_y.count())
                 .map(|j| self.pieces::<WIDTH>(j, k))
                 .collect::<Result<Vec<_>, usize>>()?;
             for z in 0..*layers {
-                let begin = values.len();
-                for (j, (_, rows)) in along_y.runs.iter().enumerate() {
-                    for y in 0..*rows {
-                        let row = values.len();
-                        self.append_row::<WIDTH>(&pieces[j], y, z, values);
-                        let is_first = j == 0 && y == 0;
-                        let is_last = j + 1 == along_y.count() && y + 1 == *rows;
-                        let more = if is_first { along_y.before } else { 0 }
-                            + if is_last { along_y.after } else { 0 };
-                        repeat(values, row, more);
+                let Some(of_layer) = values.get_mut(nth_layer * layer..(nth_layer + 1) * layer) else {
+                    break;
+                };
+                let mut nth_row = along_y.before;
+                for (pieces, (_, rows)) in pieces.iter().zip(&along_y.runs) {
+                    let of_rows = &mut of_layer[nth_row * row..(nth_row + rows) * row];
+                    let mut column = along_x.before * WIDTH;
+                    for piece in pieces {
+                        self.write_piece::<WIDTH>(piece, z, &mut of_rows[column..], (row, *rows));
+                        column += piece.count * WIDTH;
                     }
+                    nth_row += rows;
                 }
-                let is_first = k == 0 && z == 0;
-                let is_last = k + 1 == along_z.count() && z + 1 == *layers;
-                let more =
-                    if is_first { along_z.before } else { 0 } + if is_last { along_z.after } else { 0 };
-                repeat(values, begin, more);
+                repeat_ends(of_layer, WIDTH, along_x, row / WIDTH);
+                repeat_ends(of_layer, row, along_y, along_y.size());
+                nth_layer += 1;
             }
         }
+        repeat_ends(values, layer, along_z, along_z.size());
         Ok(())
+    }
+
+    /// Writes what a chunk has of so many rows of a layer, which lie `row` bytes apart.
+    fn write_piece<const WIDTH: usize>(
+        &self,
+        piece: &Piece<'_>,
+        z: usize,
+        to: &mut [u8],
+        (row, rows): (usize, usize),
+    ) {
+        let to = to.chunks_mut(row).take(rows);
+        let Some(bytes) = piece.bytes else {
+            return to.for_each(|to| put_fill(self.fill, &mut to[..piece.count * WIDTH]));
+        };
+        let from = &bytes[z * piece.layer..];
+        let len = piece.count * WIDTH;
+        match piece.count {
+            1 => each(to, from, piece.row, |to, from| put::<WIDTH>(to, from)),
+            _ if piece.step != WIDTH => each(to, from, piece.row, |to, from| {
+                for (x, to) in to[..len].as_chunks_mut::<WIDTH>().0.iter_mut().enumerate() {
+                    put::<WIDTH>(to, &from[x * piece.step..]);
+                }
+            }),
+            // Rows are short: of a length that is known here a copy is a few instructions.
+            _ => match len {
+                32 => each(to, from, piece.row, |to, from| put::<32>(to, from)),
+                64 => each(to, from, piece.row, |to, from| put::<64>(to, from)),
+                128 => each(to, from, piece.row, |to, from| put::<128>(to, from)),
+                33..64 => each(to, from, piece.row, |to, from| put_ends::<32>(&mut to[..len], &from[..len])),
+                65..128 => each(to, from, piece.row, |to, from| put_ends::<64>(&mut to[..len], &from[..len])),
+                _ => each(to, from, piece.row, |to, from| to[..len].copy_from_slice(&from[..len])),
+            },
+        }
     }
 
     /// What rows take of the chunks at a place along y and z, all of which have the bytes for it.
@@ -127,73 +168,76 @@ impl Gather<'_> {
             let Some(chunk) = self.chunks.get(nth).and_then(Option::as_ref) else {
                 return Ok(Piece { bytes: None, row: 0, layer: 0, step: WIDTH, count: *count });
             };
-            let [step, row, layer] = space.map(|axis| axis.map_or(0, |axis| chunk.strides[axis]));
-            let place = |x: usize, y: usize, z: usize| {
-                let offset = self.grid.offset(&chunk.strides, self.channel, self.time);
-                offset + x * step + y * row + z * layer
-            };
+            let [mut step, mut row, mut layer] = space.map(|axis| axis.map_or(0, |axis| chunk.strides[axis]));
+            let mut offset = self.grid.offset(&chunk.strides, self.channel, self.time);
+            let mut of = &chunk.bytes[..];
+            let side = self.grid.chunk_size()[0] as usize;
+            if let Some(ends) = chunk.ends.as_ref().filter(|_| *count == 1)
+                && let Some(end) = [0, side - 1].iter().position(|end| end == first)
+            {
+                // Rows of one value, in which its place is that of the row.
+                (of, step) = (&ends[end], 0);
+                (offset, row, layer) = (offset / side, row / side, layer / side);
+            }
+            let place = |x: usize, y: usize, z: usize| offset + x * step + y * row + z * layer;
             let first = place(*first, along_y.runs[j].0, along_z.runs[k].0);
             let last = place(along_x.last_within(i), along_y.last_within(j), along_z.last_within(k));
-            let bytes = chunk.bytes.get(first..last + WIDTH).ok_or(nth)?;
+            let bytes = of.get(first..last + WIDTH).ok_or(nth)?;
             Ok(Piece { bytes: Some(bytes), row, layer, step, count: *count })
         };
         along_x.runs.iter().enumerate().map(piece).collect()
     }
+}
 
-    fn append_row<const WIDTH: usize>(&self, pieces: &[Piece<'_>], y: usize, z: usize, values: &mut Vec<u8>) {
-        let along_x = &self.axes[0];
-        let begin = values.len();
-        if along_x.before > 0 {
-            // The first voxel stands for those before it.
-            let first = &pieces[0];
-            let at = y * first.row + z * first.layer;
-            let value = first.bytes.map_or(self.fill, |bytes| &bytes[at..at + WIDTH]);
-            (0..along_x.before).for_each(|_| values.extend_from_slice(value));
-        }
-        for piece in pieces {
-            let Some(bytes) = piece.bytes else {
-                put_fill::<WIDTH>(self.fill, piece.count, values);
-                continue;
-            };
-            let from = &bytes[y * piece.row + z * piece.layer..];
-            match piece.step == WIDTH {
-                true if piece.count == 1 => put::<WIDTH>(from, values),
-                true => put_run(&from[..piece.count * WIDTH], values),
-                false => (0..piece.count).for_each(|x| put::<WIDTH>(&from[x * piece.step..], values)),
-            }
-        }
-        debug_assert!(values.len() > begin);
-        repeat(values, values.len() - WIDTH, along_x.after);
+/// Hands out each row with what is written to it from the chunk, which has its rows `apart` bytes apart.
+fn each<'a>(
+    to: impl Iterator<Item = &'a mut [u8]>,
+    from: &[u8],
+    apart: usize,
+    mut put: impl FnMut(&mut [u8], &[u8]),
+) {
+    for (n, to) in to.enumerate() {
+        put(to, &from[n * apart..]);
     }
 }
 
-/// Appends the first value of these.
-fn put<const WIDTH: usize>(from: &[u8], values: &mut Vec<u8>) {
-    if let Some(value) = from.first_chunk::<WIDTH>() {
-        values.extend_from_slice(value);
+/// Copies the first bytes.
+fn put<const LEN: usize>(to: &mut [u8], from: &[u8]) {
+    if let (Some(to), Some(from)) = (to.first_chunk_mut::<LEN>(), from.first_chunk::<LEN>()) {
+        *to = *from;
     }
 }
 
-/// Appends bytes, most of them in pieces whose length is known where this is compiled: rows are short.
-fn put_run(from: &[u8], values: &mut Vec<u8>) {
-    let (blocks, rest) = from.as_chunks::<64>();
-    blocks.iter().for_each(|block| values.extend_from_slice(block));
-    if !rest.is_empty() {
-        values.extend_from_slice(rest);
+/// Copies `LEN` bytes or more, and less than twice as many: the first and the last ones, which overlap.
+fn put_ends<const LEN: usize>(to: &mut [u8], from: &[u8]) {
+    put::<LEN>(to, from);
+    if let (Some(to), Some(from)) = (to.last_chunk_mut::<LEN>(), from.last_chunk::<LEN>()) {
+        *to = *from;
     }
 }
 
-fn put_fill<const WIDTH: usize>(fill: &[u8], count: usize, values: &mut Vec<u8>) {
+fn put_fill(fill: &[u8], to: &mut [u8]) {
     match fill.iter().all(|byte| *byte == fill[0]) {
-        true => values.resize(values.len() + count * WIDTH, fill[0]),
-        false => (0..count).for_each(|_| values.extend_from_slice(fill)),
+        true => to.fill(fill[0]),
+        false => to.chunks_exact_mut(fill.len()).for_each(|to| to.copy_from_slice(fill)),
     }
 }
 
-/// Appends what lies from a place on so many times more.
-fn repeat(values: &mut Vec<u8>, from: usize, times: usize) {
-    let end = values.len();
-    (0..times).for_each(|_| values.extend_from_within(from..end));
+/// Repeats the first and the last one of what the level has along an axis, which are `unit` bytes each, of
+/// lines of `size` of them.
+fn repeat_ends(values: &mut [u8], unit: usize, along: &Along, size: usize) {
+    if along.before == 0 && along.after == 0 {
+        return;
+    }
+    let end = size - along.after;
+    for line in values.chunks_exact_mut(unit * size) {
+        for n in 0..along.before {
+            line.copy_within(along.before * unit..(along.before + 1) * unit, n * unit);
+        }
+        for n in end..size {
+            line.copy_within((end - 1) * unit..end * unit, n * unit);
+        }
+    }
 }
 
 #[cfg(test)]
@@ -206,8 +250,8 @@ mod tests {
         (at[0] + 100 * at[1] + 10_000 * at[2] + 1_000_000 * channel) as u32
     }
 
-    const LEVEL: [u64; 3] = [11, 9, 7];
-    const CHUNK: [u64; 3] = [4, 3, 5];
+    const LEVEL: [u64; 3] = [19, 9, 7];
+    const CHUNK: [u64; 3] = [8, 3, 5];
 
     /// Chunks of both channels, in an order of axes in which x is not the fastest where `is_turned`.
     fn chunk(at: [u64; 3], width: usize, is_turned: bool) -> Chunk {
@@ -227,7 +271,7 @@ mod tests {
                 [c, z, y, x].iter().zip(strides).map(|(n, stride)| *n as usize * stride).sum::<usize>();
             bytes[place..place + width].copy_from_slice(&u64::from(value(voxel, c)).to_le_bytes()[..width]);
         }
-        Chunk { bytes: bytes.into(), strides: strides.into(), stored: 0 }
+        Chunk::new(bytes, strides, 0)
     }
 
     fn grid() -> Grid {
@@ -245,8 +289,10 @@ mod tests {
         let grid = grid();
         let is_absent = |at: [u64; 3]| at == [1, 1, 0] || at == [2, 0, 1];
         for (n, (first, size)) in [
-            ([0, 0, 0], [11, 9, 7]),
-            ([-1, -1, -1], [13, 11, 9]),
+            ([0, 0, 0], [19, 9, 7]),
+            ([-1, -1, -1], [21, 11, 9]),
+            ([7, -1, 4], [10, 4, 3]),
+            ([16, 2, 2], [1, 4, 4]),
             ([-2, 3, 4], [6, 9, 1]),
             ([3, 2, 4], [6, 5, 2]),
             ([10, 8, 6], [5, 4, 3]),
@@ -264,15 +310,18 @@ mod tests {
             for z in along_z.chunks.clone() {
                 for y in along_y.chunks.clone() {
                     let at = along_x.chunks.clone().map(|x| [x, y, z]);
-                    chunks.extend(at.map(|at| (!is_absent(at)).then(|| chunk(at, width, n % 3 == 1))));
+                    chunks.extend(at.map(|at| {
+                        (!is_absent(at)).then(|| chunk(at, width, n % 3 == 1).with_ends(3, CHUNK[0], width))
+                    }));
                 }
             }
             let channel = n as u64 % 2;
             let fill = [7, 0, 0, 1, 0, 0, 0, 2];
             let gather =
                 Gather { axes: &axes, chunks: &chunks, grid: &grid, channel, time: 0, fill: &fill[..width] };
-            let mut values = Vec::new();
-            gather.append(&mut values).unwrap();
+            // What lies there before is no matter.
+            let mut values = vec![0xcc; size.iter().product::<u32>() as usize * width];
+            gather.write(&mut values).unwrap();
             let mut expected = Vec::new();
             for (k, j, i) in (0..size[2])
                 .flat_map(|k| (0..size[1]).flat_map(move |j| (0..size[0]).map(move |i| (k, j, i))))
@@ -296,7 +345,7 @@ mod tests {
         chunks[3] = Some(Chunk { bytes: whole.bytes.slice(..whole.bytes.len() / 2), ..whole });
         let gather =
             |channel| Gather { axes: &axes, chunks: &chunks, grid: &grid, channel, time: 0, fill: &[0; 2] };
-        assert_eq!(gather(1).append(&mut Vec::new()), Err(3));
-        assert_eq!(gather(0).append(&mut Vec::new()), Ok(()));
+        let mut values = vec![0; 2 * 8 * 8 * 8];
+        assert_eq!((gather(1).write(&mut values), gather(0).write(&mut values)), (Err(3), Ok(())));
     }
 }

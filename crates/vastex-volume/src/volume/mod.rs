@@ -8,6 +8,7 @@ mod cache;
 mod crop;
 mod gather;
 mod region;
+mod spare;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -24,6 +25,7 @@ pub(crate) use cache::ChunkCache;
 pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
 pub use region::VolumeRegion;
+pub(crate) use spare::Spare;
 
 /// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
@@ -47,6 +49,8 @@ pub struct Volume {
     boxes: ChunkCache,
     /// Chunks of levels that are made: of coarse ones, and of finer ones.
     made: [ChunkCache; 2],
+    /// Memory of bricks.
+    spare: Arc<Spare>,
     /// What was told of reads.
     told: Mutex<StoreStats>,
     /// Which chunks are stored, of levels that were asked about.
@@ -69,6 +73,7 @@ impl Volume {
             cache: ChunkCache::new(MOST_KEPT),
             boxes: ChunkCache::new(MOST_KEPT),
             made: [COARSE_MADE_KEPT, FINE_MADE_KEPT].map(ChunkCache::new),
+            spare: Arc::default(),
             told: Mutex::default(),
             presence: Mutex::default(),
         }
@@ -96,6 +101,11 @@ impl Volume {
     /// ones.
     pub(crate) fn made(&self) -> &[ChunkCache; 2] {
         &self.made
+    }
+
+    /// Memory for bricks, which comes back.
+    pub(crate) fn spare(&self) -> &Arc<Spare> {
+        &self.spare
     }
 
     /// Which chunks of a level that exists are stored, as far as `most` keys tell: listed once, and kept.

@@ -102,7 +102,7 @@ impl ZarrArray {
         if self.meta.is_big_endian {
             swap_bytes(&mut values, self.meta.dtype.bytes());
         }
-        Ok(Some(Chunk { bytes: values.into(), strides: self.strides.clone(), stored }))
+        Ok(Some(Chunk::new(values, self.strides.clone(), stored)))
     }
 
     /// What a chunk is that is not there: absent, unless the whole array has gone, as where a disk is taken
