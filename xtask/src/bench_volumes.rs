@@ -33,6 +33,13 @@ const METHODS: [&str; 2] = ["resize", "local_mean"];
 const CHECKED: &[(&str, &str)] =
     &[("0.5, chunks", ""), ("0.5, shards of 4", "--shards 4"), ("0.4, gzip", "--zarr 0.4 --compress gzip")];
 
+const INTRODUCTION: &str = "\
+# Volumes: beside ome-zarr-py, zarr-python and tensorstore
+
+Written by `cargo xtask bench volumes --write`. Other programs may have been at work on the machine: seconds are of processors, and what counts are
+ratios within a round.
+";
+
 const INPUT: &str = include_str!("volumes/input.py");
 const PEER: &str = include_str!("volumes/peer.py");
 const CHECK: &str = include_str!("volumes/check.py");
@@ -40,35 +47,86 @@ const CHECK: &str = include_str!("volumes/check.py");
 struct Options {
     runs: usize,
     write: bool,
+    /// Which parts are measured; what the page has of the other is kept.
+    parts: Vec<Part>,
+}
+
+/// A part of the page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Levels,
+    Reading,
+}
+
+impl Part {
+    const ALL: [Part; 2] = [Part::Levels, Part::Reading];
+
+    /// As it is named.
+    fn name(self) -> &'static str {
+        match self {
+            Part::Levels => "levels",
+            Part::Reading => "reading",
+        }
+    }
+
+    /// How its text begins.
+    fn heading(self) -> &'static str {
+        match self {
+            Part::Levels => "\n## Pyramids",
+            Part::Reading => "\n## Bricks",
+        }
+    }
+
+    /// Its text in a page, to its end.
+    fn of(self, page: &str) -> Option<&str> {
+        let begin = page.find(self.heading())?;
+        let others = Part::ALL.into_iter().filter(|part| *part != self);
+        let ends = others.filter_map(|part| page.find(part.heading()).filter(|at| *at > begin));
+        Some(&page[begin..ends.min().unwrap_or(page.len())])
+    }
 }
 
 pub(crate) fn volumes(options: &[&str]) -> Result<()> {
     let options = parse(options)?;
     setup::ensure(&setup::C_COMPILER)?;
     setup::ensure(&setup::GNU_TIME)?;
-    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
     let directory = shell::root().join("target/bench");
     std::fs::create_dir_all(&directory).with_context(|| format!("cannot create {}", directory.display()))?;
     let python = python::with(&directory, "python-volumes", PACKAGES)?;
     let scripts = Scripts::new(&directory, python)?;
     let input = scripts.input(&directory)?;
-    let rounds = scripts.compare(&input, &directory, options.runs)?;
-    let checks = scripts.checks(&input, &directory)?;
-    let has_tensorstore = python::add_if_possible(&directory, "python-volumes", "tensorstore", TENSORSTORE);
-    let reading = reading::Reading::new(&scripts.python, has_tensorstore, &directory, (&input, SIZE))?
-        .page(options.runs)?;
-    let page = page(&rounds, &checks)? + &reading;
+    let path = shell::root().join(REPORT);
+    let before = std::fs::read_to_string(&path).unwrap_or_default();
+    let mut page = INTRODUCTION.to_owned();
+    for part in Part::ALL {
+        let text = match part {
+            _ if !options.parts.contains(&part) => part.of(&before).unwrap_or_default().to_owned(),
+            Part::Levels => levels(&scripts, &input, &directory, options.runs)?,
+            Part::Reading => {
+                let has = python::add_if_possible(&directory, "python-volumes", "tensorstore", TENSORSTORE);
+                let reading = reading::Reading::new(&scripts.python, has, &directory, (&input, SIZE))?;
+                reading.page(options.runs)?
+            }
+        };
+        page.push_str(&text);
+    }
     println!("\n{page}");
     if options.write {
-        let path = shell::root().join(REPORT);
         std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
         println!("written to {REPORT}");
     }
     Ok(())
 }
 
+/// The part on pyramids.
+fn levels(scripts: &Scripts, input: &Path, directory: &Path, runs: usize) -> Result<String> {
+    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
+    let rounds = scripts.compare(input, directory, runs)?;
+    page(&rounds, &scripts.checks(input, directory)?)
+}
+
 fn parse(options: &[&str]) -> Result<Options> {
-    let mut parsed = Options { runs: 3, write: false };
+    let mut parsed = Options { runs: 3, write: false, parts: Vec::new() };
     let mut rest = options.iter();
     while let Some(option) = rest.next() {
         match *option {
@@ -78,8 +136,14 @@ fn parse(options: &[&str]) -> Result<Options> {
                 let runs = runs.filter(|runs| (1..=100).contains(runs));
                 parsed.runs = runs.ok_or_else(|| Usage("--runs takes a number from 1 to 100".to_owned()))?;
             }
-            other => return Err(Usage(format!("bench volumes has no option '{other}'")).into()),
+            other => match Part::ALL.into_iter().find(|part| part.name() == other) {
+                Some(part) => parsed.parts.push(part),
+                None => return Err(Usage(format!("bench volumes has no option '{other}'")).into()),
+            },
         }
+    }
+    if parsed.parts.is_empty() {
+        parsed.parts.extend(Part::ALL);
     }
     Ok(parsed)
 }
@@ -191,10 +255,8 @@ fn vastex() -> PathBuf {
 fn page(rounds: &[Vec<Run>], checks: &[[String; 3]]) -> Result<String> {
     let [width, height, depth] = SIZE;
     let mut page = format!(
-        "# Volumes: beside ome-zarr-py, zarr-python and tensorstore\n\n\
-         Other programs may have been at work on the machine: seconds are of processors, and what counts are ratios within a round.\n\n\
-         ## Pyramids beside ome-zarr-py\n\n\
-         Written by `cargo xtask bench volumes --write` on {} cores. A volume of {width}x{height}x{depth} voxels of 16 bits, blobs with noise, raw and in the page cache,\n\
+        "\n## Pyramids beside ome-zarr-py\n\n\
+         On {} cores a volume of {width}x{height}x{depth} voxels of 16 bits, blobs with noise, raw and in the page cache,\n\
          becomes OME-Zarr 0.5 with {LEVELS} levels, each half of the one before along all axes, in chunks of 64 a side by zstd at level 3. ome-zarr-py ({})\n\
          does it by its default method, `resize`, and by `local_mean`, which is what `vastex build` makes. CPU seconds are those of all threads; the\n\
          ratios are medians of those within a round. Medians of {} interleaved runs.\n\n{}\n",
@@ -257,8 +319,18 @@ mod tests {
     }
 
     #[test]
+    fn what_is_not_measured_is_kept() {
+        let page = "# Volumes\n\n## Pyramids of\na\n\n## Bricks of\nb\n\n## Boxes\nc\n";
+        assert_eq!(Part::Levels.of(page), Some("\n## Pyramids of\na\n"));
+        assert_eq!(Part::Reading.of(page), Some("\n## Bricks of\nb\n\n## Boxes\nc\n"));
+        assert_eq!(Part::Reading.of("# Volumes\n"), None);
+    }
+
+    #[test]
     fn options_are_checked() {
         assert!(parse(&["--runs", "0"]).is_err() && parse(&["--fast"]).is_err());
+        assert_eq!(parse(&[]).unwrap().parts, Part::ALL);
+        assert_eq!(parse(&["reading", "--write"]).unwrap().parts, [Part::Reading]);
         assert!(parse(&["--write", "--runs", "2"]).is_ok_and(|options| options.write && options.runs == 2));
     }
 }

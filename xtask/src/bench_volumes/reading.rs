@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 
 use super::words;
-use crate::measure::median;
+use crate::measure::{self, median};
 use crate::shell;
 
 /// How much of the speed of decoding alone bricks must have.
@@ -50,7 +50,6 @@ pub(super) struct Reading {
     python: PathBuf,
     scripts: PathBuf,
     stores: PathBuf,
-    /// Why there is no tensorstore, if there is none.
     has_tensorstore: bool,
 }
 
@@ -218,9 +217,12 @@ fn assembly_table(rounds: &[Round], threads: usize) -> Result<String> {
          {}x{}x{} voxels of the same blobs, in OME-Zarr of two levels in a directory; of each of {threads} threads' chunks all are read and decoded, once\n\
          alone and once for bricks of 64 and of 32 voxels with a border of one, whose least and greatest values and histograms are kept. Every chunk is\n\
          decoded once in either, which the run checks. The share is decoded bytes for each CPU second of bricks, of that of decoding alone: medians\n\
-         within a round. `none` has no codec: what is called decoding is reading the file.\n\n\
+         within a round. `none` has no codec: what is called decoding is reading the file. Both keep what they decoded.\n\n{}\n\
          | codec, chunk, values | bricks of | decoded alone, MB per CPU s | for bricks | share | bricks per second |\n|---|---|---|---|---|---|\n",
-        STORE[0], STORE[1], STORE[2]
+        STORE[0],
+        STORE[1],
+        STORE[2],
+        measure::stamp()?
     );
     let mut keys: Vec<(&str, u32)> = rounds.iter().map(|round| (&round.store[..], round.brick)).collect();
     keys.dedup();

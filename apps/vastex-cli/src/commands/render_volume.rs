@@ -203,7 +203,7 @@ struct Drawing<'a> {
 
 impl<'a> Drawing<'a> {
     fn new(
-        args: &RenderVolumeArgs,
+        args: &'a RenderVolumeArgs,
         gpu: &'a Gpu,
         (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
