@@ -20,6 +20,9 @@ use vastex_volume::{MadeProgress, VolumeError, VolumeSource};
 /// How long the thread rests where nothing is asked for: bricks that were forgotten may be asked for again.
 const REST: Duration = Duration::from_millis(50);
 
+/// How long is waited before it is looked what has changed.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+
 /// Makes levels of volumes that are shown, on a thread of its own.
 pub(crate) struct LevelMaker {
     shown: Vec<(TextureId, Arc<VolumeSource>)>,
@@ -50,6 +53,11 @@ impl LevelMaker {
     /// Whether nothing is left to be made. What changed last may not have been taken yet.
     pub(crate) fn is_done(&self) -> bool {
         self.thread.is_none() || !self.shown.iter().any(|(_, source)| source.has_levels_to_make())
+    }
+
+    /// Gives it some time, for who has nothing to draw meanwhile.
+    pub(crate) fn wait() {
+        std::thread::sleep(LOOK_EVERY);
     }
 
     /// How far it is: bricks of the finest levels that are made, of all sources together.

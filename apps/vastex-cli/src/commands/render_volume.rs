@@ -5,7 +5,6 @@
 
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
@@ -29,8 +28,6 @@ use crate::{gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
-/// How long is waited for levels that are made before it is looked what has changed.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Samples of a ray beyond which it is not looked at further (volume.wgsl).
 const MOST_SAMPLES: f64 = 65_536.0;
 /// GPU memory that is taken for bricks at most where nobody says how much.
@@ -182,8 +179,7 @@ fn source_of(
         cache: args.cache(),
         ..VolumeOptions::default()
     };
-    let source = VolumeSource::open(volume.clone(), &options)?;
-    Ok(Arc::new(source))
+    Ok(Arc::new(VolumeSource::open(volume.clone(), &options)?))
 }
 
 /// What is drawn, and what it is drawn with.
@@ -308,7 +304,7 @@ impl<'a> Drawing<'a> {
                 self.renderer.set(VolumeDesc { channels, ..desc });
                 return Ok(false);
             }
-            std::thread::sleep(LOOK_EVERY);
+            LevelMaker::wait();
         }
     }
 
@@ -391,11 +387,12 @@ fn all_as_shown(
     channels: &[VolumeChannel],
     shown: &[(AskedChannel, Arc<VolumeSource>)],
 ) -> Result<Vec<VolumeChannel>> {
-    let one =
-        |(nth, (channel, (asked, source))): (usize, (&VolumeChannel, &(AskedChannel, Arc<VolumeSource>)))| {
-            as_shown(args, VolumeChannel::new(channel.layer), (nth, shown.len()), (asked, source))
-        };
-    channels.iter().zip(shown).enumerate().map(one).collect()
+    let mut all = Vec::new();
+    for (nth, (channel, (asked, source))) in channels.iter().zip(shown).enumerate() {
+        let plain = VolumeChannel::new(channel.layer);
+        all.push(as_shown(args, plain, (nth, shown.len()), (asked, source))?);
+    }
+    Ok(all)
 }
 
 /// A channel in its colour and window: those asked for, those of the file, or usual ones.
