@@ -52,7 +52,9 @@ impl LevelMaker {
 
     /// Whether nothing is left to be made. What changed last may not have been taken yet.
     pub(crate) fn is_done(&self) -> bool {
-        self.thread.is_none() || !self.shown.iter().any(|(_, source)| source.has_levels_to_make())
+        // A thread that has ended, ended by a fault: nothing more comes of it.
+        let is_working = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());
+        !is_working || !self.shown.iter().any(|(_, source)| source.has_levels_to_make())
     }
 
     /// Gives it some time, for who has nothing to draw meanwhile.

@@ -389,8 +389,7 @@ fn all_as_shown(
 ) -> Result<Vec<VolumeChannel>> {
     let mut all = Vec::new();
     for (nth, (channel, (asked, source))) in channels.iter().zip(shown).enumerate() {
-        let plain = VolumeChannel::new(channel.layer);
-        all.push(as_shown(args, plain, (nth, shown.len()), (asked, source))?);
+        all.push(as_shown(args, VolumeChannel::new(channel.layer), (nth, shown.len()), (asked, source))?);
     }
     Ok(all)
 }
