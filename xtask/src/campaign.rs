@@ -1,7 +1,7 @@
 //! `cargo xtask campaign`: the random tests with ever more cases, for as long as they are given.
 //!
-//! Each round doubles the number of simulated worlds, of property cases, of pictures by chance and of marches;
-//! the suite itself runs a fixed, small sample of each.
+//! Each round doubles the number of simulated worlds, of property cases, of pictures by chance and of
+//! marches; the suite itself runs a fixed, small sample of each.
 
 use std::time::{Duration, Instant};
 

@@ -114,8 +114,8 @@ pub(super) fn of_rows(dtype: DType, rows: &Rows<'_>) -> BrickStats {
     }
 }
 
-/// Values that are looked at beside each other, each of which has bounds of its own: a processor compares many
-/// at once as long as none waits for the one before it.
+/// Values that are looked at beside each other, each of which has bounds of its own: a processor compares
+/// many at once as long as none waits for the one before it.
 const LANES: usize = 32;
 /// Counts beside each other, so that a value that is the same as the one before does not wait for it.
 const TABLES: usize = 4;

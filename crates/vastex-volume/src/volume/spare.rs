@@ -1,5 +1,5 @@
-//! Memory of bricks that comes back when nobody has them any more: a brick is half a megabyte, and fresh memory
-//! costs as much as filling it.
+//! Memory of bricks that comes back when nobody has them any more: a brick is half a megabyte, and fresh
+//! memory costs as much as filling it.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
