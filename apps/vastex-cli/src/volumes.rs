@@ -8,9 +8,9 @@ use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use pollster::block_on;
 use vastex::{PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource};
-use vastex_viewer::volume::{VolumeBox, VolumeMode};
+use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeMode};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
+    ChannelFacts, LabelsPlace, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
 };
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource, open};
 
@@ -34,6 +34,16 @@ pub(crate) struct OpenedVolume {
     pages: u64,
     page_bytes: u64,
 }
+
+/// Labels beside a volume, at a time, that were read so far that they can be shown.
+pub(crate) struct ReadLabels {
+    pub(crate) source: Arc<VolumeSource>,
+    pub(crate) prepared: Prepared,
+    pub(crate) place: LabelsPlace,
+}
+
+/// Labels that are shown, for questions about a place.
+pub(crate) type LabelsBelow = (Arc<VolumeSource>, LabelsPlace);
 
 /// A channel at a time that was read so far that it can be shown.
 pub(crate) struct ReadChannel {
@@ -66,8 +76,8 @@ fn source_of(volume: &Arc<Volume>, channel: u64, time: u64) -> Result<VolumeSour
     let source = VolumeSource::open(volume.clone(), &options)?;
     if source.is_labels() {
         bail!(
-            "{}: these are labels, whole numbers of things, and so far only values are shown; open the image that they lie \
-             beside",
+            "{}: these are labels, whole numbers of things, and and are shown over the image that they lie beside; \
+             open that",
             volume.about().path
         );
     }
@@ -104,6 +114,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         unit_length: longest,
         unit: about.unit.clone(),
         channels: (0..about.channels).map(channel).collect(),
+        labels: about.labels.clone(),
         times: about.times,
         base: codes.base,
         gain: codes.gain,
@@ -162,6 +173,53 @@ pub(crate) fn read_channel(
     Ok(ReadChannel { source, prepared, usual })
 }
 
+/// Reads of labels beside a volume at a time what it takes to show them. Those of as many voxels as the image
+/// lie voxel on voxel, whatever scales they name.
+pub(crate) fn read_labels(
+    opened: &OpenedVolume,
+    (name, time): (&str, u64),
+    preparer: &Preparer,
+) -> Result<ReadLabels> {
+    let image = opened.volume.about();
+    let path = Path::new(&image.path).join("labels").join(name);
+    let volume = match open(&path)? {
+        Opened::Volume(volume) => Arc::new(*volume),
+        Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
+    };
+    let about = volume.about();
+    let time = if about.times > 1 { time } else { 0 };
+    let options = VolumeOptions { labels: Some(true), time, ..VolumeOptions::default() };
+    let source = Arc::new(VolumeSource::open(volume.clone(), &options)?);
+    let (own, of_image) = (&about.levels[0], &image.levels[0]);
+    let mut size = [0; 3];
+    for (side, voxels) in size.iter_mut().zip(own.size) {
+        *side =
+            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
+    }
+    let longest = opened.facts.unit_length;
+    let (scale, begin) = match own.size == of_image.size {
+        true => (of_image.scale, [0.0; 3]),
+        false => {
+            let begin = |axis: usize| (own.origin[axis] - of_image.origin[axis]) / longest;
+            (own.scale, std::array::from_fn(begin))
+        }
+    };
+    let of = VolumeBox::new(size, scale.map(|side| side / longest));
+    let colors = Arc::new(LabelColors::new(about.label_colors.iter().copied()));
+    let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
+    let tiles: Arc<dyn TileSource> = source.clone();
+    let prepared = preparer.read_blocking(tiles, settings)?;
+    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors } })
+}
+
+/// The label at a place, in words; nothing where there is none.
+fn label_at((source, of): &LabelsBelow, place: DVec3) -> Result<Option<String>> {
+    let voxel = (place - DVec3::from_array(of.begin)) / of.of.voxel;
+    let world = source.levels().level(0).world_from_voxel(voxel.to_array());
+    let found = block_on(source.value_at(0, world))?;
+    Ok(found.map(|found| found.value.to_string()).filter(|label| label != "0"))
+}
+
 /// The stored values of a channel that are dark and bright where nobody says which.
 pub(crate) fn usual_range(source: &VolumeSource, channel: usize) -> Result<[f64; 2]> {
     let about = source.volume().about();
@@ -174,7 +232,7 @@ pub(crate) fn usual_range(source: &VolumeSource, channel: usize) -> Result<[f64;
 pub(crate) fn point(
     facts: &VolumeFacts,
     look: &VolumeLook,
-    sources: &[(usize, Arc<VolumeSource>)],
+    (sources, labels): (&[(usize, Arc<VolumeSource>)], Option<&LabelsBelow>),
     asked: &PointAsked,
 ) -> Result<PointTold> {
     let place = match asked.place {
@@ -185,6 +243,7 @@ pub(crate) fn point(
     let place = place.filter(|place| place.cmpge(DVec3::ZERO).all() && place.cmple(extent).all());
     let mut told = PointTold { number: asked.number, place, voxel: [0; 3], values: Vec::new(), label: None };
     let Some(place) = place else { return Ok(told) };
+    told.label = labels.map(|labels| label_at(labels, place)).transpose()?.flatten();
     for (channel, source) in sources {
         let found = block_on(source.value_at(0, in_file(facts, place)))?;
         if let Some(found) = found {
@@ -329,6 +388,29 @@ mod tests {
     }
 
     #[test]
+    fn the_label_at_a_place_is_told() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/nuclei.zip");
+        let opened = open_volume(&path).unwrap();
+        assert_eq!(opened.facts.labels, ["nuclei"]);
+        let volume = vastex_volume::open(&path.join("labels/nuclei")).unwrap();
+        let Opened::Volume(volume) = volume else { panic!("no volume") };
+        let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
+        let source = Arc::new(VolumeSource::open(Arc::new(*volume), &options).unwrap());
+        let place = LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default() };
+        let of = opened.facts.of;
+        // What is told is what is stored of the voxel.
+        let mut told = 0;
+        for at in [[64.5, 30.5, 20.5], [90.5, 100.5, 30.5], [20.5, 20.5, 30.5], [110.5, 60.5, 40.5]] {
+            let world = source.levels().level(0).world_from_voxel(at);
+            let stored = block_on(source.value_at(0, world)).unwrap().unwrap().value.to_string();
+            let label = label_at(&(source.clone(), place.clone()), DVec3::from_array(at) * of.voxel).unwrap();
+            assert_eq!(label.clone().unwrap_or("0".into()), stored);
+            told += usize::from(label.is_some());
+        }
+        assert!(told > 0, "some place has a label");
+    }
+
+    #[test]
     fn a_place_is_told_with_its_values_and_a_click_finds_what_is_seen() {
         let OpenedVolume { volume, facts, .. } = head();
         let mut look = VolumeLook::first(&facts);
@@ -336,7 +418,7 @@ mod tests {
             (0..3).map(|nth| (nth, Arc::new(source_of(&volume, nth as u64, 0).unwrap()))).collect();
         look.channels.iter_mut().for_each(|channel| channel.range = Some([0.0, 255.0]));
         let ask = |look: &VolumeLook, place| {
-            point(&facts, look, &sources, &PointAsked { number: 7, time: 0, place }).unwrap()
+            point(&facts, look, (&sources, None), &PointAsked { number: 7, time: 0, place }).unwrap()
         };
         let middle = facts.of.extent() / 2.0 + DVec3::splat(0.1);
         let told = ask(&look, PointPlace::At(middle));

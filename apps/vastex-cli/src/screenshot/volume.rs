@@ -19,7 +19,7 @@ use crate::args::ViewArgs;
 use crate::output::Output;
 use crate::parts::Part;
 use crate::report;
-use crate::volumes::{OpenedVolume, open_volume, read_channel};
+use crate::volumes::{OpenedVolume, open_volume, read_channel, read_labels};
 
 /// Frames that the picture waits for at most.
 const MOST_FRAMES: u64 = 20_000;
@@ -97,6 +97,17 @@ impl VolumeShot {
         let (mut frames, mut is_refused) = (0, false);
         let is_whole = loop {
             for asked in scene.take_asked() {
+                if let VolumeAsked::Labels { nth, time } = asked {
+                    let name = scene.facts().labels.get(nth).cloned().unwrap_or_default();
+                    match read_labels(opened, (&name, time), &scene.preparer()) {
+                        Ok(read) => scene.add_labels((nth, time), read.prepared, read.place)?,
+                        Err(error) => {
+                            report::say(&report::message(&error));
+                            scene.refuse_labels(nth, time);
+                            is_refused = true;
+                        }
+                    }
+                }
                 let VolumeAsked::Channel { channel, time } = asked else { continue };
                 match read_channel(&opened.volume, (channel, time), &scene.preparer()) {
                     Ok(read) => scene.add((channel, time), read.prepared, read.usual)?,

@@ -13,7 +13,9 @@ use vastex_viewer::volume_scene::{PointAsked, PointTold, VolumeLook};
 use vastex_volume::VolumeSource;
 use winit::window::Window;
 
-use crate::volumes::{OpenedVolume, ReadChannel, point, read_channel, usual_range};
+use crate::volumes::{
+    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, point, read_channel, read_labels, usual_range,
+};
 
 /// Channels that are read at once.
 const AT_ONCE: usize = 2;
@@ -24,6 +26,11 @@ pub(super) enum Done {
         channel: usize,
         time: u64,
         read: Result<Box<ReadChannel>>,
+    },
+    Labels {
+        nth: usize,
+        time: u64,
+        read: Result<Box<ReadLabels>>,
     },
     Point(Result<PointTold>, u64),
     Range {
@@ -51,6 +58,8 @@ pub(super) struct VolumeWork {
     stop: Arc<AtomicBool>,
     /// The channels that were read, with their times.
     sources: Vec<((usize, u64), Arc<VolumeSource>)>,
+    /// And the labels.
+    labels: Vec<((usize, u64), LabelsBelow)>,
 }
 
 #[derive(Default)]
@@ -70,6 +79,7 @@ impl VolumeWork {
             queue: Arc::default(),
             stop: Arc::default(),
             sources: Vec::new(),
+            labels: Vec::new(),
         }
     }
 
@@ -114,6 +124,17 @@ impl VolumeWork {
         spawn("vastex-channel", read)
     }
 
+    /// Begins to read labels at a time.
+    pub(super) fn read_labels(&self, (nth, time): (usize, u64), preparer: Preparer) -> Result<()> {
+        let name = self.opened.facts.labels.get(nth).cloned().unwrap_or_default();
+        let (opened, sender, window) = (self.opened.clone(), self.sender.clone(), self.window.clone());
+        spawn("vastex-labels", move || {
+            let read = read_labels(&opened, (&name, time), &preparer);
+            drop(sender.send(Done::Labels { nth, time, read: read.map(Box::new) }));
+            window.request_redraw();
+        })
+    }
+
     /// Begins to find out what lies at a place.
     pub(super) fn ask(&self, asked: PointAsked, look: &VolumeLook) -> Result<()> {
         let of_time = self.sources.iter().filter(|((_, time), _)| *time == asked.time);
@@ -123,8 +144,11 @@ impl VolumeWork {
         sources.sort_by_key(|(channel, _)| *channel);
         let (opened, look, sender, window) =
             (self.opened.clone(), look.clone(), self.sender.clone(), self.window.clone());
+        let is_shown = |(of, _): &&((usize, u64), LabelsBelow)| Some(of.0) == look.labels.shown;
+        let labels = self.labels.iter().filter(is_shown).find(|((_, time), _)| *time == asked.time);
+        let labels = labels.map(|(_, labels)| labels.clone());
         spawn("vastex-value", move || {
-            let told = point(&opened.facts, &look, &sources, &asked);
+            let told = point(&opened.facts, &look, (&sources, labels.as_ref()), &asked);
             drop(sender.send(Done::Point(told, asked.number)));
             window.request_redraw();
         })
@@ -150,6 +174,10 @@ impl VolumeWork {
     pub(super) fn take_done(&mut self) -> Vec<Done> {
         let done: Vec<Done> = self.receiver.try_iter().collect();
         for done in &done {
+            if let Done::Labels { nth, time, read: Ok(read) } = done {
+                self.labels.retain(|(of, _)| *of != (*nth, *time));
+                self.labels.push(((*nth, *time), (read.source.clone(), read.place.clone())));
+            }
             if let Done::Channel { channel, time, read: Ok(read) } = done {
                 self.sources.retain(|(of, _)| *of != (*channel, *time));
                 self.sources.push(((*channel, *time), read.source.clone()));
@@ -161,6 +189,7 @@ impl VolumeWork {
     /// Only these times are seen any more.
     pub(super) fn keep_times(&mut self, times: [u64; 2]) {
         self.sources.retain(|((_, time), _)| times.contains(time));
+        self.labels.retain(|((_, time), _)| times.contains(time));
     }
 }
 

@@ -63,6 +63,7 @@ impl VolumePanel {
         modes(ui, look, told);
         ui.separator();
         self.channels(ui, look, told, &mut asked);
+        labels(ui, look, told.facts);
         ui.separator();
         times(ui, look, told, &mut asked);
         crosshair(ui, look, told);
@@ -206,6 +207,27 @@ fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) {
             }
         }
     });
+}
+
+fn labels(ui: &mut Ui, look: &mut VolumeLook, facts: &VolumeFacts) {
+    if facts.labels.is_empty() {
+        return;
+    }
+    ui.separator();
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new("Labels").strong());
+        for (nth, name) in facts.labels.iter().enumerate() {
+            let is_shown = look.labels.shown == Some(nth);
+            let label = ui.selectable_label(is_shown, format!("labels {name}"));
+            if label.on_hover_text("over the channels: L").clicked() {
+                look.labels.shown = (!is_shown).then_some(nth);
+            }
+        }
+    });
+    if look.labels.shown.is_some() {
+        ui.add(Slider::new(&mut look.labels.opacity, 0.0..=1.0).text("Cover"));
+        ui.checkbox(&mut look.labels.outlines, "Outlines in slices");
+    }
 }
 
 fn times(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>, asked: &mut Vec<VolumeChange>) {

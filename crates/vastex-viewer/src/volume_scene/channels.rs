@@ -1,10 +1,14 @@
 //! Which textures hold the channels of a volume at a time, and which are still to come.
 
+use std::sync::Arc;
+
 use vastex::{TextureId, Textures};
 
 use super::look::{VolumeFacts, VolumeLook};
 use crate::gpu::Gpu;
-use crate::volume::{VolumeChannel, VolumeDesc, VolumeError, VolumeRenderer};
+use crate::volume::{
+    LabelColors, VolumeBox, VolumeChannel, VolumeDesc, VolumeError, VolumeLabels, VolumeRenderer,
+};
 
 use super::picture::PICTURE;
 
@@ -17,17 +21,88 @@ enum Held {
     Here(TextureId),
 }
 
+/// Where labels lie in the scene's world, and the colours that they were given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LabelsPlace {
+    /// Their box.
+    pub of: VolumeBox,
+    /// Where it begins.
+    pub begin: [f64; 3],
+    /// The colours of those that do not have the usual one.
+    pub colors: Arc<LabelColors>,
+}
+
 /// The channels at one time, and what draws them.
 #[derive(Debug)]
 pub(super) struct Channels {
     pub(super) time: u64,
     held: Vec<Held>,
+    /// Of each of the labels beside them.
+    labels: Vec<(Held, Option<LabelsPlace>)>,
     renderer: Option<VolumeRenderer>,
+    /// How many there have been.
+    made: u64,
 }
 
 impl Channels {
-    pub(super) fn new(time: u64, count: usize) -> Channels {
-        Channels { time, held: vec![Held::Absent; count], renderer: None }
+    pub(super) fn new(time: u64, facts: &VolumeFacts) -> Channels {
+        let held = vec![Held::Absent; facts.channels.len()];
+        let labels = vec![(Held::Absent, None); facts.labels.len()];
+        Channels { time, held, labels, renderer: None, made: 0 }
+    }
+
+    /// The labels that are shown, where they were not asked for yet: they are from here on.
+    pub(super) fn ask_labels(&mut self, look: &VolumeLook) -> Option<usize> {
+        let nth = look.labels.shown?;
+        let (held, _) = self.labels.get_mut(nth)?;
+        let is_new = *held == Held::Absent;
+        if is_new {
+            *held = Held::Asked;
+        }
+        is_new.then_some(nth)
+    }
+
+    /// Labels are here. Gives back a texture that they were before.
+    pub(super) fn put_labels(
+        &mut self,
+        nth: usize,
+        texture: TextureId,
+        place: LabelsPlace,
+    ) -> Option<TextureId> {
+        let labels = self.labels.get_mut(nth)?;
+        match std::mem::replace(labels, (Held::Here(texture), Some(place))) {
+            (Held::Here(before), _) => Some(before),
+            _ => None,
+        }
+    }
+
+    /// Labels cannot be had.
+    pub(super) fn refuse_labels(&mut self, nth: usize) {
+        if let Some((held, _)) = self.labels.get_mut(nth) {
+            *held = Held::Refused;
+        }
+    }
+
+    /// How many renderers there have been: cameras of another one are no longer good.
+    pub(super) fn made(&self) -> u64 {
+        self.made
+    }
+
+    fn labels_wait(&self, look: &VolumeLook) -> bool {
+        let held = look.labels.shown.and_then(|nth| self.labels.get(nth)).map(|(held, _)| *held);
+        matches!(held, Some(Held::Absent | Held::Asked))
+    }
+
+    fn shown_labels(&self, look: &VolumeLook) -> Option<VolumeLabels> {
+        let (held, place) = self.labels.get(look.labels.shown?)?;
+        let (Held::Here(texture), Some(place)) = (held, place) else { return None };
+        Some(VolumeLabels {
+            begin: place.begin,
+            opacity: look.labels.opacity,
+            outlines: look.labels.outlines,
+            colors: place.colors.clone(),
+            ..VolumeLabels::new(*texture, place.of)
+        })
     }
 
     /// The channels that are shown and were not asked for yet: they are from here on.
@@ -57,12 +132,14 @@ impl Channels {
 
     /// Whether every channel that is shown is here, or will never be.
     pub(super) fn is_complete(&self, look: &VolumeLook) -> bool {
-        look.shown().all(|channel| matches!(self.held.get(channel), Some(Held::Here(_) | Held::Refused)))
+        let is_there = |channel| matches!(self.held.get(channel), Some(Held::Here(_) | Held::Refused));
+        look.shown().all(is_there) && !self.labels_wait(look)
     }
 
     /// Whether a channel that is shown is still to come.
     pub(super) fn waits(&self, look: &VolumeLook) -> bool {
-        look.shown().any(|channel| matches!(self.held.get(channel), Some(Held::Asked | Held::Absent)))
+        let is_to_come = |channel| matches!(self.held.get(channel), Some(Held::Asked | Held::Absent));
+        look.shown().any(is_to_come) || self.labels_wait(look)
     }
 
     /// The texture of a channel, if it is here.
@@ -75,7 +152,8 @@ impl Channels {
 
     /// The textures of all channels that are here.
     pub(super) fn textures(&self) -> impl Iterator<Item = TextureId> + '_ {
-        self.held.iter().filter_map(|held| match held {
+        let labels = self.labels.iter().map(|(held, _)| held);
+        self.held.iter().chain(labels).filter_map(|held| match held {
             Held::Here(texture) => Some(*texture),
             _ => None,
         })
@@ -94,7 +172,8 @@ impl Channels {
         (look, facts): (&VolumeLook, &VolumeFacts),
     ) -> Result<(), VolumeError> {
         let shown: Vec<VolumeChannel> = look.shown().filter_map(|nth| self.shown(nth, look, facts)).collect();
-        if shown.is_empty() {
+        let labels = self.shown_labels(look);
+        if shown.is_empty() && labels.is_none() {
             if let Some(before) = self.renderer.take() {
                 before.forget(textures);
             }
@@ -107,13 +186,23 @@ impl Channels {
             density: look.density,
             iso: iso.map_or(0.5, |stored| (stored - facts.base) / facts.gain) as f32,
             clip: look.clip.of(&facts.of),
+            labels,
             ..VolumeDesc::new(facts.of, shown)
         };
+        // Other labels, or none, are another text.
+        let of_labels = |desc: &VolumeDesc| {
+            desc.labels.as_ref().map(|labels| (labels.layer, labels.colors.clone(), desc.channels.is_empty()))
+        };
+        let is_other = |before: &VolumeRenderer| of_labels(before.desc()) != of_labels(&desc);
+        if let Some(before) = self.renderer.take_if(|before| is_other(before)) {
+            before.forget(textures);
+        }
         match &mut self.renderer {
             Some(renderer) if *renderer.desc() == desc => Ok(()),
             Some(renderer) => renderer.show(textures, desc),
             None => {
                 self.renderer = Some(VolumeRenderer::new(gpu, textures, desc, PICTURE)?);
+                self.made += 1;
                 Ok(())
             }
         }

@@ -56,6 +56,7 @@ impl VolumeScene {
         {
             next.show(&self.gpu, &mut self.textures, shown)?;
         }
+        self.renew_cameras();
         self.note_look()?;
         // No more is asked of a slow device than it answers.
         match pictures == VolumePictures::Parts && self.is_asking_still(now) {
@@ -74,6 +75,18 @@ impl VolumeScene {
         match pictures {
             VolumePictures::None => Ok(false),
             pictures => self.draw(now, pictures == VolumePictures::Whole),
+        }
+    }
+
+    /// Cameras are of the renderer that draws.
+    fn renew_cameras(&mut self) {
+        let of = (self.current.time, self.current.made());
+        if let Some(renderer) = self.current.renderer().filter(|_| self.cameras_of != of) {
+            self.cameras.iter_mut().for_each(|camera| *camera = None);
+            for picture in self.pictures.iter_mut().flatten() {
+                picture.set_camera(renderer.new_camera(0));
+            }
+            self.cameras_of = of;
         }
     }
 
@@ -129,7 +142,7 @@ impl VolumeScene {
             late.remove(&mut self.textures);
         }
         if wanted != self.current.time && self.next.is_none() {
-            self.next = Some((Channels::new(wanted, self.facts.channels.len()), now));
+            self.next = Some((Channels::new(wanted, &self.facts), now));
             self.quiet = 0;
         }
     }

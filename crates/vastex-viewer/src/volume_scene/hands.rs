@@ -35,6 +35,7 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("X, Y, Z, V", "the slice across that axis alone; 3-D alone"),
         ("4", "three slices and 3-D"),
         ("E", "next mode: mip, minip, average, emission, iso"),
+        ("L", "the labels beside the volume over it, or not"),
         ("comma, full stop", "the time before, the next time"),
         ("K", "play the times, or stop"),
         ("C", "black and white of each channel by its values"),
@@ -324,6 +325,9 @@ impl VolumeHands {
             }
             Key::Char(',') => look.time = look.time.saturating_sub(1),
             Key::Char('.') => look.time = (look.time + 1).min(room.facts.times.saturating_sub(1)),
+            Key::Char('l' | 'L') if !room.facts.labels.is_empty() => {
+                look.labels.shown = if look.labels.shown.is_some() { None } else { Some(0) };
+            }
             Key::Char('k' | 'K') => return VolumeHeard::Play,
             Key::Char('c' | 'C') => return VolumeHeard::UsualRanges,
             Key::Char('+' | '=' | 'i' | 'I') => self.zoom(WHEEL_FACTOR, look, room),

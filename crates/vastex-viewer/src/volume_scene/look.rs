@@ -29,6 +29,8 @@ pub struct VolumeFacts {
     pub unit: Option<String>,
     /// Its channels, at least one.
     pub channels: Vec<ChannelFacts>,
+    /// Labels that lie beside it, by their names.
+    pub labels: Vec<String>,
     /// Times that it has, at least one.
     pub times: u64,
     /// A stored value is `base + gain * sampled`.
@@ -187,6 +189,17 @@ impl ChannelLook {
     }
 }
 
+/// How labels are shown over the channels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LabelsLook {
+    /// Which of [`VolumeFacts::labels`], if any.
+    pub shown: Option<usize>,
+    /// How much they hide of what lies under them: 0 to 1.
+    pub opacity: f32,
+    /// Whether slices show their outlines alone.
+    pub outlines: bool,
+}
+
 /// What is cut away of a volume that is seen as a whole.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClipLook {
@@ -244,6 +257,8 @@ impl ClipLook {
 pub struct VolumeLook {
     /// Of each channel.
     pub channels: Vec<ChannelLook>,
+    /// Of the labels over them.
+    pub labels: LabelsLook,
     /// What becomes of samples along a ray.
     pub mode: VolumeMode,
     /// How far samples are apart, in sides of a voxel.
@@ -289,6 +304,7 @@ impl VolumeLook {
         };
         let mut look = VolumeLook {
             channels: channels.collect(),
+            labels: LabelsLook { shown: None, opacity: 0.5, outlines: false },
             mode: VolumeMode::Mip,
             step: 1.0,
             density: 1.0,
@@ -367,6 +383,7 @@ pub(crate) mod tests {
             unit_length: 2.0,
             unit: Some("micrometer".into()),
             channels: vec![named("nuclei"), named("membranes"), ChannelFacts::default()],
+            labels: vec!["cells".into()],
             times: 5,
             base: 0.0,
             gain: 65535.0,

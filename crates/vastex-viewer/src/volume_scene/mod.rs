@@ -29,12 +29,14 @@ use crate::input::InputEvent;
 use crate::volume::{VolumeCameraBinding, VolumeDesc, VolumeView};
 
 use channels::Channels;
+pub use channels::LabelsPlace;
 pub use frames::VolumePictures;
 pub use hands::{VOLUME_CONTROLS, VolumeHands, VolumeHeard, VolumeRoom};
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{
-    ChannelFacts, ChannelLook, ClipLook, VolumeFacts, VolumeLayout, VolumeLook, VolumeOrbit, VolumePane,
+    ChannelFacts, ChannelLook, ClipLook, LabelsLook, VolumeFacts, VolumeLayout, VolumeLook, VolumeOrbit,
+    VolumePane,
 };
 pub use picture::PICTURE;
 use picture::{Key, PanePicture};
@@ -51,6 +53,13 @@ pub enum VolumeAsked {
     Channel {
         /// Which channel, from 0.
         channel: usize,
+        /// Which time, from 0.
+        time: u64,
+    },
+    /// Labels beside the channels at a time, for [`VolumeScene::add_labels`].
+    Labels {
+        /// Which of [`VolumeFacts::labels`].
+        nth: usize,
         /// Which time, from 0.
         time: u64,
     },
@@ -96,6 +105,8 @@ pub struct VolumeScene {
     is_playing: bool,
     /// What the device is drawing.
     under_way: Option<UnderWay>,
+    /// Which renderer the cameras are of.
+    cameras_of: (u64, u64),
     /// What the device is asked of what views want: since when, and whether it has answered.
     asking: Option<(Duration, Arc<AtomicBool>)>,
     wants_ranges: bool,
@@ -119,7 +130,7 @@ impl VolumeScene {
             *view = textures.add_view(ViewSettings::default())?;
         }
         let look = VolumeLook::first(&facts);
-        let current = Channels::new(look.time, facts.channels.len());
+        let current = Channels::new(look.time, &facts);
         Ok(VolumeScene {
             gpu: gpu.clone(),
             textures,
@@ -144,6 +155,7 @@ impl VolumeScene {
             played_at: Duration::ZERO,
             is_playing: false,
             under_way: None,
+            cameras_of: (0, 0),
             asking: None,
             wants_ranges: false,
             faults: Vec::new(),
@@ -253,10 +265,13 @@ impl VolumeScene {
         if self.look.time == self.current.time {
             let time = self.current.time;
             asked.extend(self.current.ask(&self.look).into_iter().map(channel(time)));
+            let labels = self.current.ask_labels(&self.look);
+            asked.extend(labels.map(|nth| VolumeAsked::Labels { nth, time }));
         }
         if let Some((next, _)) = &mut self.next {
             let time = next.time;
             asked.extend(next.ask(&self.look).into_iter().map(channel(time)));
+            asked.extend(next.ask_labels(&self.look).map(|nth| VolumeAsked::Labels { nth, time }));
         }
         asked.extend(self.points.ask(self.current.time).map(VolumeAsked::Point));
         if std::mem::take(&mut self.wants_ranges) {
@@ -300,6 +315,40 @@ impl VolumeScene {
         }
         self.quiet = 0;
         Ok(())
+    }
+
+    /// Labels that were asked for were read. Fails where the textures refuse them; then they are left out.
+    pub fn add_labels(
+        &mut self,
+        (nth, time): (usize, u64),
+        prepared: Prepared,
+        place: LabelsPlace,
+    ) -> Result<(), vastex::Error> {
+        let Some(channels) = self.channels_at(time) else { return Ok(()) };
+        channels.refuse_labels(nth);
+        let texture = self.textures.add(prepared).map_err(|refused| refused.error)?;
+        if let Ok(mut named) = self.textures.texture_mut(texture) {
+            named.set_name(self.facts.labels.get(nth).cloned().unwrap_or_default());
+        }
+        let before = self.channels_at(time).and_then(|channels| channels.put_labels(nth, texture, place));
+        if let Some(before) = before {
+            self.textures.remove(before);
+        }
+        self.quiet = 0;
+        Ok(())
+    }
+
+    /// Labels that were asked for cannot be had.
+    pub fn refuse_labels(&mut self, nth: usize, time: u64) {
+        self.channels_at(time).iter_mut().for_each(|channels| channels.refuse_labels(nth));
+        self.quiet = 0;
+    }
+
+    fn channels_at(&mut self, time: u64) -> Option<&mut Channels> {
+        match &mut self.next {
+            Some((next, _)) if next.time == time => Some(next),
+            _ => Some(&mut self.current).filter(|current| current.time == time),
+        }
     }
 
     /// A channel that was asked for cannot be had: the others are shown without it.

@@ -68,6 +68,11 @@ impl PanePicture {
         }
     }
 
+    /// What it is drawn through from here on.
+    pub(super) fn set_camera(&mut self, camera: VolumeCameraBinding) {
+        self.camera = camera;
+    }
+
     /// Of another size from here on.
     pub(super) fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) {
         if self.full.size() != size {

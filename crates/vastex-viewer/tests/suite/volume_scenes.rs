@@ -7,16 +7,16 @@ use std::time::Duration;
 use glam::DVec2;
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::{
-    Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Settings,
-    TextureSettings, TileSource,
+    Description, Geometry, GeometrySpec, Layer, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning,
+    Settings, TextureSettings, TileSource,
 };
 use vastex_viewer::Gpu;
 use vastex_viewer::input::{InputEvent, Key};
 use vastex_viewer::stage::TextureRead;
-use vastex_viewer::volume::VolumeBox;
+use vastex_viewer::volume::{LabelColors, VolumeBox};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, PaneRect, VolumeAsked, VolumeFacts, VolumeLayout, VolumeOrbit, VolumePane, VolumePictures,
-    VolumeScene,
+    ChannelFacts, LabelsPlace, PaneRect, VolumeAsked, VolumeFacts, VolumeLayout, VolumeOrbit, VolumePane,
+    VolumePictures, VolumeScene,
 };
 
 const SIZE: [u32; 3] = [40, 32, 24];
@@ -26,7 +26,8 @@ const PATIENCE: usize = 1500;
 /// Voxels of one value, each level the same; counts what is read of it.
 struct Even {
     description: Arc<Description>,
-    value: u8,
+    /// Of a texel.
+    bytes: Vec<u8>,
     reads: AtomicU64,
 }
 
@@ -37,7 +38,8 @@ impl TileSource for Even {
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
         self.reads.fetch_add(1, Ordering::Relaxed);
-        let bytes = vec![self.value; self.description.tile_bytes()];
+        let texels = self.description.tile_bytes() / self.bytes.len();
+        let bytes = self.bytes.repeat(texels);
         let is_there = self.description.geometry.contains(pos);
         Box::pin(async move {
             match is_there {
@@ -68,6 +70,7 @@ impl Host {
             unit_length: 1.0,
             unit: None,
             channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
+            labels: vec!["things".into()],
             times,
             base: 0.0,
             gain: 255.0,
@@ -92,11 +95,24 @@ impl Host {
         let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
         let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
         let value = (40 * (channel as u64 + 1) + time) as u8;
-        let source = Arc::new(Even { description: Arc::new(description), value, reads: AtomicU64::new(0) });
+        let (description, bytes) = (Arc::new(description), vec![value]);
+        let source = Arc::new(Even { description, bytes, reads: AtomicU64::new(0) });
         let preparer = self.scene.preparer();
         let prepared = preparer.read_blocking(source.clone(), TextureSettings::default()).unwrap();
         self.scene.add((channel, time), prepared, [0.0, 255.0]).unwrap();
         self.sources.push(((channel, time), source));
+    }
+
+    /// Every voxel is of the label 5.
+    fn read_labels(&mut self, (nth, time): (usize, u64)) {
+        let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
+        let layer = Layer { is_mixable: false, ..Layer::new("labels", LayerFormat::R32Uint) };
+        let description = Arc::new(Description::new(Geometry::new(spec).unwrap(), vec![layer]));
+        let source = Arc::new(Even { description, bytes: vec![5, 0, 0, 0], reads: AtomicU64::new(0) });
+        let prepared = self.scene.preparer().read_blocking(source, TextureSettings::default()).unwrap();
+        let colors = Arc::new(LabelColors::new([(5, [250, 0, 0, 255])]));
+        let place = LabelsPlace { of: self.scene.facts().of, begin: [0.0; 3], colors };
+        self.scene.add_labels((nth, time), prepared, place).unwrap();
     }
 
     fn frame(&mut self, pictures: VolumePictures) {
@@ -104,6 +120,7 @@ impl Host {
             match asked {
                 VolumeAsked::Channel { channel, time } if self.holds => self.held.push((channel, time)),
                 VolumeAsked::Channel { channel, time } => self.read((channel, time)),
+                VolumeAsked::Labels { nth, time } => self.read_labels((nth, time)),
                 VolumeAsked::Point(_) | VolumeAsked::Ranges(_) => {}
             }
         }
@@ -224,6 +241,32 @@ fn hidden_channels_are_not_read_and_shown_ones_add_up() {
     host.settle(VolumePictures::Whole);
     assert_eq!(host.middle(VolumePane::Z), 200, "the fifth alone");
     assert_eq!(host.sources.len(), 5);
+}
+
+#[test]
+fn labels_lie_over_the_channels_while_they_are_shown() {
+    let mut host = Host::lockstep(1, 2);
+    host.settle(VolumePictures::Whole);
+    let middle = |host: &Host| {
+        let (rect, pixels) = host.picture(VolumePane::Z);
+        pixels[(rect.size[1] / 2 * rect.size[0] + rect.size[0] / 2) as usize]
+    };
+    assert_eq!(middle(&host), [40, 40, 40, 255]);
+    host.scene.on_event(InputEvent::Key { key: Key::Char('l'), is_pressed: true, is_repeat: false });
+    host.scene.look.labels.opacity = 1.0;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(middle(&host), [250, 0, 0, 255]);
+    // At another time they are there, too, and a channel less is another text.
+    host.scene.look.time = 1;
+    host.settle(VolumePictures::Whole);
+    assert_eq!((host.scene.seen_time(), middle(&host)), (1, [250, 0, 0, 255]));
+    host.scene.look.channels[0].is_shown = false;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(middle(&host), [250, 0, 0, 255]);
+    host.scene.look.channels[0].is_shown = true;
+    host.scene.look.labels.shown = None;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(middle(&host), [41, 41, 41, 255]);
 }
 
 #[test]

@@ -242,6 +242,13 @@ impl Viewer {
                     volume.scene.refuse(channel, time);
                     Err(error)
                 }
+                Done::Labels { nth, time, read: Ok(read) } => {
+                    volume.scene.add_labels((nth, time), read.prepared, read.place).map_err(Into::into)
+                }
+                Done::Labels { nth, time, read: Err(error) } => {
+                    volume.scene.refuse_labels(nth, time);
+                    Err(error)
+                }
                 Done::Point(Ok(told), _) => {
                     volume.scene.tell(told);
                     Ok(())
@@ -272,6 +279,9 @@ impl Viewer {
             let begun = match asked {
                 VolumeAsked::Channel { channel, time } => {
                     volume.work.read((channel, time), volume.scene.preparer())
+                }
+                VolumeAsked::Labels { nth, time } => {
+                    volume.work.read_labels((nth, time), volume.scene.preparer())
                 }
                 VolumeAsked::Point(asked) => volume.work.ask(asked, &volume.scene.look),
                 VolumeAsked::Ranges(channels) => volume.work.find_ranges(&channels),

@@ -86,6 +86,23 @@ fn the_chosen_channel_has_a_range_and_usual_values_can_be_asked_for() {
 }
 
 #[test]
+fn labels_are_shown_over_the_channels() {
+    let mut harness = Shown::new(facts_for_tests()).harness();
+    assert!(harness.query_by_label("Outlines in slices").is_none());
+    harness.get_by_label("labels cells").click();
+    harness.run();
+    assert_eq!(harness.state().look.labels.shown, Some(0));
+    harness.get_by_label("Outlines in slices").click();
+    harness.run();
+    assert!(harness.state().look.labels.outlines);
+    harness.get_by_label("labels cells").click();
+    harness.run();
+    assert_eq!(harness.state().look.labels.shown, None);
+    let harness = Shown::new(VolumeFacts { labels: Vec::new(), ..facts_for_tests() }).harness();
+    assert!(harness.query_by_label("Labels").is_none());
+}
+
+#[test]
 fn times_are_shown_where_there_are_any() {
     let mut harness = Shown::new(facts_for_tests()).harness();
     harness.get_by_label("Play").click();
