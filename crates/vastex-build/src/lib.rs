@@ -57,8 +57,8 @@ pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile, RowReader,
-    Sample, TiffAbout, TiffOther, bands_to_choose, image_in_file, in_srgb, open, open_reduced,
+    Beginning, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile,
+    RowReader, Sample, TiffAbout, TiffOther, bands_to_choose, image_in_file, in_srgb, open, open_reduced,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;

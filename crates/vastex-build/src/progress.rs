@@ -1,9 +1,13 @@
 //! What the caller is told while work goes on, and by which it stops the work.
 
 use std::ops::ControlFlow;
+use std::panic::resume_unwind;
 use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::{self, Builder};
+use std::time::Duration;
 
-use crate::image::{ImageHeader, Notice};
+use crate::image::{Beginning, ImageHeader, Notice};
 
 /// Gets reports of how far a build, a replacement or an export is, and may stop it. Called on the thread that
 /// called [`crate::build()`] or its like.
@@ -15,6 +19,14 @@ pub trait Progress {
     /// Another program is making what is asked for, which is waited for; called about ten times a second
     /// until it is there. `Break` ends the wait.
     fn wait(&self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// So much is done, from 0 to 1, of what must be decoded of the first layer's image before its first row
+    /// is there; called about ten times a second until it is, of images where that takes long. `Break` is as
+    /// that of [`Progress::advance`].
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        let _ = share;
         ControlFlow::Continue(())
     }
 
@@ -30,6 +42,41 @@ pub trait Progress {
     fn note(&self, image: &Path, notice: &Notice) {
         let _ = (image, notice);
     }
+}
+
+/// How long nobody is told of a beginning.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// Does something that takes its time before it gives out the first row, on a thread of its own, while
+/// `progress` hears of that on this one. `None` where it was broken off.
+pub(crate) fn watched<T: Send, W: FnOnce() -> T + Send>(
+    beginning: &Beginning,
+    progress: &dyn Progress,
+    work: W,
+) -> Option<T> {
+    // What cannot be started is lost with all that it was given, so it is given later.
+    let (give, given) = channel::<W>();
+    let (ended, end) = channel::<()>();
+    let done = thread::scope(|scope| {
+        let started = Builder::new().spawn_scoped(scope, move || {
+            let done = given.recv().ok().map(|work| work());
+            drop(ended);
+            done
+        });
+        let Ok(worker) = started else { return Some(work()) };
+        if let Err(back) = give.send(work) {
+            return Some(back.0());
+        }
+        loop {
+            if progress.beginning(beginning.share()).is_break() {
+                beginning.break_off();
+            }
+            if end.recv_timeout(EVERY) != Err(RecvTimeoutError::Timeout) {
+                return worker.join().unwrap_or_else(|panic| resume_unwind(panic));
+            }
+        }
+    });
+    done.filter(|_| !beginning.is_broken_off())
 }
 
 /// For callers that neither watch nor cancel.

@@ -13,7 +13,7 @@ use anyhow::Result;
 use pollster::block_on;
 use vastex_build::{
     BuildOptions, CropFormat, CropRegion, CropSource, ExportOptions, Layout, TiffSource, build, crop, export,
-    open,
+    open, open_reduced,
 };
 use vastex_tiles::{Container, MemoryStore, ReadError, TileSource, merge, verify};
 
@@ -137,10 +137,31 @@ fn image(bytes: &[u8]) {
     let tree = Tree { files: vec![("image".to_owned(), bytes.to_vec())] };
     with_directory(&tree, |root, out| {
         build_at(&root.join("image"), out);
+        read_reduced(&root.join("image"));
         if bytes.starts_with(b"II") || bytes.starts_with(b"MM") {
             read_in_place(&root.join("image"));
         }
     });
+}
+
+/// Reads an image at a share of its size, where there is one. Its rows may end with a message.
+fn read_reduced(path: &Path) {
+    let mut reader = match open_reduced(path, 2) {
+        Ok(Some(reader)) => reader,
+        Ok(None) => return,
+        Err(fault) => return assert!(!fault.to_string().is_empty()),
+    };
+    let header = reader.header();
+    let texels = u64::from(header.width) * u64::from(header.height);
+    if texels > MAX_TEXELS || header.row_bytes() > MAX_ROW_BYTES {
+        return;
+    }
+    let (mut row, rows) = (vec![0; header.row_bytes()], header.height);
+    for _ in 0..rows {
+        if let Err(fault) = reader.read_rows(&mut row) {
+            return assert!(!fault.to_string().is_empty());
+        }
+    }
 }
 
 /// Reads a TIFF file where it lies, page by page, and as a region. What can be refused is refused with a

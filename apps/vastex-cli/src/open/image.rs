@@ -19,6 +19,11 @@ use super::observer::OpenObserver;
 use super::preview::Preview;
 use crate::{progress, report};
 
+/// Texels along the longer side of an image that is shown at a share of its size for want of memory, at
+/// least, and rows of it that are read at once.
+const SHARE_SIDE: u32 = 512;
+const SHARE_ROWS: u32 = 64;
+
 /// How often another program is waited for, a tenth of a second each, before that is said.
 const WAITS_BEFORE_NOTE: u32 = 5;
 
@@ -51,6 +56,13 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
             Ok(Some(Arc::new(Mended::new(cached.container, anew, options.observer.mending()))))
         }
         Err(CacheError::Build(BuildError::Input { fault, .. })) if is_no_image(&fault) => Ok(None),
+        Err(CacheError::Build(BuildError::Memory { path, needed, limit, remedy }))
+            if options.observer.is_watched() =>
+        {
+            let scaled = at_a_share(&path, &progress, [needed, limit], options.wraps);
+            let error = BuildError::Memory { path, needed, limit, remedy };
+            scaled.map(|image| Some(image as Arc<dyn TileSource>)).ok_or_else(|| error.into())
+        }
         Err(CacheError::Unusable { directory, error }) => bail!(
             "{}: cannot hold built images: {error}; name another directory with --cache DIR",
             directory.display()
@@ -78,14 +90,53 @@ fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSou
     match decoded {
         Ok(image) => Ok(Some(image)),
         Err(BuildError::Input { fault, .. }) if is_no_image(&fault) => Ok(None),
-        Err(BuildError::Memory { path, needed, limit, .. }) => Err(anyhow!(
-            "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or convert it to a TIFF of tiles",
-            path.display(),
-            report::bytes(needed),
-            report::bytes(limit)
-        )),
+        Err(BuildError::Memory { path, needed, limit, .. }) => {
+            match at_a_share(&path, &progress, [needed, limit], options.wraps) {
+                Some(image) => Ok(Some(image)),
+                None => Err(anyhow!(
+                    "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or convert it to a TIFF of tiles",
+                    path.display(),
+                    report::bytes(needed),
+                    report::bytes(limit)
+                )),
+            }
+        }
         Err(error) => Err(error.into()),
     }
+}
+
+/// An image at the share of its size that is read without the memory that all of it needs, with a note that
+/// says so; `None` where there is none, or where it is damaged. Of two numbers of bytes the first is what all
+/// of it needs, and the second what is allowed.
+fn at_a_share(
+    path: &Path,
+    progress: &ImageProgress<'_>,
+    [needed, limit]: [u64; 2],
+    wraps: bool,
+) -> Option<Arc<MemoryImage>> {
+    let whole = vastex_build::open(path).ok()?.header().clone();
+    let mut reader = vastex_build::in_srgb(vastex_build::open_reduced(path, SHARE_SIDE).ok()??);
+    let header = reader.header().clone();
+    let halvings = MemoryImage::halvings_to_fit(&header, DecodeOptions::default().image_bytes);
+    let image = MemoryImage::new(&header, halvings, wraps).ok()?;
+    let mut rows = vec![0; SHARE_ROWS as usize * header.row_bytes()];
+    for first in (0..header.height).step_by(SHARE_ROWS as usize) {
+        let rows = &mut rows[..SHARE_ROWS.min(header.height - first) as usize * header.row_bytes()];
+        reader.read_rows(rows).ok()?;
+        image.push(rows);
+        if progress.observer.advance(f64::from(first) / f64::from(header.height)).is_break() {
+            return None;
+        }
+    }
+    let [needed, limit] = [needed, limit].map(report::bytes);
+    let share = u64::from(whole.width.div_ceil(header.width)) << halvings;
+    let note = format!(
+        "{}: its decoder takes {needed} of memory, and {limit} are allowed, so it is shown at 1/{share} of its size; convert it to a TIFF of tiles to see all of it",
+        path.display()
+    );
+    progress.say(&format!("note: {note}"));
+    progress.observer.reduced([whole.width, whole.height], &note);
+    Some(Arc::new(image))
 }
 
 /// Whether a file is something else than an image, about which others know more.
@@ -112,6 +163,8 @@ struct ImageProgress<'a> {
     is_said: Cell<bool>,
     gives_way: Cell<bool>,
     waits: Cell<u32>,
+    /// Share of all that is done before the first row is there.
+    before_rows: Cell<f64>,
     preview: RefCell<Preview<'a>>,
 }
 
@@ -126,6 +179,7 @@ impl<'a> ImageProgress<'a> {
             is_said: Cell::default(),
             gives_way: Cell::default(),
             waits: Cell::default(),
+            before_rows: Cell::default(),
             preview: RefCell::new(Preview::new(path, wraps, observer)),
         }
     }
@@ -167,7 +221,15 @@ impl Progress for ImageProgress<'_> {
         if bytes_written > 0 {
             self.bar.set_message(format!(", {} written", report::bytes(bytes_written)));
         }
-        self.observer.advance(rows_done as f64 / rows_total.max(1) as f64)
+        let (before, share) = (self.before_rows.get(), rows_done as f64 / rows_total.max(1) as f64);
+        self.observer.advance(before + (1.0 - before) * share)
+    }
+
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        // About as long as the rest takes.
+        self.before_rows.set(0.5);
+        self.bar.set_message(format!(", {} decoded", report::percent(share)));
+        self.observer.advance(0.5 * share)
     }
 
     fn wait(&self) -> ControlFlow<()> {

@@ -234,6 +234,10 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
         // What cannot be shown where it lies may be built.
         match (image.map(|options| open_image(path, options)), refused) {
             (Some(Ok(Some(tiles))), _) => return Ok(tiles),
+            // It is of a kind that is built, and damaged.
+            (Some(Err(error)), Some(refusal)) if is_unsupported(&refusal) && !is_unsupported(&error) => {
+                return Err(error);
+            }
             (_, Some(error)) | (Some(Err(error)), None) => return Err(error),
             (Some(Ok(None)) | None, None) => {}
         }
@@ -243,6 +247,19 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
         return Err(of_volume(path));
     }
     Ok(if direct { open_direct(path) } else { vastex::open(path) }?)
+}
+
+/// Whether a file is sound, as far as is known, and of a kind that cannot be read.
+#[cfg(feature = "build")]
+fn is_unsupported(error: &anyhow::Error) -> bool {
+    let is = |fault: &vastex_build::InputFault| matches!(fault, vastex_build::InputFault::Unsupported { .. });
+    error.chain().any(|cause| cause.downcast_ref().is_some_and(is))
+}
+
+/// Without the readers of `vastex build` nothing is known of files.
+#[cfg(not(feature = "build"))]
+fn is_unsupported(_: &anyhow::Error) -> bool {
+    false
 }
 
 fn open_direct(path: &Path) -> Result<Arc<dyn TileSource>, vastex::Error> {

@@ -9,9 +9,10 @@ use vastex_build::{ImageHeader, MemoryImage, RowReader};
 
 use super::observer::OpenObserver;
 
-/// Texels along the longer side of a preview: at least, where it is read by itself, and at most, where it is
-/// made of the rows that a build reads.
+/// Texels along the longer side of a preview: at least and at most, where it is read by itself, and at most,
+/// where it is made of the rows that a build reads.
 const READ_SIDE: u32 = 1024;
+const LARGEST_READ_SIDE: u32 = 4096;
 const BUILT_SIDE: u32 = 2048;
 /// Rows of a preview that are read at once.
 const ROWS: u32 = 64;
@@ -88,7 +89,8 @@ impl<'a> Preview<'a> {
         let size = [whole.header().width, whole.header().height];
         let mut reader = vastex_build::in_srgb(reduced);
         let header = reader.header().clone();
-        let Ok(picture) = MemoryImage::new(&header, 0, self.wraps) else { return };
+        let halvings = MemoryImage::halvings_to_side(&header, LARGEST_READ_SIDE);
+        let Ok(picture) = MemoryImage::new(&header, halvings, self.wraps) else { return };
         let mut growing = Growing { picture: Arc::new(picture), size, is_shown: false };
         while self.observer.advance(0.0).is_continue() && read_rows(&mut *reader, &mut growing, self.observer)
         {

@@ -1,5 +1,6 @@
 //! Images that nobody built, shown all the same: they are built into the cache once.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::tool::{Ended, Sandbox};
@@ -112,4 +113,92 @@ fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
         assert!(short.stderr.contains("short.png") && short.stderr.contains("truncated"), "{short}");
     }
     assert_eq!(kept(&sandbox).len(), 0);
+}
+
+/// A grey progressive JPEG of nothing but a first scan, whose blocks have no coefficients.
+fn plain_progressive_jpeg([width, height]: [u16; 2]) -> Vec<u8> {
+    let mut file = vec![0xff, 0xd8];
+    let mut segment = |marker: u8, body: &[u8]| {
+        file.extend([0xff, marker]);
+        file.extend((body.len() as u16 + 2).to_be_bytes());
+        file.extend(body);
+    };
+    segment(0xdb, &[&[0][..], &[1; 64]].concat());
+    segment(0xc2, &[&[8][..], &height.to_be_bytes(), &width.to_be_bytes(), &[1, 1, 0x11, 0]].concat());
+    // One code, of one bit, after which none follow.
+    segment(0xc4, &[&[0, 1][..], &[0; 15], &[0]].concat());
+    segment(0xda, &[1, 1, 0, 0, 0, 0]);
+    let blocks = [width, height].map(|side| usize::from(side).div_ceil(8));
+    file.resize(file.len() + (blocks[0] * blocks[1]).div_ceil(8), 0);
+    file.extend([0xff, 0xd9]);
+    file
+}
+
+#[test]
+fn what_takes_too_much_memory_is_shown_at_an_eighth_of_its_size() {
+    let sandbox = Sandbox::new();
+    // Of which the decoder would hold 1.2 GB of coefficients.
+    sandbox.write("large.jpg", &plain_progressive_jpeg([24_400, 24_100]));
+    let large = run(&sandbox, &["render", "large.jpg", "--cache", "off", "--size", "64x64", "-o", "out.png"]);
+    let said = large.expect_code(0).stderr;
+    assert!(said.contains("1.00 GiB are allowed, so it is shown at 1/8 of its size"), "{said}");
+    // All of it is the grey of no coefficients.
+    let middle = sandbox.read_rgb("out.png")[64 * 32 + 32];
+    assert!(middle.iter().all(|value| value.abs_diff(128) <= 1), "{middle:?}");
+}
+
+/// A TIFF file of grey texels in one strip, compressed by Deflate. The last texel is the first that is shown:
+/// what is stored turned is built, and not shown where it lies.
+fn one_strip([width, height]: [u32; 2], texels: &[u8]) -> Vec<u8> {
+    let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+    encoder.write_all(texels).unwrap();
+    let strip = encoder.finish().unwrap();
+    let at = 8 + strip.len() as u32;
+    let mut file = [&b"II\x2a\0"[..], &at.to_le_bytes(), &strip].concat();
+    let tags = [
+        (256, width),
+        (257, height),
+        (258, 8),
+        (259, 8),
+        (262, 1),
+        (273, 8),
+        (274, 3),
+        (277, 1),
+        (278, height),
+        (279, strip.len() as u32),
+    ];
+    file.extend((tags.len() as u16).to_le_bytes());
+    for (tag, value) in tags {
+        file.extend([&u16::to_le_bytes(tag)[..], &[4, 0, 1, 0, 0, 0], &value.to_le_bytes()].concat());
+    }
+    file.extend([0; 4]);
+    file
+}
+
+#[test]
+fn what_is_read_as_it_is_decoded_is_the_same_picture_once_all_is_there() {
+    let (sandbox, size) = (Sandbox::new(), [700, 500]);
+    let texels: Vec<u8> =
+        (0..size[0] * size[1]).map(|n| ((n % size[0] / 3) ^ (n / size[0] / 2)) as u8).collect();
+    sandbox.write("strip.tif", &one_strip(size, &texels));
+    let file = std::fs::File::create(sandbox.path("rows.png")).unwrap();
+    let encoder = png::Encoder::new(file, size[0], size[1]);
+    let turned: Vec<u8> = texels.iter().rev().copied().collect();
+    encoder.write_header().unwrap().write_image_data(&turned).unwrap();
+    let shots = ["strip.tif", "rows.png"].map(|image| {
+        run(&sandbox, &["view", "--screenshot", "shot.png", "--size", "128x96", image]).expect_code(0);
+        sandbox.read_rgb("shot.png")
+    });
+    assert!(shots[0] == shots[1] && shots[0].iter().any(|pixel| pixel[0] > 100));
+    // What is cut off is shown by no command that shows it as a whole, and the row is named.
+    let whole = sandbox.read("strip.tif");
+    let mut short = whole.clone();
+    // The strip lies at the end, and half of it is missing.
+    let entry = short.windows(4).rposition(|bytes| bytes == [0x11, 1, 4, 0]).unwrap();
+    short[entry + 8..entry + 12].copy_from_slice(&(whole.len() as u32).to_le_bytes());
+    short.extend(&whole[8..whole.len() / 2]);
+    sandbox.write("short.tif", &short);
+    let ended = run(&sandbox, &["render", "short.tif", "-o", "out.png"]).expect_code(1);
+    assert!(ended.stderr.contains("truncated: it ends near row "), "{ended}");
+    assert!(!ended.stderr.contains("near row 0 "), "{ended}");
 }

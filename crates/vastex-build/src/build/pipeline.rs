@@ -28,7 +28,7 @@ use super::layer_rows::LayerReaders;
 use super::layers::OpenLayer;
 use super::sparse::Selection;
 use crate::image::{Helpers, InputFault};
-use crate::progress::Progress;
+use crate::progress::{Progress, watched};
 use crate::pyramid::shared::{NEIGHBOURS, Waiting};
 use crate::pyramid::stack::{self, LayerBands, LayerPlan, Stack};
 use crate::tile::TileEncoder;
@@ -283,6 +283,7 @@ impl Job<'_> {
         let height = self.description().geometry.size()[1];
         let block = stack::block_rows(self.plans);
         let first = layers.first().map(|layer| layer.reader.header().clone());
+        let mut beginning = layers.first().and_then(|layer| layer.reader.beginning());
         let (mut spare, mut done) = (Vec::new(), 0);
         thread::scope(|scope| {
             let readers = layers.iter_mut().map(|layer| (layer.path.as_path(), &mut *layer.reader));
@@ -300,7 +301,11 @@ impl Job<'_> {
                     rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
                 }
                 let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
-                readers.read(&mut rows).map_err(failed)?;
+                let read = match beginning.take() {
+                    Some(beginning) => watched(&beginning, progress, || readers.read(&mut rows)),
+                    None => Some(readers.read(&mut rows)),
+                };
+                read.ok_or(Stopped::Cancelled)?.map_err(failed)?;
                 if let (Some(header), Some(rows)) = (&first, rows.first()) {
                     progress.rows(header, done / self.plans[0].layer.scale, rows);
                 }

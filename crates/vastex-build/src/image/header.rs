@@ -1,10 +1,12 @@
 //! What is known of an image before its texels are read, and the trait by which its rows are read.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use vastex_core::{Geometry, NodataValue, PageSet};
 
 use super::ahead::Helpers;
+use super::beginning::Beginning;
 use super::color::Profile;
 use super::fault::InputFault;
 use super::notice::Notice;
@@ -128,6 +130,11 @@ pub trait RowReader: Send {
     /// be called before the first row.
     fn take_help(&mut self, helpers: &Helpers) {
         let _ = helpers;
+    }
+
+    /// What is decoded before the first row is there, where that takes long and can be watched.
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        None
     }
 
     /// Fills `rows` with the next rows, tightly packed. Its length is a whole number of rows and no more than

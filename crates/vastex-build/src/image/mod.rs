@@ -6,6 +6,7 @@
 
 mod ahead;
 mod alpha;
+mod beginning;
 pub(crate) mod color;
 mod exif;
 mod exr;
@@ -33,6 +34,7 @@ pub(crate) mod tiff;
 pub use ahead::Helpers;
 #[cfg(test)]
 pub(crate) use ahead::{Watch, tests::Rendezvous};
+pub use beginning::Beginning;
 pub use color::{Profile, in_srgb};
 pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};

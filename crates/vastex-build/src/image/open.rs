@@ -23,17 +23,24 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     open_with_files(path).map(|opened| opened.reader)
 }
 
-/// Opens a JPEG file that can be read by rows at an eighth of its size, a quarter or a half, rounded up: the
-/// smallest of them whose longer side is about `side` texels or more; or a TIFF file of strips at a share of
-/// its size. `None` for every other format, for directories, and where even a half would be smaller. The rows
-/// are as [`open`] gives them out: upright, and their colours as they are stored.
+/// Opens an image at a share of its size, where that is much quicker than to read all of it: a first picture
+/// of what may be large. `None` where there is no such way, for directories, and where the share would be
+/// small: where its longer side had fewer than `side` texels, or where only one share can be had, half as
+/// many. The rows are as [`open`] gives them out: upright, and their colours as they are stored.
 ///
-/// Of a TIFF file some texels are taken of some rows, those between them left out. Where rows are compressed,
-/// at most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest
-/// strip that is. `None` where that leaves fewer than 32 strips, as in a file of one.
+/// - JPEG by rows: an eighth, a quarter or a half, rounded up, the smallest that will do. libjpeg makes fewer
+///   texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
+///   differ a little from the mean of the image's texels.
+/// - Progressive JPEG: an eighth, from the means of the blocks, which stand at the beginning of the file.
+///   That reads some hundredths of it, of a smooth picture up to a fifth, and holds no more than a sample for
+///   each block. The means may be without their lowest bit.
+/// - Interlaced PNG: an eighth, the texels of its first pass.
+/// - TIFF of strips: some texels of some rows, those between them left out. Where rows are compressed, at
+///   most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest
+///   strip that is. `None` where that leaves fewer than 32 strips, as in a file of one: rows of that come as
+///   they are decoded.
 ///
-/// libjpeg makes fewer texels of each block of 8x8, which at an eighth takes about half of the time of the
-/// whole image; they differ a little from the mean of the image's texels. Fails where [`open`] does.
+/// Fails where [`open`] does. A file that is damaged may fail while rows are read; those before are sound.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     if bands_in_path(path).is_some() || !std::fs::metadata(path)?.is_file() {
         return Ok(None);

@@ -3,7 +3,9 @@
 //! Mirrored left to right is a matter of each row. For every other orientation the first upright row is made
 //! of the last stored row, or of all of them, so the whole image is held.
 
-use crate::image::{Helpers, ImageHeader, InputFault, Notice, RowReader};
+use std::sync::Arc;
+
+use crate::image::{Beginning, Helpers, ImageHeader, InputFault, Notice, RowReader};
 
 /// Rows that are read at once and turned: texels of as many neighbours are written side by side.
 const BAND: u32 = 32;
@@ -129,6 +131,10 @@ impl RowReader for Oriented {
 
     fn memory_ahead(&self, pieces: usize) -> u64 {
         self.inner.memory_ahead(pieces)
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.inner.beginning()
     }
 
     fn take_help(&mut self, helpers: &Helpers) {

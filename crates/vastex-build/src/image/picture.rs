@@ -39,8 +39,9 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
     (&mut file).take(4).read_to_end(&mut magic)?;
     file.seek(io::SeekFrom::Start(0))?;
     let reduced: Option<Box<dyn RowReader>> = match magic.as_slice() {
-        [0xff, 0xd8, 0xff, ..] => {
-            jpeg::JpegReader::new(file)?.reduced(side).map(|reader| Box::new(reader) as Box<dyn RowReader>)
+        [0xff, 0xd8, 0xff, ..] => jpeg::JpegReader::new(file)?.reduced(side),
+        [0x89, b'P', b'N', b'G'] => {
+            png::PngReader::new(file)?.reduced(side).map(|reader| Box::new(reader) as Box<dyn RowReader>)
         }
         [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tiff::open_sparse(file, side)?,
         _ => None,

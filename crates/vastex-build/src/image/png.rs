@@ -1,4 +1,5 @@
-//! PNG of every colour type and depth, by rows; interlaced files through the whole image.
+//! PNG of every colour type and depth, by rows; interlaced files through the whole image, and a first picture
+//! of them through their first pass.
 //!
 //! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
 
@@ -28,11 +29,16 @@ const TEXEL_BYTES: u64 = 8;
 /// Chunks before the picture among which a profile is looked for.
 const MAX_CHUNKS: u32 = 10_000;
 
+/// Of so many texels across and down the first pass of an interlaced image has one.
+const FIRST_PASS: u32 = 8;
+
 /// A PNG file.
 pub(super) struct PngReader {
     header: ImageHeader,
     reader: Reader<BufReader<File>>,
     interlaced: bool,
+    /// Whether the rows are those of the first pass alone.
+    is_first_pass: bool,
     /// All rows of an interlaced image, once the first is asked for.
     image: Vec<u8>,
     next_row: u32,
@@ -73,7 +79,22 @@ impl PngReader {
         if interlaced {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
         }
-        Ok(PngReader { header, reader, interlaced, image: Vec::new(), next_row: 0 })
+        let is_first_pass = false;
+        Ok(PngReader { header, reader, interlaced, is_first_pass, image: Vec::new(), next_row: 0 })
+    }
+
+    /// The first pass of an interlaced image, which has one of 64 texels and comes first in the file, if its
+    /// longer side has half of `side` texels or more; `None` of other images.
+    pub(super) fn reduced(mut self, side: u32) -> Option<PngReader> {
+        let [width, height] = [self.header.width, self.header.height].map(|side| side.div_ceil(FIRST_PASS));
+        if !self.interlaced || width.max(height) < side / 2 {
+            return None;
+        }
+        self.header.memory = self.header.memory.saturating_sub(self.header.image_bytes());
+        self.header.notices.retain(|notice| !matches!(notice, Notice::WholeImage { .. }));
+        (self.header.width, self.header.height) = (width, height);
+        (self.interlaced, self.is_first_pass) = (false, true);
+        Some(self)
     }
 
     fn read_interlaced(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
@@ -105,7 +126,9 @@ impl PngReader {
         }
         if self.next_row == self.header.height {
             self.image = Vec::new();
-            self.reader.finish()?;
+            if !self.is_first_pass {
+                self.reader.finish()?;
+            }
         }
         Ok(())
     }
@@ -117,6 +140,11 @@ impl RowReader for PngReader {
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
+        if rows.len() as u64 > u64::from(self.header.height - self.next_row) * self.header.row_bytes() as u64
+        {
+            let place = near_row(self.next_row, self.header.height);
+            return Err(InputFault::Damaged { place, why: "it has no more rows".into() });
+        }
         self.read(rows).map_err(|e| fault(e, near_row(self.next_row, self.header.height)))?;
         if self.reader.output_color_type().1 == BitDepth::Sixteen {
             for sample in rows.as_chunks_mut::<2>().0 {

@@ -7,6 +7,7 @@ mod bands;
 #[cfg(feature = "bc")]
 mod block_source;
 mod bombs;
+mod coarse_jpeg;
 mod colors;
 mod common;
 mod directories;
@@ -31,6 +32,7 @@ mod resume;
 mod same_input;
 mod sparse;
 mod sparse_tiff;
+mod streamed_tiff;
 mod tiff_kinds;
 #[cfg(feature = "volumes")]
 mod volumes;

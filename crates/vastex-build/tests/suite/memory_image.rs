@@ -215,8 +215,67 @@ fn a_jpeg_is_read_at_a_share_of_its_size() {
     let turned = open_reduced(&sandbox.path("turned.jpg"), 40).unwrap().unwrap();
     assert_eq!([turned.header().width, turned.header().height], [210u32.div_ceil(8), 333u32.div_ceil(8)]);
     std::fs::write(&path, jpeg(size, 3, true, &data)).unwrap();
-    assert!(open_reduced(&path, 40).unwrap().is_none(), "a progressive one is decoded whole in any case");
+    // Of a progressive one there is an eighth, which other tests compare.
+    let eighth = open_reduced(&path, 82).unwrap().unwrap();
+    assert_eq!([eighth.header().width, eighth.header().height], [42, 27]);
+    assert!(open_reduced(&path, 84).unwrap().is_none(), "it is not much larger than that");
     let png = sandbox.image("image.png", size, ColorType::Rgb, &data);
     assert!(open_reduced(&png, 40).unwrap().is_none());
     assert!(open_reduced(&sandbox.path("gone.jpg"), 40).is_err());
+}
+
+/// Hears of what is decoded before the first row, and breaks it off if it is to.
+#[derive(Default)]
+struct Impatient {
+    shares: Mutex<Vec<f64>>,
+    is_broken_off: bool,
+}
+
+impl Progress for Impatient {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        self.shares.lock().unwrap().push(share);
+        if self.is_broken_off { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn what_is_decoded_before_the_first_row_is_watched_and_can_be_broken_off() {
+    let (sandbox, size) = (Sandbox::new(), [400, 300]);
+    let path = sandbox.path("image.jpg");
+    std::fs::write(&path, jpeg(size, 3, true, &hills(size, 3))).unwrap();
+    let mut reader = vastex_build::in_srgb(open(&path).unwrap());
+    let beginning = reader.beginning().unwrap();
+    assert_eq!(beginning.share(), 0.0);
+    let mut row = vec![0; reader.header().row_bytes()];
+    reader.read_rows(&mut row).unwrap();
+    assert!(beginning.share() > 0.9, "{}", beginning.share());
+    let mut reader = open(&path).unwrap();
+    reader.beginning().unwrap().break_off();
+    assert!(reader.read_rows(&mut row).is_err());
+    // A build and a decoding tell of it, and end where nobody wants them any more.
+    let decode = |progress: &Impatient| {
+        Decoding::open(&path, &DecodeOptions::default()).unwrap().run(progress).map(drop)
+    };
+    let out = sandbox.path("out.vastex");
+    let make =
+        |progress: &Impatient| build(&[path.as_path()], &out, &BuildOptions::default(), progress).map(drop);
+    for work in [&decode as &dyn Fn(&Impatient) -> Result<(), BuildError>, &make] {
+        let (patient, impatient) =
+            (Impatient::default(), Impatient { is_broken_off: true, ..Impatient::default() });
+        assert!(matches!(work(&impatient), Err(BuildError::Cancelled)) && !out.exists());
+        work(&patient).unwrap();
+        for heard in [&patient, &impatient] {
+            let shares = heard.shares.lock().unwrap();
+            assert!(
+                !shares.is_empty() && shares.is_sorted() && shares.iter().all(|s| (0.0..=1.0).contains(s))
+            );
+        }
+    }
+    // Rows of other images come at once.
+    std::fs::write(&path, jpeg(size, 3, false, &hills(size, 3))).unwrap();
+    assert!(open(&path).unwrap().beginning().is_none());
 }

@@ -8,7 +8,7 @@ use crate::common::texels;
 use png::{BitDepth, ColorType};
 use tiff::encoder::colortype::{self, ColorType as TiffColor};
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, TiffKind, TiffValue};
-use vastex_build::{ImageHeader, Notice, PixelFormat, open};
+use vastex_build::{ImageHeader, Notice, PixelFormat, open, open_reduced};
 
 pub(crate) const SIZE: [u32; 2] = [103, 61];
 
@@ -143,6 +143,21 @@ fn interlaced_png_is_held_whole_and_says_so() {
         check(&file, PixelFormat::RGB8, &data),
         [Notice::WholeImage { bytes, why: "an interlaced PNG" }]
     );
+    // The first pass is a small picture of it, and nothing else is read for that.
+    let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+    std::fs::write(&path, &file[..33 + 1000]).unwrap();
+    let mut reader = open_reduced(&path, 26).unwrap().unwrap();
+    let header = reader.header().clone();
+    assert_eq!(([header.width, header.height], header.notices), ([13, 8], vec![]));
+    assert!(header.memory < 300 << 10);
+    let mut rows = vec![0; 13 * 8 * 3];
+    rows.chunks_mut(2 * 13 * 3).for_each(|rows| reader.read_rows(rows).unwrap());
+    for (n, texel) in (0..).zip(rows.as_chunks::<3>().0) {
+        let at = (n / 13 * 8 * SIZE[0] + n % 13 * 8) as usize * 3;
+        assert_eq!(texel, &data[at..at + 3], "texel {n}");
+    }
+    assert!(reader.read_rows(&mut rows[..13 * 3]).is_err(), "there are no more rows");
+    assert!(open_reduced(&path, 28).unwrap().is_none(), "it is not much larger than that");
 }
 
 #[test]
@@ -368,20 +383,26 @@ fn big_tiff_of_every_colour_and_compression() {
 }
 
 #[test]
-fn a_compressed_tiff_of_one_strip_is_held_whole_and_says_so() {
-    let data = texels((SIZE[0] * SIZE[1]) as usize, 23);
+fn a_tiff_of_one_strip_is_held_whole_where_it_must_be_and_says_so() {
+    let data = smooth(SIZE, 1);
     let strip = |compression| {
         tiff_file::<colortype::Gray8, tiff::encoder::TiffKindStandard>(&data, SIZE[1], compression)
     };
     assert_eq!(check(&strip(Compression::Uncompressed), PixelFormat::GREY8, &data), []);
-    let notices = check(&strip(Compression::Lzw), PixelFormat::GREY8, &data);
-    assert!(matches!(notices[..], [Notice::WholeImage { bytes, .. }] if bytes >= 2 * data.len() as u64));
+    assert_eq!(check(&strip(Compression::Lzw), PixelFormat::GREY8, &data), []);
     // White is zero: not compressed, but no sample stays as it is.
     let mut converted = HandmadeTiff::new(SIZE, &[8], 0, SIZE, false);
     converted.chunks = vec![data.iter().map(|v| 255 - v).collect()];
-    let notices = check(&converted.bytes(), PixelFormat::GREY8, &data);
-    let why = "a TIFF of one strip whose samples must be converted";
-    assert!(matches!(notices[..], [Notice::WholeImage { why: said, .. }] if said == why), "{notices:?}");
+    assert_eq!(check(&converted.bytes(), PixelFormat::GREY8, &data), []);
+    let mut jpeg_strip = HandmadeTiff::new(SIZE, &[8], 1, SIZE, false);
+    jpeg_strip.set(259, 7);
+    jpeg_strip.chunks = vec![jpeg(SIZE, 1, false, &data)];
+    let (header, _) = read(&jpeg_strip.bytes());
+    let why = "a compressed TIFF of one strip";
+    let least = 2 * data.len() as u64;
+    assert!(
+        matches!(header.notices[..], [Notice::WholeImage { bytes, why: said }] if said == why && bytes >= least)
+    );
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::path::Path;
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
 use vastex_build::open_reduced;
 
+use crate::common::files::HandmadeTiff;
 use crate::common::sandbox::Sandbox;
 
 const SIZE: [u32; 2] = [1500, 1200];
@@ -55,6 +56,27 @@ fn strips_are_read_at_a_share_of_their_size() {
             assert_eq!(x, column, "{rows} rows a strip");
             assert!(y.abs_diff(row) <= off, "{rows} rows a strip: row {y} for {row}");
         }
+    }
+}
+
+#[test]
+fn plain_samples_that_must_be_converted_are_read_where_they_lie() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let at = |column: u32, row: u32| (row * 4 + column / 16) as u16 + 300;
+    let size = [800, 600];
+    let texels = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| at(x, y)));
+    // Of one strip, whose highest bytes come first.
+    let mut file = HandmadeTiff { big_endian: true, ..HandmadeTiff::new(size, &[16], 1, size, false) };
+    file.chunks = vec![texels.flat_map(u16::to_be_bytes).collect()];
+    std::fs::write(&path, file.bytes()).unwrap();
+    let mut reader = open_reduced(&path, 100).unwrap().unwrap();
+    let header = reader.header().clone();
+    assert_eq!([header.width, header.height], [100, 75]);
+    let mut rows = vec![0; header.image_bytes() as usize];
+    reader.read_rows(&mut rows).unwrap();
+    for (n, texel) in (0..).zip(rows.as_chunks::<2>().0) {
+        assert_eq!(u16::from_le_bytes(*texel), at(n % 100 * 8 + 4, n / 100 * 8 + 4), "texel {n}");
     }
 }
 

@@ -10,7 +10,7 @@ use vastex_core::{Geometry, PageSet};
 use super::meaning::{Meaning, NoMeaning, srgb};
 use crate::image::ahead::{Ahead, Helpers, Spare};
 use crate::image::fault::near_row;
-use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
 
 /// What a profile may change and still count as changing nothing: one and a half steps of 8 bits.
 const UNCHANGED: u16 = 385;
@@ -85,6 +85,10 @@ impl RowReader for Managed {
     fn memory_ahead(&self, pieces: usize) -> u64 {
         let own = self.pieces.as_ref().map_or(0, |own| own.ahead.memory(pieces));
         own.saturating_add(self.inner.memory_ahead(pieces))
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.inner.beginning()
     }
 
     fn take_help(&mut self, helpers: &Helpers) {

@@ -103,7 +103,7 @@ impl ProfileParts {
 }
 
 /// The next marker's code; other bytes before it and fill bytes are passed over, as decoders do.
-fn next_marker(file: &mut impl BufRead) -> io::Result<u8> {
+pub(super) fn next_marker(file: &mut impl BufRead) -> io::Result<u8> {
     let mut byte = [0];
     loop {
         file.read_exact(&mut byte)?;
@@ -116,7 +116,8 @@ fn next_marker(file: &mut impl BufRead) -> io::Result<u8> {
     }
 }
 
-fn read_segment(file: &mut impl BufRead) -> Result<Vec<u8>, InputFault> {
+/// The bytes of a segment, whose marker was read.
+pub(super) fn read_segment(file: &mut impl BufRead) -> Result<Vec<u8>, InputFault> {
     let mut len = [0; 2];
     file.read_exact(&mut len)?;
     let len = usize::from(u16::from_be_bytes(len))

@@ -1,4 +1,5 @@
-//! JPEG, by rows with libjpeg; progressive files through their coefficients.
+//! JPEG, by rows with libjpeg; progressive files through their coefficients, and a first picture of them
+//! through the few that come first ([`coarse`]).
 //!
 //! libjpeg only warns where the data make no sense or end before the picture does, and fills the rest with
 //! grey. So a warning among the picture's data is an error, and its source, [`EndIsError`], fails where the
@@ -6,6 +7,7 @@
 //! gets what the decoder makes of it, and a notice. Warnings of the header, of what follows the last row and
 //! of a few bytes before the file's end are a notice always. libjpeg's errors unwind: they are caught here.
 
+mod coarse;
 mod errors;
 mod header;
 pub(super) mod part;
@@ -21,7 +23,8 @@ use mozjpeg::decompress::{Decompress, DecompressStarted};
 
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
-use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, RowReader};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader};
+use coarse::CoarseReader;
 use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 
 type Decoder = DecompressStarted<EndIsError<BufReader<File>>>;
@@ -53,6 +56,7 @@ pub(super) struct JpegReader {
     tolerates: bool,
     /// Whether the whole picture is decoded before the first row is given out.
     is_decoded_first: bool,
+    beginning: Option<Arc<Beginning>>,
     /// Texels per side that are made of a block of 8x8.
     of_eight: u8,
     /// Places where the decoder found the data damaged and went on.
@@ -96,6 +100,7 @@ impl JpegReader {
             next_row: 0,
             tolerates: false,
             is_decoded_first,
+            beginning: is_decoded_first.then(Arc::default),
             of_eight: 8,
             faults: 0,
             stray_bytes: 0,
@@ -104,21 +109,29 @@ impl JpegReader {
     }
 
     /// The same picture at an eighth of its size, a quarter or a half, with `side` texels or more along its
-    /// longer axis, if the picture is larger than that by as much; `None` if it is not, or where all of it is
-    /// decoded all the same.
-    pub(super) fn reduced(mut self, side: u32) -> Option<JpegReader> {
+    /// longer axis, if the picture is larger than that by as much. Of a progressive file, of which libjpeg
+    /// decodes all at any size, there is an eighth, where that has half of `side` or more. `None` if there is
+    /// none of them.
+    pub(super) fn reduced(mut self, side: u32) -> Option<Box<dyn RowReader>> {
         let longer = self.header.width.max(self.header.height);
-        let of_eight = [1u8, 2, 4].into_iter().find(|&share| longer / 8 * u32::from(share) >= side);
-        let of_eight = of_eight.filter(|_| !self.is_decoded_first)?;
+        if self.is_decoded_first {
+            let State::Opened(file) = self.state else { return None };
+            let coarse = (longer / coarse::SHARE >= side / 2).then(|| CoarseReader::new(self.header, file));
+            return coarse.flatten().map(|reader| Box::new(reader) as Box<dyn RowReader>);
+        }
+        let of_eight = [1u8, 2, 4].into_iter().find(|&share| longer / 8 * u32::from(share) >= side)?;
         self.of_eight = of_eight;
         let scaled = |texels: u32| (texels * u32::from(of_eight)).div_ceil(8);
         (self.header.width, self.header.height) = (scaled(self.header.width), scaled(self.header.height));
         self.header.memory = 64 * self.header.row_bytes() as u64;
-        Some(self)
+        Some(Box::new(self))
     }
 
     fn start(&self, file: File) -> io::Result<Box<Decoder>> {
         let source = EndIsError {
+            len: file.metadata()?.len(),
+            taken: 0,
+            beginning: self.beginning.clone(),
             inner: buffered(file),
             ended: self.ended.clone(),
             // The one kind for which the decoder makes up an end of its own.
@@ -187,6 +200,10 @@ impl RowReader for JpegReader {
         self.tolerates = true;
     }
 
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.beginning.clone()
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         take_warnings();
         take_stray_bytes();
@@ -215,6 +232,10 @@ struct EndIsError<R> {
     ended: Arc<AtomicBool>,
     /// Of the error.
     kind: io::ErrorKind,
+    /// Bytes of the file, those that were taken, and who is told of them.
+    len: u64,
+    taken: u64,
+    beginning: Option<Arc<Beginning>>,
 }
 
 impl<R: BufRead> Read for EndIsError<R> {
@@ -225,15 +246,22 @@ impl<R: BufRead> Read for EndIsError<R> {
 
 impl<R: BufRead> BufRead for EndIsError<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
+        if self.beginning.as_ref().is_some_and(|beginning| beginning.is_broken_off()) {
+            return Err(io::Error::other("it is not wanted any more"));
+        }
         let buf = self.inner.fill_buf()?;
         if buf.is_empty() {
             self.ended.store(true, Ordering::Relaxed);
             return Err(io::Error::new(self.kind, "the file ends"));
         }
+        if let Some(beginning) = &self.beginning {
+            beginning.note(self.taken + buf.len() as u64, self.len);
+        }
         Ok(buf)
     }
 
     fn consume(&mut self, bytes: usize) {
+        self.taken += bytes as u64;
         self.inner.consume(bytes);
     }
 }

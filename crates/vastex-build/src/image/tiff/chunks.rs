@@ -132,19 +132,56 @@ impl Chunks {
         self.offsets[(row / self.rows) as usize].saturating_add(in_strip)
     }
 
+    /// Where the strip of a plane lies that holds `row`, and how many bytes it has there.
+    pub(super) fn stored(&self, plane: u32, row: u32) -> (u64, u64) {
+        let number = self.number(plane, row, 0) as usize;
+        (self.offsets[number], self.lengths[number])
+    }
+
+    /// Whether none is left out of the file.
+    pub(super) fn are_all_stored(&self) -> bool {
+        self.lengths.iter().all(|&len| len > 0)
+    }
+
+    /// Whether `image` says the same of how the image is cut and what its texels are.
+    pub(super) fn is_of(&self, image: &TiffImage) -> bool {
+        let rows = self.rows.min(self.size[1]);
+        let is_alike = image.pixel_format().is_ok_and(|format| format == self.format);
+        image.size == self.size && image.chunk == [self.size[0], rows] && is_alike
+    }
+
+    pub(super) fn format(&self) -> PixelFormat {
+        self.format
+    }
+
+    /// Bytes of the file.
+    pub(super) fn file_len(&self) -> u64 {
+        self.file_len
+    }
+
+    /// Bytes of a row of the picture.
+    pub(super) fn row_bytes(&self) -> usize {
+        self.size[0] as usize * self.format.texel_bytes()
+    }
+
+    /// Bytes of a row of one plane as it is stored, where a texel has so many samples in it.
+    pub(super) fn stored_row(&self, samples: usize) -> usize {
+        self.size[0] as usize * samples * self.stored.bytes(self.format.sample())
+    }
+
     /// A row, for messages.
     pub(super) fn place(&self, row: u32) -> String {
         near_row(row, self.size[1])
     }
 
     /// Planes that are part of the picture; what lies in others is passed over.
-    fn planes_read(&self) -> u32 {
+    pub(super) fn planes_read(&self) -> u32 {
         self.planes.min(self.format.channels().into())
     }
 
     /// Bytes of what lies side by side in a plane, a texel or one sample of it: as it is given out, and as it
     /// is stored.
-    fn unit(&self) -> (usize, usize) {
+    pub(super) fn unit(&self) -> (usize, usize) {
         let sample = self.format.sample();
         match self.planes {
             1 => (self.format.texel_bytes(), usize::from(self.format.channels()) * self.stored.bytes(sample)),
@@ -153,7 +190,7 @@ impl Chunks {
     }
 
     /// Whether what is decoded are the rows.
-    fn are_rows(&self) -> bool {
+    pub(super) fn are_rows(&self) -> bool {
         self.columns == 1 && self.planes == 1 && self.stored == Stored::AsItIs
     }
 
@@ -173,7 +210,7 @@ impl Chunks {
     }
 
     /// Bytes of one that is decoded, at most.
-    fn decoded_bytes(&self) -> u64 {
+    pub(super) fn decoded_bytes(&self) -> u64 {
         let texels = u64::from(self.width) * u64::from(self.rows.min(self.size[1]));
         texels.saturating_mul(self.unit().1 as u64)
     }

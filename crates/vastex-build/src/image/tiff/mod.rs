@@ -2,15 +2,17 @@
 //! strips straight from the file.
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
-//! and with help some more. A compressed file of one strip is therefore held whole. Signed numbers stand for
-//! themselves, as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by
-//! [`file`], whose business files are whose tiles are read in any order.
+//! and with help some more. Of one strip, and of strips that are very large, rows come as they are decoded
+//! ([`streamed`]), unless they are JPEG or JPEG 2000. Signed numbers stand for themselves, as floats; see
+//! [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`], whose business files
+//! are whose tiles are read in any order.
 
 mod bands;
 mod chunks;
 pub(crate) mod file;
 mod samples;
 mod sparse;
+mod streamed;
 mod ycbcr;
 
 use std::fs::File;
@@ -29,6 +31,7 @@ use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use file::{TiffFile, TiffImage, codecs};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
+use streamed::StreamedRows;
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
 const MAX_TAG_BYTES: usize = 16 << 20;
@@ -71,6 +74,8 @@ pub(super) struct TiffReader {
 enum Access {
     /// Uncompressed strips whose samples need no change.
     Raw(Positioned),
+    /// Strips of which rows come as they are decoded.
+    Streamed(Box<StreamedRows>),
     Decoded(Box<ReadyRows>),
 }
 
@@ -94,35 +99,46 @@ impl TiffReader {
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
         let raw = strips
             && tags.compression == COMPRESSION_NONE
-            && tags.predictor == 1
             && tags.photometric != WHITE_IS_ZERO
             && chunks.planes == 1
             && chunks.stored == Stored::AsItIs
             && tags.samples as usize * usize::from(tags.bits) == format.texel_bytes() * 8
             && (tags.bits == 8 || decoder.byte_order() == ByteOrder::LittleEndian);
         let chunks = Arc::new(chunks);
-        let access = if raw {
-            Access::Raw(Positioned::new(file))
-        } else {
-            let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
-            // A band, one tile of it beside it as it is stored, and what is being decoded.
-            let sample = header.format.sample();
-            let stored =
-                band.div_ceil(sample.bytes() as u64).saturating_mul(chunks.stored.bytes(sample) as u64);
-            header.memory = band.saturating_add(stored).saturating_add(chunks.longest());
-            if strips && chunks.rows >= height {
-                let why = match tags.compression {
-                    COMPRESSION_NONE => "a TIFF of one strip whose samples must be converted",
-                    _ => "a compressed TIFF of one strip",
-                };
-                header.notices.push(Notice::WholeImage { bytes: header.memory, why });
+        let access = match first {
+            _ if raw => Access::Raw(Positioned::new(file)),
+            Ok(image) if StreamedRows::can_be_of(&image, &chunks) => {
+                let rows = StreamedRows::new(image, &chunks, &file);
+                header.memory = rows.memory();
+                Access::Streamed(Box::new(rows))
             }
-            // What the decoder at hand decodes otherwise, or not at all.
-            let compression = u64::from(tags.compression);
-            let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
-                || codecs::is_jpeg_2000(compression);
-            let own = is_own.then_some(first).transpose()?;
-            Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
+            first => {
+                let band = u64::from(chunks.rows.min(height)).saturating_mul(header.row_bytes() as u64);
+                // A band, one tile of it beside it as it is stored, and what is being decoded.
+                let sample = header.format.sample();
+                let stored =
+                    band.div_ceil(sample.bytes() as u64).saturating_mul(chunks.stored.bytes(sample) as u64);
+                header.memory = band.saturating_add(stored).saturating_add(chunks.longest());
+                if strips && chunks.rows >= height {
+                    let why = match tags.compression {
+                        COMPRESSION_NONE => "a TIFF of one strip whose samples must be converted",
+                        _ => "a compressed TIFF of one strip",
+                    };
+                    header.notices.push(Notice::WholeImage { bytes: header.memory, why });
+                }
+                // What the decoder at hand decodes otherwise, or not at all. It follows predictors of what is
+                // not compressed, too.
+                let compression = u64::from(tags.compression);
+                let is_own = matches!(compression, codecs::LZW | codecs::JPEG | codecs::ZSTD)
+                    || codecs::is_jpeg_2000(compression)
+                    || compression == codecs::NONE && tags.predictor != 1;
+                let own = match first {
+                    Ok(image) if is_own => Some(image),
+                    Err(fault) if is_own => return Err(fault),
+                    _ => None,
+                };
+                Access::Decoded(Box::new(ReadyRows::new(chunks.clone(), file, decoder, own)))
+            }
         };
         Ok(TiffReader { header, chunks, access, has_strips: strips, is_premultiplied, next_row: 0 })
     }
@@ -130,8 +146,10 @@ impl TiffReader {
     /// The next row that is read is this one. To be called where there is no help.
     fn go_to(&mut self, row: u32) {
         self.next_row = row;
-        if let Access::Decoded(bands) = &mut self.access {
-            bands.go_to(row);
+        match &mut self.access {
+            Access::Raw(_) => {}
+            Access::Streamed(rows) => rows.go_to(row),
+            Access::Decoded(bands) => bands.go_to(row),
         }
     }
 }
@@ -143,7 +161,7 @@ impl RowReader for TiffReader {
 
     fn memory_ahead(&self, pieces: usize) -> u64 {
         match &self.access {
-            Access::Raw(_) => 0,
+            Access::Raw(_) | Access::Streamed(_) => 0,
             Access::Decoded(bands) => bands.memory_ahead(pieces),
         }
     }
@@ -164,10 +182,10 @@ impl RowReader for TiffReader {
             let (now, later) = std::mem::take(&mut rest).split_at_mut(count * row_bytes);
             match &mut self.access {
                 Access::Raw(file) => {
-                    self.chunks.check(self.next_row)?;
                     read_raw(file, self.chunks.raw_offset(self.next_row, row_bytes), now)
                         .map_err(|e| fault(e.into(), &self.chunks.place(self.next_row)))?;
                 }
+                Access::Streamed(rows) => rows.read(now)?,
                 Access::Decoded(bands) => bands.read(self.next_row, now)?,
             }
             self.next_row += count as u32;
@@ -176,10 +194,12 @@ impl RowReader for TiffReader {
         if self.is_premultiplied {
             unpremultiply(self.header.format, rows);
         }
-        if let Access::Decoded(bands) = &mut self.access
-            && self.next_row == self.header.height
-            && std::mem::take(&mut bands.rounded)
-        {
+        let rounded = match &mut self.access {
+            Access::Raw(_) => return Ok(()),
+            Access::Streamed(rows) => &mut rows.rounded,
+            Access::Decoded(bands) => &mut bands.rounded,
+        };
+        if self.next_row == self.header.height && std::mem::take(rounded) {
             self.header.notices.push(Notice::IntegersRounded);
         }
         Ok(())

@@ -37,6 +37,9 @@ impl TiffReader {
         }
         let every = match &self.access {
             Access::Raw(_) => 0,
+            Access::Streamed(rows) if rows.is_plain() => 0,
+            // Rows come as soon as they are decoded.
+            Access::Streamed(_) => return None,
             Access::Decoded(_) => every(&self.chunks, self.header.row_bytes() as u64, [step, height])?,
         };
         let size = |texels: u32| u64::from(texels.div_ceil(step));

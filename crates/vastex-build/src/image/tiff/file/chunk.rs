@@ -106,19 +106,23 @@ impl TiffImage {
         let spare = (self.chunk[1] - rows) as usize * row_bytes;
         let mut bytes = vec![0; wanted];
         codecs::decode(self.compression, stored, &mut bytes, spare)?;
-        let (sample, is_big_endian) = (self.number.bytes(), self.file.is_big_endian);
+        bytes.chunks_exact_mut(row_bytes).for_each(|row| self.put_in_order(row));
+        Ok(bytes)
+    }
+
+    /// Undoes what was done to a row of a strip or tile, of all its channels or of one, before it was
+    /// compressed: samples are little-endian afterwards.
+    pub(super) fn put_in_order(&self, row: &mut [u8]) {
+        let (channels, sample) = (self.samples_of_chunk(), self.number.bytes());
         // Without compression nothing is predicted, whatever the tag says.
         let predictor = if self.compression == codecs::NONE { 1 } else { self.predictor };
-        for row in bytes.chunks_exact_mut(row_bytes) {
-            match predictor {
-                FLOATING => predictor::floating(row, channels, sample),
-                _ => predictor::in_order(row, sample, is_big_endian),
-            }
-            if predictor == HORIZONTAL {
-                predictor::horizontal(row, channels, sample);
-            }
+        match predictor {
+            FLOATING => predictor::floating(row, channels, sample),
+            _ => predictor::in_order(row, sample, self.file.is_big_endian),
         }
-        Ok(bytes)
+        if predictor == HORIZONTAL {
+            predictor::horizontal(row, channels, sample);
+        }
     }
 
     /// What stands in the place of a strip or tile that a sparse file leaves out, as GDAL has it.

@@ -1,10 +1,10 @@
 //! The numbers and names of all compressions of TIFF, and the decoders of those that know nothing of pixels:
-//! bytes to as many bytes as a strip or tile has.
+//! bytes to as many bytes as a strip or tile has, at once or as they are read.
 
-use std::io::Read;
+use std::io::{self, BufRead, Read};
 
-use weezl::BitOrder;
 use weezl::decode::Configuration;
+use weezl::{BitOrder, LzwStatus};
 
 /// Values of Compression.
 pub(crate) const NONE: u64 = 1;
@@ -46,106 +46,185 @@ pub(crate) fn name(compression: u64) -> String {
     name.into()
 }
 
-/// Decodes `stored` into all of `bytes`; what is stored may have up to `spare` bytes more. Else says what is
-/// wrong.
-pub(super) fn decode(compression: u64, stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
+/// Whether what it compresses can be decoded bit by bit, from the first byte on.
+pub(in crate::image::tiff) fn is_stream(compression: u64) -> bool {
+    matches!(compression, NONE | LZW | DEFLATE | OLD_DEFLATE | PACKBITS | ZSTD)
+}
+
+/// The most bytes that decoding takes which must be kept, of a strip or tile of so many.
+pub(in crate::image::tiff) fn window(compression: u64, decoded: u64) -> u64 {
     match compression {
-        NONE => stream(stored, bytes, spare),
-        DEFLATE | OLD_DEFLATE => stream(flate2::read::ZlibDecoder::new(stored), bytes, spare),
+        ZSTD => decoded.min(1 << MOST_WINDOW_LOG),
+        _ => 64 << 10,
+    }
+}
+
+/// A window of Zstandard is memory: none is larger than what libzstd takes by itself.
+const MOST_WINDOW_LOG: u32 = 27;
+
+/// What is stored, decoded as it is read; [`is_stream`] says of what that can be. It ends where what is
+/// stored does, or says that it does.
+pub(in crate::image::tiff) fn reader<'a>(
+    compression: u64,
+    stored: impl BufRead + Send + 'a,
+) -> Result<Box<dyn Read + Send + 'a>, String> {
+    Ok(match compression {
+        NONE => Box::new(stored),
+        DEFLATE | OLD_DEFLATE => Box::new(flate2::bufread::ZlibDecoder::new(stored)),
         ZSTD => {
             let decoder = zstd::stream::read::Decoder::with_buffer(stored);
             let mut decoder = decoder.map_err(|error| error.to_string())?;
-            // A window is memory: none is larger than what libzstd takes by itself.
-            decoder.window_log_max(27).map_err(|error| error.to_string())?;
-            stream(decoder, bytes, spare)
+            decoder.window_log_max(MOST_WINDOW_LOG).map_err(|error| error.to_string())?;
+            Box::new(decoder)
         }
-        LZW => lzw(stored, bytes, spare),
-        PACKBITS => packbits(stored, bytes, spare),
-        other => Err(format!("{} is no such compression", name(other))),
+        LZW => Box::new(Lzw::new(stored)),
+        PACKBITS => Box::new(PackBits { stored, run: Run::Literal(0) }),
+        other => return Err(format!("{} is no such compression", name(other))),
+    })
+}
+
+/// Decodes `stored` into all of `bytes`; what is stored may have up to `spare` bytes more. Else says what is
+/// wrong.
+pub(super) fn decode(compression: u64, stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
+    let mut decoder = reader(compression, stored)?;
+    let filled = fill(&mut *decoder, bytes)
+        .map_err(|(filled, error)| after(filled as u64, bytes.len() as u64, &error))?;
+    if filled < bytes.len() {
+        return Err(too_little(filled as u64, bytes.len() as u64));
     }
+    check_end(&mut *decoder, bytes.len() as u64, spare as u64)
 }
 
-fn too_little(found: usize, wanted: usize) -> String {
-    format!("it decodes to {found} bytes of {wanted}")
-}
-
-fn too_much(wanted: usize) -> String {
-    format!("it decodes to more than its {wanted} bytes")
-}
-
-fn stream(mut decoder: impl Read, bytes: &mut [u8], spare: usize) -> Result<(), String> {
+/// Reads until `bytes` are full or the reader ends. How many there are, beside the error where there is one.
+pub(in crate::image::tiff) fn fill(
+    reader: &mut dyn Read,
+    bytes: &mut [u8],
+) -> Result<usize, (usize, io::Error)> {
     let mut filled = 0;
     while filled < bytes.len() {
-        match decoder.read(&mut bytes[filled..]) {
-            Ok(0) => return Err(too_little(filled, bytes.len())),
+        match reader.read(&mut bytes[filled..]) {
+            Ok(0) => break,
             Ok(count) => filled += count,
-            Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(format!("after {filled} bytes of {}: {error}", bytes.len())),
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err((filled, error)),
         }
     }
-    // An end that is missing, or a checksum that is wrong, harms no texel: libtiff does not look there
-    // either.
-    let mut rest = decoder.take(spare as u64 + 1);
-    match std::io::copy(&mut rest, &mut std::io::sink()) {
-        Ok(count) if count > spare as u64 => Err(too_much(bytes.len())),
+    Ok(filled)
+}
+
+/// Says what is wrong where there are more than `spare` bytes behind the `wanted` ones that were read. An end
+/// that is missing, or a checksum that is wrong, harms no texel: libtiff does not look there either.
+pub(in crate::image::tiff) fn check_end(
+    reader: &mut dyn Read,
+    wanted: u64,
+    spare: u64,
+) -> Result<(), String> {
+    let mut rest = reader.take(spare + 1);
+    match io::copy(&mut rest, &mut io::sink()) {
+        Ok(count) if count > spare => Err(format!("it decodes to more than its {wanted} bytes")),
         _ => Ok(()),
     }
 }
 
-fn lzw(stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
-    let mut decoder =
-        Configuration::with_tiff_size_switch(BitOrder::Msb, 8).with_yield_on_full_buffer(true).build();
-    let (mut read, mut filled, mut beyond) = (0, 0, 0);
-    let mut sink = vec![0; spare + 1];
-    loop {
-        let target = if filled < bytes.len() { &mut bytes[filled..] } else { &mut sink[beyond..] };
-        if target.is_empty() {
-            return Err(too_much(bytes.len()));
-        }
-        let step = decoder.decode_bytes(&stored[read..], target);
-        read += step.consumed_in;
-        let is_full = filled == bytes.len();
-        if is_full {
-            beyond += step.consumed_out;
-        } else {
-            filled += step.consumed_out;
-        }
-        match step.status {
-            Ok(weezl::LzwStatus::Ok) => {}
-            _ if is_full => return if beyond > spare { Err(too_much(bytes.len())) } else { Ok(()) },
-            // The end, or nothing more of what is stored.
-            Ok(_) if filled < bytes.len() => return Err(too_little(filled, bytes.len())),
-            Ok(_) => return Ok(()),
-            Err(error) => return Err(format!("after {filled} bytes of {}: {error}", bytes.len())),
-        }
+/// What is said of data that ends.
+pub(in crate::image::tiff) fn too_little(found: u64, wanted: u64) -> String {
+    format!("it decodes to {found} bytes of {wanted}")
+}
+
+/// What is said of data that makes no sense.
+pub(in crate::image::tiff) fn after(filled: u64, wanted: u64, error: &io::Error) -> String {
+    format!("after {filled} bytes of {wanted}: {error}")
+}
+
+/// LZW as TIFF has it.
+struct Lzw<R> {
+    stored: R,
+    decoder: weezl::decode::Decoder,
+    /// What was wrong behind the last bytes that were decoded.
+    fault: Option<String>,
+}
+
+impl<R: BufRead> Lzw<R> {
+    fn new(stored: R) -> Lzw<R> {
+        let decoder = Configuration::with_tiff_size_switch(BitOrder::Msb, 8);
+        let decoder = decoder.with_yield_on_full_buffer(true).build();
+        Lzw { stored, decoder, fault: None }
     }
 }
 
-fn packbits(mut stored: &[u8], bytes: &mut [u8], spare: usize) -> Result<(), String> {
-    let wanted = bytes.len();
-    let (mut filled, most) = (0, wanted + spare);
-    let mut put = |filled: usize, run: &mut dyn Iterator<Item = u8>| {
-        bytes.iter_mut().skip(filled).zip(run).for_each(|(to, byte)| *to = byte);
-    };
-    while let [head, rest @ ..] = stored {
-        let head = *head as i8;
-        let (run, taken) = match head {
-            // Nothing: padding.
-            -128 => (0, 0),
-            0.. => (head as usize + 1, head as usize + 1),
-            _ => (1 + usize::from(head.unsigned_abs()), 1),
-        };
-        let Some((data, rest)) = rest.split_at_checked(taken) else { break };
-        match head {
-            -128 => {}
-            0.. => put(filled, &mut data.iter().copied()),
-            _ => put(filled, &mut std::iter::repeat_n(data[0], run)),
+impl<R: BufRead> Read for Lzw<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if bytes.is_empty() {
+            return Ok(0);
         }
-        filled += run;
-        stored = rest;
-        if filled > most {
-            return Err(too_much(wanted));
+        while self.fault.is_none() {
+            let step = self.decoder.decode_bytes(self.stored.fill_buf()?, bytes);
+            self.stored.consume(step.consumed_in);
+            self.fault = step.status.err().map(|error| error.to_string());
+            if step.consumed_out > 0 {
+                return Ok(step.consumed_out);
+            }
+            // The end, or nothing more of what is stored.
+            let goes_on = matches!(step.status, Ok(LzwStatus::Ok)) && step.consumed_in > 0;
+            if self.fault.is_none() && !goes_on {
+                return Ok(0);
+            }
         }
+        let why = self.fault.clone().unwrap_or_default();
+        Err(io::Error::new(io::ErrorKind::InvalidData, why))
     }
-    if filled < wanted { Err(too_little(filled, wanted)) } else { Ok(()) }
+}
+
+/// Bytes, or one byte so many times.
+enum Run {
+    /// So many bytes follow as they are.
+    Literal(usize),
+    /// The next byte is repeated.
+    Repeated(usize),
+}
+
+struct PackBits<R> {
+    stored: R,
+    /// What is left of the run.
+    run: Run,
+}
+
+impl<R: BufRead> Read for PackBits<R> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        let mut filled = 0;
+        while filled < bytes.len() {
+            let stored = self.stored.fill_buf()?;
+            let Some(&next) = stored.first() else { break };
+            let room = &mut bytes[filled..];
+            match &mut self.run {
+                Run::Literal(0) => {
+                    self.stored.consume(1);
+                    self.run = match next as i8 {
+                        // Nothing: padding.
+                        -128 => Run::Literal(0),
+                        head @ 0.. => Run::Literal(head as usize + 1),
+                        head => Run::Repeated(1 + usize::from(head.unsigned_abs())),
+                    };
+                }
+                Run::Literal(left) => {
+                    let count = (*left).min(stored.len()).min(room.len());
+                    room[..count].copy_from_slice(&stored[..count]);
+                    self.stored.consume(count);
+                    *left -= count;
+                    filled += count;
+                }
+                Run::Repeated(left) => {
+                    let count = (*left).min(room.len());
+                    room[..count].fill(next);
+                    *left -= count;
+                    filled += count;
+                    if *left == 0 {
+                        self.stored.consume(1);
+                        self.run = Run::Literal(0);
+                    }
+                }
+            }
+        }
+        Ok(filled)
+    }
 }

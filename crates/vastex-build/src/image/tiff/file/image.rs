@@ -246,7 +246,7 @@ impl TiffImage {
     }
 
     /// Samples of a texel that lie side by side in a strip or tile.
-    pub(super) fn samples_of_chunk(&self) -> usize {
+    pub(in crate::image::tiff) fn samples_of_chunk(&self) -> usize {
         if self.is_planar { 1 } else { self.samples.into() }
     }
 

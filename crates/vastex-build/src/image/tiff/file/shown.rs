@@ -157,6 +157,15 @@ impl TiffImage {
         Ok(texels.flat_map(|texel| &texel[..used]).copied().collect())
     }
 
+    /// A row of a strip, decompressed but as it was before that, becomes the samples that are shown, of all
+    /// its channels or of one, little-endian.
+    pub(in crate::image::tiff) fn shown_row(&self, row: &mut [u8]) {
+        self.put_in_order(row);
+        if self.photometric == WHITE_IS_ZERO {
+            invert(row, self.number);
+        }
+    }
+
     /// Whether colours are multiplied by alpha.
     fn is_premultiplied(&self) -> bool {
         self.pick.is_none() && matches!(self.samples, 2 | 4) && self.extra.first() == Some(&ASSOCIATED_ALPHA)

@@ -1,0 +1,197 @@
+//! TIFF files of one strip, whose rows come while it is decoded: the same rows as those of many strips.
+
+use std::io::Write;
+use std::path::Path;
+
+use vastex_build::{ImageHeader, InputFault, open};
+
+use crate::common::files::HandmadeTiff;
+use crate::common::sandbox::Sandbox;
+use crate::common::texels;
+
+const SIZE: [u32; 2] = [61, 45];
+const NONE: u32 = 1;
+const LZW: u32 = 5;
+const DEFLATE: u32 = 8;
+const PACKBITS: u32 = 32773;
+const ZSTD: u32 = 50000;
+
+fn compress(compression: u32, bytes: &[u8]) -> Vec<u8> {
+    match compression {
+        NONE => bytes.to_vec(),
+        LZW => {
+            let order = weezl::BitOrder::Msb;
+            weezl::encode::Encoder::with_tiff_size_switch(order, 8).encode(bytes).unwrap()
+        }
+        DEFLATE => {
+            let mut encoder = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+            encoder.write_all(bytes).unwrap();
+            encoder.finish().unwrap()
+        }
+        ZSTD => zstd::stream::encode_all(bytes, 3).unwrap(),
+        _ => pack_bits(bytes),
+    }
+}
+
+/// Runs of equal bytes, and of others; with bytes between them that mean nothing.
+fn pack_bits(mut bytes: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::new();
+    while let [first, ..] = bytes {
+        let equal = bytes.iter().take(128).take_while(|byte| *byte == first).count();
+        let taken = match equal {
+            1 => {
+                let others = bytes.windows(2).take(127).take_while(|pair| pair[0] != pair[1]).count().max(1);
+                packed.push((others - 1) as u8);
+                packed.extend(&bytes[..others]);
+                others
+            }
+            equal => {
+                packed.extend([(257 - equal) as u8, *first, 0x80]);
+                equal
+            }
+        };
+        bytes = &bytes[taken..];
+    }
+    packed
+}
+
+/// What a file is of: bits of its samples, their kind (1 unsigned, 2 signed, 3 floats), photometric
+/// interpretation, predictor, whether channels lie in planes, and whether the highest byte comes first.
+#[derive(Clone, Debug)]
+struct Kind(Vec<u32>, u32, u32, u32, bool, bool);
+
+impl Kind {
+    /// A file in strips of so many rows, of bytes that could be anything.
+    fn file(&self, compression: u32, rows: u32) -> HandmadeTiff {
+        let Kind(bits, sample_format, photometric, predictor, is_planar, big_endian) = self.clone();
+        let sample = bits[0] as usize / 8;
+        let planes = if is_planar { bits.len() } else { 1 };
+        let texel = sample * bits.len() / planes;
+        let stored = texels(SIZE[0] as usize * SIZE[1] as usize * sample * bits.len(), 21);
+        let chunk = [SIZE[0], rows];
+        let mut file =
+            HandmadeTiff { big_endian, ..HandmadeTiff::new(SIZE, &bits, photometric, chunk, false) };
+        file.set(259, compression);
+        file.set(317, predictor);
+        file.set(339, sample_format);
+        if bits.len() == 2 || bits.len() == 4 {
+            file.set(338, 2);
+        }
+        if is_planar {
+            file.set(284, 2);
+        }
+        for plane in stored.chunks(stored.len() / planes) {
+            file.cut(SIZE, texel, chunk, plane);
+        }
+        file.chunks.iter_mut().for_each(|chunk| *chunk = compress(compression, chunk));
+        file
+    }
+}
+
+/// The header, the rows that came, and why no more did. They are asked for in portions of 1, 2, 3 and so on.
+fn read(path: &Path, bytes: &[u8]) -> (ImageHeader, Vec<u8>, Option<InputFault>) {
+    std::fs::write(path, bytes).unwrap();
+    let mut reader = open(path).unwrap();
+    let (mut rows, mut left) = (Vec::new(), reader.header().height);
+    for portion in 1.. {
+        let count = left.min(portion);
+        if count == 0 {
+            break;
+        }
+        let mut some = vec![0; count as usize * reader.header().row_bytes()];
+        if let Err(fault) = reader.read_rows(&mut some) {
+            return (reader.header().clone(), rows, Some(fault));
+        }
+        rows.extend(some);
+        left -= count;
+    }
+    (reader.header().clone(), rows, None)
+}
+
+#[test]
+fn one_strip_has_the_rows_of_many() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let kinds = [
+        Kind(vec![8], 1, 1, 1, false, false),
+        Kind(vec![8], 1, 0, 2, false, false),
+        Kind(vec![8; 3], 1, 2, 2, false, true),
+        Kind(vec![8; 4], 1, 2, 1, false, false),
+        Kind(vec![8; 3], 1, 2, 2, true, false),
+        Kind(vec![16], 1, 0, 1, false, false),
+        Kind(vec![16; 3], 1, 2, 2, false, true),
+        Kind(vec![16; 4], 1, 2, 1, true, true),
+        Kind(vec![8; 3], 2, 2, 1, false, false),
+        Kind(vec![16], 2, 1, 2, false, true),
+        Kind(vec![32], 2, 1, 1, false, false),
+        Kind(vec![32], 3, 1, 3, false, true),
+        Kind(vec![32; 3], 3, 2, 1, true, false),
+        Kind(vec![64], 3, 1, 1, false, false),
+    ];
+    for kind in &kinds {
+        for compression in [NONE, DEFLATE, LZW, PACKBITS, ZSTD] {
+            let many = read(&path, &kind.file(compression, 7).bytes());
+            let (header, rows, fault) = read(&path, &kind.file(compression, SIZE[1]).bytes());
+            assert!(fault.is_none() && many.2.is_none(), "{kind:?} {compression}: {fault:?} {:?}", many.2);
+            assert!(header.format == many.0.format && rows == many.1, "{kind:?} {compression}");
+            assert_eq!(header.notices, many.0.notices, "{kind:?} {compression}");
+            let planes = if kind.4 { kind.0.len() as u64 } else { 1 };
+            assert!(header.memory < planes << 20, "{kind:?} {compression}: {}", header.memory);
+        }
+    }
+}
+
+#[test]
+fn what_is_damaged_or_cut_off_has_rows_up_to_there() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let kind = Kind(vec![8; 3], 1, 2, 1, false, false);
+    for compression in [NONE, DEFLATE, LZW, PACKBITS, ZSTD] {
+        let mut file = kind.file(compression, SIZE[1]);
+        let (_, all, _) = read(&path, &file.bytes());
+        // The strip lies at the end of the file, and half of it is missing. It is said to be of the length
+        // that it has.
+        let bytes = file.bytes();
+        let entry = [0x11, 1, 4, 0, 1, 0, 0, 0, 8, 0, 0, 0];
+        let at = bytes.windows(12).position(|window| window == entry).unwrap();
+        let mut cut = bytes.clone();
+        cut[at + 8..at + 12].copy_from_slice(&(bytes.len() as u32).to_le_bytes());
+        cut.extend(&file.chunks[0][..file.chunks[0].len() / 2]);
+        let (header, rows, fault) = read(&path, &cut);
+        let place = match fault {
+            Some(InputFault::Truncated { place }) => place,
+            other => panic!("{compression}: {other:?}"),
+        };
+        let count = rows.len() / header.row_bytes();
+        assert!(all.starts_with(&rows), "{compression}");
+        // Zstandard gives out blocks of 128 KiB, and all of this is one.
+        assert!(count > 5 || compression == ZSTD, "{compression}: {count} rows");
+        let near: u32 = place.split(' ').nth(2).and_then(|row| row.parse().ok()).unwrap();
+        assert!((count..count + 10).contains(&(near as usize)), "{compression}: {place} of {count}");
+
+        if compression == NONE {
+            continue;
+        }
+        // Too little, and too much.
+        let texel = [9, 8, 7];
+        let stored = texel.repeat((SIZE[0] * SIZE[1]) as usize);
+        for (stored, said) in [(&stored[3..], "8232 bytes of 8235"), (&stored, "")] {
+            file.chunks = vec![compress(compression, stored)];
+            let (_, rows, fault) = read(&path, &file.bytes());
+            match (said, fault) {
+                ("", None) => assert!(rows == stored),
+                (said, Some(InputFault::Damaged { place, why })) if !said.is_empty() => {
+                    assert!(place.contains("near row 44 of 45") && why.contains(said), "{place}: {why}");
+                }
+                other => panic!("{compression}: {other:?}"),
+            }
+        }
+        let more = texel.repeat((SIZE[0] * SIZE[1]) as usize + 1);
+        file.chunks = vec![compress(compression, &more)];
+        let (_, _, fault) = read(&path, &file.bytes());
+        assert!(
+            matches!(&fault, Some(InputFault::Damaged { why, .. }) if why.contains("more than its 8235")),
+            "{compression}: {fault:?}"
+        );
+    }
+}
