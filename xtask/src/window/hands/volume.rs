@@ -28,7 +28,7 @@ const EMISSION: [usize; 2] = [WINDOW[0] - 106, 195];
 const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
 
 /// Opens a volume of three channels, goes through its slices, turns it, shows it alone and by another mode,
-/// hides a channel, and ends. Between two steps the window comes to rest.
+/// hides a channel, and ends. After steps that are quick to draw the window comes to rest.
 pub(in super::super) fn use_volume(place: &Path, program: &Path, volume: &Path) -> Result<()> {
     let place = place.join("volume");
     fs::create_dir_all(place.join("steps"))?;
@@ -90,12 +90,10 @@ impl Window<'_> {
         let before = self.around(ALONE[1])?;
         self.click(EMISSION)?;
         self.until("another mode", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
-        self.costs_nothing()?;
         self.keep("05-emission")?;
         let before = self.around(ALONE[1])?;
         self.click(FIRST_CHANNEL)?;
         self.until("one channel fewer", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
-        self.costs_nothing()?;
         self.keep("06-channels")?;
         let ended = self.quit()?;
         ensure!(ended.success(), "it ended with {ended}");
