@@ -7,7 +7,9 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use pollster::block_on;
-use vastex::{PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource};
+use vastex::{
+    LayerFormat, PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource,
+};
 use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeMode};
 use vastex_viewer::volume_scene::{
     ChannelFacts, LabelsPlace, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
@@ -66,7 +68,9 @@ pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
     let source = source_of(&volume, 0, 0)?;
     let facts = facts_of(volume.about(), &source)?;
     let description = source.description();
-    let (pages, page_bytes) = (description.geometry.page_count(), description.tile_bytes() as u64);
+    // Devices that do not filter 8 bits well hold them as 16.
+    let widened = if description.layers[0].format == LayerFormat::R8 { 2 } else { 1 };
+    let (pages, page_bytes) = (description.geometry.page_count(), widened * description.tile_bytes() as u64);
     Ok(OpenedVolume { volume, facts, pages, page_bytes })
 }
 

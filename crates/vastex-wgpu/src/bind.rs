@@ -202,7 +202,7 @@ fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {
 /// The texture of a layer that is read as `atlas` says.
 fn atlas_entry(binding: u32, atlas: Atlas, dims: Dims) -> wgpu::BindGroupLayoutEntry {
     let sample_type = match atlas {
-        Atlas::Float => wgpu::TextureSampleType::Float { filterable: true },
+        Atlas::Float | Atlas::HighLow => wgpu::TextureSampleType::Float { filterable: true },
         Atlas::Unfiltered => wgpu::TextureSampleType::Float { filterable: false },
         Atlas::Uint16 | Atlas::Uint16Rgba | Atlas::Whole => wgpu::TextureSampleType::Uint,
     };

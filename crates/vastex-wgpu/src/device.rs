@@ -106,6 +106,14 @@ pub(crate) fn refused<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> boo
     refused
 }
 
+/// Makes something, and says whether the device takes all of it; where the answer comes only later, as in a
+/// browser, it is taken to be yes.
+pub(crate) fn validated<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> (T, bool) {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let made = make();
+    (made, !matches!(now(scope.pop()), Some(Some(_))))
+}
+
 /// What a future gives if it is ready at once.
 fn now<T>(future: impl Future<Output = T>) -> Option<T> {
     match std::pin::pin!(future).poll(&mut Context::from_waker(Waker::noop())) {

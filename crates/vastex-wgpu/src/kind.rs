@@ -21,13 +21,16 @@ pub enum Atlas {
     Uint16,
     /// Four channels of 16-bit whole numbers, filtered in the shader.
     Uint16Rgba,
+    /// One channel of 16 bits as two of 8, each filtered by the device. Of volumes alone.
+    HighLow,
     /// Whole numbers of 32 or 64 bits, labels, which stand for themselves and are never filtered. Of volumes
     /// alone.
     Whole,
 }
 
 impl Atlas {
-    /// Every way to read the atlas of an image. Volumes have [`Atlas::Whole`] beside them.
+    /// Every way to read the atlas of an image. Volumes have [`Atlas::HighLow`] and [`Atlas::Whole`]
+    /// beside them.
     pub const ALL: [Atlas; 4] = [Atlas::Float, Atlas::Unfiltered, Atlas::Uint16, Atlas::Uint16Rgba];
 }
 

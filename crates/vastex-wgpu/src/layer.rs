@@ -5,6 +5,7 @@
 
 use vastex_core::{Layer, LayerFormat};
 
+use crate::filters::VolumeFilters;
 use crate::kind::Atlas;
 
 /// The format in which a pool on a device with these features holds a layer of `format`: the format itself,
@@ -55,6 +56,41 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
     })
 }
 
+/// The format in which a pool of volumes on a device that filters so holds a layer of `format`: that itself;
+/// of 8 bits where the device does not filter them well, 16 bits, or 16-bit floats, where it filters those.
+/// Layers of other formats are held as they are, and blended by the shader where the device does not do it
+/// well.
+pub fn held_volume_format(format: LayerFormat, filters: VolumeFilters) -> LayerFormat {
+    match format {
+        LayerFormat::R8 if filters.r8 => format,
+        LayerFormat::R8 if filters.r16 => LayerFormat::R16,
+        LayerFormat::R8 if filters.r16f => LayerFormat::R16Float,
+        _ => format,
+    }
+}
+
+/// The GPU's format for a layer of a pool of volumes, and how shaders read it, on a device with these
+/// features that filters so: 16 bits as they are, else as two channels of 8, else blended by the shader from
+/// eight loads, as everything is that the device does not filter well. `None` as [`texture_format`] says.
+pub fn volume_texture_format(
+    format: LayerFormat,
+    features: wgpu::Features,
+    filters: VolumeFilters,
+) -> Option<(wgpu::TextureFormat, Atlas)> {
+    use wgpu::TextureFormat as Gpu;
+    let granted = VolumeFilters::untried(features);
+    let by = |is_well| if is_well { Atlas::Float } else { Atlas::Unfiltered };
+    Some(match format {
+        LayerFormat::R8 => (Gpu::R8Unorm, by(filters.r8)),
+        LayerFormat::R16 if filters.r16 && granted.r16 => (Gpu::R16Unorm, Atlas::Float),
+        LayerFormat::R16 if filters.high_low => (Gpu::Rg8Unorm, Atlas::HighLow),
+        LayerFormat::R16 => (Gpu::R16Uint, Atlas::Uint16),
+        LayerFormat::R16Float => (Gpu::R16Float, by(filters.r16f)),
+        LayerFormat::R32Float => (Gpu::R32Float, by(filters.r32f && granted.r32f)),
+        _ => return texture_format(format, features),
+    })
+}
+
 /// Size in the layer's texels of what takes `texels` of the texture's; `None` if that is no whole number of
 /// blocks.
 ///
@@ -95,6 +131,40 @@ pub(crate) struct BlockRows {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn volumes_go_down_the_ladder_until_a_format_is_filtered_well() {
+        use LayerFormat::{R8, R16, R16Float, R32Float};
+        use wgpu::TextureFormat as Gpu;
+        let all = VolumeFilters { r8: true, r16: true, high_low: true, r16f: true, r32f: true };
+        let none = VolumeFilters { r8: false, r16: false, high_low: false, r16f: false, r32f: false };
+        let no_r8 = VolumeFilters { r8: false, ..all };
+        let floats = VolumeFilters { r16f: true, ..none };
+        let features = wgpu::Features::all();
+        for (filters, format, held, gpu, atlas) in [
+            (all, R8, R8, Gpu::R8Unorm, Atlas::Float),
+            (no_r8, R8, R16, Gpu::R16Unorm, Atlas::Float),
+            (floats, R8, R16Float, Gpu::R16Float, Atlas::Float),
+            (none, R8, R8, Gpu::R8Unorm, Atlas::Unfiltered),
+            (all, R16, R16, Gpu::R16Unorm, Atlas::Float),
+            (VolumeFilters { r16: false, ..all }, R16, R16, Gpu::Rg8Unorm, Atlas::HighLow),
+            (floats, R16, R16, Gpu::R16Uint, Atlas::Uint16),
+            (none, R16Float, R16Float, Gpu::R16Float, Atlas::Unfiltered),
+            (all, R32Float, R32Float, Gpu::R32Float, Atlas::Float),
+            (none, R32Float, R32Float, Gpu::R32Float, Atlas::Unfiltered),
+        ] {
+            assert_eq!(held_volume_format(format, filters), held, "{filters:?}");
+            assert_eq!(volume_texture_format(held, features, filters), Some((gpu, atlas)), "{filters:?}");
+        }
+        // What a device does not have is not chosen, whatever is said of its filters.
+        let found = volume_texture_format(R16, wgpu::Features::empty(), all);
+        assert_eq!(found, Some((Gpu::Rg8Unorm, Atlas::HighLow)));
+        let found = volume_texture_format(R32Float, wgpu::Features::empty(), all);
+        assert_eq!(found, Some((Gpu::R32Float, Atlas::Unfiltered)));
+        for format in LayerFormat::WHOLE_NUMBERS {
+            assert_eq!(volume_texture_format(format, features, none), texture_format(format, features));
+        }
+    }
 
     #[test]
     fn every_device_has_a_format_for_what_it_holds() {

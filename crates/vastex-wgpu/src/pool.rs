@@ -13,8 +13,9 @@ use crate::belt::{BeltLayout, BeltTile};
 use crate::device::{alive, guarded, uniform};
 use crate::error::GpuError;
 use crate::fade::Fades;
+use crate::filters::VolumeFilters;
 use crate::kind::Atlas;
-use crate::layer::{BlockRows, block_rows, layer_texels, texture_format};
+use crate::layer::{BlockRows, block_rows, layer_texels, texture_format, volume_texture_format};
 use crate::mirror::PoolParams;
 
 /// The texture of one layer.
@@ -56,10 +57,24 @@ impl Pool {
         layout: &PoolLayout,
         layers: &[Layer],
     ) -> Result<Pool, GpuError> {
+        Pool::filtered(device, queue, layout, layers, None)
+    }
+
+    /// The same for a device that filters volumes so; nothing for how it turns out to
+    /// ([`VolumeFilters::of`]). Layers of volumes are as [`crate::held_volume_format`] says.
+    pub fn filtered(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        layout: &PoolLayout,
+        layers: &[Layer],
+        filters: Option<VolumeFilters>,
+    ) -> Result<Pool, GpuError> {
         alive(device)?;
         check(device, layout, layers)?;
         let belt = Arc::new(BeltLayout::new(layout.tile, layers).unwrap_or_default());
-        let textures = || layers.iter().map(|layer| layer_texture(device, layout, layer)).collect();
+        let solid = layout.is_solid();
+        let filters = solid.then(|| filters.unwrap_or_else(|| VolumeFilters::of(device, queue)));
+        let textures = || layers.iter().map(|layer| layer_texture(device, layout, layer, filters)).collect();
         let layers: Result<Vec<LayerTexture>, GpuError> = guarded(device, layout.bytes(), textures)?;
         let layers = layers?;
         let unknown = [0.0; 4];
@@ -264,9 +279,15 @@ fn layer_texture(
     device: &wgpu::Device,
     layout: &PoolLayout,
     layer: &Layer,
+    filters: Option<VolumeFilters>,
 ) -> Result<LayerTexture, GpuError> {
     let unknown = || GpuError::Format { format: layer.format.name() };
-    let (gpu_format, atlas) = texture_format(layer.format, device.features()).ok_or_else(unknown)?;
+    let features = device.features();
+    let format = match filters {
+        Some(filters) => volume_texture_format(layer.format, features, filters),
+        None => texture_format(layer.format, features),
+    };
+    let (gpu_format, atlas) = format.ok_or_else(unknown)?;
     let is_solid = layout.is_solid();
     if atlas == Atlas::Whole && !is_solid {
         return Err(GpuError::WholeNumbers { format: layer.format.name() });

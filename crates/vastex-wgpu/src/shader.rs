@@ -48,6 +48,7 @@ const ATLAS_FLOAT_3D: &str = include_str!("wgsl/atlas_float_3d.wgsl");
 const ATLAS_UNFILTERED_3D: &str = include_str!("wgsl/atlas_unfiltered_3d.wgsl");
 const ATLAS_UINT16_3D: &str = include_str!("wgsl/atlas_uint16_3d.wgsl");
 const ATLAS_UINT16_RGBA_3D: &str = include_str!("wgsl/atlas_uint16_rgba_3d.wgsl");
+const ATLAS_HIGH_LOW_3D: &str = include_str!("wgsl/atlas_high_low_3d.wgsl");
 const ATLAS_WHOLE_3D: &str = include_str!("wgsl/atlas_whole_3d.wgsl");
 const TAP_3D: &str = include_str!("wgsl/tap_3d.wgsl");
 const TAPS_3D: &str = include_str!("wgsl/taps_3d.wgsl");
@@ -373,9 +374,10 @@ fn atlas_modules(atlas: Atlas, dims: Dims) -> &'static [&'static str] {
         (Dims::D3, Atlas::Unfiltered) => &[ATLAS_UNFILTERED_3D, TAP_3D, TAPS_3D],
         (Dims::D3, Atlas::Uint16) => &[ATLAS_UINT16_3D, TAP_3D, TAPS_3D],
         (Dims::D3, Atlas::Uint16Rgba) => &[ATLAS_UINT16_RGBA_3D, TAP_3D, TAPS_3D],
+        (Dims::D3, Atlas::HighLow) => &[ATLAS_HIGH_LOW_3D, TAPS_3D],
         (Dims::D3, Atlas::Whole) => &[ATLAS_WHOLE_3D],
         // No description of an image has such a layer, and no pool holds one.
-        (Dims::D2, Atlas::Whole) => &[],
+        (Dims::D2, Atlas::Whole | Atlas::HighLow) => &[],
     }
 }
 

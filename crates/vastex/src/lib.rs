@@ -105,8 +105,8 @@ pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
 #[doc(inline)]
 pub use vastex_wgpu::wgsl;
 pub use vastex_wgpu::{
-    Atlas, GpuError, Kind, KindMember, Kinds, PageSides, TableKind, instance_for, only_needed,
-    required_features, required_limits, shader_module, texture_format,
+    Atlas, GpuError, Kind, KindMember, Kinds, PageSides, TableKind, VolumeFilters, held_volume_format,
+    instance_for, only_needed, required_features, required_limits, shader_module, texture_format,
 };
 /// The `wgpu` whose devices and passes [`Textures`] takes: an application that uses this one has the version
 /// that fits.

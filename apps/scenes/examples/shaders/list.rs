@@ -10,7 +10,8 @@ use vastex::Filter;
 use vastex_scenes::{Attribute, shaders};
 use vastex_viewer::LayersText;
 use vastex_wgpu::{
-    Atlas, BindingPlace, FeedbackMode, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts, wgsl,
+    Atlas, BindingPlace, FeedbackMode, Kind, KindMember, Kinds, PageSides, TableKind, compute_texts,
+    filters_text, wgsl,
 };
 
 #[path = "../../benches/draw/texts.rs"]
@@ -124,6 +125,7 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     for (name, text) in compute_texts() {
         visit(&format!("library-{name}"), text);
     }
+    visit("library-filters", filters_text());
     whole(visit);
     scenes(visit);
     examples(visit);
@@ -446,6 +448,7 @@ fn atlas_name(atlas: Atlas) -> &'static str {
         Atlas::Unfiltered => "unfiltered",
         Atlas::Uint16 => "uint16",
         Atlas::Uint16Rgba => "uint16_rgba",
+        Atlas::HighLow => "high_low",
         Atlas::Whole => "whole",
     }
 }

@@ -10,7 +10,8 @@ use super::{Choice, Options, Visit, group, name_of, of_test, vastex_tests};
 /// Calls `visit` with every text of volumes. A volume's filter is nearest, or the blend of eight voxels.
 pub(super) fn each(visit: &mut Visit<'_>) {
     let filters = vec![Filter::Nearest, Filter::Trilinear];
-    let options = Options { filters, pages: vec![PageSides::Any], ..Options::all() };
+    let atlases = [&Atlas::ALL[..], &[Atlas::HighLow]].concat();
+    let options = Options { filters, atlases, pages: vec![PageSides::Any], ..Options::all() };
     options.each(|choice| {
         let text = alone(choice, solid(choice));
         let name = name_of(choice);
@@ -18,7 +19,7 @@ pub(super) fn each(visit: &mut Visit<'_>) {
         visit(&format!("library-volume-{name}"), text);
     });
     labels(visit);
-    let atlases = vec![Atlas::Float, Atlas::Unfiltered, Atlas::Uint16];
+    let atlases = vec![Atlas::Float, Atlas::Unfiltered, Atlas::Uint16, Atlas::HighLow];
     Options { atlases, ..options }.each(|choice| {
         for tables in [TableKind::Direct, TableKind::Hashed] {
             let kind = Kind { tables, ..of_labels(choice) };

@@ -3,6 +3,7 @@
 //! What is drawn is the viewer's business (`vastex_viewer::volume`), what is read `vastex-volume`'s. Here
 //! channels are chosen and frames played until everything in view is loaded.
 
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use serde::Serialize;
 use vastex::wgpu::{self, PollType, TextureFormat};
 use vastex::{
     Event, Filter, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource, ViewId,
+    VolumeFilters, held_volume_format,
 };
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
@@ -206,7 +208,8 @@ impl<'a> Drawing<'a> {
         view: VolumeView,
     ) -> Result<Drawing<'a>> {
         let of_labels = labels.map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
-        let bytes = pool_bytes(args, [sources, of_labels])?;
+        let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
+        let bytes = pool_bytes(args, filters, [sources, of_labels])?;
         let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
         let rules = labels.iter().map(|labels| labels.pool(bytes[1])).collect();
         let settings = Settings {
@@ -328,10 +331,14 @@ impl<'a> Drawing<'a> {
 
 /// GPU memory for the bricks of channels and of labels: what is asked for, which must hold the tails, shared
 /// as they would need it; else as much as all levels take, up to a gibibyte each.
-fn pool_bytes(args: &RenderVolumeArgs, sources: [&[Arc<VolumeSource>]; 2]) -> Result<[u64; 2]> {
+fn pool_bytes(
+    args: &RenderVolumeArgs,
+    filters: VolumeFilters,
+    sources: [&[Arc<VolumeSource>]; 2],
+) -> Result<[u64; 2]> {
     // What all levels take, and the least that does.
     let needs = sources.map(|sources| {
-        let brick = sources.first().map_or(0, |source| source.description().tile_bytes() as u64);
+        let brick = sources.first().map_or(0, |source| brick_bytes(source, filters));
         let pages = sources.iter().map(|source| source.description().geometry.page_count());
         let pages = pages.fold(0u64, u64::saturating_add);
         (pages.saturating_mul(brick), brick * (sources.len() as u64 + 1), brick)
@@ -356,6 +363,14 @@ fn pool_bytes(args: &RenderVolumeArgs, sources: [&[Arc<VolumeSource>]; 2]) -> Re
     let all = (needs[0].0 as f64 + needs[1].0 as f64).max(1.0);
     let of_labels = needs[1].1 + ((bytes - least) as f64 * (needs[1].0 as f64 / all)) as u64;
     Ok([bytes - of_labels, of_labels])
+}
+
+/// Bytes of a brick as a device that filters so holds it.
+fn brick_bytes(source: &VolumeSource, filters: VolumeFilters) -> u64 {
+    let description = source.description();
+    let stored = description.layers[0].format;
+    let held = held_volume_format(stored, filters);
+    (description.tile_bytes() / stored.texel_bytes() * held.texel_bytes()) as u64
 }
 
 /// Fails where rays would have more samples than are looked at.
@@ -453,12 +468,18 @@ struct Summary {
     /// Levels.
     mip_bias: f64,
     adapter: String,
+    /// Which formats the device filters well in volumes: `r8`, `r16`, `rg8` (16 bits in two halves), `r16f`,
+    /// `r32f`.
+    volume_filters: BTreeMap<&'static str, bool>,
+    /// What pools hold, and who blends it.
+    pools: Vec<String>,
 }
 
 impl Summary {
     fn new(drawing: &Drawing<'_>, volume: &Volume, converged: bool) -> Summary {
         let (stats, work) = (drawing.textures.stats(), volume.chunk_work());
         let pager = &stats.pager;
+        let filters = VolumeFilters::of(&drawing.gpu.device, &drawing.gpu.queue);
         Summary {
             converged,
             frames: drawing.frames,
@@ -477,6 +498,8 @@ impl Summary {
             levels_made: drawing.maker.progress().done,
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             adapter: drawing.gpu.adapter_name(),
+            volume_filters: filters.named().into_iter().collect(),
+            pools: stats.pools.iter().map(|pool| pool.tiles.to_string()).collect(),
         }
     }
 

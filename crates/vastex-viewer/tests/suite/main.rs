@@ -4,6 +4,7 @@
 #[cfg(feature = "egui")]
 mod widget;
 
+mod formats;
 mod huge;
 mod label_reference;
 mod labels;

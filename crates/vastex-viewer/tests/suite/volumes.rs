@@ -7,7 +7,8 @@ use glam::{DVec3, Vec3};
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::{
     Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Settings,
-    StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId, VoxelLevels,
+    StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId, VolumeFilters,
+    VoxelLevels,
 };
 use vastex_viewer::Gpu;
 use vastex_viewer::stage::{
@@ -32,7 +33,11 @@ pub(crate) struct ArrayVolume {
 }
 
 impl ArrayVolume {
-    fn new(geometry: Geometry, format: LayerFormat, value: impl Fn([f64; 3]) -> f64) -> ArrayVolume {
+    pub(crate) fn new(
+        geometry: Geometry,
+        format: LayerFormat,
+        value: impl Fn([f64; 3]) -> f64,
+    ) -> ArrayVolume {
         let levels = geometry.levels().iter().map(|level| {
             let scale = level.scale.map(|scale| scale as f64);
             array_level(format, level.size, (scale, [0.0; 3]), &value)
@@ -175,6 +180,16 @@ impl World {
     }
 
     fn of(volumes: Vec<Arc<ArrayVolume>>, slots: u64, table: TableChoice) -> World {
+        World::filtered(volumes, slots, table, None)
+    }
+
+    /// On a device that is taken to filter so.
+    pub(crate) fn filtered(
+        volumes: Vec<Arc<ArrayVolume>>,
+        slots: u64,
+        table: TableChoice,
+        volume_filters: Option<VolumeFilters>,
+    ) -> World {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let size = volumes[0].description.geometry.size();
         let bytes = Some(slots * volumes[0].description.tile_bytes() as u64);
@@ -183,7 +198,7 @@ impl World {
             ..PoolSettings::default()
         };
         let pace = Pace::LockStep { latency_frames: 1 };
-        let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
+        let settings = Settings { pools, pace, whole_bytes: 0, volume_filters, ..Settings::default() };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
         let mut add = |volume: &Arc<ArrayVolume>| {
             let voxels = volume.voxels.clone();
@@ -247,7 +262,13 @@ impl World {
     }
 
     /// The share of pixels within so many codes of the reference, and the largest difference.
-    fn compare(&mut self, desc: &VolumeDesc, view: VolumeView, size: [u32; 2], most: f64) -> (f64, f64) {
+    pub(crate) fn compare(
+        &mut self,
+        desc: &VolumeDesc,
+        view: VolumeView,
+        size: [u32; 2],
+        most: f64,
+    ) -> (f64, f64) {
         let (drawn, _) = self.drawn(desc.clone(), view, size);
         let expected = picture(desc, &self.arrays(desc), &view, size);
         let difference = |(drawn, expected): (&[u8; 4], &[f64; 3])| {

@@ -121,7 +121,7 @@ fn every_variant_of_the_text_for_volumes_is_valid() {
         @fragment fn want";
     let (head, tail) = march.split_once("let exit = vastex_brick_exit").unwrap();
     let labels = [head, labels, tail.split_once("@fragment fn want").unwrap().1].concat();
-    for atlas in Atlas::ALL.into_iter().chain([Atlas::Whole]) {
+    for atlas in Atlas::ALL.into_iter().chain([Atlas::HighLow, Atlas::Whole]) {
         let march = if atlas == Atlas::Whole { labels.as_str() } else { march };
         for (tables, mode) in [TableKind::Direct, TableKind::Hashed].into_iter().zip(FeedbackMode::ALL) {
             let volume = |tables, filter| {

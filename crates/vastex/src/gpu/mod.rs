@@ -30,7 +30,8 @@ use vastex_core::{
     Description, LevelRule, Pager, PoolId, Slot, TableChange, TextureNumber, ViewId, VoxelLevels,
 };
 use vastex_wgpu::{
-    BindingPlace, FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, Views, alive, new_sampler,
+    BindingPlace, FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, Views, VolumeFilters, alive,
+    new_sampler,
 };
 
 use crate::error::Error;
@@ -61,6 +62,8 @@ pub(crate) struct Gpu {
     fade: Duration,
     /// What ids show that name no texture.
     unknown: [f32; 4],
+    /// How volumes are taken to be filtered, where somebody said so.
+    filters: Option<VolumeFilters>,
     /// Where applications have room for what their shaders bind.
     binding: BindingPlace,
     reversed_depth: bool,
@@ -133,6 +136,7 @@ impl Gpu {
             mode,
             fade: settings.fade,
             unknown: settings.unknown_color,
+            filters: settings.volume_filters,
             binding: settings.binding,
             reversed_depth: settings.reversed_depth,
             pace: settings.pace,

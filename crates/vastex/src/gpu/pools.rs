@@ -7,7 +7,8 @@ use std::sync::Arc;
 
 use vastex_core::{Description, Dims, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
 use vastex_wgpu::{
-    Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind, limits,
+    Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind,
+    VolumeFilters, limits,
 };
 
 use crate::error::Error;
@@ -59,6 +60,8 @@ pub(crate) struct PoolShaderOptions {
     pub(crate) fade: bool,
     /// What ids show that name no texture.
     pub(crate) unknown: [f32; 4],
+    /// How volumes are taken to be filtered, where somebody said so.
+    pub(crate) filters: Option<VolumeFilters>,
 }
 
 /// A pool's memory, and its page tables.
@@ -146,7 +149,7 @@ impl PoolState {
         let gpu = memory(device, queue, seen, &slots, held, shape.tables)?;
         let atlases: Vec<Atlas> = (0..gpu.pool.layer_count()).map(|layer| gpu.pool.atlas(layer)).collect();
         let (stored, held) = (stored.clone(), held.clone());
-        let tiles = shape.to_string().into();
+        let tiles = (shape.to_string() + blended(&slots, &atlases)).into();
         tracing::debug!(%tiles, slots = slots.slots(), bytes = slots.bytes(), "a new pool");
         Ok(PoolState {
             slots,
@@ -300,7 +303,7 @@ fn memory(
     held: &Description,
     tables: TableKind,
 ) -> Result<PoolMemory, GpuError> {
-    let mut pool = Pool::new(device, queue, slots, &held.layers)?;
+    let mut pool = Pool::filtered(device, queue, slots, &held.layers, seen.filters)?;
     pool.set_unknown(queue, seen.unknown);
     let pool = if seen.fade { pool.with_fades(device) } else { pool };
     let tables = match tables {
@@ -308,6 +311,18 @@ fn memory(
         TableKind::Hashed => PoolTables::hashed(device, queue, seen.mode, slots.slots())?,
     };
     Ok(PoolMemory { pool, tables })
+}
+
+/// Said of pools of volumes that the device does not simply filter.
+fn blended(slots: &PoolLayout, atlases: &[Atlas]) -> &'static str {
+    let has = |wanted: &[Atlas]| slots.is_solid() && atlases.iter().any(|atlas| wanted.contains(atlas));
+    if has(&[Atlas::Unfiltered, Atlas::Uint16, Atlas::Uint16Rgba]) {
+        ", blended by the shader"
+    } else if has(&[Atlas::HighLow]) {
+        ", filtered in two halves"
+    } else {
+        ""
+    }
 }
 
 /// Makes a pool of `bytes` bytes, or where the device has no memory for that the next that fits of a half, a

@@ -204,7 +204,12 @@ impl Gpu {
 
     /// How shaders see pools.
     pub(crate) fn seen(&self) -> PoolShaderOptions {
-        PoolShaderOptions { mode: self.mode, fade: !self.fade.is_zero(), unknown: self.unknown }
+        PoolShaderOptions {
+            mode: self.mode,
+            fade: !self.fade.is_zero(),
+            unknown: self.unknown,
+            filters: self.filters,
+        }
     }
 
     /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. `None`

@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use vastex_core::{Layer, VoxelLevels};
 use vastex_tiles::LoaderSettings;
+use vastex_wgpu::VolumeFilters;
 pub use vastex_wgpu::{BindingPlace, FeedbackMode, Filter, MaxTaps, TableChoice, UnknownFilter};
 
 pub use file::{Platform, SettingsError};
@@ -133,6 +134,9 @@ pub struct Settings {
     /// sparse textures are never held whole, and in a browser only those that were
     /// [prepared](crate::Preparer). 0 by default.
     pub whole_bytes: u64,
+    /// Which formats the device is taken to filter well in volumes; `None`, the default, for what it turns out
+    /// to ([`VolumeFilters::of`]): tried when the first volume is prepared, which takes some milliseconds.
+    pub volume_filters: Option<VolumeFilters>,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none. 256 by default.
     pub telemetry_frames: u64,
 }
@@ -161,6 +165,7 @@ impl Default for Settings {
             pace: Pace::Realtime,
             share_contents: true,
             whole_bytes: 0,
+            volume_filters: None,
             telemetry_frames: 256,
         }
     }

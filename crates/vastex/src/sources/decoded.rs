@@ -1,4 +1,5 @@
-//! Compressed layers on a device that cannot decompress them: a decorator that decodes tiles as they are
+//! Layers that the device does not hold as they are stored: compressed ones that it cannot decompress, and 8
+//! bits of volumes that it does not filter well. A decorator that makes tiles as they are held when they are
 //! read.
 //!
 //! It works on the loader's threads, so a frame costs what it always does; the pool holds the decoded texels,
@@ -7,16 +8,25 @@
 use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::{Description, PageContents, PagePos, PageSet, Region};
+use vastex_core::{Description, Dims, LayerFormat, PageContents, PagePos, PageSet, Region};
 use vastex_tiles::{
     Codec, ReadError, ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource, decode_layer,
 };
-use vastex_wgpu::held_format;
+use vastex_wgpu::{VolumeFilters, half_bits, held_format, held_volume_format};
 
 /// The texture as a device with these features holds it: the same where it can hold every layer as it is.
-pub(crate) fn held_description(stored: &Arc<Description>, features: wgpu::Features) -> Arc<Description> {
+/// `filters` is asked for volumes alone.
+pub(crate) fn held_description(
+    stored: &Arc<Description>,
+    features: wgpu::Features,
+    filters: impl FnOnce() -> VolumeFilters,
+) -> Arc<Description> {
     let mut held = Description::clone(stored);
     held.layers.iter_mut().for_each(|layer| layer.format = held_format(layer.format, features));
+    if stored.geometry.dims() == Dims::D3 {
+        let filters = filters();
+        held.layers.iter_mut().for_each(|layer| layer.format = held_volume_format(layer.format, filters));
+    }
     if held == **stored { stored.clone() } else { Arc::new(held) }
 }
 
@@ -102,8 +112,24 @@ fn decoded(stored: &Description, held: &Description, tile: &Bytes) -> Bytes {
     for (index, (from, to)) in stored.layers.iter().zip(&held.layers).enumerate() {
         match from.format == to.format {
             true => texels.extend_from_slice(&tile[stored.layer_range(index)]),
-            false => texels.extend_from_slice(&decode_layer(stored, index, tile)),
+            false => match widened(from.format, to.format, &tile[stored.layer_range(index)]) {
+                Some(wide) => texels.extend_from_slice(&wide),
+                None => texels.extend_from_slice(&decode_layer(stored, index, tile)),
+            },
         }
     }
     texels.into()
+}
+
+/// Values of 8 bits as the same values of more; `None` for other formats.
+fn widened(from: LayerFormat, to: LayerFormat, values: &[u8]) -> Option<Vec<u8>> {
+    match (from, to) {
+        (LayerFormat::R8, LayerFormat::R16) => Some(values.iter().flat_map(|value| [*value; 2]).collect()),
+        (LayerFormat::R8, LayerFormat::R16Float) => {
+            let table: [[u8; 2]; 256] =
+                std::array::from_fn(|value| half_bits(value as f32 / 255.0).to_le_bytes());
+            Some(values.iter().flat_map(|value| table[usize::from(*value)]).collect())
+        }
+        _ => None,
+    }
 }

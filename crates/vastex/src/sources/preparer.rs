@@ -7,6 +7,7 @@ use std::time::Duration;
 use bytes::Bytes;
 use vastex_core::Description;
 use vastex_tiles::{Clock, RamBudget, RamCache, SystemClock, TileSource};
+use vastex_wgpu::VolumeFilters;
 
 use super::{DecodedSource, WholeSource, held_description, tail, whole_description};
 use crate::error::Error;
@@ -14,11 +15,15 @@ use crate::settings::{Settings, TextureSettings};
 
 /// Reads what a texture needs before it can be added, on any thread: [`crate::Textures::preparer`] makes one.
 ///
-/// It knows the formats of the device and the settings, and holds neither the device nor the textures, but
-/// for the main memory that these keep encoded tiles in ([`Settings::ram_cache_bytes`]). Two are `==` where
-/// each may add what the other has prepared.
+/// It knows the formats of the device and the settings, and holds the device, whose filters are tried where a
+/// volume is prepared, but not the textures; of these the main memory that they keep encoded tiles in
+/// ([`Settings::ram_cache_bytes`]). Two are `==` where each may add what the other has prepared.
 #[derive(Clone, Debug)]
 pub struct Preparer {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    /// How volumes are taken to be filtered, where somebody said so.
+    filters: Option<VolumeFilters>,
     features: wgpu::Features,
     /// Texels per side of the largest texture of the device.
     most_side: u32,
@@ -72,17 +77,28 @@ impl PartialEq for Preparer {
             let &Preparer { features, most_side, whole_bytes, read_time_out, .. } = preparer;
             (features, most_side, whole_bytes, read_time_out)
         };
-        of(self) == of(other)
+        let is_alike = self.device == other.device || self.filters() == other.filters();
+        of(self) == of(other) && self.filters == other.filters && is_alike
     }
 }
 
 impl Preparer {
-    pub(crate) fn new(device: &wgpu::Device, settings: &Settings, ram: &Arc<RamBudget>) -> Preparer {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        settings: &Settings,
+        ram: &Arc<RamBudget>,
+    ) -> Preparer {
         // Of the features only these decide what a tile is on the device.
         let features = device.features() & wgpu::Features::TEXTURE_COMPRESSION_BC;
         let most_side = device.limits().max_texture_dimension_2d;
-        let &Settings { whole_bytes, read_time_out, .. } = settings;
-        Preparer { features, most_side, whole_bytes, ram: ram.clone(), read_time_out }
+        let &Settings { whole_bytes, read_time_out, volume_filters: filters, .. } = settings;
+        let (device, queue, ram) = (device.clone(), queue.clone(), ram.clone());
+        Preparer { device, queue, filters, features, most_side, whole_bytes, ram, read_time_out }
+    }
+
+    fn filters(&self) -> VolumeFilters {
+        self.filters.unwrap_or_else(|| VolumeFilters::of(&self.device, &self.queue))
     }
 
     /// Reads and decodes what [`crate::Textures::add`] needs of a texture: its coarsest levels, one tile; of
@@ -157,7 +173,7 @@ impl Preparer {
             }
             None => (stored, cached(&given, &self.ram), Arc::new(SystemClock::new())),
         };
-        let held = held_description(&stored, self.features);
+        let held = held_description(&stored, self.features, || self.filters());
         let source = as_held(source, &stored, &held);
         // The first call may visit each page.
         let _ = source.contents();

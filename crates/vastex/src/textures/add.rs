@@ -57,7 +57,7 @@ impl Textures {
     /// that was made before [`Memory::restore`](crate::Memory::restore) is as good as another where the
     /// devices can hold the same.
     pub fn preparer(&self) -> Preparer {
-        Preparer::new(self.gpu.device(), &self.settings, self.paging.ram())
+        Preparer::new(self.gpu.device(), self.gpu.queue(), &self.settings, self.paging.ram())
     }
 
     /// Adds a texture that [`Textures::preparer`] has read: makes a pool if none suits it, and its page
