@@ -134,8 +134,8 @@ pub struct Settings {
     /// sparse textures are never held whole, and in a browser only those that were
     /// [prepared](crate::Preparer). 0 by default.
     pub whole_bytes: u64,
-    /// Which formats the device is taken to filter well in volumes; `None`, the default, for what it turns out
-    /// to ([`VolumeFilters::of`]): tried when the first volume is prepared, which takes some milliseconds.
+    /// Which formats the device is taken to filter well in volumes; `None`, the default, for what it turns
+    /// out to ([`VolumeFilters::of`]): tried when the first volume is prepared, for some milliseconds.
     pub volume_filters: Option<VolumeFilters>,
     /// Frames whose telemetry is kept, some 600 bytes for each pool in each; 0 for none. 256 by default.
     pub telemetry_frames: u64,

@@ -19,7 +19,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("layer", &["filters", "kind"]),
     ("belt", &["device", "layer"]),
     ("fade", &[]),
-    ("pool", &["belt", "device", "error", "fade", "kind", "layer", "mirror"]),
+    ("pool", &["belt", "device", "error", "fade", "filters", "kind", "layer", "mirror"]),
     ("arena", &[]),
     ("mirror", &[]),
     // How tables lie is a piece of shader text, and the shader that changes them is another.
@@ -48,6 +48,7 @@ pub(super) const ROOMS: &[Room] = &[
             "feedback",
             "feedback_mode",
             "filter",
+            "filters",
             "inline",
             "instance",
             "kind",
