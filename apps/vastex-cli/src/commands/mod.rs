@@ -24,6 +24,8 @@ pub(crate) mod render;
 #[cfg(feature = "volumes")]
 mod render_labels;
 #[cfg(feature = "volumes")]
+mod render_pools;
+#[cfg(feature = "volumes")]
 pub(crate) mod render_volume;
 #[cfg(feature = "build")]
 pub(crate) mod replace;
