@@ -131,6 +131,7 @@ impl NewDirectory {
     }
 
     /// Writes a file in it, and makes the directories that it lies in where they are not there.
+    #[cfg(feature = "volumes")]
     pub(crate) fn write_deep(&self, inside: &Path, bytes: &[u8]) -> Result<(), DirectoryFault> {
         let written = fs::write(self.temp.join(inside), bytes);
         if written.as_ref().is_err_and(|error| error.kind() == io::ErrorKind::NotFound)

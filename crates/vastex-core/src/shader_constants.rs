@@ -22,6 +22,8 @@ pub const POOL_SLOTS: u32 = 1 << 22;
 pub const STEPS_PER_LEVEL: u32 = 8;
 /// Bits of such a step.
 pub const STEP_BITS: u32 = 3;
+/// As how many pixels a feedback pixel counts at most: one less stands above the eighth.
+pub const MOST_WEIGHT: u32 = 16;
 /// Side of the block of full-resolution pixels that one feedback pixel stands for.
 pub const FEEDBACK_SCALE: u32 = 8;
 /// Frames after which the feedback pass has looked at every one of its sample positions.
@@ -63,6 +65,7 @@ pub const WGSL: &[(&str, u32)] = &[
     ("ENTRY_SLOT_BITS", ENTRY_SLOT_BITS),
     ("STEPS_PER_LEVEL", STEPS_PER_LEVEL),
     ("STEP_BITS", STEP_BITS),
+    ("MOST_WEIGHT", MOST_WEIGHT),
     ("FEEDBACK_SCALE", FEEDBACK_SCALE),
     ("JITTER_CYCLE", JITTER_CYCLE),
     ("MAX_LEVELS", MAX_LEVELS),

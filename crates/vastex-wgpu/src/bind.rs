@@ -2,8 +2,8 @@
 //! an application's.
 //!
 //! From the first binding on: the records, the views, the sampler, where feedback is inline its cells; for
-//! each pool of the text its page tables, its parameters and, where tiles fade in, how far they have; then
-//! the atlas of each layer.
+//! each pool of the text its page tables, its parameters, where tiles fade in, how far they have, and of
+//! volumes the range of values in each slot; then the atlas of each layer.
 
 use vastex_core::Dims;
 
@@ -27,7 +27,7 @@ impl BindingPlace {
     /// Fails where a device has no such group, or too few bindings in it from the first on for a text of one
     /// pool and one layer.
     pub fn check(self, limits: &wgpu::Limits) -> Result<(), GpuError> {
-        let most = Bindings { first: 0, has_cells: true, has_fades: true, pools: 1 };
+        let most = Bindings { first: 0, has_cells: true, has_fades: true, solid: vec![false] };
         self.check_count(limits, most.atlas(1))
     }
 
@@ -47,7 +47,8 @@ pub(crate) struct Bindings {
     first: u32,
     has_cells: bool,
     has_fades: bool,
-    pools: u32,
+    /// Of each pool whether it is one of volumes.
+    solid: Vec<bool>,
 }
 
 impl Bindings {
@@ -56,7 +57,7 @@ impl Bindings {
             first,
             has_cells: kinds.mode() == FeedbackMode::Inline,
             has_fades: kinds.fade(),
-            pools: kinds.text_pools().len() as u32,
+            solid: kinds.text_pools().iter().map(|pool| pool.dims == Dims::D3).collect(),
         }
     }
 
@@ -77,23 +78,29 @@ impl Bindings {
     }
 
     pub(crate) fn table(&self, pool: usize) -> u32 {
-        self.first_of_pool(pool as u32)
+        self.first_of_pool(pool)
     }
 
     pub(crate) fn pool(&self, pool: usize) -> u32 {
-        self.first_of_pool(pool as u32) + 1
+        self.first_of_pool(pool) + 1
     }
 
     pub(crate) fn fades(&self, pool: usize) -> Option<u32> {
-        self.has_fades.then_some(self.first_of_pool(pool as u32) + 2)
+        self.has_fades.then_some(self.first_of_pool(pool) + 2)
+    }
+
+    pub(crate) fn ranges(&self, pool: usize) -> Option<u32> {
+        let is_solid = self.solid.get(pool).copied().unwrap_or(false);
+        is_solid.then_some(self.first_of_pool(pool) + 2 + u32::from(self.has_fades))
     }
 
     pub(crate) fn atlas(&self, layer: usize) -> u32 {
-        self.first_of_pool(self.pools) + layer as u32
+        self.first_of_pool(self.solid.len()) + layer as u32
     }
 
-    fn first_of_pool(&self, pool: u32) -> u32 {
-        self.first + 3 + u32::from(self.has_cells) + pool * (2 + u32::from(self.has_fades))
+    fn first_of_pool(&self, pool: usize) -> u32 {
+        let of_pool = |solid: &bool| 2 + u32::from(self.has_fades) + u32::from(*solid);
+        self.first + 3 + u32::from(self.has_cells) + self.solid.iter().take(pool).map(of_pool).sum::<u32>()
     }
 }
 
@@ -111,6 +118,7 @@ pub fn layout_entries(kinds: &Kinds, first: u32) -> Vec<wgpu::BindGroupLayoutEnt
         entries.push(entry(at.table(pool), words(mode)));
         entries.push(entry(at.pool(pool), uniform()));
         entries.extend(at.fades(pool).map(fades_entry));
+        entries.extend(at.ranges(pool).map(ranges_entry));
     }
     let atlases = kinds.layers().iter().enumerate();
     let dims = |layer: &TextLayer| kinds.text_pools()[layer.pool].dims;
@@ -148,6 +156,8 @@ pub fn entries<'a>(kinds: &Kinds, first: u32, bound: &Bound<'a>) -> Vec<wgpu::Bi
         let fades = at.fades(nth).zip(pool.fades());
         let fades = fades.map(|(at, fades)| entry(at, wgpu::BindingResource::TextureView(fades.view())));
         entries.extend(fades);
+        let ranges = at.ranges(nth).zip(pool.ranges());
+        entries.extend(ranges.map(|(at, view)| entry(at, wgpu::BindingResource::TextureView(view))));
     }
     for (nth, layer) in kinds.layers().iter().enumerate() {
         let (pool, _) = &bound.pools[layer.pool];
@@ -166,9 +176,10 @@ pub fn check_bindings(limits: &wgpu::Limits, kinds: &Kinds, place: BindingPlace)
     let sampled = limits.max_sampled_textures_per_shader_stage as usize;
     let uniforms = limits.max_uniform_buffers_per_shader_stage as usize;
     let fades = usize::from(kinds.fade());
-    // Records are a texture. Tables are buffers, and so is where the main pass reports what it wants; or
-    // tables are textures as well.
-    let free_textures = sampled.saturating_sub(1);
+    // Records are a texture, and ranges of values of volumes. Tables are buffers, and so is where the main
+    // pass reports what it wants; or tables are textures as well.
+    let solid = kinds.text_pools().iter().filter(|pool| pool.dims == Dims::D3).count();
+    let free_textures = sampled.saturating_sub(1 + solid);
     let (free_buffers, of_pool) = match kinds.mode() {
         FeedbackMode::Separate => (buffers, fades),
         FeedbackMode::Inline => (buffers.saturating_sub(1), fades),
@@ -217,6 +228,13 @@ fn atlas_entry(binding: u32, atlas: Atlas, dims: Dims) -> wgpu::BindGroupLayoutE
 fn fades_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
     let sample_type = wgpu::TextureSampleType::Uint;
     let view_dimension = wgpu::TextureViewDimension::D2Array;
+    entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
+}
+
+/// The range of values in each slot of a pool of volumes.
+fn ranges_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    let sample_type = wgpu::TextureSampleType::Float { filterable: false };
+    let view_dimension = wgpu::TextureViewDimension::D2;
     entry(binding, wgpu::BindingType::Texture { sample_type, view_dimension, multisampled: false })
 }
 

@@ -70,6 +70,8 @@ pub struct FeedbackView {
     picture: [u32; 2],
     scale: FeedbackScale,
     frame: u64,
+    /// Answers of each block: as many pixels of the target below one another.
+    answers: u32,
     /// The one that is looked at, where it is one.
     pixel: Option<[u32; 2]>,
 }
@@ -77,13 +79,19 @@ pub struct FeedbackView {
 impl FeedbackView {
     /// The view of a picture of so many pixels, in a frame.
     pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale, frame, pixel: None }
+        FeedbackView { picture, scale, frame, answers: 1, pixel: None }
+    }
+
+    /// The same with so many answers of each block, at least 1: for rays, each of which meets several bricks.
+    /// They are pixels of the target below one another, which look at the same pixel of the picture.
+    pub const fn with_answers(self, answers: u32) -> FeedbackView {
+        FeedbackView { answers: if answers == 0 { 1 } else { answers }, ..self }
     }
 
     /// The view of one pixel of a picture, which lies within it. Its target has the four pixels that take
     /// their gradients together, so that the pixel wants what it wants in a view of the whole picture.
     pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale: FeedbackScale::Full, frame, pixel: Some(pixel) }
+        FeedbackView { picture, scale: FeedbackScale::Full, frame, answers: 1, pixel: Some(pixel) }
     }
 
     /// The first pixel of the picture that the target of one pixel shows.
@@ -91,8 +99,14 @@ impl FeedbackView {
         [x / 2 * 2, y / 2 * 2]
     }
 
-    /// Size of the target in pixels: enough to cover the picture.
+    /// Size of the target in pixels: enough to cover the picture, with a row for each answer.
     pub fn target_size(&self) -> [u32; 2] {
+        let [columns, rows] = self.blocks();
+        [columns, rows.saturating_mul(self.answers)]
+    }
+
+    /// Blocks that cover the picture, along each axis.
+    fn blocks(&self) -> [u32; 2] {
         if self.pixel.is_some() {
             return [2; 2];
         }
@@ -115,13 +129,14 @@ impl FeedbackView {
 
     /// Scale and offset that put the picture onto the target: a vertex at `clip` in the picture is drawn at
     /// `clip.xy * scale + offset * clip.w`. The centre of each target pixel then lies on the centre of the
-    /// picture's pixel that it looks at. In WGSL `vastex_feedback_clip` does this.
+    /// picture's pixel that it looks at; of several answers, those together do, and `vastex_ray_pixel` puts
+    /// each there. In WGSL `vastex_feedback_clip` does this.
     pub fn clip_transform(&self) -> ([f32; 2], [f32; 2]) {
         if let Some(first) = self.pixel.map(FeedbackView::window) {
             let [x, y] = self.picture.map(|side| side as f32 / 2.0);
             return ([x, y], [x - first[0] as f32 - 1.0, first[1] as f32 + 1.0 - y]);
         }
-        let (block, size, jitter) = (self.scale.block() as f32, self.target_size(), self.jitter());
+        let (block, size, jitter) = (self.scale.block() as f32, self.blocks(), self.jitter());
         let axis = |a: usize, direction: f32| {
             let (pixels, covered) = (self.picture[a] as f32, block * size[a] as f32);
             let first = (pixels + block - 1.0 - 2.0 * jitter[a] as f32) / covered - 1.0;
@@ -134,7 +149,8 @@ impl FeedbackView {
     /// Columns and rows of the target that look at pixels inside the picture in this frame; the rest is cut.
     pub fn covered(&self) -> [u32; 2] {
         let (block, jitter) = (self.scale.block(), self.jitter());
-        [0, 1].map(|a| self.picture[a].saturating_sub(jitter[a]).div_ceil(block))
+        let [columns, rows] = [0, 1].map(|a| self.picture[a].saturating_sub(jitter[a]).div_ceil(block));
+        [columns, rows.saturating_mul(self.answers)]
     }
 
     /// Where the target is drawn into in this frame: its first column and row, and how many.
@@ -154,7 +170,16 @@ impl FeedbackView {
     fn params(&self) -> ViewParams {
         let (clip_scale, clip_offset) = self.clip_transform();
         let level_offset = -(self.scale.block().ilog2() as f32);
-        ViewParams { clip_scale, clip_offset, level_offset, frame: self.frame as u32, ..NO_VIEW }
+        let (answers, block) = (self.answers, self.scale.block());
+        ViewParams {
+            clip_scale,
+            clip_offset,
+            level_offset,
+            frame: self.frame as u32,
+            answers,
+            block,
+            ..NO_VIEW
+        }
     }
 
     /// For the main pass that says by itself what it wants: its pixels are the picture's.
@@ -173,11 +198,12 @@ impl FeedbackView {
 
 /// The texture into which a view says which pages it wants, and its depth buffer.
 ///
-/// 20 bytes for each pixel: at the reduced scale a third of a byte for each pixel of the picture.
+/// 20 bytes for each pixel: at the reduced scale a third of a byte for each pixel of the picture and answer.
 #[derive(Debug)]
 pub struct FeedbackTarget {
     picture: [u32; 2],
     scale: FeedbackScale,
+    answers: u32,
     /// The one that it is for, where it is one.
     pixel: Option<[u32; 2]>,
     raw: RawTexture,
@@ -194,6 +220,17 @@ impl FeedbackTarget {
         FeedbackTarget::of_view(device, FeedbackView::new(picture, scale, 0))
     }
 
+    /// A target for pictures of rays, each of which gives so many answers in a frame, at least 1. Fails where
+    /// a texture of so many rows is larger than the device allows.
+    pub fn of_rays(
+        device: &wgpu::Device,
+        picture: [u32; 2],
+        scale: FeedbackScale,
+        answers: u32,
+    ) -> Result<FeedbackTarget, GpuError> {
+        FeedbackTarget::of_view(device, FeedbackView::new(picture, scale, 0).with_answers(answers))
+    }
+
     /// A target for one pixel of pictures of so many pixels, which lies within them; [`crate::PixelReadback`]
     /// reads it.
     pub fn of_pixel(
@@ -206,10 +243,11 @@ impl FeedbackTarget {
 
     fn of_view(device: &wgpu::Device, view: FeedbackView) -> Result<FeedbackTarget, GpuError> {
         alive(device)?;
-        let (FeedbackView { picture, scale, pixel, .. }, size) = (view, view.target_size());
+        let (FeedbackView { picture, scale, answers, pixel, .. }, size) = (view, view.target_size());
         let raw = RawTexture::new(device, size, wgpu::TextureUsages::RENDER_ATTACHMENT)?;
         let depth = raw.beside(device, FEEDBACK_DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT);
-        Ok(FeedbackTarget { picture, scale, pixel, raw, depth_view: depth.create_view(&Default::default()) })
+        let depth_view = depth.create_view(&Default::default());
+        Ok(FeedbackTarget { picture, scale, answers, pixel, raw, depth_view })
     }
 
     /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this
@@ -280,8 +318,8 @@ impl FeedbackTarget {
     }
 
     fn view(&self, frame: u64) -> FeedbackView {
-        let FeedbackTarget { picture, scale, pixel, .. } = *self;
-        FeedbackView { picture, scale, frame, pixel }
+        let FeedbackTarget { picture, scale, answers, pixel, .. } = *self;
+        FeedbackView { picture, scale, frame, answers, pixel }
     }
 
     /// Where the one pixel that it is for lies in it.
@@ -298,6 +336,11 @@ impl FeedbackTarget {
     /// Size of the picture that it is for, in pixels.
     pub fn picture(&self) -> [u32; 2] {
         self.picture
+    }
+
+    /// Answers of each of its blocks.
+    pub fn answers(&self) -> u32 {
+        self.answers
     }
 
     /// What is drawn into it, to be read back.

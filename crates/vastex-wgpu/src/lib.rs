@@ -40,6 +40,7 @@ mod needed;
 mod param_store;
 mod pixel;
 mod pool;
+mod ranges;
 mod raw;
 mod readback;
 mod record;

@@ -75,7 +75,9 @@ pub(crate) struct ViewParams {
     pub(crate) reversed_depth: u32,
     pub(crate) first_cell: u32,
     pub(crate) rows: u32,
-    pub(crate) unused: [u32; 3],
+    pub(crate) answers: u32,
+    pub(crate) block: u32,
+    pub(crate) unused: u32,
 }
 
 /// `VastexWanted`.
@@ -219,13 +221,11 @@ mod tests {
     #[test]
     fn pools_and_views_are_laid_out_alike() {
         let text = text(FeedbackMode::Separate);
-        let unused = |nth: usize, at: usize| ("unused", at + 4 * nth, None);
         let pool: &[Field] =
             offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, unused);
         check(&text, "VastexiPool", size_of::<PoolParams>(), pool);
-        let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows);
-        let rest = [0, 1, 2].map(|nth| unused(nth, offset_of!(ViewParams, unused)));
-        check(&text, "VastexiView", size_of::<ViewParams>(), &[view, &rest].concat());
+        let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows, answers, block, unused);
+        check(&text, "VastexiView", size_of::<ViewParams>(), view);
     }
 
     #[test]

@@ -17,6 +17,7 @@ use crate::filters::VolumeFilters;
 use crate::kind::Atlas;
 use crate::layer::{BlockRows, block_rows, layer_texels, texture_format, volume_texture_format};
 use crate::mirror::PoolParams;
+use crate::ranges::Ranges;
 
 /// The texture of one layer.
 #[derive(Debug)]
@@ -44,6 +45,8 @@ pub struct Pool {
     /// What ids show that name no texture.
     unknown: [f32; 4],
     fades: Option<Fades>,
+    /// What is known of the values in slots of volumes.
+    ranges: Option<Ranges>,
 }
 
 impl Pool {
@@ -72,6 +75,7 @@ impl Pool {
         alive(device)?;
         check(device, layout, layers)?;
         let belt = Arc::new(BeltLayout::new(layout.tile, layers).unwrap_or_default());
+        let of = layers;
         let solid = layout.is_solid();
         let filters = solid.then(|| filters.unwrap_or_else(|| VolumeFilters::of(device, queue)));
         let textures = || layers.iter().map(|layer| layer_texture(device, layout, layer, filters)).collect();
@@ -79,7 +83,8 @@ impl Pool {
         let layers = layers?;
         let unknown = [0.0; 4];
         let params = uniform(device, queue, "vastex pool", &PoolParams::new(layout, 0, unknown));
-        Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None })
+        let ranges = layout.is_solid().then(|| Ranges::new(device, layout, of));
+        Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None, ranges })
     }
 
     /// The same with tiles that may fade in, for shaders in which tiles fade in ([`crate::Kinds::fade`]);
@@ -96,6 +101,26 @@ impl Pool {
     /// The same, to be changed.
     pub fn fades_mut(&mut self) -> Option<&mut Fades> {
         self.fades.as_mut()
+    }
+
+    /// Takes note of the values of a tile that is put into a slot of a pool of volumes, so that rays leap
+    /// over what shows nothing; to be [sent](Pool::send_ranges) when the tile is. Costs a look at each value;
+    /// nothing for images.
+    pub fn set_range(&mut self, slot: Slot, tile: &[u8]) {
+        if let Some(ranges) = &mut self.ranges {
+            ranges.set(slot, tile);
+        }
+    }
+
+    /// Tells the GPU what is known anew of the values in slots, for all commands submitted after this call.
+    pub fn send_ranges(&mut self, queue: &wgpu::Queue) {
+        if let Some(ranges) = &mut self.ranges {
+            ranges.send(queue);
+        }
+    }
+
+    pub(crate) fn ranges(&self) -> Option<&wgpu::TextureView> {
+        self.ranges.as_ref().map(Ranges::view)
     }
 
     /// The mip bias in force, in eighths of a level.
@@ -198,6 +223,9 @@ impl Pool {
         }
         if let (Some(fades), Some(others)) = (&mut self.fades, &other.fades) {
             fades.follow(others, moves);
+        }
+        if let (Some(ranges), Some(others)) = (&mut self.ranges, &other.ranges) {
+            ranges.follow(others, moves);
         }
     }
 

@@ -20,6 +20,7 @@ use crate::names::{
     self, BRICK, NAMES_BRICK, NAMES_BRICK_FEEDBACK, NAMES_BRICK_VALUES, NAMES_BRICK_WHOLE, NAMES_FEEDBACK,
     NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE, VIEW, VOLUME_RECORDS,
 };
+use crate::ranges::RANGE_COLUMNS;
 
 const PARAMS: &str = include_str!("wgsl/params.wgsl");
 const PARAM: &str = include_str!("wgsl/param.wgsl");
@@ -78,6 +79,9 @@ const PUBLIC_CONSTANTS: [&str; 5] =
 /// What begins the names of internal ones that every text has, for what is compared with it.
 const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 
+/// Bricks of a ray that a feedback pixel counts at most.
+const RAY_BRICKS: u32 = 4096;
+
 /// The WGSL that an application puts after its own shader: `MY_SHADER.to_owned() + &wgsl(&kinds, place)`.
 ///
 /// So the application's `enable`, `requires` and `diagnostic` directives, which WGSL has before everything
@@ -135,9 +139,16 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_volume_whole_level(id, level)` | all | the level that is looked up there, the mip bias included, `u32` |
 /// | `vastex_volume_scale(id, level)` | all | voxels of level 0 along one of a level, `vec3<f32>` |
 /// | `vastex_volume_box(id, anchor, offset, level)` | all | the box of the brick that feedback names, `VastexBox` |
+/// | `vastex_brick_range(brick)` | all | the least and the largest value that is shown there, `vec2<f32>` |
 /// | `vastex_brick_exit(brick, offset, direction)` | all | how far a ray goes until it leaves the box of a brick |
 /// | `vastex_box_exit(box, offset, direction)` | all | the same for a box |
+/// | `vastex_ray_within(ray, size)` | all | a `VastexRay` within the box of a volume |
+/// | `vastex_ray_at(ray, way)` | all | the place at a way along a ray |
+/// | `vastex_march(ray)`, `vastex_march_next(&march, id, ray)` | all | a `VastexMarch` through the bricks of a ray, one after another |
+/// | `vastex_march_feedback(id, view, position, ray)` | fragment, feedback pass | a feedback pixel for a ray |
+/// | `vastex_ray_pixel(view, position, pixel)` | fragment, feedback pass | the place in the picture of a ray, from that of its fragment |
 /// | `vastex_ray_turn(view, position, count)` | fragment, feedback pass | which of `count` bricks a ray asks for in this frame |
+/// | `vastex_weighted(wanted, weight)` | all | such a feedback pixel that counts as much as it matters, 0 to 1 |
 /// | `vastex_brick_sample(brick, offset)` | all | what lies at a place in it, blended from eight voxels |
 /// | `vastex_brick_exact(brick, offset)` | all | the same blended by the shader in single precision |
 /// | `vastex_brick_nearest(brick, offset)` | all | the voxel there |
@@ -281,6 +292,9 @@ fn constants_of(kinds: &Kinds, place: BindingPlace, bindings: &Bindings) -> Stri
         if let Some(fades) = bindings.fades(nth) {
             push(&format!("BINDING_FADES_{nth}"), fades);
         }
+        if let Some(ranges) = bindings.ranges(nth) {
+            push(&format!("BINDING_RANGES_{nth}"), ranges);
+        }
     }
     for (nth, layer) in kinds.layers().iter().enumerate() {
         push(&format!("BINDING_ATLAS_{nth}"), bindings.atlas(nth));
@@ -416,6 +430,8 @@ fn constants(text: &str) -> String {
     know("RECORD_HEAD", RECORD_HEAD as u32);
     know("RECORD_LEVEL", RECORD_LEVEL as u32);
     know("RECORD_VOLUME_LEVEL", RECORD_VOLUME_LEVEL as u32);
+    know("RANGE_COLUMNS", RANGE_COLUMNS);
+    know("RAY_BRICKS", RAY_BRICKS);
     know("NUMBER_MASK", (1 << shader_constants::TEXTURE_BITS) - 1);
     know("VIEWS", VIEWS);
     let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];

@@ -26,7 +26,9 @@ pub(crate) const NO_VIEW: ViewParams = ViewParams {
     reversed_depth: 0,
     first_cell: 0,
     rows: 0,
-    unused: [0; 3],
+    answers: 1,
+    block: 1,
+    unused: 0,
 };
 
 /// The parameters of all views, and their cells. They are set by commands, so that they are each frame's own

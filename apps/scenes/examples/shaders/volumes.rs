@@ -1,5 +1,5 @@
 //! The texts of volumes: the library's for one channel, which serves all channels of a pool, and for labels,
-//! and the viewer's.
+//! the viewer's, and that of the example with mist.
 
 use vastex::{Dims, FeedbackMode, Filter};
 use vastex_viewer::volume::{LabelsInText, volume_text};
@@ -9,7 +9,12 @@ use super::{Choice, Options, Visit, group, name_of, of_test, vastex_tests};
 
 /// Calls `visit` with every text of volumes. A volume's filter is nearest, or the blend of eight voxels.
 pub(super) fn each(visit: &mut Visit<'_>) {
+    let fog = include_str!("../../../../crates/vastex/examples/fog/fog.wgsl");
     let filters = vec![Filter::Nearest, Filter::Trilinear];
+    let of_fog = Options { groups: vec![1], fades: vec![false], ..Options::all() };
+    Options { filters: vec![Filter::Trilinear], pages: vec![PageSides::Any], ..of_fog }.each(|choice| {
+        visit(&format!("fog-{}", name_of(choice)), fog.to_owned() + &alone(choice, solid(choice)));
+    });
     let atlases = [&Atlas::ALL[..], &[Atlas::HighLow]].concat();
     let options = Options { filters, atlases, pages: vec![PageSides::Any], ..Options::all() };
     options.each(|choice| {

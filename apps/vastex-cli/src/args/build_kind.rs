@@ -24,6 +24,7 @@ impl BuildArgs {
     }
 
     /// What is said to options that mean nothing where a volume is built.
+    #[cfg(feature = "volumes")]
     pub(crate) fn of_images_alone(&self) -> Option<&'static str> {
         let given = [
             (self.format.is_some(), "--format: values of volumes are kept as they are stored"),

@@ -163,6 +163,9 @@ pub(crate) struct RenderVolumeArgs {
     /// Print figures about the run as JSON
     #[arg(long)]
     pub(crate) json: bool,
+    /// Compare with the picture that ordinary 3-D textures give, of up to 1 GiB
+    #[arg(long)]
+    pub(crate) compare: bool,
 }
 
 impl RenderVolumeArgs {

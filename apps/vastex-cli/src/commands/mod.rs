@@ -8,6 +8,7 @@ pub(crate) mod build;
 pub(crate) mod build_kind;
 #[cfg(all(feature = "build", feature = "volumes"))]
 mod build_volume;
+mod compared;
 #[cfg(feature = "build")]
 pub(crate) mod crop;
 #[cfg(feature = "build")]

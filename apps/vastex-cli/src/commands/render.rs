@@ -20,6 +20,7 @@ use vastex_tiles::DiskTier;
 use vastex_viewer::CameraPath as WrittenPath;
 
 use crate::args::{CameraMotion, RenderArgs, SceneArgs};
+use crate::commands::compared::Compared;
 use crate::commands::replay;
 use crate::commands::run_report::RunReport;
 use crate::explained::Explained;
@@ -395,20 +396,6 @@ struct Summary {
     explained: Option<Explained>,
 }
 
-/// What `--compare` adds.
-#[derive(Serialize)]
-struct Compared {
-    psnr_db: f64,
-    /// In steps of 1/255.
-    max_error: u8,
-    share_within_1_255: f64,
-    share_beyond_3_255: f64,
-    /// What drew the picture to compare with.
-    reference: &'static str,
-    /// Levels by which that picture is coarser than what is wanted: the mip bias, which is in force in both.
-    reference_mip_bias: f64,
-}
-
 impl Summary {
     fn new(
         outcome: &Outcome,
@@ -442,16 +429,12 @@ impl Summary {
             disk_cache: None,
             pools: None,
             explained: None,
-            compared: compared.map(|(comparison, reference)| Compared {
-                psnr_db: comparison.psnr_db,
-                max_error: comparison.max_error,
-                share_within_1_255: comparison.share_within_1_255,
-                share_beyond_3_255: comparison.share_beyond_3_255,
-                reference: match reference {
+            compared: compared.map(|(comparison, reference)| {
+                let reference = match reference {
                     ReferenceKind::Gpu => "gpu",
                     ReferenceKind::Cpu => "cpu",
-                },
-                reference_mip_bias: f64::from(pager.bias_eighths) / 8.0,
+                };
+                Compared::new(&comparison, reference, f64::from(pager.bias_eighths) / 8.0)
             }),
         }
     }
@@ -480,17 +463,7 @@ impl Summary {
             ),
         ];
         rows.extend(self.disk_cache.as_ref().map(disk_cache::Summary::text));
-        if let Some(Compared { psnr_db, max_error, share_within_1_255, reference, .. }) = &self.compared {
-            let within = report::percent(*share_within_1_255);
-            let biased = match self.mip_bias {
-                0.0 => String::new(),
-                bias => format!(", drawn {bias} levels coarser than wanted as well"),
-            };
-            rows.push(format!(
-                "beside an ordinary texture ({reference}{biased}): {psnr_db:.1} dB, {within} within 1/255, largest error \
-                 {max_error}/255"
-            ));
-        }
+        rows.extend(self.compared.as_ref().map(Compared::text));
         rows.extend(self.pools.as_ref().map(PoolDump::to_string));
         rows.extend(self.explained.as_ref().map(Explained::text));
         rows.join("\n")

@@ -3,6 +3,9 @@
 //! What is drawn is the viewer's business (`vastex_viewer::volume`), what is read `vastex-volume`'s. Here
 //! channels are chosen and frames played until everything in view is loaded.
 
+mod asked;
+mod reference;
+
 use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -12,27 +15,28 @@ use pollster::block_on;
 use serde::Serialize;
 use vastex::wgpu::{self, PollType, TextureFormat};
 use vastex::{
-    Event, Filter, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource, ViewId,
-    VolumeFilters,
+    Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource,
+    ViewId, VolumeFilters,
 };
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
-    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeDesc, VolumeRenderer, VolumeView,
+    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeDesc, VolumeRenderer, VolumeView, frames_to_ask,
+    volume_tables,
 };
-use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
 
+use self::asked::{check_size, check_step, no_volume, view_of};
 use super::render_labels::Labels;
 use super::render_pools::pool_bytes;
-use crate::args::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
+use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
+use crate::commands::compared::Compared;
 use crate::made_levels::LevelMaker;
 use crate::output::Output;
 use crate::{gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
-/// Samples of a ray beyond which it is not looked at further (volume.wgsl).
-const MOST_SAMPLES: f64 = 65_536.0;
 /// What 8 bits are written as.
 const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
 /// Channels that are shown where nobody says which.
@@ -52,20 +56,33 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let view = view_of(args, volume.about())?;
     check_step(args, volume.about())?;
     let labels = Labels::open(args, &volume)?;
+    if args.compare && labels.is_some() {
+        bail!("--compare: labels are compared with nothing; compare the image without them");
+    }
     let channels = channels_of(args, volume.about())?;
-    let sources =
-        channels.iter().map(|channel| source_of(args, &volume, channel)).collect::<Result<Vec<_>>>()?;
+    let brick = VolumeOptions::default().brick;
+    let sources = channels.iter().map(|channel| source_of(args, &volume, channel, brick));
+    let sources = sources.collect::<Result<Vec<_>>>()?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     check_size(&gpu, args.size)?;
+    let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
+    let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
+    let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
+    let shown = (&channels[..], &sources[..]);
     let mut drawing =
-        Drawing::new(args, &gpu, (&channels, &sources), labels.as_ref(), view).context(source.clone())?;
+        Drawing::new(args, &gpu, shown, labels.as_ref(), view, bytes).context(source.clone())?;
     let converged = drawing.play().context(source.clone())?;
     let picture = drawing.picture()?;
     if let Some(output) = output {
         output.write_picture(&picture)?;
     }
-    let summary = Summary::new(&drawing, &volume, converged);
+    let mut summary = Summary::new(&drawing, &volume, converged);
+    if args.compare && converged {
+        let drawn = (&picture, summary.mip_bias);
+        let compared = reference::compare(args, &gpu, (&volume, &channels), view, drawn);
+        summary.compared = Some(compared.context(source.clone())?);
+    }
     match args.json {
         true => report::print_json(&summary)?,
         false => report::print(&summary.text())?,
@@ -83,25 +100,6 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn no_volume(list: &ImageList) -> String {
-    let first = list.images.first().map_or("", |image| image.as_str());
-    format!(
-        "{}: {} with {} images; name one, as in {}/{first}",
-        list.path,
-        list.what,
-        list.images.len(),
-        list.path
-    )
-}
-
-fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
-    let most = gpu.device.limits().max_texture_dimension_2d;
-    if size.iter().any(|side| *side > most) {
-        bail!("--size {}x{}: this adapter draws pictures of {most}x{most} pixels at most", size[0], size[1]);
-    }
-    Ok(())
-}
-
 /// The box of a volume.
 fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
     let level = &about.levels[0];
@@ -113,30 +111,6 @@ fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
     // Only proportions count, and those of nanometres and of light years are told alike.
     let longest = level.scale.iter().copied().fold(0.0, f64::max);
     Ok(VolumeBox::new(size, level.scale.map(|side| side / longest)))
-}
-
-/// From where it is seen.
-fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<VolumeView> {
-    let of = box_of(about)?;
-    if let (VolumeScene::Slices, Some(slice)) = (args.on, args.slice) {
-        let side = of.size[usize::from(slice.axis)];
-        if slice.voxel >= side {
-            let name = ["x", "y", "z"][usize::from(slice.axis)];
-            bail!(
-                "--slice {name}={}: {} has {side} planes along {name}, 0 to {}",
-                slice.voxel,
-                about.path,
-                side - 1
-            );
-        }
-        return Ok(VolumeView::Slice { axis: slice.axis, voxel: slice.voxel });
-    }
-    Ok(match args.view {
-        Toward::Face(face) => VolumeView::Face(face),
-        Toward::Around { .. } => {
-            args.camera(&of).map_or(VolumeView::Face(Default::default()), VolumeView::Around)
-        }
-    })
 }
 
 /// The channels that are shown: those that are asked for, else those that the file shows at first, else the
@@ -173,8 +147,10 @@ fn source_of(
     args: &RenderVolumeArgs,
     volume: &Arc<Volume>,
     asked: &AskedChannel,
+    brick: u32,
 ) -> Result<Arc<VolumeSource>> {
     let options = VolumeOptions {
+        brick,
         channel: asked.channel,
         time: args.time,
         cache: args.cache(),
@@ -205,10 +181,8 @@ impl<'a> Drawing<'a> {
         (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
         view: VolumeView,
+        bytes: [u64; 2],
     ) -> Result<Drawing<'a>> {
-        let of_labels = labels.map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
-        let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
-        let bytes = pool_bytes(args, filters, [sources, of_labels])?;
         let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
         let rules = labels.iter().map(|labels| labels.pool(bytes[1])).collect();
         let settings = Settings {
@@ -225,7 +199,8 @@ impl<'a> Drawing<'a> {
         let mut ids = Vec::new();
         for source in sources {
             let voxels = Some(source.levels().clone());
-            let own = TextureSettings { voxels, ..TextureSettings::default() };
+            let page_table = volume_tables(source.description().geometry.page_count(), channels.len());
+            let own = TextureSettings { voxels, page_table, ..TextureSettings::default() };
             let tiles: Arc<dyn TileSource> = source.clone();
             let prepared = textures.preparer().read_blocking(tiles, own)?;
             ids.push(textures.add(prepared)?);
@@ -241,7 +216,8 @@ impl<'a> Drawing<'a> {
         let shown_labels =
             labels.map(|labels| labels.add(args, &mut textures, sources.is_empty())).transpose()?;
         // Of channels the image, else the labels themselves.
-        let first = sources.first().or(of_labels.first()).context("there is nothing to be drawn")?;
+        let of_labels = labels.map(|labels| &labels.source);
+        let first = sources.first().or(of_labels).context("there is nothing to be drawn")?;
         let desc = VolumeDesc {
             mode: args.mode,
             step: args.step,
@@ -257,12 +233,23 @@ impl<'a> Drawing<'a> {
         Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, faults })
     }
 
+    /// Chooses the levels of all channels.
+    fn set_levels(&mut self, rule: LevelRule) {
+        let channels: Vec<_> = self.renderer.desc().channels.iter().map(|c| c.layer.texture()).collect();
+        for channel in channels {
+            // They were added a moment ago.
+            if let Ok(mut texture) = self.textures.texture_mut(channel) {
+                texture.set_levels(rule);
+            }
+        }
+    }
+
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
     fn play(&mut self) -> Result<bool> {
         let brick = VolumeOptions::default().brick;
         let bricks = self.renderer.desc().bricks_of_a_ray(&self.view, brick, self.canvas.size());
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
-        let held = u64::from(vastex::JITTER_CYCLE) * bricks + 4;
+        let held = frames_to_ask(bricks) + 4;
         let (mut loaded, mut quiet) = (0, 0);
         let mut is_made = self.maker.is_done();
         loop {
@@ -326,23 +313,6 @@ impl<'a> Drawing<'a> {
         let rgba = read.take().context("the picture did not come back from the adapter")??;
         Ok(Picture { size: self.canvas.size(), rgba })
     }
-}
-
-/// Fails where rays would have more samples than are looked at.
-fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
-    let voxels: f64 = about.size().iter().map(|side| *side as f64).sum();
-    let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
-    let longest = about.size().into_iter().max().unwrap_or(1) as f64;
-    // Where voxels are smaller than pixels a coarser level is sampled.
-    let samples = voxels / (longest / side).max(1.0) / args.step;
-    if samples > MOST_SAMPLES {
-        let least = args.step * samples / MOST_SAMPLES;
-        bail!(
-            "--step {}: rays would have more than {MOST_SAMPLES} samples; write {least:.2} or more",
-            args.step
-        );
-    }
-    Ok(())
 }
 
 /// The sampled value that stands for a stored one.
@@ -428,6 +398,9 @@ struct Summary {
     volume_filters: BTreeMap<&'static str, bool>,
     /// What pools hold, and who blends it.
     pools: Vec<String>,
+    /// What `--compare` adds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    compared: Option<Compared>,
 }
 
 impl Summary {
@@ -455,6 +428,7 @@ impl Summary {
             adapter: drawing.gpu.adapter_name(),
             volume_filters: filters.named().into_iter().collect(),
             pools: stats.pools.iter().map(|pool| pool.tiles.to_string()).collect(),
+            compared: None,
         }
     }
 
@@ -464,8 +438,10 @@ impl Summary {
             0.0 => String::new(),
             bias => format!("; the pool is too small, so the picture is {bias} levels coarser"),
         };
+        let compared = self.compared.as_ref().map(|compared| format!("\n{}", compared.text()));
+        let compared = compared.unwrap_or_default();
         format!(
-            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}",
+            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}{compared}",
             self.frames,
             self.adapter,
             self.tiles_loaded,

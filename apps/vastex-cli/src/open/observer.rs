@@ -1,6 +1,9 @@
 //! Who is told of a source while it is opened: how far it is, and what can be looked at meanwhile.
 
-#![cfg_attr(not(feature = "build"), allow(dead_code, reason = "nothing is built, so nothing is told of it"))]
+#![cfg_attr(
+    not(all(feature = "build", feature = "view")),
+    allow(dead_code, reason = "nothing is built, or nobody looks on, so nothing is told of it")
+)]
 
 use std::ops::ControlFlow;
 #[cfg(feature = "build")]

@@ -71,6 +71,24 @@ fn a_slice_is_the_voxels_after_the_range() {
     assert!(off(&picture, nx, expected) <= 1.0);
 }
 
+/// Bricks cut a volume, and nothing of that is to be seen: beside textures that hold it whole, in a pool that
+/// holds all bricks and in a small one.
+#[test]
+fn a_picture_is_that_of_ordinary_textures() {
+    let sandbox = Sandbox::new();
+    for (view, pool) in [("around:yaw=30,pitch=20", "64"), ("+y", "8")] {
+        let words = ["--on=volume", "--mode=average", "--channels=0,1", "--view", view, "--pool-mib", pool];
+        let size = ["render", HEAD, "--size", "96x96", "--filter=exact", "--compare", "--json"];
+        let run = sandbox.run(&[&size[..], &words].concat()).expect_code(0);
+        let summary = run.json();
+        let compared = &summary["compared"];
+        // In perspective levels change along a ray where it enters a brick, and there is none beside.
+        let least = if view == "+y" { 60.0 } else { 40.0 };
+        assert!(compared["psnr_db"].as_f64().unwrap() > least, "{view}: {summary}");
+        assert_eq!(compared["reference_mip_bias"], summary["mip_bias"]);
+    }
+}
+
 /// Bricks of two voxels across, which few rays meet, along rays that meet as many as divide the jitter cycle.
 #[test]
 fn bricks_that_few_rays_meet_are_loaded_before_the_picture_is_taken() {

@@ -13,31 +13,41 @@ use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
 /// The views that every pager knows.
 #[derive(Debug)]
 pub(crate) struct Views {
-    /// Each with its weight.
-    all: Vec<(ViewId, f32)>,
+    all: Vec<KnownView>,
     next: u32,
+}
+
+/// A view as every pager knows it.
+#[derive(Clone, Copy, Debug)]
+struct KnownView {
+    view: ViewId,
+    weight: f32,
+    /// Jitter cycles until it has said all that it wants.
+    turns: u32,
 }
 
 impl Default for Views {
     fn default() -> Views {
-        Views { all: vec![(ViewId::MAIN, 1.0)], next: ViewId::MAIN.number() + 1 }
+        let main = KnownView { view: ViewId::MAIN, weight: 1.0, turns: 1 };
+        Views { all: vec![main], next: ViewId::MAIN.number() + 1 }
     }
 }
 
 impl Views {
     /// Makes the views known to a new pool, which knows the main view.
     pub(crate) fn add_to(&self, pager: &mut PoolPager) {
-        for &(view, weight) in &self.all {
+        for &KnownView { view, weight, turns } in &self.all {
             if !pager.set.set_weight(view, Weight::new(weight)) {
                 let added = pager.set.add_view(view, Weight::new(weight));
                 debug_assert_eq!(added, Ok(()), "there is room, as in the other pools");
             }
+            pager.set.set_view_turns(view, turns);
         }
     }
 
     /// Whether feedback of this view is taken in.
     pub(crate) fn has(&self, view: ViewId) -> bool {
-        self.all.iter().any(|(known, _)| *known == view)
+        self.all.iter().any(|known| known.view == view)
     }
 }
 
@@ -50,15 +60,15 @@ impl Pager {
         }
         let view = ViewId::new(self.views.next);
         self.views.next += 1;
-        self.views.all.push((view, weight));
+        self.views.all.push(KnownView { view, weight, turns: 1 });
         self.pools_mut().try_for_each(|pager| pager.set.add_view(view, Weight::new(weight)))?;
         Ok(view)
     }
 
     /// Sets how much a view's pixels count, from its next feedback on. Returns true if there is such a view.
     pub fn set_weight(&mut self, view: ViewId, weight: f32) -> bool {
-        let known = self.views.all.iter_mut().find(|(known, _)| *known == view);
-        known.into_iter().for_each(|(_, old)| *old = weight);
+        let known = self.views.all.iter_mut().find(|known| known.view == view);
+        known.into_iter().for_each(|known| known.weight = weight);
         for pager in self.pools_mut() {
             pager.set.set_weight(view, Weight::new(weight));
         }
@@ -69,7 +79,7 @@ impl Pager {
     /// stays. Feedback of a view that there is no more is dropped.
     pub fn remove_view(&mut self, view: ViewId) -> bool {
         let before = self.views.all.len();
-        self.views.all.retain(|(known, _)| *known != view || view == ViewId::MAIN);
+        self.views.all.retain(|known| known.view != view || view == ViewId::MAIN);
         let Pager { pools, events, .. } = self;
         for pager in pools.iter_mut().map(|pool| &mut pool.pager).filter(|_| view != ViewId::MAIN) {
             if pager.set.remove_view(view) {
@@ -98,7 +108,18 @@ impl Pager {
         self.pools_mut().for_each(|pager| pager.set.set_turns(turns));
     }
 
-    /// Feedbacks of a view after which it has been seen whole: a jitter cycle for each of the turns.
+    /// Sets after how many jitter cycles a view has said all that it wants, where that is more than
+    /// [`Pager::set_turns`] says: one of rays, which ask for several pages each. Its feedback counts for so
+    /// long, and that of no other view. 15 at most.
+    pub fn set_view_turns(&mut self, view: ViewId, turns: u32) {
+        let known = self.views.all.iter_mut().find(|known| known.view == view);
+        let Some(known) = known.filter(|known| known.turns != turns) else { return };
+        known.turns = turns;
+        self.pools_mut().for_each(|pager| pager.set.set_view_turns(view, turns));
+    }
+
+    /// Feedbacks of a view after which it has been seen whole, unless it has turns of its own
+    /// ([`Pager::set_view_turns`]): a jitter cycle for each of the turns.
     pub fn feedback_cycle(&self) -> u32 {
         WorkingSet::cycle_of(self.turns)
     }

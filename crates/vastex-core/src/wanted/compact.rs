@@ -3,7 +3,9 @@
 //! For devices without compute shaders, and the measure of those that have them: both give the same
 //! [`Feedback`]. How the pixels come to the CPU is the GPU crate's business.
 
-use crate::shader_constants::{FEEDBACK_DEGENERATE, FEEDBACK_WANTED, STEPS_PER_LEVEL};
+use crate::shader_constants::{
+    FEEDBACK_DEGENERATE, FEEDBACK_WANTED, MOST_WEIGHT, STEP_BITS, STEPS_PER_LEVEL,
+};
 use crate::texture::page::PageId;
 use crate::wanted::feedback::{Feedback, WantedPage};
 
@@ -72,8 +74,8 @@ impl FeedbackCompactor {
     }
 
     /// Puts what the pixels want into `feedback`, as that of `frame`; of which view it is stays. A pixel is
-    /// page id low, page id high, eighth (at most 7) and flag, as `vastex_feedback` wrote it; one that names
-    /// no page is left out.
+    /// page id low, page id high, eighth and flag, as `vastex_feedback` wrote it; one that names no page is
+    /// left out. Above the three bits of the eighth stands as how many more pixels it counts, 15 at most.
     ///
     /// Costs a comparison of each pixel with its neighbour, a look at each run of equal ones, and a sort of
     /// the distinct pages. Allocates only for more distinct pages than ever before.
@@ -144,8 +146,9 @@ impl FeedbackCompactor {
             self.seen[self.last as usize].next = at;
         }
         let seen = &mut self.seen[at as usize];
-        seen.pixels += count;
-        seen.eighth = seen.eighth.min(eighth.min(STEPS_PER_LEVEL - 1) as u8);
+        let weight = 1 + (eighth >> STEP_BITS).min(MOST_WEIGHT - 1);
+        seen.pixels = seen.pixels.saturating_add(count.saturating_mul(weight));
+        seen.eighth = seen.eighth.min((eighth % STEPS_PER_LEVEL) as u8);
         self.last = at;
     }
 
@@ -260,7 +263,7 @@ mod tests {
         for &[low, high, eighth, _] in wanted {
             let Some(page) = PageId::from_bits(u64::from(high) << 32 | u64::from(low)) else { continue };
             let entry = pages.entry(page).or_insert((0, 7));
-            *entry = (entry.0 + 1, entry.1.min(eighth as u8));
+            *entry = (entry.0 + 1 + eighth / 8, entry.1.min((eighth % 8) as u8));
         }
         let degenerate = pixels.iter().filter(|pixel| pixel[3] == FEEDBACK_DEGENERATE).count() as u32;
         let pages = pages.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth });
@@ -270,7 +273,7 @@ mod tests {
     proptest! {
         #[test]
         fn distinct_pages_are_counted(
-            runs in prop::collection::vec((0u32..3000, prop_oneof![Just(0u32), Just(7), Just(u32::MAX)], 0u32..8, 0u32..3, 1usize..9), 0..4000),
+            runs in prop::collection::vec((0u32..3000, prop_oneof![Just(0u32), Just(7), Just(u32::MAX)], 0u32..128, 0u32..3, 1usize..9), 0..4000),
         ) {
             let (mut compactor, mut feedback) = (FeedbackCompactor::new(), Feedback::default());
             let pixels: Vec<_> = runs

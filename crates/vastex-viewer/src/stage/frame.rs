@@ -30,6 +30,13 @@ pub trait StageScene {
         picture: [u32; 2],
     );
 
+    /// Bricks that a ray of the scene's shaders meets, about and at most, for a camera that was just placed;
+    /// 0 where they show surfaces ([`vastex::ViewMut::set_bricks_of_a_ray`]).
+    fn bricks_of_a_ray(&self, camera: &Self::Camera) -> u32 {
+        let _ = camera;
+        0
+    }
+
     /// Draws what a camera wants to see, into a pass of [`vastex::ViewMut::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
@@ -122,6 +129,9 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         for StageView { camera, pose, .. } in self.views {
             scene.place(camera, &gpu.queue, textures, pose, picture);
         }
+        for StageView { view, camera, .. } in self.views {
+            textures.view_mut(*view)?.set_bricks_of_a_ray(scene.bricks_of_a_ray(camera));
+        }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         mark(&mut encoder, Some("feedback"));
         tell(textures, &mut encoder)?;
@@ -140,7 +150,11 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         mark(&mut encoder, Some("picture"));
         let is_drawn = match self.pictures {
             Pictures::Always => true,
-            Pictures::ForFeedback => textures.inspect().feedback_mode() == FeedbackMode::Inline,
+            // Rays say what they want in a pass of their own.
+            Pictures::ForFeedback => {
+                let shows_surfaces = self.views.iter().any(|seen| scene.bricks_of_a_ray(seen.camera) == 0);
+                shows_surfaces && textures.inspect().feedback_mode() == FeedbackMode::Inline
+            }
             Pictures::Never => false,
         };
         for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {

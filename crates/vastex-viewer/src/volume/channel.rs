@@ -2,10 +2,22 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use vastex::LayerId;
+use vastex::{LayerId, TableChoice};
 
 /// Channels that one picture shows at most.
 pub const MOST_CHANNELS: usize = 16;
+
+/// Entries of direct page tables of a volume, over all of its channels, at most.
+const MOST_ENTRIES: u64 = 4 << 20;
+
+/// The page tables that all channels of a volume are to have, so that they lie in one pool, of a volume of so
+/// many bricks and so many channels: [`vastex::TextureSettings::page_table`].
+pub fn volume_tables(bricks: u64, channels: usize) -> TableChoice {
+    match bricks.saturating_mul(channels as u64) <= MOST_ENTRIES {
+        true => TableChoice::Direct,
+        false => TableChoice::Hashed,
+    }
+}
 
 /// A channel of a volume, as it is shown. All channels of a picture have textures of one geometry and one
 /// format.

@@ -6,12 +6,14 @@
 
 mod camera;
 mod channel;
+mod desc;
 mod labels;
 mod renderer;
 mod text;
 
 pub use camera::{VolumeBox, VolumeCamera, VolumeClip, VolumeFace, VolumePlane, VolumeRays, VolumeView};
-pub use channel::{MOST_CHANNELS, VolumeChannel};
+pub use channel::{MOST_CHANNELS, VolumeChannel, volume_tables};
+pub use desc::{VolumeDesc, VolumeMode, frames_to_ask};
 pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, usual_color};
-pub use renderer::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeMode, VolumeRenderer};
+pub use renderer::{VolumeCameraBinding, VolumeError, VolumeRenderer};
 pub use text::{LabelsInText, volume_text};

@@ -2,110 +2,19 @@
 
 mod parts;
 
-use std::sync::OnceLock;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Mutex, OnceLock, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use vastex::{Error, Kinds, LayerId, Member, Sampled, Textures, shader_module};
 
-use super::camera::{RayUniform, VolumeBox, VolumeClip, VolumeView};
+use super::camera::{RayUniform, VolumeView};
 use super::channel::{ChannelUniform, MOST_CHANNELS, VolumeChannel};
-use super::labels::{LabelBinding, LabelsOnGpu, VolumeLabels};
+use super::desc::{BRICKS_IN_A_FRAME, VolumeDesc, VolumeMode};
+use super::labels::{LabelBinding, LabelsOnGpu};
 use super::text::{LabelsInText, told_in, volume_text};
 use crate::gpu::Gpu;
 use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
-
-/// What becomes of the samples along a ray.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum VolumeMode {
-    /// The largest.
-    #[default]
-    Mip,
-    /// The smallest.
-    Minip,
-    /// Their mean.
-    Average,
-    /// All of them glow and hide what is behind.
-    Emission,
-    /// The surface at which a value is reached.
-    Iso,
-}
-
-impl VolumeMode {
-    /// Every mode.
-    pub const ALL: [VolumeMode; 5] =
-        [VolumeMode::Mip, VolumeMode::Minip, VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso];
-
-    /// Its name on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            VolumeMode::Mip => "mip",
-            VolumeMode::Minip => "minip",
-            VolumeMode::Average => "average",
-            VolumeMode::Emission => "emission",
-            VolumeMode::Iso => "iso",
-        }
-    }
-}
-
-/// What is drawn of a volume.
-#[derive(Clone, Debug, PartialEq)]
-pub struct VolumeDesc {
-    /// Its box.
-    pub of: VolumeBox,
-    /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format; none
-    /// where there are labels alone.
-    pub channels: Vec<VolumeChannel>,
-    /// The labels that are shown over them.
-    pub labels: Option<VolumeLabels>,
-    /// What becomes of samples along a ray; slices have none.
-    pub mode: VolumeMode,
-    /// How far samples along a ray are apart, in sides of a voxel of the level that is wanted: 1, 1/3 and 1/5
-    /// have samples in the middles of voxels where rays go along an axis.
-    pub step: f64,
-    /// How dense a volume is in emission: 1 where a ray of a hundredth of the longest side of the box passes
-    /// 1 - opacity.
-    pub density: f64,
-    /// The value at which a surface is, as shaders sample it.
-    pub iso: f32,
-    /// Whether samples are blended by the shader in single precision, and not by the device's filter.
-    pub is_exact: bool,
-    /// What is left of it for rays.
-    pub clip: VolumeClip,
-}
-
-impl VolumeDesc {
-    /// Channels of a volume by [`VolumeMode::Mip`].
-    pub fn new(of: VolumeBox, channels: Vec<VolumeChannel>) -> VolumeDesc {
-        let mode = VolumeMode::default();
-        let (labels, clip) = (None, VolumeClip::default());
-        VolumeDesc { of, channels, labels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
-    }
-
-    /// The bricks of `brick` voxels a side that one ray of a picture meets, about, and at most: 1 to 64. A
-    /// ray asks for one of them in a frame, and every pixel of the feedback has asked for all after as many
-    /// jitter cycles ([`vastex::JITTER_CYCLE`]). Who wants a last picture waits for so long while nothing
-    /// new is loaded: bricks that few rays meet come into the working set and leave it, so that
-    /// [`vastex::diagnostics::FrameStats::converged`] may never be true.
-    pub fn bricks_of_a_ray(&self, view: &VolumeView, brick: u32, picture: [u32; 2]) -> u64 {
-        let sides = self.of.size.map(f64::from);
-        // Where pixels are larger than voxels a coarser level is seen.
-        let pixels = f64::from(picture[0].max(picture[1]).max(1));
-        let coarser = (sides.into_iter().fold(1.0, f64::max) / pixels).max(1.0);
-        let along = |axis: usize| (sides[axis] / coarser / f64::from(brick.max(1))).ceil() + 1.0;
-        let bricks: f64 = match view {
-            VolumeView::Slice { .. } | VolumeView::Plane(_) => 1.0,
-            VolumeView::Face(face) => {
-                let [_, _, forward] = face.axes();
-                (0..3).filter(|axis| forward[*axis] != 0.0).map(along).sum()
-            }
-            VolumeView::Around(_) => (0..3).map(along).sum(),
-        };
-        // What is asked for of labels is asked for in turn with that of the image.
-        let of_labels = if self.labels.is_some() { 2.0 } else { 1.0 };
-        (bricks * of_labels).clamp(1.0, 64.0) as u64
-    }
-}
 
 /// What a volume is seen through.
 #[derive(Debug)]
@@ -115,6 +24,24 @@ pub struct VolumeCameraBinding {
     view: u32,
     /// Whether it sees a slice: views of one volume may see slices and all of it in one frame.
     is_slice: AtomicBool,
+    /// Bricks that one of its rays meets.
+    bricks: AtomicU32,
+    /// What it saw when it was last placed.
+    last: Mutex<Option<(VolumeView, [u32; 2])>>,
+}
+
+impl VolumeCameraBinding {
+    fn new(uniform: Uniform, labels: Option<LabelBinding>, view: u32) -> VolumeCameraBinding {
+        let (is_slice, bricks, last) = Default::default();
+        VolumeCameraBinding { uniform, labels, view, is_slice, bricks, last }
+    }
+
+    /// Takes note of what it sees; says whether that is what it saw before.
+    fn see(&self, view: VolumeView, picture: [u32; 2]) -> bool {
+        self.is_slice.store(view.is_slice(), Ordering::Relaxed);
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        last.replace((view, picture)) == Some((view, picture))
+    }
 }
 
 /// `VolumeScene` of volume.wgsl.
@@ -139,6 +66,8 @@ pub struct VolumeRenderer {
     labels: Option<LabelsOnGpu>,
     /// What the buffers are from which its shaders are told.
     told_in: wgpu::BufferUsages,
+    /// Voxels along a side of a brick.
+    brick: u32,
     format: wgpu::TextureFormat,
     module: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
@@ -163,6 +92,7 @@ impl VolumeRenderer {
         format: wgpu::TextureFormat,
     ) -> Result<VolumeRenderer, VolumeError> {
         let (sampled, bound, kinds) = bound(textures, &desc)?;
+        let brick = brick_of(textures, &desc)?;
         let device = &gpu.device;
         let in_text = match (&desc.labels, desc.channels.is_empty()) {
             (None, _) => LabelsInText::None,
@@ -191,12 +121,8 @@ impl VolumeRenderer {
             format,
             module,
             layout,
-            camera: VolumeCameraBinding {
-                uniform,
-                labels: labels.as_ref().map(|labels| labels.camera(gpu)),
-                view: 0,
-                is_slice: AtomicBool::new(false),
-            },
+            brick,
+            camera: VolumeCameraBinding::new(uniform, labels.as_ref().map(|labels| labels.camera(gpu)), 0),
             bound,
             labels,
             told_in,
@@ -227,7 +153,7 @@ impl VolumeRenderer {
     pub fn new_camera(&self, view: u32) -> VolumeCameraBinding {
         let uniform = Uniform::new_in::<SceneUniform>(&self.gpu.device, &self.camera_layout, self.told_in);
         let labels = self.labels.as_ref().map(|labels| labels.camera(&self.gpu));
-        VolumeCameraBinding { uniform, labels, view, is_slice: AtomicBool::new(false) }
+        VolumeCameraBinding::new(uniform, labels, view)
     }
 
     /// What becomes of samples, how far apart they are, how channels are shown: all that needs no other
@@ -358,6 +284,16 @@ fn sampled(textures: &mut Textures, channels: &[VolumeChannel]) -> Result<(Sampl
     }
 }
 
+/// The smallest side of a brick of what is drawn.
+fn brick_of(textures: &Textures, desc: &VolumeDesc) -> Result<u32, Error> {
+    let labels = desc.labels.as_ref().map(|labels| labels.layer);
+    let mut smallest = u32::MAX;
+    for layer in desc.channels.iter().map(|channel| channel.layer).chain(labels) {
+        smallest = smallest.min(textures.texture(layer.texture())?.description().geometry.page()[0]);
+    }
+    Ok(smallest)
+}
+
 /// Why a volume cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum VolumeError {
@@ -391,7 +327,11 @@ impl StageScene for VolumeRenderer {
         picture: [u32; 2],
     ) {
         let VolumeDesc { of, channels, labels, step, density, iso, .. } = &self.desc;
-        camera.is_slice.store(pose.is_slice(), Ordering::Relaxed);
+        let is_still = camera.see(*pose, picture);
+        let bricks = self.desc.bricks_of_a_ray(pose, self.brick, picture);
+        // What few rays meet is asked for when the camera rests.
+        let bricks = if is_still { bricks } else { bricks.min(BRICKS_IN_A_FRAME) };
+        camera.bricks.store(bricks, Ordering::Relaxed);
         let of_pose = pose.rays(of, picture);
         let mut rays = RayUniform::new(of, &of_pose, picture);
         // R of docs/volumes.md.
@@ -417,6 +357,10 @@ impl StageScene for VolumeRenderer {
             *told = channel.uniform(*id);
         }
         camera.uniform.set(queue, &told);
+    }
+
+    fn bricks_of_a_ray(&self, camera: &VolumeCameraBinding) -> u32 {
+        camera.bricks.load(Ordering::Relaxed)
     }
 
     fn draw_wanted(

@@ -18,7 +18,11 @@ pub enum LabelsInText {
 /// channel, and `label`, or of `label` alone. A text with labels has what it is told in storage buffers where
 /// there are any ([`FeedbackMode::Raw`] says that there are none).
 pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> String {
-    let volume = [include_str!("wgsl/volume.wgsl"), include_str!("../stage/wgsl/display.wgsl")];
+    let volume = [
+        include_str!("wgsl/volume.wgsl"),
+        include_str!("wgsl/want.wgsl"),
+        include_str!("../stage/wgsl/display.wgsl"),
+    ];
     let own = include_str!("wgsl/labels.wgsl");
     let of_labels: &[&str] = match labels {
         LabelsInText::None => &[include_str!("wgsl/labels_none.wgsl")],

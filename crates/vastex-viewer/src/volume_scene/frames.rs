@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 
-use vastex::{Event, JITTER_CYCLE};
+use vastex::Event;
 
 use super::VolumeScene;
 use super::channels::Channels;
@@ -152,7 +152,7 @@ impl VolumeScene {
         let Some((next, begun)) = &self.next else { return };
         let nothing_seen = self.current.renderer().is_none();
         let pager = self.textures.stats().pager;
-        let is_there = self.quiet >= u64::from(JITTER_CYCLE) + 4 && pager.missing == 0;
+        let is_there = self.quiet >= self.quiet_frames() && pager.missing == 0;
         let is_late = now.saturating_sub(*begun) >= LONGEST_WAIT;
         if next.is_complete(&self.look)
             && (nothing_seen || is_there || is_late)
@@ -190,6 +190,7 @@ impl VolumeScene {
             let camera = self.cameras[nth].get_or_insert_with(|| renderer.new_camera(number));
             renderer.place(camera, &self.gpu.queue, &self.textures, &sight.view(1), pane.size);
             let camera = &*camera;
+            self.textures.view_mut(view)?.set_bricks_of_a_ray(renderer.bricks_of_a_ray(camera));
             self.textures.view_mut(view)?.feedback(&mut encoder, pane.size, |pass, groups| {
                 if let Some(group) = groups.get(renderer.sampled()) {
                     renderer.draw_wanted(camera, pass, group);

@@ -22,11 +22,11 @@ use std::time::Duration;
 
 use glam::DVec2;
 use vastex::diagnostics::Stats;
-use vastex::{JITTER_CYCLE, Prepared, Preparer, Region, Settings, Textures, ViewId, ViewSettings};
+use vastex::{Prepared, Preparer, Region, Settings, Textures, ViewId, ViewSettings};
 
 use crate::gpu::Gpu;
 use crate::input::InputEvent;
-use crate::volume::{VolumeCameraBinding, VolumeDesc, VolumeView};
+use crate::volume::{VolumeCameraBinding, VolumeDesc, VolumeView, frames_to_ask};
 
 use channels::Channels;
 pub use channels::LabelsPlace;
@@ -434,7 +434,7 @@ impl VolumeScene {
             let view = PaneSight::of(&self.look, &self.facts.of, &panes, pane).view(1);
             renderer.desc().bricks_of_a_ray(&view, self.facts.brick, pane.size)
         });
-        u64::from(JITTER_CYCLE) * bricks.max().unwrap_or(1) + 4
+        frames_to_ask(bricks.max().unwrap_or(1)) + 4
     }
 
     fn key(&self, sight: &PaneSight) -> Key {

@@ -7,7 +7,7 @@ use vastex::{LayerFormat, TableChoice, VolumeFilters};
 use vastex_viewer::Gpu;
 use vastex_viewer::volume::{VolumeDesc, VolumeFace, VolumeMode, VolumeView};
 
-use super::volumes::{ArrayVolume, World, geometry, waves};
+use super::volume_world::{ArrayVolume, World, geometry, waves};
 
 /// What the device of the tests turns out to filter: whatever passes is within the tolerance, so that nobody
 /// sees bands.

@@ -16,10 +16,11 @@ use vastex_viewer::Gpu;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind};
 use vastex_viewer::volume::{
     VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
+    frames_to_ask,
 };
 
 use super::volume_reference::{ArrayChannel, ArrayLevel, picture};
-use super::volumes::{PICTURE, read};
+use super::volume_world::{PICTURE, read};
 
 /// Voxels along each side: 10^15 in all.
 const HUGE: u32 = 100_000;
@@ -155,7 +156,7 @@ impl World {
         let renderer =
             VolumeRenderer::new(&self.gpu, &mut self.textures, self.desc.clone(), PICTURE).unwrap();
         let canvas = Canvas::new(&self.gpu, SIZE, PICTURE, TargetKind::Direct);
-        let held = self.desc.bricks_of_a_ray(&view, BRICK, SIZE) * u64::from(vastex::JITTER_CYCLE) + 4;
+        let held = frames_to_ask(self.desc.bricks_of_a_ray(&view, BRICK, SIZE)) + 4;
         let (mut loaded, mut quiet) = (0, 0);
         for _ in 0..PATIENCE {
             let pager = self.textures.stats().pager;

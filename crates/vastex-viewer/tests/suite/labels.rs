@@ -15,7 +15,7 @@ use vastex_viewer::volume::{
 
 use super::label_reference::{LabelLevel, over};
 use super::volume_reference::picture;
-use super::volumes::{World, geometry};
+use super::volume_world::{World, geometry};
 
 const SIZE: [u32; 3] = [40, 36, 28];
 /// The same lower half; the first has nothing but it.

@@ -1,6 +1,8 @@
 //! What pictures of volumes must be, in `f64` over whole arrays, as docs/volumes.md says it: nothing here is
 //! shared with what draws them but the numbers that a person sets.
 
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 use vastex_viewer::volume::{VolumeBox, VolumeChannel, VolumeDesc, VolumeMode, VolumeView};
 
@@ -28,7 +30,7 @@ impl ArrayLevel {
     }
 
     /// Trilinear, at a place in voxels of level 0.
-    fn sample(&self, place: DVec3) -> f64 {
+    pub(crate) fn sample(&self, place: DVec3) -> f64 {
         let at: [f64; 3] = std::array::from_fn(|a| (place[a] - self.origin[a]) / self.scale[a] - 0.5);
         let first = at.map(f64::floor);
         let mut value = 0.0;
@@ -84,6 +86,45 @@ pub(crate) fn picture(
         }
     }
     pixels
+}
+
+/// The bricks of `page` voxels a side that samples of the rays of some pixels lie in, where more than 1/256
+/// of the light behind them is let through: by level and place. Levels are halves of one another.
+pub(crate) fn bricks_met(
+    desc: &VolumeDesc,
+    channels: &[ArrayChannel<'_>],
+    (view, size): (&VolumeView, [u32; 2]),
+    page: u32,
+    is_looked_at: impl Fn([u32; 2]) -> bool,
+) -> BTreeSet<(u8, [u32; 3])> {
+    let rays = view.rays(&desc.of, size);
+    let mut met = BTreeSet::new();
+    for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+        let along = |of: [DVec3; 3]| of[0] + of[1] * (f64::from(x) + 0.5) + of[2] * (f64::from(y) + 0.5);
+        let (origin, direction) = (along(rays.origin), along(rays.toward).normalize());
+        let (begin, end) = within(&desc.of, origin, direction);
+        if begin >= end || !is_looked_at([x, y]) {
+            continue;
+        }
+        let ray = Ray { origin, direction, begin, end };
+        let pixel = |way: f64| rays.pixel + rays.growth * way;
+        let density = desc.density * 100.0 / desc.of.extent().max_element();
+        let mut through = 1.0;
+        for (way, step) in samples(desc, channels[0].1, &ray, &pixel) {
+            if desc.mode == VolumeMode::Emission && through <= 1.0 / 256.0 {
+                break;
+            }
+            let place = (ray.origin + ray.direction * way) / desc.of.voxel;
+            let level = level_of(&desc.of, channels[0].1, pixel(way));
+            let side = f64::from(page) * channels[0].1[level].scale[0];
+            met.insert((level as u8, std::array::from_fn(|a| (place[a] / side) as u32)));
+            for (channel, levels) in channels {
+                let x = channel.shown(levels[level].sample(place));
+                through *= (1.0 - (f64::from(channel.opacity) * x).min(0.999)).powf(density * step);
+            }
+        }
+    }
+    met
 }
 
 fn within(of: &VolumeBox, origin: DVec3, direction: DVec3) -> (f64, f64) {

@@ -4,6 +4,7 @@
 //! Tests compare the two on the same inputs; a picture that is beyond a device's limits is compared with the
 //! twin alone.
 
+mod brick;
 mod fade;
 mod feedback;
 mod fixed;
@@ -12,6 +13,7 @@ mod lookup;
 mod reach;
 mod sample;
 
+pub use brick::Bricks;
 pub use fixed::{Coordinate, folded_texel};
 pub use lookup::Place;
 pub use sample::Sampler;

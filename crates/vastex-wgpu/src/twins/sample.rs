@@ -172,7 +172,7 @@ fn mix(a: [f32; 4], b: [f32; 4], weight: f32) -> [f32; 4] {
     std::array::from_fn(|c| a[c] * (1.0 - weight) + b[c] * weight)
 }
 
-fn decode(format: LayerFormat, bytes: &[u8]) -> [f32; 4] {
+pub(super) fn decode(format: LayerFormat, bytes: &[u8]) -> [f32; 4] {
     use LayerFormat::{R8, R16, R16Float, R32Float, Rg8, Rgba8Srgb, Rgba16, Rgba16Float};
     let unorm = |channel: usize| f32::from(bytes[channel]) / 255.0;
     let word = |channel: usize| [bytes[2 * channel], bytes[2 * channel + 1]];

@@ -12,11 +12,12 @@ struct VastexBrick {
     wanted: u32,          // the level that was looked up, the mip bias included
     shown: u32,           // the level whose voxels are there, that or a coarser one
     page: vec3<u32>,      // the brick that was looked up; 0,0,0 in the tail
+    slot: u32,            // where the voxels are
     box: VastexBox,       // for which this holds
     origin: vec3<u32>,    // in the atlas: the slot's first voxel
     scale: vec3<f32>,     // voxels of the shown level along one of level 0
     base: vec3<f32>,      // place in the slot [voxels] = base + offset * scale
-    low: vec3<f32>,       // where its voxels begin and end there, border included
+    low: vec3<f32>,       // the middles of its first and of its last voxel there, border included
     high: vec3<f32>,
 }
 
@@ -72,7 +73,7 @@ fn vastexi_brick_of_entry(
     let box = vastexi_box(volume, anchor, wanted, page);
     let first = vec3<f32>(low) + 0.5;
     let last = vec3<f32>(high) - 0.5;
-    return VastexBrick(true, wanted, shown, page, box, origin, level.inverse_scale, base, first, last);
+    return VastexBrick(true, wanted, shown, page, slot, box, origin, level.inverse_scale, base, first, last);
 }
 
 // Where a place lies in the slot of a brick [voxels].
@@ -94,12 +95,95 @@ fn vastex_box_exit(box: VastexBox, offset: vec3<f32>, direction: vec3<f32>) -> f
     return max(min(min(reached.x, reached.y), reached.z), 0.0);
 }
 
-// Which of `count` bricks that a ray meets it asks for in this frame: 0 to `count` - 1. Neighbours ask for others, and each pixel of the target
-// asks for every one from all positions of the jitter cycle within `count` cycles. `position` is @builtin(position) in a feedback pass.
+// A ray through a volume. Ways along it are in lengths of `direction`.
+struct VastexRay {
+    anchor: vec3<u32>,    // [voxel of level 0]
+    origin: vec3<f32>,    // [offset from the anchor, in voxels of level 0]
+    direction: vec3<f32>, // [the same]; not 0
+    begin: f32,           // the part of it that is looked at
+    end: f32,
+    pixel: vec3<f32>,     // sides of a pixel of the picture at the way 0 [voxels of level 0]
+    growth: vec3<f32>,    // what they grow by along a way of 1; 0 where rays are parallel
+}
+
+// How far a ray is through the bricks of a volume: in the part `begin` to `end`, which `brick` has the voxels of.
+struct VastexMarch {
+    brick: VastexBrick,
+    level: f32,           // that a pixel wants there, without the mip bias, as vastex_volume_level gives it
+    begin: f32,
+    end: f32,
+}
+
+// A ray within the box of a volume of so many voxels; where it misses it, its end is no later than its beginning.
+fn vastex_ray_within(ray: VastexRay, size: vec3<u32>) -> VastexRay {
+    let low = -vec3<f32>(ray.anchor);
+    let high = vec3<f32>(vec3<i32>(size) - vec3<i32>(ray.anchor));
+    // Along an axis on which nothing moves a ray is inside everywhere or nowhere.
+    let still = ray.direction == vec3<f32>(0.0);
+    let is_inside = (ray.origin >= low) & (ray.origin < high);
+    let outside = select(vec3<f32>(1e30), vec3<f32>(-1e30), is_inside);
+    let one = (low - ray.origin) / ray.direction;
+    let other = (high - ray.origin) / ray.direction;
+    let near = select(min(one, other), outside, still);
+    let far = select(max(one, other), -outside, still);
+    var within = ray;
+    within.begin = max(ray.begin, max(max(near.x, near.y), near.z));
+    within.end = min(ray.end, min(min(far.x, far.y), far.z));
+    return within;
+}
+
+// The place of a way along a ray [offset].
+fn vastex_ray_at(ray: VastexRay, way: f32) -> vec3<f32> {
+    return ray.origin + ray.direction * way;
+}
+
+// The sides of a pixel there [voxels of level 0].
+fn vastexi_ray_pixel(ray: VastexRay, way: f32) -> vec3<f32> {
+    return ray.pixel + ray.growth * way;
+}
+
+// How far a ray goes beyond a way that it is at so that rounding does not leave it in the brick before: a hundredth of a voxel, or where ways
+// are long as much as they tell apart.
+fn vastexi_ray_beyond(ray: VastexRay, way: f32) -> f32 {
+    let steps = abs(ray.direction);
+    return max(0.01 / max(max(steps.x, steps.y), max(steps.z, 1e-30)), abs(way) * exp2(-20.0));
+}
+
+// Where a ray that leaves a brick at `exit` goes on: beyond the way where it came into it, so that every march ends.
+fn vastexi_ray_onward(ray: VastexRay, way: f32, exit: f32) -> f32 {
+    return min(max(exit, way + vastexi_ray_beyond(ray, way)), ray.end);
+}
+
+// The pixel of the picture whose ray a fragment of the feedback pass marches [pixels, x to the right, y downward]. `pixel` is the fragment's own
+// place, interpolated over the picture; all pixels of the target that answer for one pixel of the picture get the same. To be called before
+// the ray is made that vastex_march_feedback or vastex_ray_turn is asked about. `position` is @builtin(position) in a feedback pass.
+fn vastex_ray_pixel(view: u32, position: vec4<f32>, pixel: vec2<f32>) -> vec2<f32> {
+    let answers = vastexi_views[view].answers;
+    let answer = u32(position.y) % answers;
+    let above = (f32(answer) + 0.5) / f32(answers) - 0.5;
+    return vec2<f32>(pixel.x, pixel.y - above * f32(vastexi_views[view].block));
+}
+
+// Which of `count` bricks that a ray meets it asks for in this frame with this pixel of the target: 0 to `count` - 1, or more where others ask
+// for all of them. Neighbours ask for others. Of a view whose rays meet as many bricks as it says, each is asked for from all positions of
+// the jitter cycle while the view is seen whole once. `position` is @builtin(position) in a feedback pass.
 fn vastex_ray_turn(view: u32, position: vec4<f32>, count: u32) -> u32 {
-    let cell = vec2<u32>(position.xy) / vastexi_views[view].cell;
+    let answers = vastexi_views[view].answers;
+    let place = vec2<u32>(position.xy) / vastexi_views[view].cell;
+    let answer = place.y % answers;
+    if answer >= count {
+        return count;
+    }
     let frame = vastexi_views[view].frame;
-    return (cell.x + (3u * cell.y) + (frame % VASTEX_JITTER_CYCLE) + (frame / VASTEX_JITTER_CYCLE)) % count;
+    let cell = place.x + (3u * (place.y / answers)) + (frame % VASTEX_JITTER_CYCLE);
+    return (cell + (answers * (frame / VASTEX_JITTER_CYCLE)) + answer) % max(count, 1u);
+}
+
+// A feedback pixel that counts as much as it matters, for what is loaded first: with 0 as one pixel, as without this call, with 1 as sixteen. What
+// matters little is wanted as well.
+fn vastex_weighted(wanted: vec4<u32>, weight: f32) -> vec4<u32> {
+    let more = u32(clamp(weight, 0.0, 1.0) * f32(VASTEX_MOST_WEIGHT - 1u) + 0.5);
+    return vec4<u32>(wanted.xy, wanted.z | (more << VASTEX_STEP_BITS), wanted.w);
 }
 
 // Feedback for a place in a volume, at a level as vastex_volume_level gives it.

@@ -2,6 +2,14 @@
 
 @group(VASTEXI_GROUP) @binding(VASTEXI_BINDING_PARAMS_POOL) var<uniform> vastexi_pool_POOL: VastexiPool;
 
+@group(VASTEXI_GROUP) @binding(VASTEXI_BINDING_RANGES_POOL) var vastexi_ranges_POOL: texture_2d<f32>;
+
+// The least and the largest value in the slot of a brick.
+fn vastexi_brick_range_POOL(brick: VastexBrick) -> vec2<f32> {
+    let at = vec2<u32>(brick.slot % VASTEXI_RANGE_COLUMNS, brick.slot / VASTEXI_RANGE_COLUMNS);
+    return textureLoad(vastexi_ranges_POOL, at, 0).xy;
+}
+
 // The level that is looked up where `level` is wanted.
 fn vastexi_whole_level_POOL(volume: VastexiVolume, level: f32) -> u32 {
     let within = min(max(level, volume.finest), volume.coarsest) + vastexi_pool_POOL.bias;
@@ -15,7 +23,7 @@ fn vastexi_brick_POOL(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32)
         let nothing = vec3<f32>(0.0);
         let all = vec3<f32>(1e30);
         let first = vec3<u32>(0u);
-        return VastexBrick(false, 0u, 0u, first, VastexBox(-all, all), first, nothing, nothing, nothing, nothing);
+        return VastexBrick(false, 0u, 0u, first, 0u, VastexBox(-all, all), first, nothing, nothing, nothing, nothing);
     }
     let wanted = vastexi_whole_level_POOL(volume, level);
     let sought = vastexi_sought_POOL(volume, wanted);

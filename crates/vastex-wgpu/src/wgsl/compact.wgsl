@@ -71,8 +71,9 @@ fn count(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_work
     }
     if pixel.w == VASTEX_FEEDBACK_WANTED {
         let bucket = bucket_of(pixel.xy, index);
-        atomicAdd(&buckets[bucket].pixels, 1u);
-        atomicMax(&buckets[bucket].sharpness, VASTEX_STEPS_PER_LEVEL - pixel.z);
+        // Above the eighth stands as how many more pixels it counts.
+        atomicAdd(&buckets[bucket].pixels, 1u + (pixel.z >> VASTEX_STEP_BITS));
+        atomicMax(&buckets[bucket].sharpness, VASTEX_STEPS_PER_LEVEL - (pixel.z & (VASTEX_STEPS_PER_LEVEL - 1u)));
     }
 }
 

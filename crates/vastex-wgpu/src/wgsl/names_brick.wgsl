@@ -10,3 +10,26 @@ fn vastex_brick_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) 
 fn vastex_volume_whole_level_NAME(id: u32, level: f32) -> u32 {
     return vastexi_whole_level_POOL(vastexi_volume(id), level);
 }
+
+// A march along a ray before its first brick: vastex_march_next leads to that.
+fn vastex_march_NAME(ray: VastexRay) -> VastexMarch {
+    var march: VastexMarch;
+    march.begin = ray.begin;
+    march.end = ray.begin;
+    return march;
+}
+
+// Goes on to the next brick of a ray, at the level that a pixel wants there. Returns false at the end of the ray.
+fn vastex_march_next_NAME(march: ptr<function, VastexMarch>, id: u32, ray: VastexRay) -> bool {
+    let way = (*march).end;
+    if !(way < ray.end) {
+        return false;
+    }
+    let within = min(way + vastexi_ray_beyond(ray, way), ray.end);
+    let at = vastex_ray_at(ray, within);
+    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way));
+    let brick = vastexi_brick_POOL(id, ray.anchor, at, level);
+    let exit = within + vastex_brick_exit(brick, at, ray.direction);
+    *march = VastexMarch(brick, level, way, vastexi_ray_onward(ray, way, exit));
+    return true;
+}

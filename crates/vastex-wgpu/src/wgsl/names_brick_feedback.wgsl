@@ -20,7 +20,38 @@ fn vastex_volume_box_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: 
 }
 
 // A feedback pixel for a place at such a level: what the fragment shader of a view's feedback pass returns. A ray that meets several bricks
-// names one of them in each frame (vastex_turn).
+// names some of them in each frame (vastex_march_feedback_NAME).
 fn vastex_volume_feedback_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) -> vec4<u32> {
     return vastexi_brick_feedback(vastexi_volume(id), anchor, offset, level);
+}
+
+// Where the brick that feedback names at a way along a ray ends.
+fn vastexi_march_end_NAME(id: u32, ray: VastexRay, way: f32) -> f32 {
+    let within = min(way + vastexi_ray_beyond(ray, way), ray.end);
+    let at = vastex_ray_at(ray, within);
+    let box = vastex_volume_box_NAME(id, ray.anchor, at, vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way)));
+    return vastexi_ray_onward(ray, way, within + vastex_box_exit(box, at, ray.direction));
+}
+
+// A feedback pixel for a ray: the brick that this pixel of the target asks for in this frame, of those that the ray meets from its beginning to
+// its end; what lies behind something opaque is left out by an earlier end. The ray is that of vastex_ray_pixel. `position` is @builtin(position)
+// in the feedback pass of a view that says how many bricks a ray meets. Costs a few reads for each of them, twice.
+fn vastex_march_feedback_NAME(id: u32, view: u32, position: vec4<f32>, ray: VastexRay) -> vec4<u32> {
+    var bricks = 0u;
+    var way = ray.begin;
+    while way < ray.end && bricks < VASTEXI_RAY_BRICKS {
+        way = vastexi_march_end_NAME(id, ray, way);
+        bricks++;
+    }
+    let turn = vastex_ray_turn(view, position, bricks);
+    if turn >= bricks {
+        return vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    }
+    way = ray.begin;
+    for (var nth = 0u; nth < turn; nth++) {
+        way = vastexi_march_end_NAME(id, ray, way);
+    }
+    let middle = 0.5 * (way + vastexi_march_end_NAME(id, ray, way));
+    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way));
+    return vastex_volume_feedback_NAME(id, ray.anchor, vastex_ray_at(ray, middle), level);
 }

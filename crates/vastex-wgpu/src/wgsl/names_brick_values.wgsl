@@ -1,5 +1,14 @@
 // What an application's shaders sample of volumes whose values are shares or floats.
 
+// The least and the largest value that can be sampled in a brick, of the voxels that are shown in it, border included. Where nothing is known of
+// them, -3.4e38 and 3.4e38. Costs one read of a texture.
+fn vastex_brick_range_NAME(brick: VastexBrick) -> vec2<f32> {
+    if !brick.is_known {
+        return vastexi_pool_POOL.unknown.xx;
+    }
+    return vastexi_brick_range_POOL(brick);
+}
+
 // What lies at a place of a brick, blended from the eight voxels around it, or one voxel where the filter is `nearest` or values may not be
 // mixed.
 fn vastex_brick_sample_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {

@@ -26,9 +26,9 @@ struct VastexiView {
     reversed_depth: u32,    // inline: 1 where nearer is a larger depth
     first_cell: u32,        // inline: where the view's cells begin among those of all views
     rows: u32,              // inline: cells along y
-    unused_0: u32,
-    unused_1: u32,
-    unused_2: u32,
+    answers: u32,           // of rays: pixels of the target below one another that look at one pixel of the picture
+    block: u32,             // pixels of the picture per side for which they stand
+    unused: u32,
 }
 
 @group(VASTEXI_GROUP) @binding(VASTEXI_BINDING_VIEWS) var<uniform> vastexi_views: array<VastexiView, VASTEXI_VIEWS>;

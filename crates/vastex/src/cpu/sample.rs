@@ -5,6 +5,8 @@
 //! there is, and say how fine that was. The arithmetic is that of the shaders' twins in `vastex-wgpu`.
 //! [`crate::CpuTexture`] is for those who would rather wait than have a coarser answer.
 
+mod volume;
+
 use std::cell::OnceCell;
 use std::fmt;
 

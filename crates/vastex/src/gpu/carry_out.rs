@@ -33,6 +33,9 @@ impl Gpu {
     /// Takes an upload of this frame.
     pub(crate) fn take_upload(&mut self, pool: PoolId, upload: Upload) {
         self.note_fade(pool, upload.slot);
+        if let Some(pool) = self.pools.get_mut(usize::from(pool.number())) {
+            pool.note_range(upload.slot, &upload.bytes);
+        }
         self.undone.uploads.push((pool, upload));
     }
 
@@ -65,6 +68,7 @@ impl Gpu {
         self.send_fades();
         for (pool, pager) in self.pools.iter_mut().zip(pager.pools()) {
             pool.set_bias(&self.queue, pager.bias_eighths());
+            pool.send_ranges(&self.queue);
         }
         self.queue.submit([encoder.finish()]);
         // The belt's tiles were kept until their copies were submitted.

@@ -25,8 +25,7 @@ impl Gpu {
         frame: u64,
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>, &BindGroups),
     ) -> Result<(), Error> {
-        // What is only expected has no main pass.
-        if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
+        if !self.is_drawn_apart(view) {
             return Ok(());
         }
         self.check_number_is_free(view)?;
@@ -44,6 +43,13 @@ impl Gpu {
         Ok(())
     }
 
+    /// Whether a view says what it wants in a pass of its own: what is only expected has no main pass, and a
+    /// ray has more to say than a pixel of that could.
+    pub(super) fn is_drawn_apart(&self, view: ViewId) -> bool {
+        let is_of_rays = |state: &ViewState| state.view == view && state.bricks_of_a_ray > 0;
+        self.mode != FeedbackMode::Inline || view == ViewId::EXPECTED || self.views.iter().any(is_of_rays)
+    }
+
     /// Draws any view's picture, which says what it wants where that is the mode.
     pub(crate) fn main_pass(
         &mut self,
@@ -53,7 +59,7 @@ impl Gpu {
         frame: u64,
         draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
     ) -> Result<(), Error> {
-        let is_reported = self.mode == FeedbackMode::Inline;
+        let is_reported = !self.is_drawn_apart(view);
         let mut is_moved = false;
         if is_reported {
             is_moved = self.fit_feedback_path(view, picture)?;
@@ -94,8 +100,11 @@ impl Gpu {
     /// to date.
     pub(crate) fn needs_feedback_path(&self, view: ViewId, picture: [u32; 2]) -> bool {
         let state = self.views.iter().find(|state| state.view == view);
-        let fits = |path: &FeedbackPath| path.picture() == picture;
-        state.is_some_and(|state| !state.path.as_ref().is_some_and(fits))
+        let fits = |state: &ViewState| {
+            let answers = if state.bricks_of_a_ray > 0 { state.answers() } else { 0 };
+            state.path.as_ref().is_some_and(|path| path.fits(picture, answers))
+        };
+        state.is_some_and(|state| !fits(state))
     }
 
     /// Sends what a view's target holds on its way.
@@ -130,8 +139,8 @@ impl Gpu {
             None => self.polled_feedback()?,
             Some(_) => self.awaited_feedback(frame)?,
         };
-        let length = u64::from(cycle);
         for state in &mut self.views {
+            let length = state.length(cycle);
             let of_view = arrived.iter().filter(|feedback| feedback.view == state.view);
             of_view.for_each(|feedback| state.cycle.come(feedback.frame, length));
             let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost());
@@ -186,18 +195,17 @@ impl Gpu {
     /// Whether every view that is drawn has been looked at at every sample position, and all that follows is
     /// on the GPU.
     pub(crate) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
-        let length = u64::from(cycle);
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
         self.undone.is_empty()
             && self.tables_are_settled()
-            && views.all(|state| state.cycle.is_seen_whole(frame, length))
+            && views.all(|state| state.cycle.is_seen_whole(frame, state.length(cycle)))
     }
 
     /// The same of one view, whatever the others; `None` if there is none.
     pub(crate) fn is_view_seen_whole(&self, view: ViewId, frame: u64, cycle: u32) -> Option<bool> {
         let state = self.views.iter().find(|state| state.view == view)?;
         let is_on_gpu = self.undone.is_empty() && self.tables_are_settled();
-        Some(is_on_gpu && state.cycle.is_seen_whole(frame, u64::from(cycle)))
+        Some(is_on_gpu && state.cycle.is_seen_whole(frame, state.length(cycle)))
     }
 
     /// The oldest frame of which some view's feedback has yet to come.
@@ -231,15 +239,17 @@ impl Gpu {
             return Ok(false);
         }
         let (number, device) = (self.view_number(view), &self.device);
-        let drawn = |scale| Ok(Target::Drawn(FeedbackTarget::new(device, picture, scale)?));
+        let answers = self.views.iter().find(|state| state.view == view).map_or(1, ViewState::answers);
+        let is_apart = self.is_drawn_apart(view);
+        let drawn = |scale| FeedbackTarget::of_rays(device, picture, scale, answers).map(Target::Drawn);
         let target = match self.mode {
             _ if view == ViewId::EXPECTED => drawn(FeedbackScale::Coarse),
             _ => match &self.pipelines.inline {
-                Some(inline) => {
+                Some(inline) if !is_apart => {
                     let views = &mut self.view_params;
                     InlineTarget::new(device, inline, views, number, picture).map(Target::Reported)
                 }
-                None => drawn(FeedbackScale::Reduced),
+                _ => drawn(FeedbackScale::Reduced),
             },
         };
         let target = target.map_err(Error::Gpu)?;

@@ -42,10 +42,11 @@ impl FeedbackPath {
         self.readback.bytes_read()
     }
 
-    pub(super) fn picture(&self) -> [u32; 2] {
+    /// Whether it is for pictures of this size, with so many answers of each block; 0 for those of surfaces.
+    pub(super) fn fits(&self, picture: [u32; 2], answers: u32) -> bool {
         match &self.target {
-            Target::Drawn(target) => target.picture(),
-            Target::Reported(target) => target.picture(),
+            Target::Drawn(target) => (target.picture(), target.answers()) == (picture, answers.max(1)),
+            Target::Reported(target) => target.picture() == picture && answers == 0,
         }
     }
 }

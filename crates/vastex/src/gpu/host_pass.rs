@@ -2,7 +2,6 @@
 //! and what is recorded behind it.
 
 use vastex_core::ViewId;
-use vastex_wgpu::FeedbackMode;
 
 use super::Gpu;
 use super::feedback_path::Target;
@@ -97,8 +96,7 @@ impl Gpu {
             return Err(Error::NoView(view));
         }
         self.check_ended(view)?;
-        // What is only expected has no main pass.
-        if self.mode == FeedbackMode::Inline && view != ViewId::EXPECTED {
+        if !self.is_drawn_apart(view) {
             return Ok(None);
         }
         self.check_number_is_free(view)?;
@@ -121,14 +119,11 @@ impl Gpu {
         encoder: &mut wgpu::CommandEncoder,
         view: ViewId,
     ) -> Result<(), Error> {
+        let is_apart = self.is_drawn_apart(view);
         let state = self.views.iter_mut().find(|state| state.view == view).ok_or(Error::NoView(view))?;
         let Some(drawn) = state.begun.take() else {
             // There is nothing to end where the main pass says what it wants.
-            return if self.mode == FeedbackMode::Inline {
-                Ok(())
-            } else {
-                Err(Error::FeedbackNotBegun(view))
-            };
+            return if is_apart { Err(Error::FeedbackNotBegun(view)) } else { Ok(()) };
         };
         self.record_feedback(encoder, view, drawn);
         Ok(())

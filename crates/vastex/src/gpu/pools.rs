@@ -273,6 +273,19 @@ impl PoolState {
         Ok(())
     }
 
+    /// A tile comes into a slot.
+    pub(super) fn note_range(&mut self, slot: Slot, tile: &[u8]) {
+        if let Some(memory) = &mut self.gpu {
+            memory.pool.set_range(slot, tile);
+        }
+    }
+
+    pub(super) fn send_ranges(&mut self, queue: &wgpu::Queue) {
+        if let Some(memory) = &mut self.gpu {
+            memory.pool.send_ranges(queue);
+        }
+    }
+
     pub(crate) fn set_bias(&mut self, queue: &wgpu::Queue, eighths: u16) {
         if let Some(memory) = &mut self.gpu {
             memory.pool.set_bias(queue, eighths);

@@ -68,6 +68,7 @@ impl Gpu {
         state.tail_slot = slot;
         let (pool, description) = (usize::from(state.pool.number()), state.description.clone());
         self.pools[pool].upload(&self.queue, slot, tail)?;
+        self.pools[pool].note_range(slot, tail);
         if let Some(tables) = self.pools[pool].tables_mut() {
             tables.add(texture, &description.geometry, slot)?;
         }

@@ -73,6 +73,8 @@ impl Gpu {
         samplings: Vec<Sampling>,
     ) -> Result<(), Error> {
         let state = &mut self.pools[usize::from(pool.number())];
+        // What was in the slot before says nothing of what comes.
+        state.note_range(tail_slot, tail);
         if let Some(tables) = state.tables_mut() {
             tables.add(texture, &description.geometry, tail_slot)?;
         }

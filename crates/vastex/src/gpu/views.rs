@@ -5,7 +5,8 @@
 //! the pager decides.
 
 use vastex_core::ViewId;
-use vastex_wgpu::Views;
+use vastex_core::shader_constants::JITTER_CYCLE;
+use vastex_wgpu::{FeedbackMode, Views};
 
 use super::Gpu;
 use super::cycle::Cycle;
@@ -23,6 +24,8 @@ pub(super) struct ViewState {
     /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of
     /// its pixels too.
     pub(super) cycle: Cycle,
+    /// Bricks that a ray of the view's shaders meets, about and at most; 0 where it shows surfaces.
+    pub(super) bricks_of_a_ray: u32,
     /// The frame of the pass that the application has begun and not ended, if there is one, and its number in
     /// the cycle.
     pub(super) begun: Option<(u64, u64)>,
@@ -30,7 +33,22 @@ pub(super) struct ViewState {
 
 impl ViewState {
     pub(super) fn new(view: ViewId, number: u32) -> ViewState {
-        ViewState { view, number, path: None, cycle: Cycle::default(), begun: None }
+        ViewState { view, number, path: None, cycle: Cycle::default(), bricks_of_a_ray: 0, begun: None }
+    }
+
+    /// Answers of each block of its feedback target.
+    pub(super) fn answers(&self) -> u32 {
+        answers(self.bricks_of_a_ray)
+    }
+
+    /// Jitter cycles until every ray has asked for every brick that it meets.
+    fn turns(&self) -> u32 {
+        self.bricks_of_a_ray.div_ceil(self.answers()).clamp(1, MOST_TURNS)
+    }
+
+    /// Feedbacks in which it is seen whole, where others are in `cycle`.
+    pub(super) fn length(&self, cycle: u32) -> u64 {
+        u64::from(cycle.max(JITTER_CYCLE * self.turns()))
     }
 
     /// The oldest frame whose feedback has yet to come.
@@ -44,7 +62,35 @@ impl ViewState {
     }
 }
 
+/// Bricks that a ray asks for in one frame at most: a target of so many rows is as high as the picture.
+const MOST_ANSWERS: u32 = 8;
+
+/// Jitter cycles of a view at most ([`vastex_core::Pager::set_view_turns`]).
+const MOST_TURNS: u32 = 15;
+
+/// Answers of each block where a ray meets so many bricks.
+fn answers(bricks: u32) -> u32 {
+    bricks.clamp(1, MOST_ANSWERS).next_power_of_two()
+}
+
 impl Gpu {
+    /// Says how many bricks a ray of a view meets; 0 where it shows surfaces. Returns true if there is such a
+    /// view.
+    pub(crate) fn set_bricks_of_a_ray(&mut self, view: ViewId, bricks: u32) -> bool {
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return false };
+        let before = std::mem::replace(&mut state.bricks_of_a_ray, bricks);
+        // Where pictures say what they want, those of rays do not.
+        if self.mode == FeedbackMode::Inline && (before == 0) != (bricks == 0) {
+            self.forget_feedback_path(view);
+        }
+        true
+    }
+
+    /// Jitter cycles until every ray of a view has asked for every brick that it meets.
+    pub(crate) fn turns_of(&self, view: ViewId) -> u32 {
+        self.views.iter().find(|state| state.view == view).map_or(1, ViewState::turns)
+    }
+
     /// Makes what a view needs but its feedback target. What is only expected has the number of the main
     /// view, which is set anew wherever either is drawn.
     pub(crate) fn begin_view(&mut self, view: ViewId) {

@@ -202,6 +202,11 @@ impl Paging {
         self.pager.set_turns(turns);
     }
 
+    /// A view says all that it wants in as many jitter cycles.
+    pub(crate) fn set_view_turns(&mut self, view: ViewId, turns: u32) {
+        self.pager.set_view_turns(view, turns);
+    }
+
     pub(crate) fn add_view(&mut self, weight: f32) -> Result<ViewId, ViewError> {
         self.pager.add_view(weight)
     }

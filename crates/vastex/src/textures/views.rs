@@ -17,11 +17,15 @@ pub struct ViewSettings {
     /// How much a pixel of the view counts, beside 1 for one of the main view, when it is decided what is
     /// loaded first: 1/256 to 256, and 1 by default. What a view wants comes however little it counts.
     pub weight: f32,
+    /// Bricks that a ray of the view's shaders meets, an upper estimate, where they are rays through volumes,
+    /// each of which asks for several bricks; 0, as by default, where they show surfaces. See
+    /// [`ViewMut::set_bricks_of_a_ray`].
+    pub bricks_of_a_ray: u32,
 }
 
 impl Default for ViewSettings {
     fn default() -> ViewSettings {
-        ViewSettings { weight: 1.0 }
+        ViewSettings { weight: 1.0, bricks_of_a_ray: 0 }
     }
 }
 
@@ -29,6 +33,11 @@ impl ViewSettings {
     /// Sets the weight.
     pub fn with_weight(self, weight: f32) -> ViewSettings {
         ViewSettings { weight, ..self }
+    }
+
+    /// Sets how many bricks a ray meets.
+    pub fn with_bricks_of_a_ray(self, bricks: u32) -> ViewSettings {
+        ViewSettings { bricks_of_a_ray: bricks, ..self }
     }
 }
 
@@ -53,6 +62,7 @@ impl Textures {
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.paging.add_view(settings.weight)?;
         self.gpu.begin_view(view);
+        self.view_mut(view)?.set_bricks_of_a_ray(settings.bricks_of_a_ray);
         Ok(view)
     }
 
@@ -100,6 +110,22 @@ impl ViewMut<'_> {
     /// Sets how much a pixel of the view counts, from its next feedback on; see [`ViewSettings::weight`].
     pub fn set_weight(&mut self, weight: f32) {
         self.textures.paging.set_view_weight(self.id, weight);
+    }
+
+    /// Sets how many bricks a ray of the view's shaders meets, an upper estimate, where they are rays through
+    /// volumes: in a frame each asks for up to 8 of them (`vastex_ray_turn`), and as many jitter cycles as it
+    /// takes until each ray has asked for all belong together: so long a brick that was asked for stays
+    /// wanted, and so long the view is looked at before it has converged. They are 15 at most, so that of a
+    /// ray through more than 120 bricks the others may be missing then. 0 where shaders show surfaces.
+    ///
+    /// Such a view shows no surfaces: those are another view's. While its camera moves, 8 lets it forget as
+    /// soon as a view of surfaces what it saw before; the whole number is for when it rests. Rays say what
+    /// they want in a feedback pass, whatever the mode. Costs a feedback target of up to 8 times as many rows
+    /// as one of surfaces, made in the next feedback pass where that is another number than before.
+    pub fn set_bricks_of_a_ray(&mut self, bricks: u32) {
+        if self.textures.gpu.set_bricks_of_a_ray(self.id, bricks) {
+            self.textures.paging.set_view_turns(self.id, self.textures.gpu.turns_of(self.id));
+        }
     }
 
     /// The view has jumped: what it wanted before says nothing of what it wants from this frame on. What the

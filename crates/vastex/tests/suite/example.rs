@@ -4,6 +4,10 @@
 #[allow(dead_code, reason = "the test gives the argument that `main` reads")]
 mod async_add;
 
+#[path = "../../examples/fog/main.rs"]
+#[allow(dead_code, clippy::duplicate_mod, reason = "the test gives the argument that `main` reads")]
+mod fog;
+
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -100,4 +104,30 @@ fn a_texture_comes_while_frames_are_drawn_and_nothing_waits_for_it() {
     let (expected, _) = existing_renderer::render(at_hand, SIZE).unwrap();
     let differing = shown.at_the_end.iter().zip(&expected).filter(|(a, b)| a.abs_diff(**b) > 1).count();
     assert_eq!(differing, 0, "of {}", expected.len());
+}
+
+/// Mist lies over the ground: without any the picture is that of the ground alone, and with it pixels go
+/// toward its colour, more so where they look through more of it, and nowhere away from it.
+#[test]
+fn mist_lies_over_the_ground_and_ends_at_it() {
+    let (clear, _) = fog::render(SIZE, 0.0).unwrap();
+    let (thin, _) = fog::render(SIZE, 8.0).unwrap();
+    let (thick, frames) = fog::render(SIZE, 60.0).unwrap();
+    assert!(frames < 400, "{frames}");
+    // Its colour as sRGB codes.
+    let mist =
+        Vec3::new(0.8, 0.83, 0.86).to_array().map(|light| 255.0 * (1.055 * light.powf(1.0 / 2.4) - 0.055));
+    let distance = |pixels: &[u8], x: u32, y: u32| {
+        let [r, g, b, _] = pixel(pixels, x, y).map(f32::from);
+        Vec3::new(r, g, b).distance(Vec3::from_array(mist))
+    };
+    let places = || (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y)));
+    let mean =
+        |pixels: &[u8]| places().map(|(x, y)| distance(pixels, x, y)).sum::<f32>() / places().count() as f32;
+    for (x, y) in places() {
+        let [none, some, much] = [&clear, &thin, &thick].map(|pixels| distance(pixels, x, y));
+        assert!(some <= none + 1.5 && much <= some + 1.5, "{x},{y}: {none} {some} {much}");
+    }
+    let [none, some, much] = [&clear, &thin, &thick].map(|pixels| mean(pixels));
+    assert!(some < 0.95 * none && much < 0.7 * none, "{none} {some} {much}");
 }

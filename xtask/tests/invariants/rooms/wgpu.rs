@@ -19,7 +19,8 @@ pub(super) const ROOMS: &[Room] = &[
     ("layer", &["filters", "kind"]),
     ("belt", &["device", "layer"]),
     ("fade", &[]),
-    ("pool", &["belt", "device", "error", "fade", "filters", "kind", "layer", "mirror"]),
+    ("ranges", &[]),
+    ("pool", &["belt", "device", "error", "fade", "filters", "kind", "layer", "mirror", "ranges"]),
     ("arena", &[]),
     ("mirror", &[]),
     // How tables lie is a piece of shader text, and the shader that changes them is another.
@@ -28,7 +29,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("param_store", &["device", "error", "tables"]),
     ("views", &["device", "error", "feedback_mode", "mirror"]),
     ("bind", &["device", "error", "feedback_mode", "kind", "pool", "views"]),
-    ("shader", &["bind", "feedback_mode", "filter", "kind", "mirror", "names"]),
+    ("shader", &["bind", "feedback_mode", "filter", "kind", "mirror", "names", "ranges"]),
     ("raw", &["device", "error", "mapping"]),
     ("feedback", &["device", "error", "mirror", "raw", "views"]),
     ("inline", &["device", "error", "feedback", "raw", "shader", "views"]),

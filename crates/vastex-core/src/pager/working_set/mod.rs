@@ -51,7 +51,7 @@ pub(crate) struct Node {
     /// A bit for each window that named the page or one below it.
     views_below: u8,
     /// Feedbacks of the cycles in which the sharpest need was so many eighths.
-    feedbacks: [u8; STEPS_PER_LEVEL as usize],
+    feedbacks: [u16; STEPS_PER_LEVEL as usize],
     /// It is wanted at every bias, whatever feedback says.
     is_pinned: bool,
     /// The sharpest need of the page and all that lies below it.
@@ -98,8 +98,8 @@ impl Node {
     }
 
     fn own_need(&self) -> Need {
-        // The first that is not 0, told from all at once.
-        let eighth = u64::from_le_bytes(self.feedbacks).trailing_zeros() / u8::BITS % STEPS_PER_LEVEL;
+        // The first that is not 0.
+        let eighth = self.feedbacks.iter().take_while(|count| **count == 0).count() as u32 % STEPS_PER_LEVEL;
         if self.named > 0 { Need::new(self.page.level(), eighth as u8) } else { Need::LEAST }
     }
 

@@ -45,12 +45,14 @@ pub(super) struct Window {
     rest: u32,
     /// Feedbacks of a cycle.
     length: u32,
+    /// Jitter cycles until the view has said all that it wants.
+    turns: u32,
 }
 
 impl Window {
     pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
-        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length }
+        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length, turns: 1 }
     }
 
     /// Feedbacks now in the window, at most a jitter cycle of them.
@@ -167,7 +169,16 @@ impl WorkingSet {
     /// each has been answered for at every sample position, and so long a feedback counts.
     pub(crate) fn set_turns(&mut self, turns: u32) {
         self.cycle = WorkingSet::cycle_of(turns);
-        self.windows.iter_mut().flatten().for_each(|window| window.length = self.cycle);
+        let of = |window: &mut Window| window.length = self.cycle.max(WorkingSet::cycle_of(window.turns));
+        self.windows.iter_mut().flatten().for_each(of);
+    }
+
+    /// The same for a view, of which it says more than is said of all.
+    pub(crate) fn set_view_turns(&mut self, view: ViewId, turns: u32) {
+        let cycle = self.cycle;
+        if let Some(window) = self.window_mut(view) {
+            (window.turns, window.length) = (turns, cycle.max(WorkingSet::cycle_of(turns)));
+        }
     }
 
     /// Feedbacks after which a view has been seen whole where so many textures take turns.

@@ -15,3 +15,7 @@ fn vastex_brick_sample(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
 fn vastex_brick_exact(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(0.0);
 }
+
+fn vastex_brick_range(brick: VastexBrick) -> vec2<f32> {
+    return vec2<f32>(0.0);
+}

@@ -16,3 +16,7 @@ fn vastex_brick_sample(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
 fn vastex_brick_exact(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
     return vastex_brick_exact_image(brick, offset);
 }
+
+fn vastex_brick_range(brick: VastexBrick) -> vec2<f32> {
+    return vastex_brick_range_image(brick);
+}

@@ -14,8 +14,12 @@ const VOLUME_SLICE: u32 = 5u;
 const VOLUME_SAMPLES: u32 = 65536u;
 // Samples that are blended together, for which each channel is looked up once.
 const VOLUME_CHUNK: u32 = 16u;
-// What a ray lets through that is taken for nothing.
-const VOLUME_OPAQUE: f32 = 0.00390625;
+// Samples in perspective for which the level is chosen once, at most.
+const VOLUME_STRETCH: u32 = 32u;
+// Bricks that a ray asks for, at most.
+const VOLUME_BRICKS: u32 = 4096u;
+// What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
+const VOLUME_OPAQUE: f32 = 0.003;
 
 override VOLUME_MODE: u32;
 // Whether the target stores display values as they are.
@@ -161,6 +165,17 @@ fn volume_middle(steps: VolumeSteps) -> f32 {
     return steps.base + (f32(steps.nth) + 0.5) * steps.step;
 }
 
+// Where samples in a brick end. In perspective the level is chosen anew after some of them, however large the brick is.
+fn volume_exit(ray: VolumeRay, brick: VastexBrick, middle: f32, step: f32) -> f32 {
+    let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+    return select(exit, min(exit, middle + f32(VOLUME_STRETCH) * step), volume_scene.pixel_growth > 0.0);
+}
+
+// How many samples of a ray lie before `exit`, the next one in any case.
+fn volume_samples_to(steps: VolumeSteps, exit: f32) -> u32 {
+    return u32(max(ceil((exit - steps.base) / steps.step - 0.5) - f32(steps.nth), 1.0));
+}
+
 // Where samples go on at the level that is wanted there.
 fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, level: u32) -> VolumeSteps {
     if level == before.level {
@@ -184,7 +199,22 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
             break;
         }
         let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
-        let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+        let exit = volume_exit(ray, brick, middle, steps.step);
+        // What changes nothing is leapt over, and what is the same everywhere is sampled once.
+        let range = vastex_brick_range(brick);
+        let is_even = range.x == range.y;
+        let is_idle = (VOLUME_MODE == VOLUME_MIP && range.y <= most) || (VOLUME_MODE == VOLUME_MINIP && range.x >= least);
+        if is_even || is_idle {
+            let samples = min(volume_samples_to(steps, exit), VOLUME_SAMPLES - count);
+            if is_even {
+                most = max(most, range.y);
+                least = min(least, range.x);
+                sum += range.x * f32(samples);
+            }
+            count += samples;
+            steps.nth += samples;
+            continue;
+        }
         // At least one, also where rounding puts it beyond the brick.
         loop {
             let value = volume_sample(brick, volume_at(ray, middle));
@@ -241,10 +271,20 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
             gathered[nth] = vec4<f32>(0.0);
         }
         var samples = VOLUME_CHUNK;
+        var all_exit = ray.end;
+        var shows = false;
         for (var nth = 0u; nth < volume_scene.channels; nth++) {
             let channel = volume_scene.of_channel[nth];
             let brick = vastex_brick(channel.id, volume_scene.anchor, volume_at(ray, middle), level);
-            let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+            let exit = volume_exit(ray, brick, middle, steps.step);
+            all_exit = min(all_exit, exit);
+            // Of what is invisible wherever it is, no sample is taken.
+            let range = vastex_brick_range(brick);
+            if channel.opacity * max(volume_x(channel, range.x), volume_x(channel, range.y)) <= 0.0 {
+                samples = min(samples, volume_samples_to(steps, exit));
+                continue;
+            }
+            shows = true;
             let color = light_from_display(channel.color);
             var sample = 0u;
             loop {
@@ -258,6 +298,12 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
                 }
             }
             samples = min(samples, sample);
+        }
+        if !shows {
+            samples = min(volume_samples_to(steps, all_exit), VOLUME_SAMPLES - count);
+            steps.nth += samples;
+            count += samples;
+            continue;
         }
         for (var sample = 0u; sample < samples; sample++) {
             let tau = gathered[sample].a;
@@ -308,7 +354,17 @@ fn volume_crossing(ray: VolumeRay, id: u32) -> f32 {
             break;
         }
         let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
-        let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
+        let exit = volume_exit(ray, brick, middle, steps.step);
+        if vastex_brick_range(brick).y < volume_scene.iso {
+            // No surface in all of it.
+            let samples = min(volume_samples_to(steps, exit), VOLUME_SAMPLES - count);
+            count += samples;
+            steps.nth += samples - 1u;
+            last = volume_middle(steps);
+            last_value = volume_sample(brick, volume_at(ray, last));
+            steps.nth++;
+            continue;
+        }
         loop {
             let value = volume_sample(brick, volume_at(ray, middle));
             if value >= volume_scene.iso {
@@ -418,73 +474,4 @@ fn volume_picture(@builtin(position) at: vec4<f32>, @location(0) pixel: vec2<f32
         return vec4<f32>(display_from_light(light), 1.0);
     }
     return vec4<f32>(light, 1.0);
-}
-
-// Where a ray stops to matter: at its end, behind what nothing shines through, or at a surface.
-fn volume_end_of_interest(ray: VolumeRay) -> f32 {
-    if VOLUME_MODE == VOLUME_ISO {
-        var end = ray.end;
-        for (var nth = 0u; nth < volume_scene.channels; nth++) {
-            end = min(end, volume_crossing(ray, volume_scene.of_channel[nth].id));
-        }
-        return end;
-    }
-    return ray.end;
-}
-
-// A ray asks for one of the bricks that it meets, another one in each frame, so that within a jitter cycle every pixel of the target has
-// asked for sixteen. Of what glows, those that hardly anything shines through to are not met.
-@fragment
-fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<u32> {
-    let ray = volume_ray(pixel);
-    let nothing = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
-    let first = volume_scene.of_channel[0].id;
-    let of_labels = volume_label_bricks(ray);
-    if VOLUME_MODE == VOLUME_SLICE {
-        if !volume_is_inside(ray.origin) {
-            return nothing;
-        }
-        if vastex_ray_turn(volume_scene.view, position, 1u + of_labels) > 0u {
-            return volume_label_wanted(ray, 0u);
-        }
-        let level = vastex_volume_level(first, volume_pixel(0.0));
-        return vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, ray.origin, level);
-    }
-    if !(ray.begin < ray.end) {
-        return nothing;
-    }
-    let end = volume_end_of_interest(ray);
-    var bricks = 0u;
-    var way = ray.begin;
-    var through = vec4<f32>(0.0, 0.0, 0.0, 1.0);
-    while way < end && bricks < 4096u && through.a > VOLUME_OPAQUE {
-        let next = volume_next_brick(ray, first, way, end);
-        if VOLUME_MODE == VOLUME_EMISSION {
-            through = volume_emission(VolumeRay(ray.origin, ray.direction, way, next), through);
-        }
-        way = next;
-        bricks++;
-    }
-    bricks = select(0u, bricks, volume_scene.channels > 0u);
-    let turn = vastex_ray_turn(volume_scene.view, position, max(bricks + of_labels, 1u));
-    if turn >= bricks {
-        return volume_label_wanted(ray, turn - bricks);
-    }
-    way = ray.begin;
-    for (var nth = 0u; nth < turn; nth++) {
-        way = volume_next_brick(ray, first, way, end);
-    }
-    let next = volume_next_brick(ray, first, way, end);
-    let level = vastex_volume_level(first, volume_pixel(way));
-    return vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, volume_at(ray, 0.5 * (way + next)), level);
-}
-
-// Where a ray leaves the brick that it is in, of the level that is wanted there at mip bias 0.
-fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
-    let level = vastex_volume_level(id, volume_pixel(way));
-    // A little within, where rounding does not put it before its beginning.
-    let step = volume_step(ray, id, u32(floor(level)));
-    let within = min(way + 0.01 * step, end);
-    let box = vastex_volume_box(id, volume_scene.anchor, volume_at(ray, within), level);
-    return min(max(within + vastex_box_exit(box, volume_at(ray, within), ray.direction), way + 0.02 * step), end);
 }

@@ -1,0 +1,72 @@
+//! From where a volume is to be seen, and what cannot be drawn of what was asked for.
+
+use anyhow::{Result, bail};
+use vastex_scenes::Gpu;
+use vastex_viewer::volume::VolumeView;
+use vastex_volume::{ImageList, VolumeAbout};
+
+use super::box_of;
+use crate::args::{RenderVolumeArgs, Toward, VolumeScene};
+
+/// Samples of a ray beyond which it is not looked at further (volume.wgsl).
+const MOST_SAMPLES: f64 = 65_536.0;
+
+pub(super) fn no_volume(list: &ImageList) -> String {
+    let first = list.images.first().map_or("", |image| image.as_str());
+    format!(
+        "{}: {} with {} images; name one, as in {}/{first}",
+        list.path,
+        list.what,
+        list.images.len(),
+        list.path
+    )
+}
+
+pub(super) fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+    let most = gpu.device.limits().max_texture_dimension_2d;
+    if size.iter().any(|side| *side > most) {
+        bail!("--size {}x{}: this adapter draws pictures of {most}x{most} pixels at most", size[0], size[1]);
+    }
+    Ok(())
+}
+
+/// From where it is seen.
+pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<VolumeView> {
+    let of = box_of(about)?;
+    if let (VolumeScene::Slices, Some(slice)) = (args.on, args.slice) {
+        let side = of.size[usize::from(slice.axis)];
+        if slice.voxel >= side {
+            let name = ["x", "y", "z"][usize::from(slice.axis)];
+            bail!(
+                "--slice {name}={}: {} has {side} planes along {name}, 0 to {}",
+                slice.voxel,
+                about.path,
+                side - 1
+            );
+        }
+        return Ok(VolumeView::Slice { axis: slice.axis, voxel: slice.voxel });
+    }
+    Ok(match args.view {
+        Toward::Face(face) => VolumeView::Face(face),
+        Toward::Around { .. } => {
+            args.camera(&of).map_or(VolumeView::Face(Default::default()), VolumeView::Around)
+        }
+    })
+}
+
+/// Fails where rays would have more samples than are looked at.
+pub(super) fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
+    let voxels: f64 = about.size().iter().map(|side| *side as f64).sum();
+    let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
+    let longest = about.size().into_iter().max().unwrap_or(1) as f64;
+    // Where voxels are smaller than pixels a coarser level is sampled.
+    let samples = voxels / (longest / side).max(1.0) / args.step;
+    if samples > MOST_SAMPLES {
+        let least = args.step * samples / MOST_SAMPLES;
+        bail!(
+            "--step {}: rays would have more than {MOST_SAMPLES} samples; write {least:.2} or more",
+            args.step
+        );
+    }
+    Ok(())
+}

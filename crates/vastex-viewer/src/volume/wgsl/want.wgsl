@@ -1,0 +1,93 @@
+// Which bricks of a volume rays ask for: the feedback of volume.wgsl, which stands before this.
+
+// Where a ray stops to matter: at its end, behind what nothing shines through, or at a surface.
+fn volume_end_of_interest(ray: VolumeRay) -> f32 {
+    if VOLUME_MODE == VOLUME_ISO {
+        var end = ray.end;
+        for (var nth = 0u; nth < volume_scene.channels; nth++) {
+            end = min(end, volume_crossing(ray, volume_scene.of_channel[nth].id));
+        }
+        return end;
+    }
+    return ray.end;
+}
+
+// How much what a ray meets matters, by where it lies in the picture: 1 in the middle, 1/4 in its corners.
+fn volume_nearness(pixel: vec2<f32>) -> f32 {
+    let from_middle = pixel / vec2<f32>(volume_scene.size_x, volume_scene.size_y) * 2.0 - 1.0;
+    return 1.0 - 0.375 * dot(from_middle, from_middle);
+}
+
+// Each pixel of the target asks for one of the bricks that its ray meets, of the image or of labels, as much as it matters. Of what glows, those that hardly anything
+// shines through to are not met.
+@fragment
+fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<u32> {
+    let place = vastex_ray_pixel(volume_scene.view, position, pixel);
+    let ray = volume_ray(place);
+    let nothing = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    let first = volume_scene.of_channel[0].id;
+    let nearness = volume_nearness(place);
+    let of_labels = volume_label_bricks(ray);
+    if VOLUME_MODE == VOLUME_SLICE {
+        if !volume_is_inside(ray.origin) {
+            return nothing;
+        }
+        let of_image = min(volume_scene.channels, 1u);
+        let turn = vastex_ray_turn(volume_scene.view, position, of_image + of_labels);
+        if turn >= of_image + of_labels {
+            return nothing;
+        }
+        if turn >= of_image {
+            return vastex_weighted(volume_label_wanted(ray, turn - of_image), nearness);
+        }
+        let level = vastex_volume_level(first, volume_pixel(0.0));
+        return vastex_weighted(
+            vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, ray.origin, level), nearness);
+    }
+    if !(ray.begin < ray.end) {
+        return nothing;
+    }
+    let end = volume_end_of_interest(ray);
+    var bricks = 0u;
+    var way = ray.begin;
+    while way < end && bricks < VOLUME_BRICKS {
+        way = volume_next_brick(ray, first, way, end);
+        bricks++;
+    }
+    // A surface may be where the ray begins.
+    bricks = select(0u, max(bricks, 1u), volume_scene.channels > 0u);
+    let turn = vastex_ray_turn(volume_scene.view, position, bricks + of_labels);
+    if turn >= bricks + of_labels {
+        return nothing;
+    }
+    if turn >= bricks {
+        return vastex_weighted(volume_label_wanted(ray, turn - bricks), nearness);
+    }
+    way = ray.begin;
+    var through = vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    for (var nth = 0u; nth < turn && through.a > VOLUME_OPAQUE; nth++) {
+        let next = volume_next_brick(ray, first, way, end);
+        if VOLUME_MODE == VOLUME_EMISSION {
+            through = volume_emission(VolumeRay(ray.origin, ray.direction, way, next), through);
+        }
+        way = next;
+    }
+    if through.a <= VOLUME_OPAQUE {
+        return nothing;
+    }
+    let next = volume_next_brick(ray, first, way, end);
+    let level = vastex_volume_level(first, volume_pixel(way));
+    return vastex_weighted(
+        vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, volume_at(ray, 0.5 * (way + next)), level),
+        through.a * nearness);
+}
+
+// Where a ray leaves the brick that it is in, of the level that is wanted there at mip bias 0.
+fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
+    let level = vastex_volume_level(id, volume_pixel(way));
+    // A little within, where rounding does not put it before its beginning.
+    let step = volume_step(ray, id, u32(floor(level)));
+    let within = min(way + 0.01 * step, end);
+    let box = vastex_volume_box(id, volume_scene.anchor, volume_at(ray, within), level);
+    return min(max(within + vastex_box_exit(box, volume_at(ray, within), ray.direction), way + 0.02 * step), end);
+}

@@ -1,0 +1,184 @@
+//! What it takes to draw a volume inside a scene that is there already: mist over the ground of
+//! `existing_renderer`, marched through in a pass of the application's own that stops at the scene's depth.
+//!
+//! `cargo run -p vastex --example fog -- [picture.png]`
+
+use std::sync::Arc;
+
+use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
+use glam::{Mat4, UVec3, Vec3};
+use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, ViewId, ViewSettings};
+
+#[allow(dead_code, clippy::duplicate_mod, reason = "of what the examples have in common each uses its part")]
+#[path = "../existing_renderer/main.rs"]
+mod existing_renderer;
+mod mist;
+
+use existing_renderer::common::headless::{self, Headless, PICTURE_FORMAT};
+use existing_renderer::landscape::landscape;
+use existing_renderer::{GroundRenderer, SKY};
+
+const PATIENCE_FRAMES: u64 = 2000;
+/// Where on its flight the camera of the ground stays.
+const PART: f32 = 0.6;
+
+#[expect(clippy::print_stdout, reason = "a program, and this is its result")]
+fn main() -> anyhow::Result<()> {
+    let output = std::env::args_os().nth(1).unwrap_or_else(|| "fog.png".into());
+    let (pixels, frames) = render([1280, 720], 60.0)?;
+    headless::write_png(output.as_ref(), [1280, 720], &pixels)?;
+    println!("{} after {frames} frames", output.display());
+    Ok(())
+}
+
+/// The converged picture with mist of such a density, per length of the world, and the frames that it took.
+pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u64)> {
+    let target = Headless::new(size)?;
+    let (device, queue) = (&target.device, &target.queue);
+    let settings = Settings {
+        binding: BindingPlace { group: 1, first: 0 },
+        pace: Pace::LockStep { latency_frames: 1 },
+        ..Settings::default()
+    };
+    let mut textures = Textures::new(device, queue, settings)?;
+    let ground = textures.add_blocking(Arc::new(landscape()?))?;
+    let mist = textures.add_blocking(Arc::new(mist::Mist::new()?))?;
+    // A view of its own: each of its rays meets many bricks.
+    let rays = textures.add_view(ViewSettings::default().with_bricks_of_a_ray(64))?;
+
+    let renderer = GroundRenderer::new(device, &textures, ground)?;
+    let fog = Fog::new(device, &textures, mist, &target)?;
+    renderer.look(queue, PART, size);
+    fog.look(queue, &textures, (mist, rays), size, density)?;
+    for frame in 0..PATIENCE_FRAMES {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        textures.feedback(&mut encoder, size, |pass, groups| {
+            renderer.draw(pass, &renderer.wanted, groups.get(ground));
+        })?;
+        textures.view_mut(rays)?.feedback(&mut encoder, size, |pass, groups| {
+            fog.draw(pass, &fog.wanted, groups.get(mist));
+        })?;
+        textures.update()?;
+        let mut pass = target.begin(&mut encoder, SKY);
+        renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground).ok());
+        drop(pass);
+        let mut pass = target.begin_over(&mut encoder);
+        fog.draw(&mut pass, &fog.picture, textures.bind_group(mist).ok());
+        drop(pass);
+        queue.submit([encoder.finish()]);
+        while let Some(event) = textures.poll_event() {
+            match event {
+                Event::Converged { .. } => return Ok((target.read()?, frame + 1)),
+                Event::Failed { page, why, .. } => tracing::warn!(?page, "{why}"),
+                _ => {}
+            }
+        }
+    }
+    anyhow::bail!("the view has not converged in {PATIENCE_FRAMES} frames: {:?}", textures.stats())
+}
+
+/// What draws the mist, and what asks for its bricks.
+struct Fog {
+    uniform: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    depth: wgpu::BindGroup,
+    picture: wgpu::RenderPipeline,
+    wanted: wgpu::RenderPipeline,
+}
+
+/// `Fog` of fog.wgsl.
+#[repr(C)]
+#[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+struct FogUniform {
+    world_from_clip: Mat4,
+    eye: Vec3,
+    growth: f32,
+    low: Vec3,
+    voxel: f32,
+    anchor: UVec3,
+    volume: u32,
+    colour: Vec3,
+    density: f32,
+    size: [f32; 2],
+    view: u32,
+    unused: u32,
+}
+
+impl Fog {
+    fn new(
+        device: &wgpu::Device,
+        textures: &Textures,
+        mist: TextureId,
+        target: &Headless,
+    ) -> anyhow::Result<Fog> {
+        let kinds = textures.kinds(mist)?;
+        let (uniform, camera_layout, group) = headless::uniform(device, size_of::<FogUniform>() as u64);
+        let (depth_layout, depth) = target.depth_group();
+        let text = include_str!("fog.wgsl").to_owned() + &textures.wgsl(&kinds);
+        let module = vastex::shader_module(device, Some("fog"), text);
+        let vastex_layout = textures.bind_group_layout(&kinds);
+        let pipeline = |groups: &[Option<&wgpu::BindGroupLayout>], entries, formats| {
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("fog"),
+                bind_group_layouts: groups,
+                immediate_size: 0,
+            });
+            headless::pipeline_over(device, &layout, &module, entries, formats)
+        };
+        let groups = [Some(&camera_layout), Some(&vastex_layout), Some(&depth_layout)];
+        let feedback = (Textures::FEEDBACK_FORMAT, Some(Textures::FEEDBACK_DEPTH_FORMAT));
+        Ok(Fog {
+            picture: pipeline(&groups, ["place", "shade"], (PICTURE_FORMAT, None)),
+            wanted: pipeline(&groups, ["place_feedback", "want"], feedback),
+            uniform,
+            group,
+            depth,
+        })
+    }
+
+    /// Tells the shaders of the camera of the ground, and where the mist lies: over all of the ground.
+    fn look(
+        &self,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        (mist, rays): (TextureId, ViewId),
+        [width, height]: [u32; 2],
+        density: f32,
+    ) -> anyhow::Result<()> {
+        let eye = Vec3::new(0.0, -0.9 + 0.5 * PART, 0.3 - 0.24 * PART);
+        let view = look_at_mat4(eye, eye + Vec3::new(0.1, 1.0, -0.42), Vec3::Z);
+        let proj = perspective(1.0, width as f32 / height as f32, 0.002, 10.0);
+        let (low, voxel) = (Vec3::new(-1.0, -1.0, 0.0), 2.0 / mist::SIZE[0] as f32);
+        let uniform = FogUniform {
+            world_from_clip: (proj * view).inverse(),
+            eye,
+            growth: 2.0 * 0.5f32.tan() / height as f32,
+            low,
+            voxel,
+            // What is near the camera is exact however large the volume is.
+            anchor: ((eye - low) / voxel).max(Vec3::ZERO).as_uvec3().min(UVec3::from_array(mist::SIZE) - 1),
+            volume: textures.shader_id(mist)?,
+            colour: Vec3::new(0.8, 0.83, 0.86),
+            density,
+            size: [width, height].map(|side| side as f32),
+            view: textures.view(rays)?.number(),
+            unused: 0,
+        };
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        Ok(())
+    }
+
+    fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        pipeline: &wgpu::RenderPipeline,
+        mist: Option<&wgpu::BindGroup>,
+    ) {
+        let Some(mist) = mist else { return };
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_bind_group(1, mist, &[]);
+        pass.set_bind_group(2, &self.depth, &[]);
+        pass.draw(0..4, 0..1);
+    }
+}
