@@ -48,7 +48,7 @@ pub(super) fn pool_bytes(
 }
 
 /// Bytes of a brick as a device that filters so holds it.
-fn brick_bytes(source: &VolumeSource, filters: VolumeFilters) -> u64 {
+pub(super) fn brick_bytes(source: &VolumeSource, filters: VolumeFilters) -> u64 {
     let description = source.description();
     let stored = description.layers[0].format;
     let held = held_volume_format(stored, filters);

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
-use vastex::{LevelRule, TileSource};
+use vastex::{LevelRule, TileSource, VolumeFilters};
 use vastex_scenes::{Comparison, Gpu, Picture};
 use vastex_viewer::volume::VolumeView;
 use vastex_volume::{Volume, VolumeSource};
@@ -12,6 +12,7 @@ use vastex_volume::{Volume, VolumeSource};
 use super::{Drawing, source_of};
 use crate::args::{AskedChannel, RenderVolumeArgs};
 use crate::commands::compared::Compared;
+use crate::commands::render_pools::brick_bytes;
 use crate::report;
 
 /// GPU memory that it may take: 1 GiB.
@@ -40,9 +41,9 @@ pub(super) fn compare(
     let brick = u32::try_from(longest.next_power_of_two()).context("a side of the volume")?;
     let sources = channels.iter().map(|channel| source_of(args, volume, channel, brick));
     let sources: Vec<Arc<VolumeSource>> = sources.collect::<Result<_>>()?;
+    let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
     let of_channel = |source: &Arc<VolumeSource>| {
-        let description = source.description();
-        description.geometry.page_count() * description.tile_bytes() as u64
+        source.description().geometry.page_count() * brick_bytes(source, filters)
     };
     let bytes: u64 = sources.iter().map(of_channel).sum();
     if bytes > MOST_BYTES {
