@@ -352,7 +352,7 @@ mod tests {
     fn boxes_that_want_every_chunk_once_want_every_chunk_once() {
         let mut wanted: Vec<[u64; 3]> = Vec::new();
         for at in once() {
-            let chunks = |n: usize| [at[n] / BOX, (at[n] + BOX - 1) / BOX];
+            let chunks = |n: usize| [at[n] / BOX, at[n].div_ceil(BOX)];
             for (x, y, z) in (0..8).map(|n| (chunks(0)[n & 1], chunks(1)[n >> 1 & 1], chunks(2)[n >> 2])) {
                 wanted.push([x, y, z]);
             }

@@ -107,6 +107,7 @@ fn huge(stored: usize) -> Arc<Volume> {
         convention: Convention::Corner,
         labels: Vec::new(),
         is_label: false,
+        label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
         oddities: Vec::new(),
