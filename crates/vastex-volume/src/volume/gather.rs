@@ -141,7 +141,7 @@ impl Gather<'_> {
         let from = &bytes[z * piece.layer..];
         let len = piece.count * WIDTH;
         match piece.count {
-            1 => each(to, from, piece.row, |to, from| put::<WIDTH>(to, from)),
+            1 => each(to, from, piece.row, put::<WIDTH>),
             _ if piece.step != WIDTH => each(to, from, piece.row, |to, from| {
                 for (x, to) in to[..len].as_chunks_mut::<WIDTH>().0.iter_mut().enumerate() {
                     put::<WIDTH>(to, &from[x * piece.step..]);
@@ -149,9 +149,9 @@ impl Gather<'_> {
             }),
             // Rows are short: of a length that is known here a copy is a few instructions.
             _ => match len {
-                32 => each(to, from, piece.row, |to, from| put::<32>(to, from)),
-                64 => each(to, from, piece.row, |to, from| put::<64>(to, from)),
-                128 => each(to, from, piece.row, |to, from| put::<128>(to, from)),
+                32 => each(to, from, piece.row, put::<32>),
+                64 => each(to, from, piece.row, put::<64>),
+                128 => each(to, from, piece.row, put::<128>),
                 33..64 => each(to, from, piece.row, |to, from| put_ends::<32>(&mut to[..len], &from[..len])),
                 65..128 => each(to, from, piece.row, |to, from| put_ends::<64>(&mut to[..len], &from[..len])),
                 _ => each(to, from, piece.row, |to, from| to[..len].copy_from_slice(&from[..len])),

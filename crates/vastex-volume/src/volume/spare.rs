@@ -75,7 +75,8 @@ mod tests {
         assert!(spare.take(10).is_empty(), "somebody has it");
         drop(also);
         assert!(spare.take(9).is_empty(), "of another size");
-        assert_eq!(spare.take(10).as_ptr(), place);
+        let again = spare.take(10);
+        assert_eq!(again.as_ptr(), place);
         assert!(spare.take(10).is_empty());
         let lent: Vec<Bytes> = (0..3 * MOST).map(|n| spare.lend(vec![0; n + 1])).collect();
         drop(lent);

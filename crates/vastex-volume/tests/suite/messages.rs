@@ -185,7 +185,7 @@ fn a_vanished_level_costs_its_own_tiles() {
     std::fs::remove_dir_all(directory.path().join("0")).unwrap();
     match block_on(source.read(PagePos::at(0, [1, 1, 1]))) {
         Err(ReadError::Store { place, error, .. }) => {
-            check(&format!("{place}: {error}"), &["0/.zarray", "is gone"])
+            check(&format!("{place}: {error}"), &["0/.zarray", "is gone"]);
         }
         other => panic!("{other:?}"),
     }
