@@ -142,9 +142,17 @@ mod tests {
             scope.spawn(open).join().unwrap()
         });
         let of_program = urgency(Path::new("/proc/self")).unwrap().1;
-        let threads = std::fs::read_dir("/proc/self/task").unwrap();
-        let mut keeping: Vec<_> = threads.filter_map(|thread| urgency(&thread.unwrap().path())).collect();
-        keeping.retain(|(name, _)| name == "vastex keep");
+        let keeping = || {
+            let threads = std::fs::read_dir("/proc/self/task").unwrap();
+            let known = threads.filter_map(|thread| urgency(&thread.ok()?.path()));
+            known.filter(|(name, _)| name == "vastex keep").collect::<Vec<_>>()
+        };
+        // A thread has its name once it runs.
+        let begun = std::time::Instant::now();
+        while keeping().is_empty() && begun.elapsed() < std::time::Duration::from_secs(30) {
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        let keeping = keeping();
         assert!(!keeping.is_empty() && keeping.iter().all(|(_, of)| *of == of_program), "{keeping:?}");
         drop(opened);
         // Whoever is never asked goes, and has opened nothing.

@@ -452,7 +452,10 @@ mod tests {
         assert!(anew.end(number).is_none() && anew.is_waiting());
         let (number, mode, _) = anew.begin().unwrap();
         assert_eq!((number, mode), (3, FeedbackMode::Raw));
-        assert!(!anew.is_waiting() && anew.end(2).is_none() && anew.end(3).is_some());
+        assert!(!anew.is_waiting());
+        answers.remove(0).send(()).unwrap();
+        assert_eq!(ended.recv_timeout(patience).unwrap().number, 2);
+        assert!(anew.end(2).is_none() && anew.end(3).is_some());
         drop(answers);
     }
 }
