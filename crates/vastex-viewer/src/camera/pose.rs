@@ -297,6 +297,7 @@ impl Pose {
     /// The same camera with a place of the image, in uv, in the middle of its view; over a globe, above it.
     /// `image` is the image's width over its height. `None` where a camera that looks so sees no such place
     /// there.
+    #[cfg(feature = "egui")]
     pub(crate) fn over_uv(self, uv: DVec2, image: f64) -> Option<Pose> {
         use std::f64::consts::{PI, TAU};
         match self {
