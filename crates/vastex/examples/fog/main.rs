@@ -19,14 +19,16 @@ use existing_renderer::landscape::landscape;
 use existing_renderer::{GroundRenderer, SKY};
 
 const PATIENCE_FRAMES: u64 = 2000;
+/// Of the picture: a software driver takes about a second for a frame with mist.
+const SIZE: [u32; 2] = [640, 360];
 /// Where on its flight the camera of the ground stays.
 const PART: f32 = 0.6;
 
 #[expect(clippy::print_stdout, reason = "a program, and this is its result")]
 fn main() -> anyhow::Result<()> {
     let output = std::env::args_os().nth(1).unwrap_or_else(|| "fog.png".into());
-    let (pixels, frames) = render([1280, 720], 60.0)?;
-    headless::write_png(output.as_ref(), [1280, 720], &pixels)?;
+    let (pixels, frames) = render(SIZE, 12.0)?;
+    headless::write_png(output.as_ref(), SIZE, &pixels)?;
     println!("{} after {frames} frames", output.display());
     Ok(())
 }
@@ -44,7 +46,7 @@ pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u
     let ground = textures.add_blocking(Arc::new(landscape()?))?;
     let mist = textures.add_blocking(Arc::new(mist::Mist::new()?))?;
     // A view of its own: each of its rays meets many bricks.
-    let rays = textures.add_view(ViewSettings::default().with_bricks_of_a_ray(64))?;
+    let rays = textures.add_view(ViewSettings::default().with_bricks_of_a_ray(48))?;
 
     let renderer = GroundRenderer::new(device, &textures, ground)?;
     let fog = Fog::new(device, &textures, mist, &target)?;
