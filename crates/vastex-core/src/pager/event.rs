@@ -11,8 +11,9 @@ use crate::wanted::groups::GroupNumber;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {
-    /// For a whole jitter cycle no page was newly wanted, and none was missing at the bias in force, in any
-    /// pool. Said once, whenever it has become so; what was just added counts from its first feedback on.
+    /// For a whole jitter cycle, or as many as a view has turns ([`crate::Pager::set_view_turns`]), no page
+    /// was newly wanted, and none was missing at the bias in force, in any pool. Said once, whenever it has
+    /// become so; what was just added counts from its first feedback on.
     Converged {
         /// The frame.
         frame: u64,

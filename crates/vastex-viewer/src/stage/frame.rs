@@ -1,5 +1,5 @@
-//! The one way a frame is drawn: poses, what the views want, the update of the textures, the picture, and its
-//! encoding.
+//! How a frame is drawn: poses, what the views want, the update of the textures, the picture, and its
+//! encoding. Volumes in a window are drawn in parts, by `volume_scene`.
 //!
 //! A kind of scene is a type with [`StageScene`]. A program brings the poses and the target; when a frame is
 //! due, and what time it is, is the program's business.

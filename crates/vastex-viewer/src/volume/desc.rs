@@ -75,8 +75,8 @@ impl VolumeDesc {
         VolumeDesc { of, channels, labels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
     }
 
-    /// The bricks of `brick` voxels a side that one ray of a picture meets, about, and at most: 1 to 120,
-    /// as many as a view asks for ([`vastex::ViewMut::set_bricks_of_a_ray`]).
+    /// An upper estimate of the bricks of `brick` voxels a side that one ray of a picture meets: 1 to 120, as
+    /// many as a view asks for ([`vastex::ViewMut::set_bricks_of_a_ray`]).
     pub fn bricks_of_a_ray(&self, view: &VolumeView, brick: u32, picture: [u32; 2]) -> u32 {
         if view.is_slice() {
             return 1 + u32::from(self.labels.is_some());

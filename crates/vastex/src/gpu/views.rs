@@ -24,7 +24,7 @@ pub(super) struct ViewState {
     /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of
     /// its pixels too.
     pub(super) cycle: Cycle,
-    /// Bricks that a ray of the view's shaders meets, about and at most; 0 where it shows surfaces.
+    /// An upper estimate of the bricks that a ray of the view's shaders meets; 0 where it shows surfaces.
     pub(super) bricks_of_a_ray: u32,
     /// The frame of the pass that the application has begun and not ended, if there is one, and its number in
     /// the cycle.

@@ -55,7 +55,7 @@ impl Window {
         Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length, turns: 1 }
     }
 
-    /// Feedbacks now in the window, at most a jitter cycle of them.
+    /// Feedbacks now in the window, at most the view's jitter cycles of them.
     pub(super) fn feedbacks(&self) -> usize {
         self.pixels.len()
     }
