@@ -16,6 +16,7 @@ use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, Volum
 
 use super::paint::OverPainter;
 use crate::args::ViewArgs;
+use crate::made_levels::LevelMaker;
 use crate::output::Output;
 use crate::parts::Part;
 use crate::report;
@@ -95,6 +96,7 @@ impl VolumeShot {
     /// many frames.
     fn play(&self, scene: &mut VolumeScene, opened: &OpenedVolume) -> Result<bool> {
         let (mut frames, mut is_refused) = (0, false);
+        let mut levels = LevelMaker::default();
         let is_whole = loop {
             for asked in scene.take_asked() {
                 if let VolumeAsked::Labels { nth, time } = asked {
@@ -110,7 +112,11 @@ impl VolumeShot {
                 }
                 let VolumeAsked::Channel { channel, time } = asked else { continue };
                 match read_channel(&opened.volume, (channel, time), &scene.preparer()) {
-                    Ok(read) => scene.add((channel, time), read.prepared, read.usual)?,
+                    Ok(read) => {
+                        if let Some(texture) = scene.add((channel, time), read.prepared, read.usual)? {
+                            levels.add(texture, read.source)?;
+                        }
+                    }
                     Err(error) => {
                         report::say(&report::message(&error));
                         scene.refuse(channel, time);
@@ -124,12 +130,25 @@ impl VolumeShot {
             // A time that comes takes the place of the first one.
             let is_there = scene.seen_time() == scene.look.time;
             if scene.has_all() && is_there && frames > 1 {
-                break !is_refused;
+                // In this order: what is made last changes something, too.
+                let is_made = levels.is_done();
+                let changes = levels.changes();
+                if is_made && changes.is_empty() {
+                    break !is_refused;
+                }
+                // Frames are counted while something can be drawn.
+                match changes.is_empty() {
+                    true => LevelMaker::wait(),
+                    false => (frames, _) = (1, scene.changed(&changes)),
+                }
+                continue;
             }
             if frames >= MOST_FRAMES {
                 break false;
             }
         };
+        let faults = levels.faults();
+        faults.iter().take(20).for_each(|fault| report::say(&format!("{fault}; made levels lack it")));
         scene.frame(self.area(), VolumePictures::Whole)?;
         Ok(is_whole)
     }

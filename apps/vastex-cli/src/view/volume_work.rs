@@ -1,5 +1,6 @@
 //! What a volume in the window needs read: channels at times, levels that are made, and values at places. All
-//! of it on threads, so that the window never waits.
+//! of it on threads, so that the window never waits; levels on one of their own, so that nothing that is read
+//! waits for them.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,50 +8,36 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use anyhow::{Context, Error, Result};
-use vastex::{Preparer, Region};
+use anyhow::{Context, Result};
+use vastex::{Preparer, Region, TextureId};
 use vastex_viewer::volume_scene::{PointAsked, PointTold, VolumeLook};
-use vastex_volume::VolumeSource;
-use winit::window::Window;
+use vastex_volume::{VolumeError, VolumeSource};
 
+use crate::made_levels::LevelMaker;
 use crate::volumes::{
     LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, point, read_channel, read_labels, usual_range,
 };
 
 /// Channels that are read at once.
 const AT_ONCE: usize = 2;
+/// Faults of levels that are told, at most.
+const MOST_FAULTS: usize = 4;
 
 /// What a thread has read.
 pub(super) enum Done {
-    Channel {
-        channel: usize,
-        time: u64,
-        read: Result<Box<ReadChannel>>,
-    },
-    Labels {
-        nth: usize,
-        time: u64,
-        read: Result<Box<ReadLabels>>,
-    },
+    Channel { channel: usize, time: u64, read: Result<Box<ReadChannel>> },
+    Labels { nth: usize, time: u64, read: Result<Box<ReadLabels>> },
     Point(Result<PointTold>, u64),
-    Range {
-        channel: usize,
-        range: Result<[f64; 2]>,
-    },
-    /// Tiles of levels that are made were a preview, and are not any more.
-    Changed {
-        channel: usize,
-        time: u64,
-        regions: Vec<Region>,
-    },
-    /// A part of what levels are made of cannot be read.
-    Fault(Error),
+    Range { channel: usize, range: Result<[f64; 2]> },
 }
+
+/// Has the window look at what was read.
+pub(super) type WakeWindow = Arc<dyn Fn() + Send + Sync>;
 
 /// Threads that read a volume, and what they have read.
 pub(super) struct VolumeWork {
     opened: Arc<OpenedVolume>,
-    window: Arc<Window>,
+    wake: WakeWindow,
     sender: Sender<Done>,
     receiver: Receiver<Done>,
     /// What waits to be read, the last first, and how many threads read.
@@ -60,6 +47,10 @@ pub(super) struct VolumeWork {
     sources: Vec<((usize, u64), Arc<VolumeSource>)>,
     /// And the labels.
     labels: Vec<((usize, u64), LabelsBelow)>,
+    /// Makes the levels that they lack.
+    levels: LevelMaker,
+    /// What went wrong with these that was told.
+    told: Vec<VolumeError>,
 }
 
 #[derive(Default)]
@@ -69,17 +60,19 @@ struct Queue {
 }
 
 impl VolumeWork {
-    pub(super) fn new(opened: OpenedVolume, window: Arc<Window>) -> VolumeWork {
+    pub(super) fn new(opened: OpenedVolume, wake: WakeWindow) -> VolumeWork {
         let (sender, receiver) = channel();
         VolumeWork {
             opened: Arc::new(opened),
-            window,
+            wake,
             sender,
             receiver,
             queue: Arc::default(),
             stop: Arc::default(),
             sources: Vec::new(),
             labels: Vec::new(),
+            levels: LevelMaker::default(),
+            told: Vec::new(),
         }
     }
 
@@ -101,8 +94,8 @@ impl VolumeWork {
         if !is_new {
             return Ok(());
         }
-        let (opened, sender, window, stop) =
-            (self.opened.clone(), self.sender.clone(), self.window.clone(), self.stop.clone());
+        let (opened, sender, wake, stop) =
+            (self.opened.clone(), self.sender.clone(), self.wake.clone(), self.stop.clone());
         let read = move || {
             loop {
                 let next = {
@@ -113,12 +106,8 @@ impl VolumeWork {
                 };
                 let Some((channel, time)) = next else { return };
                 let read = read_channel(&opened.volume, (channel, time), &preparer);
-                let made = read.as_ref().ok().map(|read| read.source.clone());
                 drop(sender.send(Done::Channel { channel, time, read: read.map(Box::new) }));
-                window.request_redraw();
-                if let Some(source) = made.filter(|source| source.has_levels_to_make()) {
-                    make_levels(&source, (channel, time), &sender, (&window, &stop));
-                }
+                wake();
             }
         };
         spawn("vastex-channel", read)
@@ -127,11 +116,11 @@ impl VolumeWork {
     /// Begins to read labels at a time.
     pub(super) fn read_labels(&self, (nth, time): (usize, u64), preparer: Preparer) -> Result<()> {
         let name = self.opened.facts.labels.get(nth).cloned().unwrap_or_default();
-        let (opened, sender, window) = (self.opened.clone(), self.sender.clone(), self.window.clone());
+        let (opened, sender, wake) = (self.opened.clone(), self.sender.clone(), self.wake.clone());
         spawn("vastex-labels", move || {
             let read = read_labels(&opened, (&name, time), &preparer);
             drop(sender.send(Done::Labels { nth, time, read: read.map(Box::new) }));
-            window.request_redraw();
+            wake();
         })
     }
 
@@ -143,14 +132,14 @@ impl VolumeWork {
         sources.retain(|(channel, _)| shown.contains(channel));
         sources.sort_by_key(|(channel, _)| *channel);
         let (opened, look, sender, window) =
-            (self.opened.clone(), look.clone(), self.sender.clone(), self.window.clone());
+            (self.opened.clone(), look.clone(), self.sender.clone(), self.wake.clone());
         let is_shown = |(of, _): &&((usize, u64), LabelsBelow)| Some(of.0) == look.labels.shown;
         let labels = self.labels.iter().filter(is_shown).find(|((_, time), _)| *time == asked.time);
         let labels = labels.map(|(_, labels)| labels.clone());
         spawn("vastex-value", move || {
             let told = point(&opened.facts, &look, (&sources, labels.as_ref()), &asked);
             drop(sender.send(Done::Point(told, asked.number)));
-            window.request_redraw();
+            wake();
         })
     }
 
@@ -161,12 +150,12 @@ impl VolumeWork {
             self.sources.iter().map(|((channel, _), source)| (*channel, source.clone())).collect();
         sources.retain(|(channel, _)| is_asked(channel));
         sources.dedup_by_key(|(channel, _)| *channel);
-        let (sender, window) = (self.sender.clone(), self.window.clone());
+        let (sender, wake) = (self.sender.clone(), self.wake.clone());
         spawn("vastex-range", move || {
             for (channel, source) in sources {
                 drop(sender.send(Done::Range { channel, range: usual_range(&source, channel) }));
             }
-            window.request_redraw();
+            wake();
         })
     }
 
@@ -186,10 +175,38 @@ impl VolumeWork {
         done
     }
 
-    /// Only these times are seen any more.
-    pub(super) fn keep_times(&mut self, times: [u64; 2]) {
+    /// The levels that a channel lacks are made from here on, for the texture that shows it.
+    pub(super) fn make_levels(&mut self, texture: TextureId, source: Arc<VolumeSource>) -> Result<()> {
+        self.levels.add(texture, source).context("no thread can be started to make levels of the volume")
+    }
+
+    /// Parts of levels that were a preview and are made by now.
+    pub(super) fn changes(&mut self) -> Vec<(TextureId, Region)> {
+        self.levels.changes()
+    }
+
+    /// Whether levels are being made: the window is to look now and then what has changed.
+    pub(super) fn is_making(&self) -> bool {
+        !self.levels.is_done()
+    }
+
+    /// What went wrong with levels since that was asked last, at most a few.
+    pub(super) fn take_faults(&mut self) -> Vec<VolumeError> {
+        let mut new = self.levels.faults();
+        new.retain(|fault| !self.told.contains(fault));
+        new.truncate(MOST_FAULTS.saturating_sub(self.told.len()));
+        self.told.extend(new.iter().cloned());
+        new
+    }
+
+    /// Only these times, and these textures, are wanted any more.
+    pub(super) fn keep(&mut self, times: &[u64], is_shown: impl Fn(TextureId) -> bool) {
         self.sources.retain(|((_, time), _)| times.contains(time));
         self.labels.retain(|((_, time), _)| times.contains(time));
+        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        queue.waiting.retain(|(_, time)| times.contains(time));
+        drop(queue);
+        self.levels.retain(is_shown);
     }
 }
 
@@ -197,36 +214,74 @@ impl Drop for VolumeWork {
     /// What is being read is broken off where that is possible. Nobody waits for it.
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-    }
-}
-
-/// Makes the levels that are not stored, and tells of what is no preview any more.
-fn make_levels(
-    source: &Arc<VolumeSource>,
-    (channel, time): (usize, u64),
-    sender: &Sender<Done>,
-    (window, stop): (&Arc<Window>, &Arc<AtomicBool>),
-) {
-    let told = |regions: Vec<Region>| {
-        if !regions.is_empty() {
-            drop(sender.send(Done::Changed { channel, time, regions }));
-            window.request_redraw();
-        }
-    };
-    thread::scope(|scope| {
-        let made = scope.spawn(|| source.make_levels(stop));
-        while !made.is_finished() {
-            thread::sleep(std::time::Duration::from_millis(200));
-            told(source.take_changes());
-        }
-    });
-    told(source.take_changes());
-    for fault in source.faults().into_iter().take(4) {
-        drop(sender.send(Done::Fault(fault.into())));
+        let levels = std::mem::take(&mut self.levels);
+        // Where no thread can be started, that brick is waited for after all.
+        drop(spawn("vastex-levels-end", move || drop(levels)));
     }
 }
 
 fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<()> {
     let thread = thread::Builder::new().name(name.into()).spawn(work);
     thread.map(drop).context("no thread can be started to read the volume")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use vastex::{Settings, Textures};
+    use vastex_scenes::headless_gpu;
+
+    use super::*;
+    use crate::volumes::open_volume;
+
+    /// Four channels, each of one level that is larger than what is made at opening.
+    fn large(directory: &Path) -> OpenedVolume {
+        let path = directory.join("large.raw");
+        let file = std::fs::File::create(&path).unwrap();
+        // Nothing is written of it: the file has holes.
+        file.set_len(4 * 420 * 410 * 400).unwrap();
+        let about =
+            "width = 420\nheight = 410\ndepth = 400\nsample = \"u8\"\nchannels = 4\norder = \"planar\"\n";
+        std::fs::write(directory.join("large.raw.toml"), about).unwrap();
+        open_volume(&path).unwrap()
+    }
+
+    #[test]
+    fn every_channel_is_read_before_any_level_is_made() {
+        let directory = tempfile::tempdir().unwrap();
+        let gpu = headless_gpu().unwrap();
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
+        let mut work = VolumeWork::new(large(directory.path()), Arc::new(|| {}));
+        for channel in 0..4 {
+            work.read((channel, 0), textures.preparer()).unwrap();
+        }
+        let (mut read, begun) = (Vec::new(), Instant::now());
+        while read.len() < 4 {
+            assert!(begun.elapsed() < Duration::from_secs(120), "{} of 4 channels were read", read.len());
+            for done in work.take_done() {
+                let Done::Channel { read: Ok(one), .. } = done else { panic!("a channel cannot be read") };
+                read.push(*one);
+            }
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert!(read.iter().all(|read| read.source.has_levels_to_make()) && !work.is_making());
+        // They are made beside that, of those that are shown.
+        let mut sources = Vec::new();
+        for ReadChannel { source, prepared, .. } in read {
+            let texture = textures.add(prepared).unwrap_or_else(|refused| panic!("{}", refused.error));
+            work.make_levels(texture, source.clone()).unwrap();
+            sources.push((texture, source));
+        }
+        assert!(work.is_making());
+        let [(first, made), (_, gone), ..] = &sources[..] else { panic!("four") };
+        work.keep(&[0], |texture| texture == *first);
+        while work.is_making() {
+            assert!(begun.elapsed() < Duration::from_secs(240), "levels of one channel are not made");
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert!(!made.has_levels_to_make() && gone.has_levels_to_make());
+        work.keep(&[], |_| false);
+        assert!(work.sources.is_empty() && work.take_faults().is_empty());
+    }
 }

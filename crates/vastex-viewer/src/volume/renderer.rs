@@ -3,7 +3,7 @@
 mod parts;
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
 use vastex::{Error, Kinds, LayerId, Member, Sampled, Textures, shader_module};
@@ -74,9 +74,12 @@ pub struct VolumeRenderer {
     camera_layout: wgpu::BindGroupLayout,
     camera: VolumeCameraBinding,
     /// By the number of a mode, slices last: those of the picture, and those of feedback.
-    picture: [OnceLock<wgpu::RenderPipeline>; MODES],
-    wanted: [OnceLock<wgpu::RenderPipeline>; MODES],
+    picture: Pipelines,
+    wanted: Pipelines,
 }
+
+/// Shared by renderers that draw by one text.
+type Pipelines = Arc<[OnceLock<wgpu::RenderPipeline>; MODES]>;
 
 /// Modes, and slices.
 const MODES: usize = VolumeMode::ALL.len() + 1;

@@ -21,6 +21,13 @@ enum Held {
     Here(TextureId),
 }
 
+/// One of the textures of what is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Channel(usize),
+    Labels(usize),
+}
+
 /// Where labels lie in the scene's world, and the colours that they were given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelsPlace {
@@ -142,12 +149,16 @@ impl Channels {
         look.shown().any(is_to_come) || self.labels_wait(look)
     }
 
-    /// The texture of a channel, if it is here.
-    pub(super) fn texture(&self, channel: usize) -> Option<TextureId> {
-        match self.held.get(channel) {
-            Some(Held::Here(texture)) => Some(*texture),
+    /// The textures of what is shown, as far as they are here.
+    pub(super) fn parts(&self, look: &VolumeLook) -> impl Iterator<Item = (Part, TextureId)> + '_ {
+        let channels: Vec<usize> = look.shown().collect();
+        let channels = channels.into_iter().map(|nth| (Part::Channel(nth), self.held.get(nth)));
+        let labels = look.labels.shown;
+        let labels = labels.map(|nth| (Part::Labels(nth), self.labels.get(nth).map(|(held, _)| held)));
+        channels.chain(labels).filter_map(|(part, held)| match held {
+            Some(Held::Here(texture)) => Some((part, *texture)),
             _ => None,
-        }
+        })
     }
 
     /// The textures of all channels that are here.
@@ -164,12 +175,14 @@ impl Channels {
         self.renderer.as_ref()
     }
 
-    /// Has it drawn what is to be shown.
+    /// Has it drawn what is to be shown; where nothing draws it yet, by the shaders of what draws another time,
+    /// if they are the same.
     pub(super) fn show(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         (look, facts): (&VolumeLook, &VolumeFacts),
+        beside: Option<&VolumeRenderer>,
     ) -> Result<(), VolumeError> {
         let shown: Vec<VolumeChannel> = look.shown().filter_map(|nth| self.shown(nth, look, facts)).collect();
         let labels = self.shown_labels(look);
@@ -201,7 +214,12 @@ impl Channels {
             Some(renderer) if *renderer.desc() == desc => Ok(()),
             Some(renderer) => renderer.show(textures, desc),
             None => {
-                self.renderer = Some(VolumeRenderer::new(gpu, textures, desc, PICTURE)?);
+                let beside = beside.and_then(|other| other.beside(textures, desc.clone()).ok());
+                let renderer = match beside {
+                    Some(renderer) => renderer,
+                    None => VolumeRenderer::new(gpu, textures, desc, PICTURE)?,
+                };
+                self.renderer = Some(renderer);
                 self.made += 1;
                 Ok(())
             }

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use vastex::Event;
 
-use super::VolumeScene;
 use super::channels::Channels;
-use super::look::VolumePane;
+use super::look::{VolumeLook, VolumePane};
 use super::picture::PanePicture;
 use super::sight::{PaneRect, PaneSight};
+use super::{Coming, VolumeScene};
 use crate::stage::StageScene;
 use crate::volume::VolumeError;
 
@@ -50,11 +50,11 @@ impl VolumeScene {
         self.play_on(now);
         self.follow_time(now);
         let shown = (&self.look, &self.facts);
-        self.current.show(&self.gpu, &mut self.textures, shown)?;
-        if let Some((next, _)) = &mut self.next
-            && next.is_complete(&self.look)
+        self.current.show(&self.gpu, &mut self.textures, shown, None)?;
+        if let Some(coming) = &mut self.next
+            && coming.channels.is_complete(&self.look)
         {
-            next.show(&self.gpu, &mut self.textures, shown)?;
+            coming.channels.show(&self.gpu, &mut self.textures, shown, self.current.renderer())?;
         }
         self.renew_cameras();
         self.note_look()?;
@@ -67,11 +67,13 @@ impl VolumeScene {
             }
             false => {
                 self.want(now)?;
+                let is_of_ahead = self.ahead.is_loading() && self.has_all();
                 self.textures.update()?;
-                self.hear_events();
+                self.hear_events(is_of_ahead);
             }
         }
         self.take_over(now);
+        self.look_ahead();
         match pictures {
             VolumePictures::None => Ok(false),
             pictures => self.draw(now, pictures == VolumePictures::Whole),
@@ -116,50 +118,82 @@ impl VolumeScene {
                 self.cut_hidden()?;
             }
             self.seen = seen;
+            self.view_number += 1;
             self.quiet = 0;
         }
         if self.looked.as_ref() != Some(&self.look) {
-            self.looked = Some(self.look.clone());
+            let before = self.looked.replace(self.look.clone());
+            let is_same = before.is_some_and(|look| VolumeLook { time: self.look.time, ..look } == self.look);
+            self.view_number += u64::from(!is_same);
         }
         Ok(())
     }
 
     /// The next time, where times are played and the one before is seen.
     fn play_on(&mut self, now: Duration) {
-        let is_seen = self.next.is_none() && self.look.time == self.current.time && self.pictures_are_drawn();
+        let is_seen = self.next.is_none() && self.look.time == self.current.time && self.pictures_are_seen();
         if self.is_playing && is_seen && now.saturating_sub(self.played_at) >= PLAY_EVERY {
             self.look.time = (self.look.time + 1) % self.facts.times.max(1);
             self.played_at = now;
         }
     }
 
-    /// What comes next is of the time that is wanted.
+    /// What comes next is of the time that is wanted: as far as it was read ahead, with that.
     fn follow_time(&mut self, now: Duration) {
         let wanted = self.look.time;
-        if self.next.as_ref().is_some_and(|(next, _)| next.time != wanted)
-            && let Some((late, _)) = self.next.take()
-        {
-            late.remove(&mut self.textures);
+        if let Some(late) = self.next.take_if(|coming| coming.channels.time != wanted) {
+            late.bricks.iter().for_each(|bricks| bricks.release(&mut self.textures));
+            late.channels.remove(&mut self.textures);
         }
         if wanted != self.current.time && self.next.is_none() {
-            self.next = Some((Channels::new(wanted, &self.facts), now));
+            self.ahead.turn(self.current.time, wanted, self.facts.times);
+            let ahead = self.ahead.take(wanted);
+            let (channels, bricks) = ahead.unwrap_or_else(|| (Channels::new(wanted, &self.facts), None));
+            self.next = Some(Coming { channels, begun: now, bricks });
             self.quiet = 0;
         }
     }
 
-    /// What comes next is shown once it is there at the level that is wanted, or nothing was seen before.
+    /// What comes next is shown once it is there at the level that is wanted, or nothing was seen before; at
+    /// once where all of its bricks were prefetched.
     fn take_over(&mut self, now: Duration) {
-        let Some((next, begun)) = &self.next else { return };
+        let Some(coming) = &self.next else { return };
         let nothing_seen = self.current.renderer().is_none();
         let pager = self.textures.stats().pager;
         let is_there = self.quiet >= self.quiet_frames() && pager.missing == 0;
-        let is_late = now.saturating_sub(*begun) >= LONGEST_WAIT;
-        if next.is_complete(&self.look)
-            && (nothing_seen || is_there || is_late)
-            && let Some((next, _)) = self.next.take()
+        let is_late = now.saturating_sub(coming.begun) >= LONGEST_WAIT;
+        let is_prefetched = || {
+            coming.bricks.as_ref().is_some_and(|bricks| bricks.are_there(self.view_number, &self.textures))
+        };
+        if coming.channels.is_complete(&self.look)
+            && (nothing_seen || is_there || is_late || is_prefetched())
+            && let Some(coming) = self.next.take()
         {
-            std::mem::replace(&mut self.current, next).remove(&mut self.textures);
+            coming.bricks.iter().for_each(|bricks| bricks.release(&mut self.textures));
+            if is_there {
+                let shown = (&coming.channels, &self.look);
+                self.ahead.note_wanted(&self.textures, self.view_number, shown);
+            }
+            std::mem::replace(&mut self.current, coming.channels).remove(&mut self.textures);
             (self.quiet, self.look_number) = (0, self.look_number + 1);
+        }
+    }
+
+    /// Has times read that come after the one that is seen, and bricks of them prefetched, where nothing else
+    /// is to be done. In a pool that is too small for one time there is no room for another.
+    fn look_ahead(&mut self) {
+        self.ahead.keep_view(&mut self.textures, self.view_number);
+        if self.next.is_some() || self.look.time != self.current.time {
+            return;
+        }
+        let seen = (self.current.time, self.is_playing);
+        self.ahead.follow(&mut self.textures, seen, &self.facts);
+        let fits = self.textures.stats().pager.bias_eighths == 0;
+        if fits && self.has_all() && self.ahead.times().next().is_some() {
+            self.ahead.note_wanted(&self.textures, self.view_number, (&self.current, &self.look));
+        }
+        if fits {
+            self.ahead.prefetch(&mut self.textures, self.view_number, &self.look);
         }
     }
 
@@ -179,7 +213,7 @@ impl VolumeScene {
         if self.has_all() && self.next.is_none() {
             return Ok(());
         }
-        let next = self.next.as_ref().and_then(|(next, _)| next.renderer());
+        let next = self.next.as_ref().and_then(|coming| coming.channels.renderer());
         let Some(renderer) = next.or(self.current.renderer()) else { return Ok(()) };
         let panes = self.panes();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
@@ -205,8 +239,9 @@ impl VolumeScene {
         Ok(())
     }
 
-    /// Takes in what has come and what went wrong.
-    fn hear_events(&mut self) {
+    /// Takes in what has come and what went wrong; perhaps only bricks of times ahead have come, of which nothing
+    /// is seen.
+    fn hear_events(&mut self, is_of_ahead: bool) {
         while let Some(event) = self.textures.poll_event() {
             if let Event::Failed { why, .. } = event {
                 self.faults.push(format!("{why}; a coarser brick is shown instead"));
@@ -214,6 +249,10 @@ impl VolumeScene {
         }
         let pager = self.textures.stats().pager;
         let come = pager.loaded + pager.evicted + pager.refreshed + pager.shared;
+        if is_of_ahead && pager.missing == 0 {
+            self.content.1 = come;
+            return;
+        }
         let is_quiet = come == self.content.1 && pager.missing == 0 && pager.in_flight == 0;
         self.quiet = if is_quiet { self.quiet.saturating_add(1) } else { 0 };
         if come != self.content.1 {

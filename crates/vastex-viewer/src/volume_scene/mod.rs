@@ -8,9 +8,11 @@
 //! A frame never waits and never takes long: while something changes pictures are drawn small, then in parts
 //! at their full size. Where nothing changes and everything is there, nothing is drawn.
 
+mod ahead;
 mod channels;
 mod frames;
 mod hands;
+mod hosted;
 mod look;
 mod picture;
 mod point;
@@ -22,16 +24,18 @@ use std::time::Duration;
 
 use glam::DVec2;
 use vastex::diagnostics::Stats;
-use vastex::{Prepared, Preparer, Region, Settings, Textures, ViewId, ViewSettings};
+use vastex::{Preparer, Settings, Textures, ViewId, ViewSettings};
 
 use crate::gpu::Gpu;
 use crate::input::InputEvent;
 use crate::volume::{VolumeCameraBinding, VolumeDesc, VolumeView, frames_to_ask};
 
+use ahead::{BricksAhead, TimesAhead};
 use channels::Channels;
 pub use channels::LabelsPlace;
 pub use frames::VolumePictures;
 pub use hands::{VOLUME_CONTROLS, VolumeHands, VolumeHeard, VolumeRoom};
+pub use hosted::VolumeAsked;
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{
@@ -45,29 +49,6 @@ pub use sight::{PaneRect, PaneSight, pane_rects};
 
 /// What time it is: how long ago the host began.
 pub type VolumeClock = Arc<dyn Fn() -> Duration + Send + Sync>;
-
-/// What a scene needs of its host.
-#[derive(Clone, Debug, PartialEq)]
-pub enum VolumeAsked {
-    /// A channel at a time, for [`VolumeScene::add`].
-    Channel {
-        /// Which channel, from 0.
-        channel: usize,
-        /// Which time, from 0.
-        time: u64,
-    },
-    /// Labels beside the channels at a time, for [`VolumeScene::add_labels`].
-    Labels {
-        /// Which of [`VolumeFacts::labels`].
-        nth: usize,
-        /// Which time, from 0.
-        time: u64,
-    },
-    /// The values at a place, for [`VolumeScene::tell`].
-    Point(PointAsked),
-    /// The usual ranges of the channels that are shown, for [`VolumeScene::set_range`].
-    Ranges(Vec<usize>),
-}
 
 /// A volume in a window.
 pub struct VolumeScene {
@@ -86,7 +67,9 @@ pub struct VolumeScene {
     painted: u64,
     /// What is drawn, and what comes after it, at another time.
     current: Channels,
-    next: Option<(Channels, Duration)>,
+    next: Option<Coming>,
+    /// Times that will come after these.
+    ahead: TimesAhead,
     area: [u32; 2],
     clock: VolumeClock,
     /// What the last frame was told to show.
@@ -94,6 +77,8 @@ pub struct VolumeScene {
     /// What it drew: what of the volume, by a number that changes with it, and from where.
     drawn: Option<VolumeDesc>,
     look_number: u64,
+    /// A number that changes with what views see and how it is shown, whatever the time.
+    view_number: u64,
     seen: Vec<(VolumePane, VolumeView, [u32; 2])>,
     /// A number that changes with the bricks that there are, and what is counted of them.
     content: (u64, u64),
@@ -111,6 +96,13 @@ pub struct VolumeScene {
     asking: Option<(Duration, Arc<AtomicBool>)>,
     wants_ranges: bool,
     faults: Vec<String>,
+}
+
+/// A time that comes: since when it is wanted, and its bricks, if it was read ahead.
+struct Coming {
+    channels: Channels,
+    begun: Duration,
+    bricks: Option<BricksAhead>,
 }
 
 /// What the device is drawing: when it began, when it ends, and of which panes, small or not.
@@ -143,11 +135,13 @@ impl VolumeScene {
             painted: 0,
             current,
             next: None,
+            ahead: TimesAhead::default(),
             area: [1; 2],
             clock,
             looked: None,
             drawn: None,
             look_number: 0,
+            view_number: 0,
             seen: Vec::new(),
             content: (0, 0),
             quiet: 0,
@@ -258,147 +252,6 @@ impl VolumeScene {
         self.points.want(place, is_click);
     }
 
-    /// What is asked for since the last call: channels that are shown and not there, values at places.
-    pub fn take_asked(&mut self) -> Vec<VolumeAsked> {
-        let channel = |time: u64| move |channel| VolumeAsked::Channel { channel, time };
-        let mut asked = Vec::new();
-        if self.look.time == self.current.time {
-            let time = self.current.time;
-            asked.extend(self.current.ask(&self.look).into_iter().map(channel(time)));
-            let labels = self.current.ask_labels(&self.look);
-            asked.extend(labels.map(|nth| VolumeAsked::Labels { nth, time }));
-        }
-        if let Some((next, _)) = &mut self.next {
-            let time = next.time;
-            asked.extend(next.ask(&self.look).into_iter().map(channel(time)));
-            asked.extend(next.ask_labels(&self.look).map(|nth| VolumeAsked::Labels { nth, time }));
-        }
-        asked.extend(self.points.ask(self.current.time).map(VolumeAsked::Point));
-        if std::mem::take(&mut self.wants_ranges) {
-            asked.push(VolumeAsked::Ranges(self.look.shown().collect()));
-        }
-        asked
-    }
-
-    /// A channel that was asked for was read. It is shown as it was chosen, in the usual range of stored
-    /// values where none was. Fails where the textures refuse it; then it is left out.
-    pub fn add(
-        &mut self,
-        (channel, time): (usize, u64),
-        prepared: Prepared,
-        usual: [f64; 2],
-    ) -> Result<(), vastex::Error> {
-        let channels = match &mut self.next {
-            Some((next, _)) if next.time == time => next,
-            _ if self.current.time == time => &mut self.current,
-            // Another time is wanted by now.
-            _ => return Ok(()),
-        };
-        let texture = match self.textures.add(prepared) {
-            Ok(texture) => texture,
-            Err(refused) => {
-                channels.refuse(channel);
-                return Err(refused.error);
-            }
-        };
-        let before = channels.put(channel, texture);
-        if let Some(before) = before {
-            self.textures.remove(before);
-        }
-        if let Ok(mut texture) = self.textures.texture_mut(texture) {
-            texture.set_name(self.facts.channel_name(channel));
-        }
-        if let Some(look) = self.look.channels.get_mut(channel)
-            && look.range.is_none()
-        {
-            look.range = Some(usual);
-        }
-        self.quiet = 0;
-        Ok(())
-    }
-
-    /// Labels that were asked for were read. Fails where the textures refuse them; then they are left out.
-    pub fn add_labels(
-        &mut self,
-        (nth, time): (usize, u64),
-        prepared: Prepared,
-        place: LabelsPlace,
-    ) -> Result<(), vastex::Error> {
-        let Some(channels) = self.channels_at(time) else { return Ok(()) };
-        channels.refuse_labels(nth);
-        let texture = self.textures.add(prepared).map_err(|refused| refused.error)?;
-        if let Ok(mut named) = self.textures.texture_mut(texture) {
-            named.set_name(self.facts.labels.get(nth).cloned().unwrap_or_default());
-        }
-        let before = self.channels_at(time).and_then(|channels| channels.put_labels(nth, texture, place));
-        if let Some(before) = before {
-            self.textures.remove(before);
-        }
-        self.quiet = 0;
-        Ok(())
-    }
-
-    /// Labels that were asked for cannot be had.
-    pub fn refuse_labels(&mut self, nth: usize, time: u64) {
-        self.channels_at(time).iter_mut().for_each(|channels| channels.refuse_labels(nth));
-        self.quiet = 0;
-    }
-
-    fn channels_at(&mut self, time: u64) -> Option<&mut Channels> {
-        match &mut self.next {
-            Some((next, _)) if next.time == time => Some(next),
-            _ => Some(&mut self.current).filter(|current| current.time == time),
-        }
-    }
-
-    /// A channel that was asked for cannot be had: the others are shown without it.
-    pub fn refuse(&mut self, channel: usize, time: u64) {
-        match &mut self.next {
-            Some((next, _)) if next.time == time => next.refuse(channel),
-            _ if self.current.time == time => self.current.refuse(channel),
-            _ => {}
-        }
-        self.quiet = 0;
-    }
-
-    /// What a channel at a time was read from has changed in these regions: they are read again, and what is
-    /// there of them stays until then.
-    pub fn changed(&mut self, (channel, time): (usize, u64), regions: &[Region]) {
-        let sets = [Some(&self.current), self.next.as_ref().map(|(next, _)| next)];
-        let set = sets.into_iter().flatten().find(|set| set.time == time);
-        let Some(texture) = set.and_then(|set| set.texture(channel)) else { return };
-        if let Ok(mut texture) = self.textures.texture_mut(texture) {
-            for region in regions {
-                texture.invalidate(region);
-            }
-        }
-        self.quiet = 0;
-    }
-
-    /// The stored values of a channel that are dark and bright from here on.
-    pub fn set_range(&mut self, channel: usize, range: [f64; 2]) {
-        if let Some(look) = self.look.channels.get_mut(channel) {
-            look.range = Some(range);
-        }
-    }
-
-    /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there.
-    pub fn tell(&mut self, told: PointTold) {
-        if let Some(place) = self.points.tell(told) {
-            self.look.put_cross(&self.facts.of, place);
-        }
-    }
-
-    /// What lies at a place that was asked for cannot be found out.
-    pub fn tell_nothing(&mut self, number: u64) {
-        self.points.give_up(number);
-    }
-
-    /// Whether the host is to ask [`VolumeScene::take_asked`], though nothing else is due.
-    pub fn is_asking(&self) -> bool {
-        self.points.waits() || self.wants_ranges
-    }
-
     /// So much time has passed since the last frame.
     pub fn pass_time(&mut self, time: Duration) {
         self.textures.set_frame_time(time.min(Duration::from_millis(250)));
@@ -417,7 +270,8 @@ impl VolumeScene {
 
     /// Whether a frame is due by itself.
     pub fn is_due(&self) -> bool {
-        !self.is_settled() || self.is_playing || self.under_way.is_some()
+        let is_played = self.is_playing || self.ahead.is_loading();
+        !self.is_settled() || is_played || self.under_way.is_some()
     }
 
     /// Whether every brick that is seen was asked for, and is there or cannot be had.
@@ -450,6 +304,16 @@ impl VolumeScene {
         })
     }
 
+    /// Whether pictures of what is to be seen are there, however old their bricks: enough to go on in time.
+    fn pictures_are_seen(&self) -> bool {
+        let panes = self.panes();
+        panes.iter().all(|pane| {
+            let key = self.key(&PaneSight::of(&self.look, &self.facts.of, &panes, pane));
+            let picture = self.pictures[pane.pane.number()].as_ref();
+            self.current.renderer().is_none() || picture.is_some_and(|picture| picture.is_of_view(&key))
+        })
+    }
+
     /// The pictures that are to be painted, each over the whole of its pane; those that are not there yet are
     /// left out.
     pub fn pictures(&self) -> Vec<(PaneRect, wgpu::TextureView)> {
@@ -471,9 +335,10 @@ impl VolumeScene {
         self.textures.memory().restore(&gpu.device, &gpu.queue)?;
         self.gpu = gpu.clone();
         self.current.forget_device(&mut self.textures);
-        if let Some((next, _)) = &mut self.next {
-            next.forget_device(&mut self.textures);
+        if let Some(coming) = &mut self.next {
+            coming.channels.forget_device(&mut self.textures);
         }
+        self.ahead.clear(&mut self.textures);
         self.cameras.iter_mut().for_each(|camera| *camera = None);
         (self.pictures, self.asking) = ([const { None }; 4], None);
         (self.under_way, self.looked, self.drawn, self.quiet) = (None, None, None, 0);

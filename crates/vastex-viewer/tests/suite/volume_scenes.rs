@@ -287,11 +287,83 @@ fn a_time_stays_until_the_next_one_is_there() {
     assert_eq!((host.scene.seen_time(), host.middle(VolumePane::Z)), (1, 41));
     // A time that nobody waits for any more is given up.
     host.holds = true;
-    host.scene.look.time = 2;
+    host.scene.look.time = 0;
     host.frame(VolumePictures::Whole);
     host.scene.look.time = 1;
     host.settle(VolumePictures::Whole);
     assert_eq!((host.scene.seen_time(), host.middle(VolumePane::Z)), (1, 41));
+}
+
+#[test]
+fn a_time_whose_bricks_were_prefetched_is_drawn_without_a_wait() {
+    let mut host = Host::lockstep(2, 6);
+    host.settle(VolumePictures::Whole);
+    assert!(host.sources.iter().all(|((_, time), _)| *time == 0), "nobody has gone on in time");
+    let step = |host: &mut Host, key: char| {
+        host.scene.on_event(InputEvent::Key { key: Key::Char(key), is_pressed: true, is_repeat: false });
+    };
+    step(&mut host, '.');
+    host.settle(VolumePictures::Whole);
+    let reads = |host: &Host, of: u64| -> u64 {
+        let of_time = host.sources.iter().filter(|((_, time), _)| *time == of);
+        of_time.map(|(_, source)| source.reads.load(Ordering::Relaxed)).sum()
+    };
+    // The same bricks as of the time that is seen, while nothing else is due and no picture is drawn anew.
+    let painted = host.scene.painted();
+    for _ in 0..PATIENCE {
+        if host.scene.times_ready() == [2] {
+            break;
+        }
+        host.frame(VolumePictures::Whole);
+        assert!(host.scene.is_settled() && host.scene.painted() == painted);
+    }
+    assert_eq!((host.scene.times_ready(), host.scene.is_due()), (vec![2], false));
+    let before = reads(&host, 2);
+    assert_eq!(before, reads(&host, 1));
+    step(&mut host, '.');
+    host.frame(VolumePictures::Whole);
+    // Two channels of white, whose light adds up.
+    let seen = host.middle(VolumePane::Z);
+    assert_eq!((host.scene.seen_time(), host.scene.times_kept().len()), (2, 3), "at once, and the next one");
+    host.settle(VolumePictures::Whole);
+    assert_eq!((host.middle(VolumePane::Z), reads(&host, 2)), (seen, before), "nothing was missing");
+    // What is wanted of another view is prefetched anew; a time that is no more ahead goes.
+    host.scene.look.orbit.yaw += 90.0;
+    host.frame(VolumePictures::Whole);
+    assert_eq!(host.scene.times_ready(), [0; 0]);
+    step(&mut host, ',');
+    host.settle(VolumePictures::Whole);
+    for _ in 0..PATIENCE {
+        if host.scene.times_ready() == [0] {
+            break;
+        }
+        host.frame(VolumePictures::Whole);
+    }
+    assert_eq!((host.scene.seen_time(), host.scene.times_ready()), (1, vec![0]), "the way that time goes");
+}
+
+#[test]
+fn played_times_that_are_ready_are_seen_at_once() {
+    let mut host = Host::lockstep(1, 6);
+    host.settle(VolumePictures::Whole);
+    host.scene.play(true);
+    let (mut seen_at_once, mut most_ready) = (0, 0);
+    for _ in 0..PATIENCE {
+        let (before, ready) = (host.scene.look.time, host.scene.times_ready());
+        most_ready = most_ready.max(ready.len());
+        host.frame(VolumePictures::Whole);
+        let wanted = host.scene.look.time;
+        if wanted != before && ready.contains(&wanted) {
+            assert_eq!(host.scene.seen_time(), wanted, "without a frame between");
+            assert_eq!(u64::from(host.middle(VolumePane::Z)), 40 + wanted);
+            seen_at_once += 1;
+        }
+        if seen_at_once == 5 {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    assert_eq!((seen_at_once, most_ready), (5, 2));
 }
 
 #[test]

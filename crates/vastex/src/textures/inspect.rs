@@ -5,7 +5,7 @@
 //! pixels are `pixels`'.
 
 use vastex_core::{
-    BiasRule, Explanation, History, PageId, PageState, PoolId, SlotUsage, TextureNumber, WantedPage,
+    BiasRule, Explanation, Feedback, History, PageId, PageState, PoolId, SlotUsage, TextureNumber, WantedPage,
 };
 use vastex_wgpu::{FeedbackMode, FeedbackScale, FeedbackTarget};
 
@@ -75,6 +75,15 @@ impl<'a> Inspect<'a> {
     /// The pages in view that could not be had so far.
     pub fn failed_pages(&self) -> Vec<PageId> {
         self.textures.paging.pager().failed_pages().collect()
+    }
+
+    /// What all views want together, of all textures, at mip bias 0: the pages that their feedbacks of the last
+    /// jitter cycles named. With other textures of the same geometry in the place of these
+    /// ([`PageId::new`]), it is what [`Ahead::prefetch_view`](crate::Ahead::prefetch_view) is given before the
+    /// views turn to those: to the next point in time. Costs a visit of each page.
+    pub fn wanted(&self) -> Feedback {
+        let pools = self.textures.paging.pager().pools();
+        Feedback::of_pages(self.frame(), pools.flat_map(|pool| pool.wanted()).collect())
     }
 
     /// What is in each slot of a texture's pool, that of other textures too; `None` if one is free. Empty

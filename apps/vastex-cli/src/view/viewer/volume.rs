@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result, anyhow};
 use egui::{Rect, TextureId};
 use glam::DVec2;
 use vastex::Settings;
@@ -61,7 +61,8 @@ impl Viewer {
         let begun = self.begun;
         let clock = Arc::new(move || begun.elapsed());
         let scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
-        let work = VolumeWork::new(opened, self.window.clone());
+        let window = self.window.clone();
+        let work = VolumeWork::new(opened, Arc::new(move || window.request_redraw()));
         let before = std::mem::replace(&mut self.display, Display::Empty);
         self.remove(before.into_sources());
         self.surface.set_format_of_panels();
@@ -148,6 +149,7 @@ impl Viewer {
             () if volume.rests && !volume.is_stale => Wake::After(REST),
             () if volume.is_stale || volume.scene.is_due() => Wake::Now,
             () if volume.scene.share_at_wanted().1.failed > 0 => Wake::After(SLOW),
+            () if volume.work.is_making() => Wake::After(left.map_or(EVERY, |left| left.min(EVERY))),
             () => left.map_or(Wake::OnEvent, Wake::After),
         }
     }
@@ -230,13 +232,16 @@ impl Viewer {
 
     /// Takes in what threads have read. Returns true if there was anything.
     fn take_done(&mut self, volume: &mut VolumeShown) -> bool {
-        let times = [volume.scene.seen_time(), volume.scene.look.time];
-        let all = volume.work.take_done();
-        let is_any = !all.is_empty();
+        let (all, changes) = (volume.work.take_done(), volume.work.changes());
+        let is_any = !all.is_empty() || !changes.is_empty();
+        volume.scene.changed(&changes);
         for done in all {
             let outcome = match done {
                 Done::Channel { channel, time, read: Ok(read) } => {
-                    volume.scene.add((channel, time), read.prepared, read.usual).map_err(Into::into)
+                    match volume.scene.add((channel, time), read.prepared, read.usual) {
+                        Ok(Some(texture)) => volume.work.make_levels(texture, read.source),
+                        other => other.map(drop).map_err(Into::into),
+                    }
                 }
                 Done::Channel { channel, time, read: Err(error) } => {
                     volume.scene.refuse(channel, time);
@@ -258,20 +263,21 @@ impl Viewer {
                     Err(error)
                 }
                 Done::Range { channel, range } => range.map(|range| volume.scene.set_range(channel, range)),
-                Done::Changed { channel, time, regions } => {
-                    volume.scene.changed((channel, time), &regions);
-                    Ok(())
-                }
-                Done::Fault(error) => Err(error),
             };
             if let Err(error) = outcome {
-                let said = report::message(&error);
-                report::say(&said);
-                self.messages.add("volume", said);
+                self.tell_of_volume(&error);
             }
         }
-        volume.work.keep_times(times);
+        let textures = volume.scene.textures();
+        volume.work.keep(&volume.scene.times_kept(), |texture| textures.texture(texture).is_ok());
+        volume.work.take_faults().into_iter().for_each(|fault| self.tell_of_volume(&fault.into()));
         is_any
+    }
+
+    fn tell_of_volume(&mut self, error: &Error) {
+        let said = report::message(error);
+        report::say(&said);
+        self.messages.add("volume", said);
     }
 
     fn begin_what_is_asked(&mut self, volume: &mut VolumeShown) {

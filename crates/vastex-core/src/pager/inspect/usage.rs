@@ -10,6 +10,7 @@ use crate::residency::records::RecordHint;
 use crate::shader_constants::MAX_LEVELS;
 use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureNumber};
+use crate::wanted::feedback::WantedPage;
 
 /// Textures that [`crate::Event::Oversubscribed`] names.
 const NAMED: usize = 3;
@@ -76,6 +77,15 @@ impl PoolPager {
             usage.is_locked |= is_locked;
         }
         slots
+    }
+
+    /// What all views want together of the pool's textures, at mip bias 0: the pages that their feedbacks of
+    /// the last jitter cycles named, in ascending order, each once. Costs a visit of each.
+    pub fn wanted(&self) -> Vec<WantedPage> {
+        let named = self.set.direct_pages();
+        let mut pages: Vec<_> = named.map(|(page, pixels)| WantedPage { page, pixels, eighth: 0 }).collect();
+        pages.sort_unstable();
+        pages
     }
 
     /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for

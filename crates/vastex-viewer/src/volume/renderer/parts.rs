@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use vastex::{LayerId, Sampled, Textures};
 
-use super::{VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound};
-use crate::stage::Target;
+use super::{
+    LabelsOnGpu, SceneUniform, VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound, brick_of,
+};
+use crate::stage::{Target, Uniform};
 
 impl VolumeRenderer {
     /// Draws rows of the picture that a camera sees, of `size` pixels in all; what is there of the others
@@ -44,6 +46,42 @@ impl VolumeRenderer {
         }
         self.desc = desc;
         Ok(())
+    }
+
+    /// A renderer of other channels beside this one, by the same shaders, which are not compiled again: the
+    /// volume at another time. Fails as [`VolumeRenderer::new`] does, and where the channels lie in other
+    /// pools than these, or labels are shown by one of the two alone.
+    pub fn beside(&self, textures: &mut Textures, desc: VolumeDesc) -> Result<VolumeRenderer, VolumeError> {
+        let has_labels = |desc: &VolumeDesc| (desc.labels.is_some(), desc.channels.is_empty());
+        if has_labels(&desc) != has_labels(&self.desc) || desc.is_exact != self.desc.is_exact {
+            return Err(VolumeError::Apart);
+        }
+        let (sampled, bound, kinds) = bound(textures, &desc)?;
+        if !kinds.binds_like(&self.kinds) {
+            [sampled, bound].into_iter().for_each(|group| remove_group(textures, group));
+            return Err(VolumeError::Apart);
+        }
+        let gpu = self.gpu.clone();
+        let labels = desc.labels.as_ref().map(|labels| LabelsOnGpu::new(&gpu, labels, self.told_in));
+        let uniform = Uniform::new_in::<SceneUniform>(&gpu.device, &self.camera_layout, self.told_in);
+        let brick = brick_of(textures, &desc)?;
+        Ok(VolumeRenderer {
+            desc,
+            of_channels: sampled,
+            kinds,
+            bound,
+            told_in: self.told_in,
+            brick,
+            format: self.format,
+            module: self.module.clone(),
+            layout: self.layout.clone(),
+            camera_layout: self.camera_layout.clone(),
+            camera: VolumeCameraBinding::new(uniform, labels.as_ref().map(|labels| labels.camera(&gpu)), 0),
+            labels,
+            picture: self.picture.clone(),
+            wanted: self.wanted.clone(),
+            gpu,
+        })
     }
 
     /// Takes back what it added to the textures. The channels themselves stay.

@@ -1,0 +1,194 @@
+//! What a scene asks of its host, and what the host brings: channels and labels at times, values at places.
+
+use vastex::{Prepared, Region, TextureId};
+
+use super::channels::{Channels, LabelsPlace};
+use super::point::{PointAsked, PointTold};
+use super::{VolumeLook, VolumeScene};
+
+/// What a scene needs of its host.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VolumeAsked {
+    /// A channel at a time, for [`VolumeScene::add`].
+    Channel {
+        /// Which channel, from 0.
+        channel: usize,
+        /// Which time, from 0.
+        time: u64,
+    },
+    /// Labels beside the channels at a time, for [`VolumeScene::add_labels`].
+    Labels {
+        /// Which of [`super::VolumeFacts::labels`].
+        nth: usize,
+        /// Which time, from 0.
+        time: u64,
+    },
+    /// The values at a place, for [`VolumeScene::tell`].
+    Point(PointAsked),
+    /// The usual ranges of the channels that are shown, for [`VolumeScene::set_range`].
+    Ranges(Vec<usize>),
+}
+
+/// What is shown of a set of channels and not asked for yet.
+fn asked_of(channels: &mut Channels, look: &VolumeLook) -> impl Iterator<Item = VolumeAsked> + use<> {
+    let time = channels.time;
+    let labels = channels.ask_labels(look).map(|nth| VolumeAsked::Labels { nth, time });
+    let channels = channels.ask(look).into_iter();
+    channels.map(move |channel| VolumeAsked::Channel { channel, time }).chain(labels)
+}
+
+impl VolumeScene {
+    /// What is asked for since the last call: channels that are shown and not there, values at places. What is
+    /// seen comes before what will be.
+    pub fn take_asked(&mut self) -> Vec<VolumeAsked> {
+        let mut asked = Vec::new();
+        if self.look.time == self.current.time {
+            asked.extend(asked_of(&mut self.current, &self.look));
+        }
+        if let Some(coming) = &mut self.next {
+            asked.extend(asked_of(&mut coming.channels, &self.look));
+        }
+        // What is seen has the readers to itself.
+        if self.next.is_none() && !self.current.waits(&self.look) {
+            let look = &self.look;
+            asked.extend(self.ahead.channels().flat_map(|channels| asked_of(channels, look)));
+        }
+        asked.extend(self.points.ask(self.current.time).map(VolumeAsked::Point));
+        if std::mem::take(&mut self.wants_ranges) {
+            asked.push(VolumeAsked::Ranges(self.look.shown().collect()));
+        }
+        asked
+    }
+
+    /// The times of which anything is kept: the one that is seen, the one that comes, and those that are read
+    /// ahead. A host need read nothing of others any more.
+    pub fn times_kept(&self) -> Vec<u64> {
+        let coming = self.next.iter().map(|coming| coming.channels.time);
+        [self.current.time, self.look.time].into_iter().chain(coming).chain(self.ahead.times()).collect()
+    }
+
+    /// Times that are not seen yet and will be without a wait: all that the views want of them is there.
+    pub fn times_ready(&self) -> Vec<u64> {
+        self.ahead.ready(self.view_number, &self.textures)
+    }
+
+    /// A channel that was asked for was read. It is shown as it was chosen, in the usual range of stored
+    /// values where none was. Gives back the texture that it is; `None` where that time is not wanted any more.
+    /// Fails where the textures refuse it; then it is left out.
+    pub fn add(
+        &mut self,
+        (channel, time): (usize, u64),
+        prepared: Prepared,
+        usual: [f64; 2],
+    ) -> Result<Option<TextureId>, vastex::Error> {
+        if self.channels_at(time).is_none() {
+            return Ok(None);
+        }
+        let texture = match self.textures.add(prepared) {
+            Ok(texture) => texture,
+            Err(refused) => {
+                self.refuse(channel, time);
+                return Err(refused.error);
+            }
+        };
+        let before = self.channels_at(time).and_then(|channels| channels.put(channel, texture));
+        if let Some(before) = before {
+            self.textures.remove(before);
+        }
+        if let Ok(mut texture) = self.textures.texture_mut(texture) {
+            texture.set_name(self.facts.channel_name(channel));
+        }
+        if let Some(look) = self.look.channels.get_mut(channel)
+            && look.range.is_none()
+        {
+            look.range = Some(usual);
+        }
+        self.note_change_of(time);
+        Ok(Some(texture))
+    }
+
+    /// Labels that were asked for were read. Fails where the textures refuse them; then they are left out.
+    pub fn add_labels(
+        &mut self,
+        (nth, time): (usize, u64),
+        prepared: Prepared,
+        place: LabelsPlace,
+    ) -> Result<(), vastex::Error> {
+        let Some(channels) = self.channels_at(time) else { return Ok(()) };
+        channels.refuse_labels(nth);
+        let texture = self.textures.add(prepared).map_err(|refused| refused.error)?;
+        if let Ok(mut named) = self.textures.texture_mut(texture) {
+            named.set_name(self.facts.labels.get(nth).cloned().unwrap_or_default());
+        }
+        let before = self.channels_at(time).and_then(|channels| channels.put_labels(nth, texture, place));
+        if let Some(before) = before {
+            self.textures.remove(before);
+        }
+        self.note_change_of(time);
+        Ok(())
+    }
+
+    /// Labels that were asked for cannot be had.
+    pub fn refuse_labels(&mut self, nth: usize, time: u64) {
+        self.channels_at(time).iter_mut().for_each(|channels| channels.refuse_labels(nth));
+        self.note_change_of(time);
+    }
+
+    /// A channel that was asked for cannot be had: the others are shown without it.
+    pub fn refuse(&mut self, channel: usize, time: u64) {
+        self.channels_at(time).iter_mut().for_each(|channels| channels.refuse(channel));
+        self.note_change_of(time);
+    }
+
+    fn channels_at(&mut self, time: u64) -> Option<&mut Channels> {
+        match &mut self.next {
+            Some(coming) if coming.channels.time == time => Some(&mut coming.channels),
+            _ if self.current.time == time => Some(&mut self.current),
+            _ => self.ahead.channels_at(time),
+        }
+    }
+
+    /// What there is of a time has changed; of a time ahead nothing is seen.
+    fn note_change_of(&mut self, time: u64) {
+        let is_ahead = self.ahead.times().any(|ahead| ahead == time);
+        if !is_ahead {
+            self.quiet = 0;
+        }
+    }
+
+    /// What these textures are read from has changed in these regions: they are read again, and what is there
+    /// of them stays until then.
+    pub fn changed(&mut self, changes: &[(TextureId, Region)]) {
+        for (texture, region) in changes {
+            // Of a time that is not kept any more there is none.
+            if let Ok(mut texture) = self.textures.texture_mut(*texture) {
+                texture.invalidate(region);
+                self.quiet = 0;
+            }
+        }
+    }
+
+    /// The stored values of a channel that are dark and bright from here on.
+    pub fn set_range(&mut self, channel: usize, range: [f64; 2]) {
+        if let Some(look) = self.look.channels.get_mut(channel) {
+            look.range = Some(range);
+        }
+    }
+
+    /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there.
+    pub fn tell(&mut self, told: PointTold) {
+        if let Some(place) = self.points.tell(told) {
+            self.look.put_cross(&self.facts.of, place);
+        }
+    }
+
+    /// What lies at a place that was asked for cannot be found out.
+    pub fn tell_nothing(&mut self, number: u64) {
+        self.points.give_up(number);
+    }
+
+    /// Whether the host is to ask [`VolumeScene::take_asked`], though nothing else is due.
+    pub fn is_asking(&self) -> bool {
+        self.points.waits() || self.wants_ranges
+    }
+}
