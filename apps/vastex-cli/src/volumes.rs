@@ -139,8 +139,8 @@ impl OpenedVolume {
     pub(crate) fn settings(&self, args: &SceneArgs) -> Result<Settings> {
         let settings = render::settings(args)?;
         let shown = VolumeLook::first(&self.facts).shown().count().max(1) as u64;
-        // Of times, the one that is seen and the one that comes.
-        let sets = shown * self.facts.times.min(2);
+        // Of times, the one that is seen, the one that comes, and two ahead.
+        let sets = shown * self.facts.times.min(4);
         // A fifth more, for grids of slots that are no cubes; and bricks for each channel that may be shown.
         let all = self.pages.saturating_mul(self.page_bytes).saturating_mul(sets);
         let others = self.page_bytes.saturating_mul(self.facts.channels.len().min(16) as u64 * 2 + 2);

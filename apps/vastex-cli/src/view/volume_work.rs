@@ -131,7 +131,7 @@ impl VolumeWork {
         let mut sources: Vec<_> = of_time.map(|((channel, _), source)| (*channel, source.clone())).collect();
         sources.retain(|(channel, _)| shown.contains(channel));
         sources.sort_by_key(|(channel, _)| *channel);
-        let (opened, look, sender, window) =
+        let (opened, look, sender, wake) =
             (self.opened.clone(), look.clone(), self.sender.clone(), self.wake.clone());
         let is_shown = |(of, _): &&((usize, u64), LabelsBelow)| Some(of.0) == look.labels.shown;
         let labels = self.labels.iter().filter(is_shown).find(|((_, time), _)| *time == asked.time);
