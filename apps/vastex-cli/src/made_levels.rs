@@ -6,8 +6,8 @@
 //! ```
 //!
 //! Until a brick is made a preview stands for it ([`VolumeSource::make_levels`]); what changed is read again.
-//! Where nothing is to be made there is no thread. Who drops it stops the thread within a brick. Sources may be
-//! added and forgotten at any time, as a window does.
+//! Where nothing is to be made there is no thread. Who drops it stops the thread within a brick. Sources may
+//! be added and forgotten at any time, as a window does.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

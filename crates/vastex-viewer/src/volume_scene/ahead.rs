@@ -1,5 +1,5 @@
-//! Times that are not seen yet and will be, the way that time goes: their channels are read ahead, and of each
-//! the bricks are prefetched that the views want of the time that is seen, after everything in view.
+//! Times that are not seen yet and will be, the way that time goes: their channels are read ahead, and of
+//! each the bricks are prefetched that the views want of the time that is seen, after everything in view.
 //!
 //! What becomes of bricks is the pager's business ([`vastex::Ahead::prefetch_view`]). A time whose bricks are
 //! all there takes the place of the one before at once.

@@ -175,8 +175,8 @@ impl Channels {
         self.renderer.as_ref()
     }
 
-    /// Has it drawn what is to be shown; where nothing draws it yet, by the shaders of what draws another time,
-    /// if they are the same.
+    /// Has it drawn what is to be shown; where nothing draws it yet, by the shaders of what draws another
+    /// time, if they are the same.
     pub(super) fn show(
         &mut self,
         gpu: &Gpu,

@@ -239,8 +239,8 @@ impl VolumeScene {
         Ok(())
     }
 
-    /// Takes in what has come and what went wrong; perhaps only bricks of times ahead have come, of which nothing
-    /// is seen.
+    /// Takes in what has come and what went wrong; perhaps only bricks of times ahead have come, of which
+    /// nothing is seen.
     fn hear_events(&mut self, is_of_ahead: bool) {
         while let Some(event) = self.textures.poll_event() {
             if let Event::Failed { why, .. } = event {

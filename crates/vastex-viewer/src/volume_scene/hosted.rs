@@ -38,8 +38,8 @@ fn asked_of(channels: &mut Channels, look: &VolumeLook) -> impl Iterator<Item = 
 }
 
 impl VolumeScene {
-    /// What is asked for since the last call: channels that are shown and not there, values at places. What is
-    /// seen comes before what will be.
+    /// What is asked for since the last call: channels that are shown and not there, values at places. What
+    /// is seen comes before what will be.
     pub fn take_asked(&mut self) -> Vec<VolumeAsked> {
         let mut asked = Vec::new();
         if self.look.time == self.current.time {
@@ -73,8 +73,8 @@ impl VolumeScene {
     }
 
     /// A channel that was asked for was read. It is shown as it was chosen, in the usual range of stored
-    /// values where none was. Gives back the texture that it is; `None` where that time is not wanted any more.
-    /// Fails where the textures refuse it; then it is left out.
+    /// values where none was. Gives back the texture that it is; `None` where that time is not wanted any
+    /// more. Fails where the textures refuse it; then it is left out.
     pub fn add(
         &mut self,
         (channel, time): (usize, u64),

@@ -77,10 +77,10 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().failed_pages().collect()
     }
 
-    /// What all views want together, of all textures, at mip bias 0: the pages that their feedbacks of the last
-    /// jitter cycles named. With other textures of the same geometry in the place of these
-    /// ([`PageId::new`]), it is what [`Ahead::prefetch_view`](crate::Ahead::prefetch_view) is given before the
-    /// views turn to those: to the next point in time. Costs a visit of each page.
+    /// What all views want together, of all textures, at mip bias 0: the pages that their feedbacks of the
+    /// last jitter cycles named. With other textures of the same geometry in the place of these
+    /// ([`PageId::new`]), it is what [`Ahead::prefetch_view`](crate::Ahead::prefetch_view) is given before
+    /// the views turn to those: to the next point in time. Costs a visit of each page.
     pub fn wanted(&self) -> Feedback {
         let pools = self.textures.paging.pager().pools();
         Feedback::of_pages(self.frame(), pools.flat_map(|pool| pool.wanted()).collect())

@@ -38,7 +38,7 @@ pub(super) const ROOMS: &[Room] = &[
         ],
     ),
     ("volumes", &["args", "commands"]),
-    ("screenshot", &["args", "commands", "open", "output", "parts", "report", "volumes"]),
+    ("screenshot", &["args", "commands", "made_levels", "open", "output", "parts", "report", "volumes"]),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (
         "view",
@@ -48,6 +48,7 @@ pub(super) const ROOMS: &[Room] = &[
             "explained",
             "gpu",
             "link",
+            "made_levels",
             "open",
             "output",
             "report",
