@@ -1,6 +1,8 @@
 //! Volumes for the window and for pictures of it: opened, read channel by channel and time by time, and asked
 //! about their values.
 
+pub(crate) mod labels;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -213,15 +215,8 @@ pub(crate) fn read_labels(
     let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
     let tiles: Arc<dyn TileSource> = source.clone();
     let prepared = preparer.read_blocking(tiles, settings)?;
-    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors } })
-}
-
-/// The label at a place, in words; nothing where there is none.
-fn label_at((source, of): &LabelsBelow, place: DVec3) -> Result<Option<String>> {
-    let voxel = (place - DVec3::from_array(of.begin)) / of.of.voxel;
-    let world = source.levels().level(0).world_from_voxel(voxel.to_array());
-    let found = block_on(source.value_at(0, world))?;
-    Ok(found.map(|found| found.value.to_string()).filter(|label| label != "0"))
+    let are_wide = about.dtype.bytes() == 8;
+    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors, are_wide } })
 }
 
 /// The stored values of a channel that are dark and bright where nobody says which.
@@ -241,13 +236,20 @@ pub(crate) fn point(
 ) -> Result<PointTold> {
     let place = match asked.place {
         PointPlace::At(place) => Some(place),
-        PointPlace::Along { from, toward, pixel } => along(facts, look, sources, (from, toward, pixel))?,
+        PointPlace::Along { from, toward, pixel } => {
+            let ray = (from, toward, pixel);
+            let label = match (labels, span(facts, look, from, toward)) {
+                (Some(labels), Some(span)) => labels::first_along(labels, look, ray, span)?,
+                _ => None,
+            };
+            label.map_or_else(|| along(facts, look, sources, ray), |place| Ok(Some(place)))?
+        }
     };
     let extent = facts.of.extent();
     let place = place.filter(|place| place.cmpge(DVec3::ZERO).all() && place.cmple(extent).all());
     let mut told = PointTold { number: asked.number, place, voxel: [0; 3], values: Vec::new(), label: None };
     let Some(place) = place else { return Ok(told) };
-    told.label = labels.map(|labels| label_at(labels, place)).transpose()?.flatten();
+    told.label = labels.map(|labels| labels::at(labels, place)).transpose()?.flatten();
     for (channel, source) in sources {
         let found = block_on(source.value_at(0, in_file(facts, place)))?;
         if let Some(found) = found {
@@ -374,6 +376,8 @@ fn span(facts: &VolumeFacts, look: &VolumeLook, from: DVec3, toward: DVec3) -> O
 
 #[cfg(test)]
 mod tests {
+    use vastex_viewer::volume::OtherLabels;
+
     use super::*;
 
     fn head() -> OpenedVolume {
@@ -400,18 +404,40 @@ mod tests {
         let Opened::Volume(volume) = volume else { panic!("no volume") };
         let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
         let source = Arc::new(VolumeSource::open(Arc::new(*volume), &options).unwrap());
-        let place = LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default() };
+        let place =
+            LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default(), are_wide: false };
         let of = opened.facts.of;
         // What is told is what is stored of the voxel.
         let mut told = 0;
         for at in [[49.5, 92.5, 30.5], [96.5, 33.5, 30.5], [64.5, 64.5, 30.5]] {
             let world = source.levels().level(0).world_from_voxel(at);
             let stored = block_on(source.value_at(0, world)).unwrap().unwrap().value.to_string();
-            let label = label_at(&(source.clone(), place.clone()), DVec3::from_array(at) * of.voxel).unwrap();
-            assert_eq!(label.clone().unwrap_or("0".into()), stored);
+            let below = (source.clone(), place.clone());
+            let label = labels::at(&below, DVec3::from_array(at) * of.voxel).unwrap();
+            assert_eq!(label.unwrap_or(0).to_string(), stored);
             told += usize::from(label.is_some());
+            // Wherever it is found by its number, it is.
+            if let Some(label) = label {
+                let found = labels::find(&below, label).unwrap().unwrap();
+                assert_eq!(labels::at(&below, found).unwrap(), Some(label));
+            }
         }
         assert_eq!(told, 2, "two of the places have labels");
+        let below = (source.clone(), place.clone());
+        assert_eq!(labels::find(&below, 4_000_000_000).unwrap(), None);
+        // A ray from the face on meets the first voxel that has one, or the selected one alone.
+        let mut look = VolumeLook::first(&opened.facts);
+        let at = DVec3::new(49.5, 92.5, 0.0) * of.voxel;
+        let (ray, span) = ((at, DVec3::Z, of.voxel.x), [0.0, of.extent().z]);
+        let first = labels::first_along(&below, &look, ray, span).unwrap().unwrap();
+        let label = labels::at(&below, first).unwrap();
+        assert!(label.is_some() && (first.x, first.y) == (at.x, at.y));
+        assert_eq!(labels::at(&below, first - DVec3::Z * of.voxel.z).unwrap(), None, "the first");
+        look.labels.others = OtherLabels::Hidden;
+        look.labels.selected = Some(4_000_000_000);
+        assert_eq!(labels::first_along(&below, &look, ray, span).unwrap(), None);
+        look.labels.selected = label;
+        assert_eq!(labels::first_along(&below, &look, ray, span).unwrap(), Some(first));
     }
 
     #[test]

@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use vastex_viewer::Palette;
 use vastex_viewer::volume::{MOST_CHANNELS, VolumeCamera, VolumeFace, VolumeMode};
 
 use super::volume_labels::LabelArgs;
@@ -75,10 +76,19 @@ pub(crate) struct AskedChannel {
     pub(crate) channel: u64,
     /// sRGB codes.
     pub(crate) color: Option<[u8; 3]>,
+    /// Colours of places in the range, in the place of the one colour.
+    pub(crate) map: Option<Palette>,
     /// Stored values.
     pub(crate) range: Option<[f64; 2]>,
     /// 0 to 1.
     pub(crate) opacity: Option<f32>,
+}
+
+impl AskedChannel {
+    /// A channel of which nothing else is said.
+    pub(crate) fn new(channel: u64) -> AskedChannel {
+        AskedChannel { channel, color: None, map: None, range: None, opacity: None }
+    }
 }
 
 /// A plane of voxels.
@@ -120,9 +130,11 @@ pub(crate) struct RenderVolumeArgs {
     /// Which plane of voxels: x=K, y=K or z=K, K counting voxels of the finest level from 0
     #[arg(long, value_name = "AXIS=K", value_parser = parse_slice)]
     pub(crate) slice: Option<AskedSlice>,
-    /// Which channels, each as I[:RRGGBB[:LO..HI[:OPACITY]]] and with commas between them: LO..HI are stored
-    /// values, without which they are as --range says, else all that the format holds. By default those that
-    /// the file shows at first, in its colours and windows, or the first four
+    /// Which channels, each as I[:COLOUR[:LO..HI[:OPACITY]]] and with commas between them: COLOUR is RRGGBB
+    /// or a colour map (grey, viridis, magma, inferno, plasma, cividis, turbo, coolwarm, terrain, or one of
+    /// these reversed, as in viridis_r), LO..HI are stored values, without which they are as --range says,
+    /// else all that the format holds. By default those that the file shows at first, in its colours and
+    /// windows, or the first four
     #[arg(long, value_name = "CHANNELS", value_delimiter = ',', value_parser = parse_channel)]
     pub(crate) channels: Vec<AskedChannel>,
     /// The values that are dark and bright where a channel names none: 0 to 1 of the full range of whole
@@ -269,14 +281,24 @@ fn range(text: &str, between: &str) -> Result<[f64; 2], String> {
 }
 
 fn parse_channel(text: &str) -> Result<AskedChannel, String> {
-    let shape = || format!("'{text}': write I[:RRGGBB[:LO..HI[:OPACITY]]], as in 1:00FF80:100..4000");
+    let shape = || {
+        format!(
+            "'{text}': write I[:COLOUR[:LO..HI[:OPACITY]]], as in 1:00FF80:100..4000, COLOUR being RRGGBB or a colour map: {}",
+            Palette::ALL.map(Palette::name).join(", ")
+        )
+    };
     let mut words = text.split(':');
     let channel = words.next().and_then(|word| word.parse().ok()).ok_or_else(shape)?;
-    let mut asked = AskedChannel { channel, color: None, range: None, opacity: None };
+    let mut asked = AskedChannel::new(channel);
     if let Some(color) = words.next().filter(|word| !word.is_empty()) {
         let is_hex = color.len() == 6 && color.bytes().all(|byte| byte.is_ascii_hexdigit());
-        let code = u32::from_str_radix(color, 16).ok().filter(|_| is_hex).ok_or_else(shape)?;
-        asked.color = Some([code >> 16, code >> 8, code].map(|code| code as u8));
+        match is_hex {
+            true => {
+                let code = u32::from_str_radix(color, 16).map_err(|_| shape())?;
+                asked.color = Some([code >> 16, code >> 8, code].map(|code| code as u8));
+            }
+            false => asked.map = Some(color.parse().map_err(|_| shape())?),
+        }
     }
     if let Some(ends) = words.next().filter(|word| !word.is_empty()) {
         asked.range = Some(range(ends, "..").map_err(|why| format!("'{text}': {why}"))?);
@@ -297,12 +319,15 @@ mod tests {
 
     #[test]
     fn channels_are_told_by_number_colour_window_and_opacity() {
-        let plain = AskedChannel { channel: 3, color: None, range: None, opacity: None };
+        let plain = AskedChannel::new(3);
         assert_eq!(parse_channel("3"), Ok(plain));
         assert_eq!(parse_channel("3:FF0080"), Ok(AskedChannel { color: Some([255, 0, 128]), ..plain }));
         let full =
             AskedChannel { color: Some([0, 255, 0]), range: Some([-5.0, 10.5]), opacity: Some(0.5), ..plain };
         assert_eq!(parse_channel("3:00ff00:-5..10.5:0.5"), Ok(full));
+        let mapped = AskedChannel { map: Some(Palette::MAGMA.reversed()), range: Some([1.0, 2.0]), ..plain };
+        assert_eq!(parse_channel("3:magma_r:1..2"), Ok(mapped));
+        assert!(parse_channel("1:jet").unwrap_err().contains("viridis, magma"));
         assert_eq!(parse_channel("3::1..2"), Ok(AskedChannel { range: Some([1.0, 2.0]), ..plain }));
         for bad in ["", "x", "-1", "1:red", "1:+0FF00", "1::5..5", "1::nan..1", "1:::2", "1:::0.5:9", "1::1"]
         {

@@ -116,7 +116,6 @@ fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
 /// The channels that are shown: those that are asked for, else those that the file shows at first, else the
 /// first ones.
 fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
-    let plain = |channel| AskedChannel { channel, color: None, range: None, opacity: None };
     if about.is_label {
         return match args.channels.is_empty() {
             true => Ok(Vec::new()),
@@ -136,9 +135,10 @@ fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<Asked
     }
     let active =
         about.channel_info.iter().zip(0..about.channels).filter(|(info, _)| info.is_active == Some(true));
-    let active: Vec<AskedChannel> = active.map(|(_, channel)| plain(channel)).take(MOST_CHANNELS).collect();
+    let active: Vec<AskedChannel> =
+        active.map(|(_, channel)| AskedChannel::new(channel)).take(MOST_CHANNELS).collect();
     match active.is_empty() {
-        true => Ok((0..about.channels.min(FIRST_CHANNELS)).map(plain).collect()),
+        true => Ok((0..about.channels.min(FIRST_CHANNELS)).map(AskedChannel::new).collect()),
         false => Ok(active),
     }
 }
@@ -366,7 +366,8 @@ fn as_shown(
     if range[0] == range[1] || !range.iter().all(|value| value.is_finite()) {
         bail!("channel {}: the values {} to {} cannot be told apart", asked.channel, stored[0], stored[1]);
     }
-    Ok(VolumeChannel { range, opacity: asked.opacity.unwrap_or(1.0), ..channel.in_color(color) })
+    let opacity = asked.opacity.unwrap_or(1.0);
+    Ok(VolumeChannel { range, opacity, map: asked.map, ..channel.in_color(color) })
 }
 
 /// What `--json` prints. Scripts rely on these names.

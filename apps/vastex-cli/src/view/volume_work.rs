@@ -9,13 +9,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
 use anyhow::{Context, Result};
+use glam::DVec3;
 use vastex::{Preparer, Region, TextureId};
 use vastex_viewer::volume_scene::{PointAsked, PointTold, VolumeLook};
 use vastex_volume::{VolumeError, VolumeSource};
 
 use crate::made_levels::LevelMaker;
 use crate::volumes::{
-    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, point, read_channel, read_labels, usual_range,
+    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, labels, point, read_channel, read_labels, usual_range,
 };
 
 /// Channels that are read at once.
@@ -25,10 +26,23 @@ const MOST_FAULTS: usize = 4;
 
 /// What a thread has read.
 pub(super) enum Done {
-    Channel { channel: usize, time: u64, read: Result<Box<ReadChannel>> },
-    Labels { nth: usize, time: u64, read: Result<Box<ReadLabels>> },
+    Channel {
+        channel: usize,
+        time: u64,
+        read: Result<Box<ReadChannel>>,
+    },
+    Labels {
+        nth: usize,
+        time: u64,
+        read: Result<Box<ReadLabels>>,
+    },
     Point(Result<PointTold>, u64),
-    Range { channel: usize, range: Result<[f64; 2]> },
+    /// A place that a label of a number lies at, if there is any.
+    Label(i128, Result<Option<DVec3>>),
+    Range {
+        channel: usize,
+        range: Result<[f64; 2]>,
+    },
 }
 
 /// Has the window look at what was read.
@@ -139,6 +153,18 @@ impl VolumeWork {
         spawn("vastex-value", move || {
             let told = point(&opened.facts, &look, (&sources, labels.as_ref()), &asked);
             drop(sender.send(Done::Point(told, asked.number)));
+            wake();
+        })
+    }
+
+    /// Begins to find out where a label of a number is, at a time. Says whether such labels are there.
+    pub(super) fn find_label(&self, label: i128, (nth, time): (usize, u64)) -> Result<()> {
+        let Some((_, below)) = self.labels.iter().find(|(of, _)| *of == (nth, time)) else {
+            anyhow::bail!("label {label}: the labels are being read; ask again when they are shown");
+        };
+        let (below, sender, wake) = (below.clone(), self.sender.clone(), self.wake.clone());
+        spawn("vastex-label", move || {
+            drop(sender.send(Done::Label(label, labels::find(&below, label))));
             wake();
         })
     }

@@ -230,7 +230,7 @@ impl ColorMap {
         }
     }
 
-    /// The numbers that surface.wgsl has for what channels mean.
+    /// The numbers that surface.wgsl has for what channels mean, and what it has of colour maps.
     pub(crate) fn wgsl() -> String {
         [("GREY", Channels::Grey), ("GREY_ALPHA", Channels::GreyAlpha), ("RED_GREEN", Channels::RedGreen)]
             .map(|(name, channels)| format!("const SCENE_{name}: u32 = {}u;\n", channels as u32))

@@ -1,10 +1,16 @@
 //! What a person changes of a volume: channels, modes, times, what is cut away.
 
-use egui::{CollapsingHeader, Color32, DragValue, Response, RichText, Slider, Ui, WidgetInfo};
+use egui::{
+    Button, CollapsingHeader, Color32, DragValue, Response, RichText, Slider, TextEdit, Ui, WidgetInfo,
+};
 
+use super::palettes::palette_controls;
 use super::volume_words::{place_text, point_rows};
-use crate::volume::VolumeMode;
-use crate::volume_scene::{ClipLook, PointTold, VolumeFacts, VolumeLayout, VolumeLook, VolumePane};
+use crate::layers::Palette;
+use crate::volume::{OtherLabels, VolumeMode};
+use crate::volume_scene::{
+    ChannelLook, ClipLook, PointTold, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
+};
 
 /// Names of axes.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -26,6 +32,8 @@ pub enum VolumeChange {
     Play(bool),
     /// All of it, as at first.
     Fit,
+    /// The crosshair in a label of this number, wherever that is.
+    FindLabel(i128),
 }
 
 /// What the panel is told.
@@ -52,6 +60,9 @@ pub struct VolumeTold<'a> {
 pub struct VolumePanel {
     /// The channel whose settings are shown.
     chosen: usize,
+    /// The number that is being written, and what is wrong with it.
+    label: Option<String>,
+    label_error: Option<&'static str>,
 }
 
 impl VolumePanel {
@@ -63,7 +74,7 @@ impl VolumePanel {
         modes(ui, look, told);
         ui.separator();
         self.channels(ui, look, told, &mut asked);
-        labels(ui, look, told.facts);
+        self.labels(ui, look, told.facts, &mut asked);
         ui.separator();
         times(ui, look, told, &mut asked);
         crosshair(ui, look, told);
@@ -119,26 +130,125 @@ impl VolumePanel {
                 }
             });
             if let Some([low, high]) = channel.range {
-                strip(ui, channel.color, channel.gamma, low > high);
+                strip(ui, channel, low > high);
             }
+            map_controls(ui, &mut channel.map);
             ui.add(Slider::new(&mut channel.gamma, 0.1..=5.0).logarithmic(true).text("Gamma"));
             ui.add(Slider::new(&mut channel.opacity, 0.0..=1.0).text("Opacity"));
         }
     }
 }
 
+impl VolumePanel {
+    fn labels(
+        &mut self,
+        ui: &mut Ui,
+        look: &mut VolumeLook,
+        facts: &VolumeFacts,
+        asked: &mut Vec<VolumeChange>,
+    ) {
+        if facts.labels.is_empty() {
+            return;
+        }
+        ui.separator();
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new("Labels").strong());
+            for (nth, name) in facts.labels.iter().enumerate() {
+                let is_shown = look.labels.shown == Some(nth);
+                let label = ui.selectable_label(is_shown, format!("labels {name}"));
+                if label.on_hover_text("over the channels: L").clicked() {
+                    (look.labels.shown, look.labels.selected) = ((!is_shown).then_some(nth), None);
+                }
+            }
+        });
+        if look.labels.shown.is_none() {
+            return;
+        }
+        ui.add(Slider::new(&mut look.labels.opacity, 0.0..=1.0).text("Cover"));
+        ui.checkbox(&mut look.labels.outlines, "Outlines in slices");
+        self.selected_label(ui, look, asked);
+    }
+
+    /// The label that is selected: by a click in a picture, or by its number here.
+    fn selected_label(&mut self, ui: &mut Ui, look: &mut VolumeLook, asked: &mut Vec<VolumeChange>) {
+        ui.horizontal(|ui| {
+            let name = ui.label("Selected");
+            let shown = look.labels.selected.map_or(String::new(), |label| label.to_string());
+            let mut text = self.label.clone().unwrap_or(shown);
+            let field = TextEdit::singleline(&mut text).desired_width(120.0).hint_text("a number");
+            let field = ui.add(field).labelled_by(name.id);
+            let field = field.on_hover_text("a click selects a label; or write its number and press Enter");
+            if field.changed() {
+                (self.label, self.label_error) = (Some(text.clone()), None);
+            }
+            let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
+            let find = ui.add_enabled(self.label.is_some(), Button::new("Find"));
+            if self.label.is_some() && (is_entered || find.clicked()) {
+                match label_of(&text) {
+                    Ok(label) => {
+                        (self.label, look.labels.selected) = (None, Some(label));
+                        asked.push(VolumeChange::FindLabel(label));
+                    }
+                    Err(why) => self.label_error = Some(why),
+                }
+            } else if field.lost_focus() && self.label_error.is_none() && !find.hovered() {
+                self.label = None;
+            }
+            let has_any = look.labels.selected.is_some();
+            let none = ui.add_enabled(has_any, Button::new("None"));
+            if none.on_hover_text("select no label: Escape").clicked() {
+                (look.labels.selected, self.label, self.label_error) = (None, None, None);
+            }
+        });
+        if let Some(why) = self.label_error {
+            ui.label(RichText::new(why).color(ui.visuals().error_fg_color));
+        }
+        if look.labels.selected.is_some() {
+            ui.horizontal(|ui| {
+                ui.label("Others");
+                for others in OtherLabels::ALL {
+                    if ui.selectable_label(look.labels.others == others, others.name()).clicked() {
+                        look.labels.others = others;
+                    }
+                }
+            });
+        }
+    }
+}
+
+/// The label that somebody means; 0 is none.
+fn label_of(text: &str) -> Result<i128, &'static str> {
+    let within = i128::from(i64::MIN)..=i128::from(u64::MAX);
+    match text.trim().parse().ok().filter(|label| within.contains(label)) {
+        Some(0) => Err("0 is where there is no label; write another whole number"),
+        Some(label) => Ok(label),
+        None => Err("write a whole number of up to 64 bits"),
+    }
+}
+
 /// What a range becomes.
-fn strip(ui: &mut Ui, color: [u8; 3], gamma: f32, is_turned: bool) {
+fn strip(ui: &mut Ui, channel: &ChannelLook, is_turned: bool) {
     const PARTS: usize = 48;
     let (rect, _) =
         ui.allocate_exact_size(egui::vec2(ui.available_width().min(290.0), 8.0), egui::Sense::hover());
     for nth in 0..PARTS {
         let at = (nth as f32 + 0.5) / PARTS as f32;
-        let x = if is_turned { 1.0 - at } else { at }.powf(gamma);
-        let [r, g, b] = color.map(|code| (f32::from(code) * x).round() as u8);
+        let [r, g, b] = channel.color_at(if is_turned { 1.0 - at } else { at });
         let column = |n: usize| rect.left() + rect.width() * n as f32 / PARTS as f32;
         let part = egui::Rect::from_x_y_ranges(column(nth)..=column(nth + 1) + 0.5, rect.y_range());
         ui.painter().rect_filled(part, 0.0, Color32::from_rgb(r, g, b));
+    }
+}
+
+/// Whether a colour map makes the colours, and which.
+fn map_controls(ui: &mut Ui, map: &mut Option<Palette>) {
+    let mut has_map = map.is_some();
+    let what = "in the place of the one colour: of each value one of its own";
+    if ui.checkbox(&mut has_map, "Colours by a map").on_hover_text(what).changed() {
+        *map = has_map.then_some(Palette::VIRIDIS);
+    }
+    if let Some(map) = map {
+        palette_controls(ui, map);
     }
 }
 
@@ -207,27 +317,6 @@ fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) {
             }
         }
     });
-}
-
-fn labels(ui: &mut Ui, look: &mut VolumeLook, facts: &VolumeFacts) {
-    if facts.labels.is_empty() {
-        return;
-    }
-    ui.separator();
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new("Labels").strong());
-        for (nth, name) in facts.labels.iter().enumerate() {
-            let is_shown = look.labels.shown == Some(nth);
-            let label = ui.selectable_label(is_shown, format!("labels {name}"));
-            if label.on_hover_text("over the channels: L").clicked() {
-                look.labels.shown = (!is_shown).then_some(nth);
-            }
-        }
-    });
-    if look.labels.shown.is_some() {
-        ui.add(Slider::new(&mut look.labels.opacity, 0.0..=1.0).text("Cover"));
-        ui.checkbox(&mut look.labels.outlines, "Outlines in slices");
-    }
 }
 
 fn times(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>, asked: &mut Vec<VolumeChange>) {

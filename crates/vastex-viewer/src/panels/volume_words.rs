@@ -87,7 +87,7 @@ pub(super) fn point_rows(facts: &VolumeFacts, told: &PointTold) -> Vec<(String, 
         (facts.channel_name(value.channel), format!("{}  level {}", value.value, value.level))
     };
     let mut rows: Vec<(String, String)> = told.values.iter().map(value).collect();
-    rows.extend(told.label.iter().map(|label| ("label".to_owned(), label.clone())));
+    rows.extend(told.label.map(|label| ("label".to_owned(), label.to_string())));
     let [x, y, z] = told.voxel;
     rows.push(("voxel".to_owned(), format!("{x}, {y}, {z}")));
     rows.extend(told.place.map(|place| ("place".to_owned(), place_text(facts, place))));
@@ -108,7 +108,7 @@ pub fn volume_status_text(facts: &VolumeFacts, told: &PointTold) -> String {
             false => said += &format!("   {} {}", facts.channel_name(value.channel), value.value),
         }
     }
-    said.extend(told.label.iter().map(|label| format!("   label {label}")));
+    said.extend(told.label.map(|label| format!("   label {label}")));
     let mut levels: Vec<u8> = told.values.iter().map(|value| value.level).collect();
     levels.dedup();
     if let [level] = levels[..] {
@@ -144,7 +144,7 @@ mod tests {
             PointValue { channel: 2, value: "7".into(), level: 0 },
         ];
         let place = Some(DVec3::new(0.125, 0.125, 0.5));
-        let told = PointTold { number: 1, place, voxel: [0; 3], values, label: Some("3".into()) };
+        let told = PointTold { number: 1, place, voxel: [0; 3], values, label: Some(3) };
         assert_eq!(
             volume_status_text(&facts, &told),
             "0, 0, 0   100.25, 0.25, -3 µm   nuclei 12   channel 2 7   label 3   level 0"

@@ -4,6 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use vastex::{LayerId, TableChoice};
 
+use crate::layers::Palette;
+
 /// Channels that one picture shows at most.
 pub const MOST_CHANNELS: usize = 16;
 
@@ -34,12 +36,15 @@ pub struct VolumeChannel {
     pub gamma: f32,
     /// 0 to 1: how much light it adds, and in emission how much it hides.
     pub opacity: f32,
+    /// What makes its colours in the place of the one colour: what a place in the range becomes.
+    pub map: Option<Palette>,
 }
 
 impl VolumeChannel {
     /// A channel in white, whose range is 0 to 1.
     pub fn new(layer: impl Into<LayerId>) -> VolumeChannel {
-        VolumeChannel { layer: layer.into(), color: Vec3::ONE, range: [0.0, 1.0], gamma: 1.0, opacity: 1.0 }
+        let (color, range) = (Vec3::ONE, [0.0, 1.0]);
+        VolumeChannel { layer: layer.into(), color, range, gamma: 1.0, opacity: 1.0, map: None }
     }
 
     /// The same in another colour: red, green and blue as sRGB codes.
@@ -64,6 +69,8 @@ impl VolumeChannel {
             inverse_range: 1.0 / (high - low),
             gamma: self.gamma,
             id,
+            map: self.map.is_some().into(),
+            unused: [0; 3],
         }
     }
 }
@@ -78,4 +85,6 @@ pub(super) struct ChannelUniform {
     inverse_range: f32,
     gamma: f32,
     pub(super) id: u32,
+    map: u32,
+    unused: [u32; 3],
 }

@@ -14,6 +14,7 @@ use super::desc::{BRICKS_IN_A_FRAME, VolumeDesc, VolumeMode};
 use super::labels::{LabelBinding, LabelsOnGpu};
 use super::text::{LabelsInText, told_in, volume_text};
 use crate::gpu::Gpu;
+use crate::layers::PaletteUniform;
 use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
 
 /// What a volume is seen through.
@@ -50,6 +51,7 @@ impl VolumeCameraBinding {
 struct SceneUniform {
     rays: RayUniform,
     channels: [ChannelUniform; MOST_CHANNELS],
+    maps: [PaletteUniform; MOST_CHANNELS],
 }
 
 /// A volume, ready to be drawn.
@@ -351,13 +353,16 @@ impl StageScene for VolumeRenderer {
             let id = textures.shader_id(labels.layer.texture()).unwrap_or_default();
             binding.set(queue, &labels.uniform(id, of.voxel, &of_pose, rays.anchor));
         }
-        let mut told = SceneUniform { rays, channels: Zeroable::zeroed() };
+        let mut told = SceneUniform { rays, channels: Zeroable::zeroed(), maps: Zeroable::zeroed() };
         // Where there are no channels, what is asked where levels are.
         told.channels[0].id = rays.wants;
         // Of a group the first id is that of all together.
         let of_channels = if ids.len() > 1 { &ids[1..] } else { &ids[..] };
-        for ((told, channel), id) in told.channels.iter_mut().zip(shown).zip(of_channels) {
-            *told = channel.uniform(*id);
+        for (nth, (channel, id)) in shown.zip(of_channels).enumerate() {
+            told.channels[nth] = channel.uniform(*id);
+            if let Some(map) = channel.map {
+                told.maps[nth] = map.uniform();
+            }
         }
         camera.uniform.set(queue, &told);
     }
@@ -390,13 +395,15 @@ impl StageScene for VolumeRenderer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layers::Palette;
 
     #[test]
     fn what_shaders_are_told_is_laid_out_alike() {
         // Without Vastex's text: the structs alone.
         let text = include_str!("wgsl/volume.wgsl");
         let structs = &text[text.find("struct VolumeChannel").unwrap()..text.find("@group(1)").unwrap()];
-        let text = format!("{structs}\n@group(0) @binding(0) var<uniform> scene: VolumeScene;");
+        let text =
+            format!("{}{structs}\n@group(0) @binding(0) var<uniform> scene: VolumeScene;", Palette::wgsl());
         let module = naga::front::wgsl::parse_str(&text).unwrap();
         let size = |name: &str| {
             let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
@@ -405,7 +412,7 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        assert_eq!(size("VolumeChannel"), (6, size_of::<ChannelUniform>()));
+        assert_eq!(size("VolumeChannel"), (7, size_of::<ChannelUniform>()));
         assert_eq!(size("VolumeScene").1, size_of::<SceneUniform>());
         assert_eq!(std::mem::offset_of!(SceneUniform, channels), 11 * 16);
     }

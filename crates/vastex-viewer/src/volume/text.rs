@@ -2,6 +2,8 @@
 
 use vastex::FeedbackMode;
 
+use crate::layers::Palette;
+
 /// Which labels a text draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum LabelsInText {
@@ -20,6 +22,7 @@ pub enum LabelsInText {
 pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> String {
     let volume = [
         include_str!("wgsl/volume.wgsl"),
+        include_str!("wgsl/maps.wgsl"),
         include_str!("wgsl/want.wgsl"),
         include_str!("../stage/wgsl/display.wgsl"),
     ];
@@ -29,7 +32,8 @@ pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> St
         LabelsInText::Over => &[own, include_str!("wgsl/labels_over.wgsl")],
         LabelsInText::Alone => &[own, include_str!("wgsl/labels_alone.wgsl")],
     };
-    let text = [&volume[..], of_labels, &[vastex]].concat().join("\n");
+    let maps = Palette::wgsl();
+    let text = [&volume[..], of_labels, &[&maps, vastex]].concat().join("\n");
     match told_in(labels, mode) {
         wgpu::BufferUsages::STORAGE => text.replace("var<uniform> volume_", "var<storage, read> volume_"),
         _ => text,

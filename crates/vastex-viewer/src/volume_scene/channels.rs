@@ -37,6 +37,15 @@ pub struct LabelsPlace {
     pub begin: [f64; 3],
     /// The colours of those that do not have the usual one.
     pub colors: Arc<LabelColors>,
+    /// Whether their numbers have 64 bits, and not 32 or fewer.
+    pub are_wide: bool,
+}
+
+impl LabelsPlace {
+    /// A label as it stands in textures: with a sign in two's complement of its own bits.
+    fn bits_of(&self, label: i128) -> u64 {
+        if self.are_wide { label as u64 } else { u64::from(label as i64 as u32) }
+    }
 }
 
 /// The channels at one time, and what draws them.
@@ -107,6 +116,8 @@ impl Channels {
             begin: place.begin,
             opacity: look.labels.opacity,
             outlines: look.labels.outlines,
+            selected: look.labels.selected.map(|label| place.bits_of(label)).filter(|bits| *bits != 0),
+            others: look.labels.others,
             colors: place.colors.clone(),
             ..VolumeLabels::new(*texture, place.of)
         })
@@ -238,6 +249,7 @@ impl Channels {
             range,
             gamma: channel.gamma,
             opacity: channel.opacity,
+            map: channel.map,
             ..VolumeChannel::new(*texture).in_color(channel.color)
         })
     }

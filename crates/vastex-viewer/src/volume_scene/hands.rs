@@ -35,7 +35,10 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("X, Y, Z, V", "the slice across that axis alone; 3-D alone"),
         ("4", "three slices and 3-D"),
         ("E", "next mode: mip, minip, average, emission, iso"),
-        ("L", "the labels beside the volume over it, or not"),
+        (
+            "L",
+            "the labels beside the volume over it, or not; a click selects one, Escape or one beside it none",
+        ),
         ("comma, full stop", "the time before, the next time"),
         ("K", "play the times, or stop"),
         ("C", "black and white of each channel by its values"),
@@ -53,6 +56,8 @@ pub enum VolumeHeard {
     /// The same, and what is seen at this pixel of a picture is asked for; the crosshair goes there where
     /// that is in 3-D.
     Click(VolumePane, DVec2),
+    /// The same of a click that selects the label there, or none where there is none.
+    Select(VolumePane, DVec2),
     /// Times are to be played, or not any more.
     Play,
     /// Ranges are to be the usual ones again.
@@ -134,7 +139,7 @@ impl VolumeHands {
                 VolumeHeard::Taken
             }
             InputEvent::Button { button, is_pressed: true } => self.press(button, look, room),
-            InputEvent::Button { is_pressed: false, .. } => self.release(),
+            InputEvent::Button { is_pressed: false, .. } => self.release(look),
             InputEvent::Touch { finger, is_down, place } => {
                 self.on_touch((finger, place), is_down, look, room)
             }
@@ -184,10 +189,15 @@ impl VolumeHands {
         }
     }
 
-    fn release(&mut self) -> VolumeHeard {
+    fn release(&mut self, look: &VolumeLook) -> VolumeHeard {
         match self.held.take() {
-            Some(Held { pane, moves: false, is_still: true, begun }) if pane.pane.axis().is_none() => {
-                VolumeHeard::Click(pane.pane, pane.within(begun))
+            Some(Held { pane, moves: false, is_still: true, begun }) => {
+                let (pane, pixel) = (pane.pane, pane.within(begun));
+                match (look.labels.shown, pane.axis()) {
+                    (Some(_), _) => VolumeHeard::Select(pane, pixel),
+                    (None, None) => VolumeHeard::Click(pane, pixel),
+                    (None, Some(_)) => VolumeHeard::Taken,
+                }
             }
             _ => VolumeHeard::Taken,
         }
@@ -246,7 +256,7 @@ impl VolumeHands {
                 self.press(Button::Primary, look, room)
             }
             ([(a, _)], [(b, _)]) if a == b => self.on_pointer(place, look, room),
-            ([_], []) => self.release(),
+            ([_], []) => self.release(look),
             ([(a, first), (b, second)], [(c, third), (d, fourth)]) if [a, b] == [c, d] => {
                 let (third, fourth) = (*third, *fourth);
                 let middle = (third + fourth) / 2.0;
@@ -328,6 +338,7 @@ impl VolumeHands {
             Key::Char('l' | 'L') if !room.facts.labels.is_empty() => {
                 look.labels.shown = if look.labels.shown.is_some() { None } else { Some(0) };
             }
+            Key::Escape if look.labels.selected.is_some() => look.labels.selected = None,
             Key::Char('k' | 'K') => return VolumeHeard::Play,
             Key::Char('c' | 'C') => return VolumeHeard::UsualRanges,
             Key::Char('+' | '=' | 'i' | 'I') => self.zoom(WHEEL_FACTOR, look, room),

@@ -175,10 +175,15 @@ impl VolumeScene {
         }
     }
 
-    /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there.
+    /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a
+    /// click is selected, or none where there is none.
     pub fn tell(&mut self, told: PointTold) {
-        if let Some(place) = self.points.tell(told) {
+        let heard = self.points.tell(told);
+        if let Some(place) = heard.cross {
             self.look.put_cross(&self.facts.of, place);
+        }
+        if let Some(label) = heard.label {
+            self.look.labels.selected = label;
         }
     }
 

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::volume::{MOST_CHANNELS, VolumeBox, VolumeCamera, VolumeClip, VolumeMode};
+use crate::layers::Palette;
+use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeClip, VolumeMode};
 
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
@@ -178,6 +179,8 @@ pub struct ChannelLook {
     pub gamma: f32,
     /// How much light it adds, and in emission how much it hides: 0 to 1.
     pub opacity: f32,
+    /// The colours of places in the range, in the place of the one colour.
+    pub map: Option<Palette>,
 }
 
 impl ChannelLook {
@@ -186,6 +189,13 @@ impl ChannelLook {
         let [low, high] = self.range.unwrap_or([0.0, 1.0]);
         let x = ((stored - low) / (high - low)).clamp(0.0, 1.0);
         if x.is_nan() { 0.0 } else { x.powf(f64::from(self.gamma)) }
+    }
+
+    /// The colour of a place in the range, 0 to 1, with gamma: sRGB codes.
+    pub fn color_at(&self, place: f32) -> [u8; 3] {
+        let x = place.clamp(0.0, 1.0).powf(self.gamma);
+        let plain = self.color.map(|code| f32::from(code) / 255.0 * x);
+        self.map.map_or(plain, |map| map.color(x)).map(|value| (value * 255.0).round() as u8)
     }
 }
 
@@ -198,6 +208,18 @@ pub struct LabelsLook {
     pub opacity: f32,
     /// Whether slices show their outlines alone.
     pub outlines: bool,
+    /// The label that is shown in full, through all others, by its number.
+    pub selected: Option<i128>,
+    /// What the others look like then.
+    pub others: OtherLabels,
+}
+
+impl Default for LabelsLook {
+    /// None are shown; once they are, half opaque.
+    fn default() -> LabelsLook {
+        let others = OtherLabels::default();
+        LabelsLook { shown: None, opacity: 0.5, outlines: false, selected: None, others }
+    }
 }
 
 /// What is cut away of a volume that is seen as a whole.
@@ -296,7 +318,7 @@ impl VolumeLook {
             left -= usize::from(is_shown);
             let usual = if count == 1 { [255; 3] } else { PALETTE[nth % PALETTE.len()] };
             let color = channel.color.unwrap_or(usual);
-            ChannelLook { is_shown, color, range: None, gamma: 1.0, opacity: 1.0 }
+            ChannelLook { is_shown, color, range: None, gamma: 1.0, opacity: 1.0, map: None }
         });
         let layout = match facts.of.size {
             [_, _, 1] => VolumeLayout::One(VolumePane::Z),
@@ -304,7 +326,7 @@ impl VolumeLook {
         };
         let mut look = VolumeLook {
             channels: channels.collect(),
-            labels: LabelsLook { shown: None, opacity: 0.5, outlines: false },
+            labels: LabelsLook::default(),
             mode: VolumeMode::Mip,
             step: 1.0,
             density: 1.0,

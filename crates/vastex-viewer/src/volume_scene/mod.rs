@@ -44,6 +44,7 @@ pub use look::{
 };
 pub use picture::PICTURE;
 use picture::{Key, PanePicture};
+use point::Purpose;
 pub use point::{PointAsked, PointPlace, PointTold, PointValue, Points};
 pub use sight::{PaneRect, PaneSight, pane_rects};
 
@@ -225,12 +226,15 @@ impl VolumeScene {
         let room = VolumeRoom { facts: &self.facts, panes: &panes };
         let heard = self.hands.on_event(event, &mut self.look, &room);
         match heard {
-            VolumeHeard::Click(pane, pixel) => self.ask_at(pane, pixel, true),
+            VolumeHeard::Click(pane, pixel) => self.ask_at(pane, pixel, Purpose::Click),
+            VolumeHeard::Select(pane, pixel) => self.ask_at(pane, pixel, Purpose::Select),
             VolumeHeard::Play => self.play(!self.is_playing),
             VolumeHeard::UsualRanges => self.wants_ranges = true,
             VolumeHeard::Taken if matches!(event, InputEvent::PointerMoved(_)) && !self.hands.is_held() => {
                 match self.hands.pointed(&panes) {
-                    Some((pane, pixel)) if pane.pane.axis().is_some() => self.ask_at(pane.pane, pixel, false),
+                    Some((pane, pixel)) if pane.pane.axis().is_some() => {
+                        self.ask_at(pane.pane, pixel, Purpose::Below);
+                    }
                     _ => self.points.leave(),
                 }
             }
@@ -240,7 +244,7 @@ impl VolumeScene {
         heard
     }
 
-    fn ask_at(&mut self, pane: VolumePane, pixel: DVec2, is_click: bool) {
+    fn ask_at(&mut self, pane: VolumePane, pixel: DVec2, purpose: Purpose) {
         let panes = self.panes();
         let Some(rect) = panes.iter().find(|rect| rect.pane == pane) else { return };
         let sight = PaneSight::of(&self.look, &self.facts.of, &panes, rect);
@@ -249,7 +253,7 @@ impl VolumeScene {
             Some(_) => PointPlace::At(from),
             None => PointPlace::Along { from, toward, pixel: sight.pixel() },
         };
-        self.points.want(place, is_click);
+        self.points.want(place, purpose);
     }
 
     /// So much time has passed since the last frame.

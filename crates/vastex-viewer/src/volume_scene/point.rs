@@ -51,19 +51,39 @@ pub struct PointTold {
     pub voxel: [u32; 3],
     /// Of the channels that are shown.
     pub values: Vec<PointValue>,
-    /// The label there, in words.
-    pub label: Option<String>,
+    /// The label there, by its number.
+    pub label: Option<i128>,
+}
+
+/// What an answer changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Heard {
+    /// The crosshair goes there.
+    pub(super) cross: Option<DVec3>,
+    /// This label is selected, or none any more.
+    pub(super) label: Option<Option<i128>>,
+}
+
+/// What a question is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Purpose {
+    /// What is below the pointer.
+    Below,
+    /// What lies where a click was.
+    Click,
+    /// The same, and the label there is selected.
+    Select,
 }
 
 /// Questions about places, one at a time, and the newest answers.
 #[derive(Clone, Debug, Default)]
 pub struct Points {
     asked: u64,
-    /// What waits for the question that is out, and whether it is a click. A click is not lost for what comes
-    /// after it.
-    wanted: [Option<PointPlace>; 2],
-    /// The question that is out, and whether it is of a click.
-    out: Option<(u64, bool, PointPlace)>,
+    /// What waits for the question that is out: below the pointer, and of a click, which is not lost for what
+    /// comes after it.
+    wanted: [Option<(PointPlace, Purpose)>; 2],
+    /// The question that is out.
+    out: Option<(u64, Purpose, PointPlace)>,
     clicked: Option<PointTold>,
     below: Option<PointTold>,
 }
@@ -79,8 +99,8 @@ impl Points {
         self.below.as_ref()
     }
 
-    pub(super) fn want(&mut self, place: PointPlace, is_click: bool) {
-        self.wanted[usize::from(is_click)] = Some(place);
+    pub(super) fn want(&mut self, place: PointPlace, purpose: Purpose) {
+        self.wanted[usize::from(purpose > Purpose::Below)] = Some((place, purpose));
     }
 
     /// The pointer is over nothing.
@@ -94,9 +114,9 @@ impl Points {
             return None;
         }
         let is_click = self.wanted[1].is_some();
-        let place = self.wanted[usize::from(is_click)].take()?;
+        let (place, purpose) = self.wanted[usize::from(is_click)].take()?;
         self.asked += 1;
-        self.out = Some((self.asked, is_click, place));
+        self.out = Some((self.asked, purpose, place));
         Some(PointAsked { number: self.asked, time, place })
     }
 
@@ -110,14 +130,18 @@ impl Points {
         self.out.take_if(|(out, ..)| *out == number);
     }
 
-    /// The answer. Gives back where a click along a ray has hit something.
-    pub(super) fn tell(&mut self, told: PointTold) -> Option<DVec3> {
-        let (_, is_click, place) = self.out.take_if(|(number, ..)| *number == told.number)?;
-        let found = told.place.filter(|_| is_click && matches!(place, PointPlace::Along { .. }));
+    /// The answer. Says what follows from it: where a click along a ray has hit something, which label it is.
+    pub(super) fn tell(&mut self, told: PointTold) -> Heard {
+        let Some((_, purpose, place)) = self.out.take_if(|(number, ..)| *number == told.number) else {
+            return Heard::default();
+        };
+        let is_click = purpose > Purpose::Below;
+        let cross = told.place.filter(|_| is_click && matches!(place, PointPlace::Along { .. }));
+        let label = (purpose == Purpose::Select).then_some(told.label);
         let has_place = told.place.is_some();
         let keeps = if is_click { &mut self.clicked } else { &mut self.below };
         *keeps = Some(told).filter(|_| has_place);
-        found
+        Heard { cross, label }
     }
 }
 
@@ -131,24 +155,21 @@ mod tests {
         let at = |x: f64| PointPlace::At(DVec3::new(x, 0.0, 0.0));
         let told =
             |number, place| PointTold { number, place, voxel: [0; 3], values: Vec::new(), label: None };
-        points.want(at(1.0), false);
+        points.want(at(1.0), Purpose::Below);
         let first = points.ask(2).unwrap();
         assert_eq!((first.place, first.time), (at(1.0), 2));
-        points.want(at(2.0), false);
-        points.want(at(3.0), true);
-        points.want(at(4.0), false);
+        points.want(at(2.0), Purpose::Below);
+        points.want(at(3.0), Purpose::Click);
+        points.want(at(4.0), Purpose::Below);
         assert_eq!(points.ask(2), None, "one is out");
-        assert_eq!(points.tell(told(99, None)), None, "another's");
+        assert_eq!(points.tell(told(99, None)), Heard::default(), "another's");
         assert_eq!(points.ask(2), None);
         points.tell(told(first.number, Some(DVec3::X)));
         assert!(points.below().is_some() && points.clicked().is_none());
         let click = points.ask(2).unwrap();
         assert_eq!(click.place, at(3.0), "the click before what came after it");
-        assert_eq!(
-            points.tell(told(click.number, Some(DVec3::X))),
-            None,
-            "a slice's crosshair is there already"
-        );
+        let heard = points.tell(told(click.number, Some(DVec3::X)));
+        assert_eq!(heard, Heard::default(), "a slice's crosshair is there already");
         assert!(points.clicked().is_some());
         assert_eq!(points.ask(2).unwrap().place, at(4.0), "the newest of the others");
         points.leave();
@@ -156,17 +177,18 @@ mod tests {
     }
 
     #[test]
-    fn a_click_along_a_ray_says_what_it_hits() {
+    fn a_click_along_a_ray_says_what_it_hits_and_selects_where_it_is_to() {
         let mut points = Points::default();
-        points.want(PointPlace::Along { from: DVec3::ZERO, toward: DVec3::X, pixel: 1.0 }, true);
-        let asked = points.ask(0).unwrap();
-        let told = PointTold {
-            number: asked.number,
-            place: Some(DVec3::Y),
-            voxel: [0; 3],
-            values: Vec::new(),
-            label: None,
-        };
-        assert_eq!(points.tell(told), Some(DVec3::Y));
+        let place = PointPlace::Along { from: DVec3::ZERO, toward: DVec3::X, pixel: 1.0 };
+        for (purpose, label, selected) in [
+            (Purpose::Click, Some(7), None),
+            (Purpose::Select, Some(7), Some(Some(7))),
+            (Purpose::Select, None, Some(None)),
+        ] {
+            points.want(place, purpose);
+            let number = points.ask(0).unwrap().number;
+            let told = PointTold { number, place: Some(DVec3::Y), voxel: [0; 3], values: Vec::new(), label };
+            assert_eq!(points.tell(told), Heard { cross: Some(DVec3::Y), label: selected }, "{purpose:?}");
+        }
     }
 }

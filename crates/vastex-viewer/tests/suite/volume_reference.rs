@@ -4,6 +4,7 @@
 use std::collections::BTreeSet;
 
 use glam::DVec3;
+use vastex_viewer::Palette;
 use vastex_viewer::volume::{VolumeBox, VolumeChannel, VolumeDesc, VolumeMode, VolumeView};
 
 /// A level as an array: what shaders sample, 0 to 1.
@@ -167,7 +168,20 @@ fn slice(desc: &VolumeDesc, channels: &[ArrayChannel<'_>], at: DVec3, pixel: f64
 
 /// The light of a channel in full at a value.
 fn shown(channel: &VolumeChannel, value: f64) -> DVec3 {
-    (channel.color.as_dvec3() * channel.shown(value)).to_array().map(light_of).into()
+    let x = channel.shown(value);
+    let plain = channel.color.as_dvec3() * x;
+    channel.map.map_or(plain, |map| of_map(map, x)).to_array().map(light_of).into()
+}
+
+/// The colour that does not hang on how bright a value is, but where a map has one for each.
+fn glow(channel: &VolumeChannel, value: f64) -> DVec3 {
+    let plain = channel.color.as_dvec3();
+    let of_value = |map| of_map(map, channel.shown(value));
+    channel.map.map_or(plain, of_value).to_array().map(light_of).into()
+}
+
+fn of_map(map: Palette, x: f64) -> DVec3 {
+    map.color(x as f32).map(f64::from).into()
 }
 
 /// The middles of the samples of a ray, and how long the part of each is.
@@ -222,16 +236,16 @@ fn light(desc: &VolumeDesc, channels: &[ArrayChannel<'_>], ray: &Ray, pixel: &dy
             let density = desc.density * 100.0 / of.extent().max_element();
             let (mut light, mut through) = (DVec3::ZERO, 1.0);
             for (way, step) in steps {
-                let (mut tau, mut glow) = (0.0, DVec3::ZERO);
+                let (mut tau, mut gathered) = (0.0, DVec3::ZERO);
                 for (channel, levels) in channels {
-                    let x = channel.shown(value(levels, way));
+                    let value = value(levels, way);
+                    let x = channel.shown(value);
                     let own = -(1.0 - (f64::from(channel.opacity) * x).min(0.999)).ln() * density;
-                    let color: DVec3 = channel.color.as_dvec3().to_array().map(light_of).into();
-                    (tau, glow) = (tau + own, glow + color * own);
+                    (tau, gathered) = (tau + own, gathered + glow(channel, value) * own);
                 }
                 let passed = (-tau * step).exp();
                 if tau > 0.0 {
-                    light += through * (1.0 - passed) * glow / tau;
+                    light += through * (1.0 - passed) * gathered / tau;
                 }
                 through *= passed;
                 if through < 1e-6 {
@@ -285,8 +299,7 @@ fn surface(
             0.0 => 1.0,
             steepness => 0.2 + 0.8 * (slope / steepness).dot(ray.direction).abs(),
         };
-        let color: DVec3 = channel.color.as_dvec3().to_array().map(light_of).into();
-        nearest = Some((way, color * lit * f64::from(channel.opacity)));
+        nearest = Some((way, glow(channel, iso) * lit * f64::from(channel.opacity)));
     }
     nearest.map_or(DVec3::ZERO, |(_, light)| light)
 }

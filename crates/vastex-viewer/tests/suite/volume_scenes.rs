@@ -13,10 +13,10 @@ use vastex::{
 use vastex_viewer::Gpu;
 use vastex_viewer::input::{InputEvent, Key};
 use vastex_viewer::stage::TextureRead;
-use vastex_viewer::volume::{LabelColors, VolumeBox};
+use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, LabelsPlace, PaneRect, VolumeAsked, VolumeFacts, VolumeLayout, VolumeOrbit, VolumePane,
-    VolumePictures, VolumeScene,
+    ChannelFacts, LabelsPlace, PaneRect, PointPlace, PointTold, VolumeAsked, VolumeFacts, VolumeHeard,
+    VolumeLayout, VolumeOrbit, VolumePane, VolumePictures, VolumeScene,
 };
 
 const SIZE: [u32; 3] = [40, 32, 24];
@@ -111,7 +111,7 @@ impl Host {
         let source = Arc::new(Even { description, bytes: vec![5, 0, 0, 0], reads: AtomicU64::new(0) });
         let prepared = self.scene.preparer().read_blocking(source, TextureSettings::default()).unwrap();
         let colors = Arc::new(LabelColors::new([(5, [250, 0, 0, 255])]));
-        let place = LabelsPlace { of: self.scene.facts().of, begin: [0.0; 3], colors };
+        let place = LabelsPlace { of: self.scene.facts().of, begin: [0.0; 3], colors, are_wide: false };
         self.scene.add_labels((nth, time), prepared, place).unwrap();
     }
 
@@ -267,6 +267,52 @@ fn labels_lie_over_the_channels_while_they_are_shown() {
     host.scene.look.labels.shown = None;
     host.settle(VolumePictures::Whole);
     assert_eq!(middle(&host), [41, 41, 41, 255]);
+}
+
+#[test]
+fn a_click_selects_a_label_and_escape_or_a_click_on_nothing_clears_it() {
+    let mut host = Host::lockstep(1, 1);
+    host.scene.look.labels.shown = Some(0);
+    host.scene.look.layout = VolumeLayout::One(VolumePane::Z);
+    host.settle(VolumePictures::Whole);
+    // Half of red over 40.
+    let dimmed = host.middle(VolumePane::Z);
+    assert!((150..220).contains(&dimmed), "{dimmed}");
+    let press = |is_pressed| InputEvent::Button { button: vastex_viewer::input::Button::Primary, is_pressed };
+    let answer = |host: &mut Host, label| {
+        let asked = host.scene.take_asked();
+        let [VolumeAsked::Point(asked)] = asked[..] else { panic!("{asked:?}") };
+        let PointPlace::At(place) = asked.place else { panic!("{asked:?}") };
+        let (place, values) = (Some(place), Vec::new());
+        host.scene.tell(PointTold { number: asked.number, place, voxel: [20, 16, 12], values, label });
+    };
+    let click = |host: &mut Host, label: Option<i128>| {
+        host.scene.on_event(InputEvent::PointerMoved(DVec2::new(64.0, 48.0)));
+        host.scene.on_event(press(true));
+        host.scene.on_event(press(false));
+        while host.scene.is_asking() {
+            answer(host, label);
+        }
+    };
+    click(&mut host, Some(5));
+    assert_eq!(host.scene.look.labels.selected, Some(5));
+    host.settle(VolumePictures::Whole);
+    assert_eq!(host.middle(VolumePane::Z), 250, "in full");
+    // Another one: what is there is dimmed to a quarter, or hidden.
+    host.scene.look.labels.selected = Some(6);
+    host.settle(VolumePictures::Whole);
+    let others = host.middle(VolumePane::Z);
+    assert!((41..dimmed).contains(&others), "{others}");
+    host.scene.look.labels.others = OtherLabels::Hidden;
+    host.settle(VolumePictures::Whole);
+    assert_eq!(host.middle(VolumePane::Z), 40);
+    let escape = InputEvent::Key { key: Key::Escape, is_pressed: true, is_repeat: false };
+    assert_eq!(host.scene.on_event(escape), VolumeHeard::Taken);
+    assert_eq!(host.scene.look.labels.selected, None);
+    assert_eq!(host.scene.on_event(escape), VolumeHeard::Other, "it ends the program");
+    click(&mut host, Some(5));
+    click(&mut host, None);
+    assert_eq!(host.scene.look.labels.selected, None);
 }
 
 #[test]

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 use vastex::{LayerFormat, StoredLevel, TableChoice, ViewId};
+use vastex_viewer::Palette;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
 use vastex_viewer::volume::{VolumeCamera, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView};
 
@@ -35,6 +36,24 @@ fn three_channels_add_their_light() {
         let desc = VolumeDesc { is_exact: true, step: 1.0 / 3.0, ..world.desc(mode) };
         let (within, most) = world.compare(&desc, VolumeView::Face(VolumeFace::PlusZ), [40, 36], 2.0);
         assert!(within >= 0.999, "{mode:?}: {within}, up to {most}");
+    }
+}
+
+#[test]
+fn a_map_gives_every_value_its_colour() {
+    let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 2, 400, TableChoice::BySize);
+    for mode in VolumeMode::ALL {
+        let mut desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
+        desc.channels[0].map = Some(Palette::VIRIDIS.reversed());
+        desc.channels[0].gamma = 0.8;
+        let views = [VolumeView::Face(VolumeFace::PlusZ), VolumeView::Slice { axis: 2, voxel: 13 }];
+        for view in views.into_iter().take(if mode == VolumeMode::Mip { 2 } else { 1 }) {
+            let (within, most) = world.compare(&desc, view, [40, 36], 2.0);
+            assert!(within >= 0.999, "{mode:?}, {view:?}: {within}, up to {most}");
+            // The other channel keeps its colour, and the map is seen.
+            let plain = world.desc(mode);
+            assert!(world.drawn(desc.clone(), view, [40, 36]).0 != world.drawn(plain, view, [40, 36]).0);
+        }
     }
 }
 

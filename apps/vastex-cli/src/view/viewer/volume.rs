@@ -262,6 +262,14 @@ impl Viewer {
                     volume.scene.tell_nothing(number);
                     Err(error)
                 }
+                Done::Label(_, Ok(Some(place))) => {
+                    let of = volume.scene.facts().of;
+                    volume.scene.look.put_cross(&of, place);
+                    volume.scene.look.centre = volume.scene.look.cross;
+                    Ok(())
+                }
+                Done::Label(label, Ok(None)) => Err(anyhow!("{}: has no label {label}", volume.name)),
+                Done::Label(_, Err(error)) => Err(error),
                 Done::Range { channel, range } => range.map(|range| volume.scene.set_range(channel, range)),
             };
             if let Err(error) = outcome {
@@ -381,6 +389,13 @@ impl Viewer {
                 }
                 VolumeChange::Play(plays) => volume.scene.play(plays),
                 VolumeChange::Fit => volume.scene.look.fit(&facts),
+                VolumeChange::FindLabel(label) => {
+                    let nth = volume.scene.look.labels.shown.unwrap_or(0);
+                    let found = volume.work.find_label(label, (nth, volume.scene.seen_time()));
+                    if let Err(error) = found {
+                        self.messages.add("volume", report::message(&error));
+                    }
+                }
             }
         }
         for change in &hud_changes {

@@ -13,7 +13,7 @@ use points::{POINTS, Points};
 /// Four points in each; the last of them are not used.
 const WORDS: usize = POINTS.div_ceil(4);
 
-/// The points of a colour map as shaders are told them: `palette` in surface.wgsl.
+/// The points of a colour map as shaders are told them: `palette` in surface.wgsl, `maps` in volume.wgsl.
 pub(crate) type PaletteUniform = [[u32; 4]; WORDS];
 
 /// A colour map, as it is or reversed.
@@ -158,9 +158,11 @@ impl Palette {
         told
     }
 
-    /// The numbers that surface.wgsl has of the points.
-    pub(super) fn wgsl() -> String {
-        format!("const PALETTE_WORDS: u32 = {WORDS}u;\nconst PALETTE_LAST: u32 = {}u;\n", POINTS - 1)
+    /// What shaders have of maps: the numbers of the points, and how they are looked up.
+    pub(crate) fn wgsl() -> String {
+        let last = POINTS - 1;
+        let numbers = format!("const PALETTE_WORDS: u32 = {WORDS}u;\nconst PALETTE_LAST: u32 = {last}u;\n");
+        numbers + include_str!("map.wgsl")
     }
 }
 

@@ -103,6 +103,57 @@ fn labels_are_shown_over_the_channels() {
 }
 
 #[test]
+fn a_label_is_selected_by_its_number_and_let_go() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.labels.shown = Some(0);
+    let mut harness = shown.harness();
+    for (text, selected, wrong) in [
+        ("cell", None, Some("write a whole number of up to 64 bits")),
+        ("0", None, Some("0 is where there is no label; write another whole number")),
+        ("-7", Some(-7), None),
+        ("18446744073709551615", Some(i128::from(u64::MAX)), None),
+    ] {
+        harness.get_by_label("Selected").focus();
+        harness.run();
+        harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
+        harness.run();
+        harness.get_by_label("Selected").type_text(text);
+        harness.run();
+        harness.get_by_label("Find").click();
+        harness.run();
+        assert_eq!(harness.state().look.labels.selected, selected, "{text}");
+        assert!(wrong.is_none_or(|wrong| harness.query_by_label(wrong).is_some()), "{text}");
+        let asked: Vec<_> = harness.state_mut().asked.drain(..).collect();
+        let found: Vec<_> = selected.map(VolumeChange::FindLabel).into_iter().collect();
+        assert_eq!(asked, found, "{text}");
+    }
+    harness.get_by_label("hidden").click();
+    harness.run();
+    assert_eq!(harness.state().look.labels.others, OtherLabels::Hidden);
+    harness.get_by_label("None").click();
+    harness.run();
+    assert_eq!(harness.state().look.labels.selected, None);
+    assert!(harness.query_by_label("hidden").is_none());
+}
+
+#[test]
+fn a_channel_has_its_colours_by_a_map() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.channels[0].range = Some([0.0, 10.0]);
+    let mut harness = shown.harness();
+    harness.get_by_label("Colours by a map").click();
+    harness.run();
+    assert_eq!(harness.state().look.channels[0].map, Some(Palette::VIRIDIS));
+    harness.get_by_label("Reversed").click();
+    harness.run();
+    assert_eq!(harness.state().look.channels[0].map, Some(Palette::VIRIDIS.reversed()));
+    assert_eq!(harness.state().look.channels[0].color_at(0.0), [253, 231, 37]);
+    harness.get_by_label("Colours by a map").click();
+    harness.run();
+    assert_eq!(harness.state().look.channels[0].map, None);
+}
+
+#[test]
 fn times_are_shown_where_there_are_any() {
     let mut harness = Shown::new(facts_for_tests()).harness();
     harness.get_by_label("Play").click();
@@ -132,10 +183,10 @@ fn what_is_cut_away_is_put_back() {
 fn a_click_tells_values_with_their_level_and_place() {
     let mut shown = Shown::new(facts_for_tests());
     let values = vec![PointValue { channel: 0, value: "1234".into(), level: 1 }];
-    let (place, label) = (Some(DVec3::new(1.0, 2.0, 3.0)), Some("cell 7".into()));
+    let (place, label) = (Some(DVec3::new(1.0, 2.0, 3.0)), Some(4_294_967_301));
     shown.clicked = Some(PointTold { number: 1, place, voxel: [4, 8, 3], values, label });
     let harness = shown.harness();
-    for said in ["1234  level 1", "cell 7", "102, 4, 2 µm", "4, 8, 3"] {
+    for said in ["1234  level 1", "4294967301", "102, 4, 2 µm", "4, 8, 3"] {
         assert!(harness.query_by_label(said).is_some(), "{said}");
     }
     assert!(harness.query_by_label("87 % at the wanted level, 3 bricks to come").is_some());
@@ -147,6 +198,8 @@ fn every_control_has_a_name() {
     shown.look.channels[0].range = Some([0.0, 1.0]);
     shown.look.clip.has_plane = true;
     shown.look.mode = VolumeMode::Iso;
+    shown.look.channels[0].map = Some(Palette::MAGMA);
+    (shown.look.labels.shown, shown.look.labels.selected) = (Some(0), Some(3));
     let mut harness = shown.harness();
     harness.get_by_label("Cut away").click();
     harness.run();

@@ -201,19 +201,6 @@ fn scene_takes_map(plain: vec4<f32>, look: u32, map: u32) -> bool {
     return is_value & (map != 0u) & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA));
 }
 
-// Where among the points of a colour map a value lies, and the first of the two points around it.
-fn palette_place(value: f32) -> f32 {
-    return clamp(value, 0.0, 1.0) * f32(PALETTE_LAST);
-}
-
-fn palette_first(at: f32) -> u32 {
-    return min(u32(at), PALETTE_LAST - 1u);
-}
-
-fn palette_between(low: u32, high: u32, share: f32) -> vec3<f32> {
-    return mix(unpack4x8unorm(low).rgb, unpack4x8unorm(high).rgb, share);
-}
-
 // The colour of a value and how much it hides, by what channels mean, the value that stands for no data, and how values become shades: of a
 // single channel the shade, which a colour map may make a colour of. What is without data has an alpha that no value has.
 fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> vec4<f32> {

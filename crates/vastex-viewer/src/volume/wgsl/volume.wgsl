@@ -35,6 +35,7 @@ struct VolumeChannel {
     inverse_range: f32,    // x of one unit of values
     gamma: f32,
     id: u32,
+    map: u32,              // 1 where a colour map makes its colours
 }
 
 struct VolumeScene {
@@ -60,6 +61,7 @@ struct VolumeScene {
     view: u32,
     plane: vec4<f32>,      // nothing is seen where xyz . offset > w
     of_channel: array<VolumeChannel, 16>,
+    maps: array<array<vec4<u32>, PALETTE_WORDS>, 16>, // the points of each channel's map
 }
 
 @group(1) @binding(0) var<uniform> volume_scene: VolumeScene;
@@ -245,7 +247,7 @@ fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
         let channel = volume_scene.of_channel[nth];
         let reduced = volume_reduced(ray, channel.id);
         if reduced.y > 0.0 {
-            light += light_from_display(channel.color * volume_x(channel, reduced.x)) * channel.opacity;
+            light += light_from_display(volume_color(nth, volume_x(channel, reduced.x))) * channel.opacity;
         }
     }
     return light;
@@ -285,11 +287,14 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
                 continue;
             }
             shows = true;
-            let color = light_from_display(channel.color);
+            var color = light_from_display(channel.color);
             var sample = 0u;
             loop {
                 let way = middle + f32(sample) * steps.step;
                 let x = volume_x(channel, volume_sample(brick, volume_at(ray, way)));
+                if channel.map != 0u {
+                    color = light_from_display(volume_mapped(nth, x));
+                }
                 let tau = -log(1.0 - min(channel.opacity * x, 0.999)) * volume_scene.density;
                 gathered[sample] += vec4<f32>(color * tau, tau);
                 sample++;
@@ -432,7 +437,11 @@ fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
             let toward = normalize(ray.direction * volume_scene.voxel);
             let along = abs(dot(slope / max(largest, 1e-30) / max(steepness, 1e-30), toward));
             let lit = select(1.0, 0.2 + 0.8 * along, largest > 0.0);
-            light = light_from_display(channel.color) * lit * channel.opacity;
+            var color = channel.color;
+            if channel.map != 0u {
+                color = volume_mapped(nth, volume_x(channel, volume_scene.iso));
+            }
+            light = light_from_display(color) * lit * channel.opacity;
         }
     }
     return light;
@@ -443,7 +452,7 @@ fn volume_slice_light(ray: VolumeRay) -> vec3<f32> {
     for (var nth = 0u; nth < volume_scene.channels; nth++) {
         let channel = volume_scene.of_channel[nth];
         let x = volume_x(channel, volume_value(ray, channel.id, 0.0));
-        light += light_from_display(channel.color * x) * channel.opacity;
+        light += light_from_display(volume_color(nth, x)) * channel.opacity;
     }
     return light;
 }
