@@ -39,11 +39,13 @@ struct Case {
     /// Runs: fewer of what takes long.
     runs: usize,
     is_held_whole: bool,
+    /// Whether frames are drawn without a pause until the source is there.
+    is_restless: bool,
 }
 
 impl Case {
     const fn new(name: &'static str, make: fn(&Path) -> Result<PathBuf>, first_ms: f64, runs: usize) -> Case {
-        Case { name, make, first_ms, runs, is_held_whole: false }
+        Case { name, make, first_ms, runs, is_held_whole: false, is_restless: false }
     }
 }
 
@@ -55,6 +57,11 @@ const CASES: &[Case] = &[
     Case {
         is_held_whole: true,
         ..Case::new("the Earth enlarged, progressive JPEG, 21600x10800", progressive, 1000.0, FEWER_RUNS)
+    },
+    Case {
+        is_held_whole: true,
+        is_restless: true,
+        ..Case::new("the same, drawn without a pause", progressive, 1000.0, FEWER_RUNS)
     },
     Case::new("the Earth enlarged, TIFF of one strip, 21600x10800", one_strip, 1000.0, FEWER_RUNS),
 ];
@@ -87,7 +94,8 @@ pub(crate) fn run(options: &[&str]) -> Result<()> {
     let (mut page, mut asked) = (introduction()?, String::new());
     for case in CASES {
         let file = (case.make)(&directory)?;
-        let seen: Vec<Seen> = (0..case.runs).map(|_| look(&file, &directory)).collect::<Result<_>>()?;
+        let seen: Vec<Seen> =
+            (0..case.runs).map(|_| look(&file, &directory, case.is_restless)).collect::<Result<_>>()?;
         let thumbnails: Vec<f64> =
             (0..case.runs).map(|_| thumbnail(&file, &directory)).collect::<Result<_>>()?;
         let row = row(case, &seen, median(thumbnails));
@@ -119,7 +127,9 @@ fn introduction_of(stamp: &str) -> String {
 
 Made by `cargo xtask bench view`. Milliseconds from the call to open, with the device and the window there (their start is apart), to the
 first picture, to the source itself and to the last tile, with an empty cache each time; medians of {RUNS} runs, of files of
-21600x10800 texels of {FEWER_RUNS}, of the largest one of one. Frames are those until all is sharp. Idle is the share of a processor for three seconds after that. The thumbnail is
+21600x10800 texels of {FEWER_RUNS}, of the largest one of one. Frames are those until all is sharp, where one follows another without a pause:
+a window in which nothing changes draws none. Of the row drawn without a pause the window draws frames all the while until the source is there,
+as for somebody who moves the camera meanwhile. Idle is the share of a processor for three seconds after that. The thumbnail is
 that of `vipsthumbnail`, as wide as the window.
 
 {stamp}
@@ -195,7 +205,7 @@ fn row(case: &Case, seen: &[Seen], thumbnail_ms: f64) -> String {
 }
 
 /// Opens a file in a window, with an empty cache.
-fn look(file: &Path, directory: &Path) -> Result<Seen> {
+fn look(file: &Path, directory: &Path, is_restless: bool) -> Result<Seen> {
     let cache = directory.join("view-cache");
     if cache.exists() {
         std::fs::remove_dir_all(&cache)?;
@@ -204,6 +214,9 @@ fn look(file: &Path, directory: &Path) -> Result<Seen> {
     let mut command = shell::command("xvfb-run");
     command.args(["-a", "-s", "-screen 0 1280x800x24", GNU_TIME, "-f", "%M", "-o"]).arg(&report);
     command.arg(program).arg("view").arg(file).args(["--times", "--size", SIZE[0], "--cache"]).arg(&cache);
+    if is_restless {
+        command.arg("--restless");
+    }
     let said = shell::output(command.stderr(Stdio::inherit()))?;
     let figure = |name: &str| number(&said, name).with_context(|| format!("{name} is not in {said}"));
     let source_ms = figure("source_ms")?;

@@ -46,6 +46,7 @@ pub(crate) fn check() -> Result<Outcome> {
         shell::run(view(&place, &container).args(["--on", scene]))?;
     }
     images_that_nobody_built(&place)?;
+    heights_of_a_file(&place)?;
     hands::use_window(&place, &program(), &shell::root().join(IMAGE))?;
     hands::use_volume(&place, &program(), &shell::root().join(VOLUME))?;
     Ok(Outcome::Passed)
@@ -73,6 +74,17 @@ fn images_that_nobody_built(place: &Path) -> Result<()> {
         "an image that ends early: {:?}, {said}",
         ended.status
     );
+    Ok(())
+}
+
+/// Heights of a file of their own come after what they displace, which is shown without them until then.
+fn heights_of_a_file(place: &Path) -> Result<()> {
+    for scene in ["terrain", "globe", "planet"] {
+        let mut command = view(place, Path::new(JPEG));
+        let said = shell::run_with_stderr(command.args(["--on", scene, "--height", IMAGE]))?;
+        let errors: Vec<_> = said.iter().filter(|line| line.contains("error")).collect();
+        ensure!(errors.is_empty(), "heights on a {scene}: {errors:?}");
+    }
     Ok(())
 }
 

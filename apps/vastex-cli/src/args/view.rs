@@ -100,6 +100,9 @@ pub(crate) struct ViewArgs {
     /// benchmarks
     #[arg(long, hide = true, conflicts_with = "exit_after_frames")]
     pub(crate) times: bool,
+    /// With --times, draw without a pause until the source is there, as where a person moves meanwhile
+    #[arg(long, hide = true, requires = "times")]
+    pub(crate) restless: bool,
     /// Close the window after so many frames of the source itself, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,

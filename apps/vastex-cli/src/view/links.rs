@@ -35,6 +35,8 @@ pub(super) struct Linked {
 pub(super) struct AskedBefore {
     pub(super) first_layers: Vec<LayerOptions>,
     pub(super) settings: DisplaySettings,
+    /// Whether the files beside it that they ask for are yet to come.
+    pub(super) is_asked: bool,
 }
 
 /// The link that a file has, if it has one and nothing else.

@@ -393,8 +393,9 @@ impl ApplicationHandler<Message> for App {
             self.note(events, printed);
             return events.exit();
         }
-        let awake =
-            self.input.is_moving() || self.flight.is_playing() || self.args.exit_after_frames.is_some();
+        let is_restless = self.args.restless && self.openings.is_opening();
+        let is_counted = self.args.exit_after_frames.is_some();
+        let awake = self.input.is_moving() || self.flight.is_playing() || is_restless || is_counted;
         events.set_control_flow(match open.viewer.next_frame(awake) {
             Wake::Now => {
                 open.window.request_redraw();

@@ -54,14 +54,14 @@ impl Times {
     }
 
     /// A frame is on the screen: of the source or of its preview, and the last one that changes anything or
-    /// not.
-    pub(super) fn note_frame(&mut self, is_source: bool, is_settled: bool) {
+    /// not. `follows` says that the one before asked for it, and so nothing was waited for between them.
+    pub(super) fn note_frame(&mut self, is_source: bool, is_settled: bool, follows: bool) {
         let now = Instant::now();
         if self.sharp.is_some() {
             self.idle = processor_time().map(|spent| (now, spent));
             return;
         }
-        if let Some(before) = self.last.replace(now) {
+        if let Some(before) = self.last.replace(now).filter(|_| follows) {
             self.frames.push(now - before);
         }
         let first = if is_source { &mut self.source } else { &mut self.preview };
@@ -122,13 +122,15 @@ mod tests {
     fn times_are_told_from_the_call_to_open() {
         let mut times = Times::new(Instant::now());
         assert!(times.end().is_none());
-        times.note_frame(false, true);
-        times.note_frame(true, false);
-        times.note_frame(true, true);
-        times.note_frame(true, true);
+        times.note_frame(false, false, false);
+        // Nothing moved, until the source was there.
+        times.note_frame(false, true, false);
+        times.note_frame(true, false, true);
+        times.note_frame(true, true, true);
+        times.note_frame(true, true, true);
         assert!(times.end().is_some_and(|end| end > Instant::now()));
         let report: serde_json::Value = serde_json::from_str(&times.json().unwrap()).unwrap();
-        assert_eq!(report["frames"], 2, "nothing counts once it is sharp");
+        assert_eq!(report["frames"], 2, "no pause counts, and nothing once it is sharp");
         let [preview, source, sharp] =
             ["preview_ms", "source_ms", "sharp_ms"].map(|name| report[name].as_f64().unwrap());
         assert!(preview <= source && source <= sharp, "{report}");

@@ -34,3 +34,34 @@ fn what_has_no_heights_is_no_terrain() {
     }
     assert!(!sandbox.path("out.png").exists());
 }
+
+/// Colours and heights in two files that nobody built: in a picture of the window as in any other.
+#[cfg(feature = "view")]
+#[test]
+fn heights_of_a_file_displace_what_the_window_shows() {
+    let sandbox = Sandbox::new();
+    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
+    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    sandbox.write_png("color.png", [300, 150]);
+    for (scene, view) in [
+        ("terrain", "plane:x=0,y=-0.9,z=0.4,yaw=0,pitch=30"),
+        ("globe", "globe:lon=80,lat=30,alt=2000000m,tilt=40"),
+        ("planet", "globe:lon=80,lat=30,alt=2000000m,tilt=40"),
+    ] {
+        let size = "--size 160x100 --cache cache";
+        let shown = format!("color.png --on {scene} --view {view} --height relief.png");
+        let [level, low, high] =
+            [format!("{shown} --height-scale 0"), shown.clone(), format!("{shown} --height-scale 0.4")].map(
+                |words| {
+                    run(&sandbox, &format!("view --screenshot shot.png {words} {size}")).expect_code(0);
+                    sandbox.read_rgb("shot.png")
+                },
+            );
+        run(&sandbox, &format!("render {shown} {size} -o drawn.png")).expect_code(0);
+        let drawn = sandbox.read_rgb("drawn.png");
+        // But for what lies over the picture in a window.
+        let alike = low.iter().zip(&drawn).filter(|(a, b)| a == b).count();
+        assert!(alike * 10 > 9 * drawn.len(), "{scene}: {alike} of {}", drawn.len());
+        assert!(level != low && low != high, "{scene}");
+    }
+}

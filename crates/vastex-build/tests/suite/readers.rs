@@ -397,6 +397,9 @@ fn a_tiff_of_one_strip_is_held_whole_where_it_must_be_and_says_so() {
     let mut jpeg_strip = HandmadeTiff::new(SIZE, &[8], 1, SIZE, false);
     jpeg_strip.set(259, 7);
     jpeg_strip.chunks = vec![jpeg(SIZE, 1, false, &data)];
+    assert_eq!(read(&jpeg_strip.bytes()).0.notices, []);
+    // All of it is decoded before there is a row.
+    jpeg_strip.chunks = vec![jpeg(SIZE, 1, true, &data)];
     let (header, _) = read(&jpeg_strip.bytes());
     let why = "a compressed TIFF of one strip";
     let least = 2 * data.len() as u64;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use vastex_build::{ImageHeader, InputFault, open};
 
-use crate::common::files::HandmadeTiff;
+use crate::common::files::{HandmadeTiff, jpeg, smooth};
 use crate::common::sandbox::Sandbox;
 use crate::common::texels;
 
@@ -193,5 +193,106 @@ fn what_is_damaged_or_cut_off_has_rows_up_to_there() {
             matches!(&fault, Some(InputFault::Damaged { why, .. }) if why.contains("more than its 8235")),
             "{compression}: {fault:?}"
         );
+    }
+}
+
+/// A JPEG file as a strip has it: without the segments of applications, perhaps without its tables, which
+/// come first.
+fn as_strip(file: &[u8], has_tables: bool) -> (Vec<u8>, Vec<u8>) {
+    let (mut tables, mut strip) = (vec![0xff, 0xd8], vec![0xff, 0xd8]);
+    let mut rest = &file[2..];
+    while rest[1] != 0xda {
+        let len = 2 + usize::from(u16::from_be_bytes([rest[2], rest[3]]));
+        match rest[1] {
+            0xe0..=0xef => {}
+            0xc4 | 0xdb if !has_tables => tables.extend(&rest[..len]),
+            _ => strip.extend(&rest[..len]),
+        }
+        rest = &rest[len..];
+    }
+    strip.extend(rest);
+    tables.extend([0xff, 0xd9]);
+    (tables, strip)
+}
+
+/// A file of JPEG strips, of so many rows each.
+fn jpeg_file(channels: usize, rows: u32, has_tables: bool, is_progressive: bool) -> HandmadeTiff {
+    let data = smooth(SIZE, channels as u32);
+    let bits = vec![8; channels];
+    let photometric = if channels == 1 { 1 } else { 6 };
+    let mut file = HandmadeTiff::new(SIZE, &bits, photometric, [SIZE[0], rows], false);
+    file.set(259, 7);
+    // libtiff writes it, and nobody looks at it.
+    file.set(317, 2);
+    for rows in data.chunks(rows as usize * SIZE[0] as usize * channels) {
+        let count = (rows.len() / (SIZE[0] as usize * channels)) as u32;
+        let (tables, strip) = as_strip(&jpeg([SIZE[0], count], channels, is_progressive, rows), has_tables);
+        if !has_tables {
+            file.tags.retain(|(tag, _)| *tag != 347);
+            file.tags.push((347, tables.iter().map(|&byte| byte.into()).collect()));
+        }
+        file.chunks.push(strip);
+    }
+    file
+}
+
+/// Rows of one strip come as libjpeg decodes them, whoever has its tables; a progressive one is decoded
+/// before.
+#[test]
+fn a_jpeg_of_one_strip_has_its_rows() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    for channels in [1, 3] {
+        let data = smooth(SIZE, channels);
+        let whole = jpeg(SIZE, channels as usize, false, &data);
+        let mut decoder = mozjpeg::Decompress::new_mem(&whole).unwrap().rgb().unwrap();
+        let expected: Vec<[u8; 3]> = decoder.read_scanlines().unwrap();
+        for has_tables in [true, false] {
+            let file = jpeg_file(channels as usize, SIZE[1], has_tables, false);
+            let (header, rows, fault) = read(&path, &file.bytes());
+            assert!(fault.is_none(), "{fault:?}");
+            let expected: Vec<u8> = match channels {
+                1 => expected.iter().map(|texel| texel[0]).collect(),
+                _ => expected.concat(),
+            };
+            assert!(rows == expected, "{channels} {has_tables}");
+            assert!(header.notices.is_empty() && header.memory < 1 << 20, "{:?}", header.notices);
+        }
+        let (header, _, fault) = read(&path, &jpeg_file(channels as usize, SIZE[1], true, true).bytes());
+        assert!(fault.is_none() && header.notices.len() == 1, "{:?} {fault:?}", header.notices);
+    }
+}
+
+#[test]
+fn a_jpeg_of_one_strip_that_is_damaged_has_rows_up_to_there() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let whole = jpeg_file(3, SIZE[1], true, false);
+    let (_, all, _) = read(&path, &whole.bytes());
+    let mut file = jpeg_file(3, SIZE[1], true, false);
+    let (len, scan) = (file.chunks[0].len(), file.chunks[0].windows(2).position(|two| two == [0xff, 0xda]));
+    file.chunks[0].truncate((len + scan.unwrap()) / 2);
+    let (header, rows, fault) = read(&path, &file.bytes());
+    assert!(all.starts_with(&rows) && rows.len() >= 8 * header.row_bytes(), "{} bytes", rows.len());
+    assert!(matches!(fault, Some(InputFault::Damaged { .. })), "{fault:?}");
+    // Of another size than the file says.
+    let mut file = jpeg_file(3, SIZE[1], true, false);
+    file.set(256, SIZE[0] + 1);
+    std::fs::write(&path, file.bytes()).unwrap();
+    let (_, rows, fault) = read(&path, &file.bytes());
+    assert!(rows.is_empty(), "{} bytes", rows.len());
+    assert!(
+        matches!(&fault, Some(InputFault::Damaged { why, .. }) if why.contains("61x45 texels where 62x45")),
+        "{fault:?}"
+    );
+    // Every byte of its beginning, and nothing that is not told.
+    for at in 0..whole.chunks[0].len().min(700) {
+        let mut file = jpeg_file(3, SIZE[1], true, false);
+        file.chunks[0][at] ^= 0x55;
+        std::fs::write(&path, file.bytes()).unwrap();
+        if let Ok(mut reader) = open(&path) {
+            let mut rows = vec![0; reader.header().row_bytes()];
+            let _ = (0..reader.header().height).try_for_each(|_| reader.read_rows(&mut rows));
+        }
     }
 }

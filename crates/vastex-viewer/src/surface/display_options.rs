@@ -205,8 +205,8 @@ impl DisplayOptions {
     }
 
     /// The heights of a scene that has any, beside the layer that is shown of `open` textures that are shown
-    /// together. A planet without heights is level, and so is one whose heights are of a texture that is yet
-    /// to come.
+    /// together. A planet without heights is level, and so is every scene whose heights are of a texture that
+    /// is yet to come.
     pub fn relief_of(
         &self,
         scene: Scene,
@@ -220,9 +220,7 @@ impl DisplayOptions {
             Err(HeightsError::None(_)) if scene == Scene::Planet && !self.heights.are_wanted() => {
                 Relief::level(textures, shown).map(Some)
             }
-            Err(HeightsError::UnknownTexture { .. }) if scene == Scene::Planet => {
-                Relief::level(textures, shown).map(Some)
-            }
+            Err(HeightsError::UnknownTexture { .. }) => Relief::level(textures, shown).map(Some),
             found => found.map(Some),
         }
     }
@@ -240,6 +238,17 @@ impl DisplayOptions {
             return (0..shown.len()).filter(is_shown).map(|n| first(n).shown_of(textures, shown)).collect();
         }
         self.layers.iter().map(|layer| layer.shown_of(textures, shown)).collect()
+    }
+
+    /// Forgets the lights, clouds and heights of textures beside the first: what is shown next has none of
+    /// these textures. What is said of heights goes with the texture that they were of.
+    pub fn forget_textures_beside(&mut self) {
+        let is_beside = |layer: &mut LayerOptions| layer.texture > 0;
+        self.planet.night.take_if(is_beside);
+        self.planet.clouds.take_if(is_beside);
+        if self.heights.texture.is_some_and(|texture| texture > 0) {
+            self.heights = Heights::default();
+        }
     }
 
     /// Whether a texture, counted from 0, is of a planet's lights, clouds or heights alone.

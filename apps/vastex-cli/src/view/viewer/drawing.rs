@@ -46,7 +46,7 @@ impl Viewer {
         let stats = self.textures.stats();
         let (is_source, is_settled) = (self.display.is_source(), self.is_settled(&stats));
         if let Some(times) = self.times.as_mut().filter(|_| self.display.displayed().is_some()) {
-            times.note_frame(is_source, is_settled);
+            times.note_frame(is_source, is_settled, self.is_busy);
         }
         self.report_events(&stats);
         self.update_title(&stats, pose);

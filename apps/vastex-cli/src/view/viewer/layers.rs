@@ -80,14 +80,19 @@ impl Viewer {
         let (scene, overlay) = (args.scene(), args.overlay());
         let first_layers = options.layers.clone();
         let settings = DisplaySettings { scene, options, overlay, ..self.settings.clone() };
-        let before = AskedBefore { first_layers: self.first_layers.clone(), settings: self.settings.clone() };
-        self.ask_again(AskedBefore { first_layers, settings });
+        let before = AskedBefore {
+            first_layers: self.first_layers.clone(),
+            settings: self.settings.clone(),
+            is_asked: self.is_asked,
+        };
+        self.ask_again(AskedBefore { first_layers, settings, is_asked: true });
         before
     }
 
     /// Files are displayed as was asked before.
     pub(in super::super) fn ask_again(&mut self, asked: AskedBefore) {
-        (self.first_layers, self.settings) = (asked.first_layers, asked.settings);
+        let AskedBefore { first_layers, settings, is_asked } = asked;
+        (self.first_layers, self.settings, self.is_asked) = (first_layers, settings, is_asked);
     }
 
     /// Lights the planet otherwise, or shows other parts of it.

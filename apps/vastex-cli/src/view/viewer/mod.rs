@@ -122,6 +122,9 @@ pub(super) struct Viewer {
     /// which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
+    /// Whether the files beside it that are asked for are those of the file that is displayed next, as the
+    /// command line and links name them; else they went with the one before.
+    is_asked: bool,
     /// What flickers does so by the time since then.
     begun: Instant,
     /// The values in view, for the panel, and whether they are those of the settled view.
@@ -164,6 +167,7 @@ impl Viewer {
             anew: Anew::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
+            is_asked: true,
             begun: Instant::now(),
             values: None,
             shown_notice: None,
@@ -267,11 +271,15 @@ impl Viewer {
             // Those of other files come when these are laid over it.
             let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
             settings.options.layers = self.chosen.filtered(layers.cloned().collect(), 1);
+            if !self.is_asked {
+                settings.options.forget_textures_beside();
+            }
         }
         let source = (name, source);
         let made =
             Displayed::new(&self.gpu, &mut self.textures, &self.surface, &settings, may_be_image, source)?;
         if is_other {
+            self.is_asked = false;
             (self.layers_of, self.settings, self.panel.display) =
                 (opening, settings, DisplayPanel::default());
             self.panel.measure.iter_mut().for_each(|measure| *measure = Measure::default());

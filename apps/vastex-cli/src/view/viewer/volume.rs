@@ -210,7 +210,7 @@ impl Viewer {
         self.frames += 1;
         let (stats, is_settled) = (volume.scene.textures().stats(), volume.scene.is_settled());
         if let Some(times) = &mut self.times {
-            times.note_frame(true, is_settled);
+            times.note_frame(true, is_settled, self.is_busy);
         }
         if is_settled && stats.pager.failed == 0 {
             self.messages.forget("tiles");

@@ -11,6 +11,7 @@ mod coarse;
 mod errors;
 mod header;
 pub(super) mod part;
+pub(super) mod part_rows;
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek};
@@ -27,21 +28,21 @@ use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowR
 use coarse::CoarseReader;
 use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 
-type Decoder = DecompressStarted<EndIsError<BufReader<File>>>;
+type Source = EndIsError<BufReader<File>>;
 
-/// A decoder that other threads may go on with.
-struct Movable(Box<Decoder>);
+/// A decoder of a source that other threads may go on with.
+struct Movable<R>(Box<DecompressStarted<R>>);
 
 // SAFETY: libjpeg keeps all its state in the object, and that owns all that its pointers lead to: its memory,
 // the source, which can be sent, and the handlers, which are functions. It has no thread of its own. Warnings
 // are counted by the thread that decodes, which takes them before it returns.
 #[allow(unsafe_code, reason = "several layers are read at once, each on a thread")]
-unsafe impl Send for Movable {}
+unsafe impl<R: Send> Send for Movable<R> {}
 
 enum State {
     /// Nothing is allocated yet.
     Opened(File),
-    Decoding(Movable),
+    Decoding(Movable<Source>),
     /// Read to the end, or failed.
     Done,
 }
@@ -127,7 +128,7 @@ impl JpegReader {
         Some(Box::new(self))
     }
 
-    fn start(&self, file: File) -> io::Result<Box<Decoder>> {
+    fn start(&self, file: File) -> io::Result<Box<DecompressStarted<Source>>> {
         let source = EndIsError {
             len: file.metadata()?.len(),
             taken: 0,

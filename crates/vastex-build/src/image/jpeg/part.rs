@@ -11,7 +11,7 @@ use mozjpeg::ColorSpace;
 use mozjpeg::decompress::Decompress;
 
 use super::errors::{Fatal, handlers, take_stray_bytes, take_warnings};
-use super::header;
+use super::header::{self, JpegHeader};
 
 const START_OF_SCAN: [u8; 2] = [0xff, 0xda];
 
@@ -35,21 +35,8 @@ pub(in crate::image) fn decode(
     }
     let stream = with_header(tables, stored, channels == 3, is_ycbcr)?;
     let found = header::read(&mut &stream[..]).map_err(|fault| fault.to_string())?;
-    let [width, height] = [found.width, found.height].map(u32::from);
-    // Some writers round the rows of the last strip up to whole blocks.
-    if width != size[0] || height < size[1] || height > most_rows.next_multiple_of(16) {
-        return Err(format!("it has {width}x{height} texels where {}x{} are expected", size[0], size[1]));
-    }
-    if found.sampling.len() != usize::from(channels) {
-        let components = found.sampling.len();
-        return Err(format!("it has {components} channels where {channels} are expected"));
-    }
-    let color = match channels {
-        1 => ColorSpace::JCS_GRAYSCALE,
-        3 => ColorSpace::JCS_RGB,
-        // Four channels as they are, whatever they mean.
-        _ => ColorSpace::JCS_CMYK,
-    };
+    check(&found, size, most_rows, channels)?;
+    let color = color_space(channels);
     take_warnings();
     take_stray_bytes();
     let result = catch_unwind(AssertUnwindSafe(|| -> std::io::Result<Vec<u8>> {
@@ -72,8 +59,38 @@ pub(in crate::image) fn decode(
     }
 }
 
+/// Says what is wrong with a stream that is to have so many columns and rows, or up to `most_rows`, and so
+/// many channels.
+pub(super) fn check(found: &JpegHeader, size: [u32; 2], most_rows: u32, channels: u8) -> Result<(), String> {
+    let [width, height] = [found.width, found.height].map(u32::from);
+    // Some writers round the rows of the last strip up to whole blocks.
+    if width != size[0] || height < size[1] || height > most_rows.next_multiple_of(16) {
+        return Err(format!("it has {width}x{height} texels where {}x{} are expected", size[0], size[1]));
+    }
+    if found.sampling.len() != usize::from(channels) {
+        let components = found.sampling.len();
+        return Err(format!("it has {components} channels where {channels} are expected"));
+    }
+    Ok(())
+}
+
+/// The colours that a stream of so many channels becomes.
+pub(super) fn color_space(channels: u8) -> ColorSpace {
+    match channels {
+        1 => ColorSpace::JCS_GRAYSCALE,
+        3 => ColorSpace::JCS_RGB,
+        // Four channels as they are, whatever they mean.
+        _ => ColorSpace::JCS_CMYK,
+    }
+}
+
 /// The stream with all tables, and with one marker that says what its colours are.
-fn with_header(tables: &[u8], stored: &[u8], is_color: bool, is_ycbcr: bool) -> Result<Vec<u8>, String> {
+pub(super) fn with_header(
+    tables: &[u8],
+    stored: &[u8],
+    is_color: bool,
+    is_ycbcr: bool,
+) -> Result<Vec<u8>, String> {
     const MARKER: [u8; 15] = *b"\xff\xee\0\x0eAdobe\0\x64\0\0\0\0";
     let mut stream = Vec::with_capacity(tables.len() + stored.len() + 20);
     stream.extend([0xff, 0xd8]);

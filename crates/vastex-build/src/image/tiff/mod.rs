@@ -3,9 +3,9 @@
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
 //! and with help some more. Of one strip, and of strips that are very large, rows come as they are decoded
-//! ([`streamed`]), unless they are JPEG or JPEG 2000. Signed numbers stand for themselves, as floats; see
-//! [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`], whose business files
-//! are whose tiles are read in any order.
+//! ([`streamed`]), unless they are JPEG 2000 or JPEGs of several scans. Signed numbers stand for themselves,
+//! as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`], whose
+//! business files are whose tiles are read in any order.
 
 mod bands;
 mod chunks;
@@ -107,7 +107,7 @@ impl TiffReader {
         let chunks = Arc::new(chunks);
         let access = match first {
             _ if raw => Access::Raw(Positioned::new(file)),
-            Ok(image) if StreamedRows::can_be_of(&image, &chunks) => {
+            Ok(image) if StreamedRows::can_be_of(&image, &chunks, &file) => {
                 let rows = StreamedRows::new(image, &chunks, &file);
                 header.memory = rows.memory();
                 Access::Streamed(Box::new(rows))

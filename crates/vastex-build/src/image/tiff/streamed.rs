@@ -19,6 +19,16 @@ const MOST_HELD: u64 = 64 << 20;
 /// Bytes that are read of the file at once.
 const BUFFER_BYTES: usize = 256 << 10;
 
+/// Rows of an image that a decoder of JPEG holds about.
+const JPEG_ROWS: u64 = 64;
+
+/// The bytes of a strip.
+fn stored_strip(file: &Arc<File>, at: u64, len: u64) -> io::Result<BufReader<io::Take<Positioned>>> {
+    let mut file = Positioned::new(file.clone());
+    file.seek(SeekFrom::Start(at))?;
+    Ok(BufReader::with_capacity(BUFFER_BYTES, file.take(len)))
+}
+
 /// The rows of a file whose strips are decoded as they are read.
 pub(super) struct StreamedRows {
     image: TiffImage,
@@ -43,15 +53,23 @@ struct Strip {
 }
 
 impl StreamedRows {
-    /// Whether an image has strips that can be decoded from the top, and are better not held.
-    pub(super) fn can_be_of(image: &TiffImage, chunks: &Chunks) -> bool {
+    /// Whether an image has strips that can be decoded from the top, and are better not held. Looks at how
+    /// each of them begins, where they are JPEG.
+    pub(super) fn can_be_of(image: &TiffImage, chunks: &Chunks, file: &Arc<File>) -> bool {
         let is_large = chunks.rows >= image.size[1] || chunks.decoded_bytes() > MOST_HELD;
         let has_lengths = image.compression == codecs::NONE || chunks.are_all_stored();
+        let has_rows = |strip: u32| {
+            let (at, len) = chunks.stored(0, strip * chunks.rows);
+            let stored = stored_strip(file, at, len);
+            stored.is_ok_and(|stored| image.has_rows(stored, image.chunk_rows(strip)))
+        };
+        let is_jpeg = image.compression == codecs::JPEG;
         !image.is_tiled
             && is_large
             && has_lengths
-            && codecs::is_stream(image.compression)
+            && (codecs::is_stream(image.compression) || is_jpeg)
             && chunks.is_of(image)
+            && (!is_jpeg || (0..image.rows()).all(has_rows))
     }
 
     /// The rows of an image [of the kind](StreamedRows::can_be_of).
@@ -63,7 +81,10 @@ impl StreamedRows {
 
     /// Bytes that reading takes.
     pub(super) fn memory(&self) -> u64 {
-        let window = codecs::window(self.image.compression, self.chunks.decoded_bytes());
+        let window = match self.image.compression {
+            codecs::JPEG => JPEG_ROWS * self.stored.len() as u64,
+            other => codecs::window(other, self.chunks.decoded_bytes()),
+        };
         let strip = window + BUFFER_BYTES as u64;
         u64::from(self.chunks.planes_read()) * strip + 2 * self.stored.len() as u64
     }
@@ -113,11 +134,12 @@ impl StreamedRows {
                 (at, len) = (at.saturating_add(before), all - before);
             }
             let is_cut = at.checked_add(len).is_none_or(|end| end > self.chunks.file_len());
-            let mut file = Positioned::new(self.file.clone());
-            file.seek(SeekFrom::Start(at))?;
-            let stored = BufReader::with_capacity(BUFFER_BYTES, file.take(len));
-            let decoder = codecs::reader(self.image.compression, stored);
-            let decoder = decoder.map_err(|why| self.damaged(why))?;
+            let rows = self.image.chunk_rows(row / self.chunks.rows);
+            let decoder = self.image.rows_of(stored_strip(&self.file, at, len)?, rows);
+            let decoder = decoder.map_err(|why| match is_cut {
+                true => InputFault::Truncated { place: self.chunks.place(row) },
+                false => self.damaged(why),
+            })?;
             let mut strip = Strip { decoder, decoded: before, is_cut };
             if !self.is_plain() && before > 0 {
                 let passed = io::copy(&mut (&mut strip.decoder).take(before), &mut io::sink());

@@ -126,10 +126,12 @@ impl HandmadeTiff {
         let mut entries = u16b((tags.len() + self.profile.iter().len()) as u16).to_vec();
         for (tag, values) in &tags {
             let is_short = !matches!(tag, 256 | 257 | 273 | 278 | 279 | 322..=325);
-            let kind = if is_short { 3 } else { 4 };
-            let mut value: Vec<u8> = match is_short {
-                true => values.iter().flat_map(|&v| u16b(v as u16)).collect(),
-                false => values.iter().flat_map(|&v| u32b(v)).collect(),
+            // Tables of JPEG are bytes.
+            let kind = if *tag == 347 { 7 } else { 4 - u16::from(is_short) };
+            let mut value: Vec<u8> = match kind {
+                7 => values.iter().map(|&v| v as u8).collect(),
+                3 => values.iter().flat_map(|&v| u16b(v as u16)).collect(),
+                _ => values.iter().flat_map(|&v| u32b(v)).collect(),
             };
             if value.len() > 4 {
                 let at = out.len() as u32;

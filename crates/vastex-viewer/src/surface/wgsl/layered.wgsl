@@ -45,7 +45,8 @@ fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<
 
 // What is looked at, in the texels of one of the textures.
 fn layer_look(look: Look, n: u32) -> Look {
-    let place = scene.places[n];
+    // By a number that no compiler knows: below the camera nothing else is told but this place.
+    let place = scene.places[n + scene_zero];
     let offset = ((look.offset - scene.fixed[scene_zero].fraction) * place.ratio) + place.fraction;
     return Look(place.anchor, offset, look.ddx * place.ratio, look.ddy * place.ratio, look.steps, look.is_met);
 }

@@ -1,10 +1,13 @@
 //! Decodes one strip or tile: read at its place, decompressed to exactly the bytes that it must have, put in
 //! order.
 
+use std::io::{BufRead, Read};
+
 use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
 use super::{codecs, damaged, jpeg2000, predictor};
 use crate::image::InputFault;
 use crate::image::jpeg::part;
+use crate::image::jpeg::part_rows::{self, PartRows, PartShape};
 use crate::image::tiff::samples::most_from_a_byte;
 
 /// Bytes by which a stored strip or tile may be longer than it is decoded, and how many times as long.
@@ -82,13 +85,42 @@ impl TiffImage {
         decoded.map_err(|why| damaged(&place, why))
     }
 
+    /// What a strip of so many rows is, where strips are JPEG.
+    fn part_shape(&self, rows: u32) -> PartShape {
+        let channels = self.samples_of_chunk();
+        let is_ycbcr = self.photometric == YCBCR && channels == 3;
+        let size = [self.chunk[0], rows];
+        PartShape { size, most_rows: self.chunk[1], channels: channels as u8, is_ycbcr }
+    }
+
+    /// Whether the rows of a strip of so many come while it is decoded.
+    pub(in crate::image::tiff) fn has_rows(&self, mut stored: impl BufRead, rows: u32) -> bool {
+        match self.compression {
+            codecs::JPEG => part_rows::has_rows(&self.tables, &mut stored, &self.part_shape(rows)),
+            other => codecs::is_stream(other),
+        }
+    }
+
+    /// A strip of so many rows, decompressed as it is read, where [`TiffImage::has_rows`]; else says what is
+    /// wrong with it.
+    pub(in crate::image::tiff) fn rows_of(
+        &self,
+        stored: impl BufRead + Send + 'static,
+        rows: u32,
+    ) -> Result<Box<dyn Read + Send>, String> {
+        match self.compression {
+            codecs::JPEG => Ok(Box::new(PartRows::new(&self.tables, stored, &self.part_shape(rows))?)),
+            other => codecs::reader(other, stored),
+        }
+    }
+
     fn decode(&self, stored: &[u8], rows: u32, wanted: usize) -> Result<Vec<u8>, String> {
         let size = [self.chunk[0], rows];
         let channels = self.samples_of_chunk();
         match self.compression {
             codecs::JPEG => {
-                let is_ycbcr = self.photometric == YCBCR && channels == 3;
-                return part::decode(&self.tables, stored, size, self.chunk[1], channels as u8, is_ycbcr);
+                let PartShape { most_rows, channels, is_ycbcr, .. } = self.part_shape(rows);
+                return part::decode(&self.tables, stored, size, most_rows, channels, is_ycbcr);
             }
             _ if codecs::is_jpeg_2000(self.compression) => {
                 let is_said = match self.compression {
@@ -113,6 +145,9 @@ impl TiffImage {
     /// Undoes what was done to a row of a strip or tile, of all its channels or of one, before it was
     /// compressed: samples are little-endian afterwards.
     pub(super) fn put_in_order(&self, row: &mut [u8]) {
+        if self.compression == codecs::JPEG {
+            return;
+        }
         let (channels, sample) = (self.samples_of_chunk(), self.number.bytes());
         // Without compression nothing is predicted, whatever the tag says.
         let predictor = if self.compression == codecs::NONE { 1 } else { self.predictor };
