@@ -8,7 +8,7 @@ use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackMode, Filter};
 use vastex_scenes::{DisplayOptions, LayerOptions, Overlay, Pose, Scene};
 use vastex_viewer::layers::CompareMode;
-use vastex_viewer::{Link, ViewText};
+use vastex_viewer::{Link, ViewText, VolumeViewText};
 
 #[cfg(feature = "build")]
 pub(crate) use build::{BuildArgs, Compress};
@@ -33,9 +33,13 @@ pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
 pub(crate) use view::{ViewArgs, of_link};
 #[cfg(feature = "volumes")]
-pub(crate) use volume::{AskedChannel, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene};
+pub(crate) use volume::{RenderVolumeArgs, Toward, VolumeFilter, VolumeScene, with_volume};
 #[cfg(all(feature = "build", feature = "volumes"))]
 pub(crate) use volume_build::{Downsample, Zarr};
+#[cfg(all(feature = "view", feature = "volumes"))]
+pub(crate) use volume_labels::LabelArgs;
+#[cfg(feature = "volumes")]
+pub(crate) use volume_look::{AskedChannel, VolumeLookArgs};
 
 use pixels::{parse_pixel, parse_size};
 
@@ -80,6 +84,8 @@ mod volume;
 mod volume_build;
 #[cfg(feature = "volumes")]
 mod volume_labels;
+#[cfg(feature = "volumes")]
+mod volume_look;
 
 /// Images far larger than GPU memory, as ordinary textures.
 #[derive(Debug, Parser)]
@@ -121,21 +127,6 @@ pub(crate) fn with_view(mut args: Vec<OsString>) -> Vec<OsString> {
 /// The command behind `vastex render --on volume` and `--on slices`.
 #[cfg(feature = "volumes")]
 const RENDER_VOLUME: &str = "render-volume";
-
-/// Puts the command for volumes in the place of `render` where `--on` names what only volumes are put on: its
-/// other words are others.
-#[cfg(feature = "volumes")]
-pub(crate) fn with_volume(mut args: Vec<OsString>) -> Vec<OsString> {
-    let is_volume = |word: &str| VolumeScene::ALL.iter().any(|scene| scene.name() == word);
-    let words: Vec<String> = args.iter().map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let follows = words.windows(2).any(|two| two[0] == "--on" && is_volume(&two[1]));
-    let is_joined = words.iter().any(|word| word.strip_prefix("--on=").is_some_and(is_volume));
-    let place = words.iter().skip(1).position(|word| !word.starts_with('-')).map(|place| place + 1);
-    if let Some(place) = place.filter(|&place| words[place] == "render" && (follows || is_joined)) {
-        args[place] = RENDER_VOLUME.into();
-    }
-    args
-}
 
 /// No volume is drawn.
 #[cfg(not(feature = "volumes"))]
@@ -247,7 +238,9 @@ pub(crate) struct SceneArgs {
     /// is shown there: on=SCENE, else as --on says where that is a scene of such a place; layer=.. as
     /// --layer has it, compare=.. as --compare-mode, overlay=.. as --overlay; heights as
     /// height=[NAME][:file=N][:scale=N][:zero=N]; and of a planet sun=.., exaggeration=.. and atmosphere=..
-    /// as the options have them, lights=N, how bright they are, and the layers night=.. and clouds=..
+    /// as the options have them, lights=N, how bright they are, and the layers night=.. and clouds=.. Of a
+    /// volume it is volume:x=..,y=..,z=..,zoom=..,yaw=..,pitch=.. with what follows there
+    /// (docs/camera-paths.md)
     #[arg(long, value_name = "VIEW", value_parser = parse_view)]
     pub(crate) view: Option<String>,
     #[command(flatten)]
@@ -363,6 +356,19 @@ impl SceneArgs {
         self.view.as_deref().and_then(|text| ViewText::from_text(text, size).ok())
     }
 
+    /// What `--view` says of a volume, if it does.
+    pub(crate) fn volume_view(&self) -> Option<VolumeViewText> {
+        self.view.as_deref().filter(|text| VolumeViewText::is_meant(text))?.parse().ok()
+    }
+
+    /// Fails where what is shown is of a volume, and the source is none.
+    pub(crate) fn check_of_image(&self) -> anyhow::Result<()> {
+        match self.volume_view() {
+            Some(_) => anyhow::bail!("{}: is no volume, and --view is of one", self.source.display()),
+            None => Ok(()),
+        }
+    }
+
     /// Width and height of the picture in pixels.
     pub(crate) fn size(&self) -> [u32; 2] {
         self.size.unwrap_or([1280, 720])
@@ -436,6 +442,9 @@ where
 
 /// Where a camera is; an image's size does not decide whether it can be read.
 fn parse_view(text: &str) -> Result<String, String> {
+    if VolumeViewText::is_meant(text) {
+        return text.parse::<VolumeViewText>().map(|_| text.to_owned()).map_err(|error| error.to_string());
+    }
     let read = ViewText::from_text(text, [1; 2]);
     read.map(|_| text.to_owned()).map_err(|error| error.to_string())
 }

@@ -1,6 +1,7 @@
 //! Volumes for the window and for pictures of it: opened, read channel by channel and time by time, and asked
 //! about their values.
 
+mod first_look;
 pub(crate) mod labels;
 
 use std::path::Path;

@@ -43,4 +43,4 @@ pub use surface::{
     LayerOptionsError, Mesh, PlanetLight, PlanetOptions, Relief, SceneDesc, ScenePipelines, SceneRenderer,
     Tiling, Vertex, surface,
 };
-pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError};
+pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError, VolumeViewError, VolumeViewText};

@@ -10,7 +10,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::view_text::{ViewText, ViewTextError};
+use crate::view_text::{ViewText, ViewTextError, VolumeViewError, VolumeViewText};
 
 /// What a link begins with.
 pub const SCHEME: &str = "vastex:";
@@ -27,7 +27,7 @@ pub struct Link {
     pub source: String,
     /// Further files, in the order in which a view counts them after the source.
     pub files: Vec<String>,
-    /// The text of the view ([`ViewText`]).
+    /// The text of the view ([`ViewText`], of a volume [`VolumeViewText`]).
     pub view: Option<String>,
 }
 
@@ -66,6 +66,9 @@ pub enum LinkError {
     /// The view cannot be read.
     #[error(transparent)]
     View(#[from] ViewTextError),
+    /// The view of a volume cannot be read.
+    #[error(transparent)]
+    VolumeView(#[from] VolumeViewError),
     /// The view is of a file that the link does not name.
     #[error("the view is of file {number}, and the link names {count}; file=FILE names another")]
     FileOfView {
@@ -127,7 +130,9 @@ impl FromStr for Link {
                 _ => return Err(LinkError::Key(shortened(part))),
             }
         }
-        if let Some(view) = &link.view {
+        if let Some(view) = link.view.as_deref().filter(|view| VolumeViewText::is_meant(view)) {
+            view.parse::<VolumeViewText>()?;
+        } else if let Some(view) = &link.view {
             // An image's size does not decide whether a view can be read.
             let view = ViewText::from_text(view, [1; 2])?;
             let count = 1 + link.files.len();
@@ -219,13 +224,14 @@ mod tests {
             "image:x=1,y=2,zoom=3;layer=H%C3%B6he%20%3A:file=2",
             "globe:lon=9,lat=36,alt=1000m,heading=20;on=planet;layer=;sun=-52,14;clouds=:file=2:opacity=0.5",
             "plane:x=0,y=0,z=1,yaw=0,pitch=0;on=terrain",
+            "volume:x=1,y=2,z=3,zoom=1,yaw=0,pitch=0;mode=mip;channel=0:map=viridis_r;labels=a%3Ab",
         ];
         for _ in 0..2000 {
             let file = |chance: &mut Chance| format!("f{}", chance.text(&SIGNS, 30));
             let link = Link {
                 source: file(&mut chance),
                 files: (0..1 + chance.below(MOST_FILES)).map(|_| file(&mut chance)).collect(),
-                view: views.get(chance.below(4)).map(|view| (*view).to_owned()),
+                view: views.get(chance.below(5)).map(|view| (*view).to_owned()),
             };
             let text = link.to_string();
             assert!(text.bytes().all(|byte| byte.is_ascii_graphic()), "{text}");
@@ -269,6 +275,7 @@ mod tests {
             ("vastex:a?veiw=b", "'veiw=b' is no part of a link; there are file=FILE"),
             ("vastex:a?view=image:x=1,y=2,zoom=3&view=b", "told twice"),
             ("vastex:a?view=moon", "'moon' is no view"),
+            ("vastex:a?view=volume:x=1", "no part of a view of a volume"),
             ("vastex:a?view=image:x=1,y=2,zoom=3;layer=:file=2", "of file 2, and the link names 1"),
             (&*format!("vastex:a?{}", "file=b&".repeat(9)), "more than 8 files"),
             (&*format!("vastex:{}", "a".repeat(70_000)), "65,536 bytes at most"),

@@ -11,6 +11,8 @@ impl Args {
     pub(crate) fn follow_links(&mut self) -> Result<(), clap::Error> {
         match &mut self.command {
             Command::Render(args) => args.scene.follow_link(),
+            #[cfg(feature = "volumes")]
+            Command::RenderVolume(args) => args.follow_view(),
             Command::Info(args) => follow_to_file(&mut args.file),
             #[cfg(feature = "build")]
             Command::Crop(args) => follow_to_file(&mut args.source),
@@ -30,7 +32,7 @@ fn follow_to_file(source: &mut PathBuf) -> Result<(), clap::Error> {
 }
 
 /// The link that stands in the place of a source, if one does.
-fn link_of(source: &Path) -> Result<Option<Link>, clap::Error> {
+pub(super) fn link_of(source: &Path) -> Result<Option<Link>, clap::Error> {
     let Some(text) = source.to_str().filter(|text| Link::is_link(text)) else { return Ok(None) };
     let link = text.parse().map_err(|error: LinkError| {
         let begin: String = text.chars().take(100).collect();

@@ -71,6 +71,10 @@ fn after_help() -> String {
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
+    /// How a volume is shown at first
+    #[cfg(feature = "volumes")]
+    #[command(flatten, next_help_heading = "Options of volumes")]
+    pub(crate) volume: super::VolumeLookArgs,
     /// Further files to step through with N and P
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
@@ -111,6 +115,11 @@ pub(crate) struct ViewArgs {
 impl ViewArgs {
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         self.scene.check()?;
+        #[cfg(feature = "volumes")]
+        {
+            self.volume.check()?;
+            self.scene.volume_view().map_or(Ok(()), |view| self.volume.check_beside(&view))?;
+        }
         if let Some(link) = self.files.iter().find(|file| is_link(file)) {
             let link: String = link.display().to_string().chars().take(100).collect();
             return Err(value_error(&format!(
@@ -128,7 +137,7 @@ impl ViewArgs {
         let scene = &self.scene;
         let asked = [
             (scene.on != Scene::Image, "--on"),
-            (scene.view.is_some(), "--view"),
+            (scene.view.is_some() && scene.volume_view().is_none(), "this --view"),
             (scene.overlay.is_some(), "--overlay"),
             (!scene.layers.layers.is_empty(), "--layer"),
             (scene.files_over().next().is_some(), "--over"),
@@ -139,6 +148,18 @@ impl ViewArgs {
             Some((_, option)) => anyhow::bail!(
                 "{}: is a volume, and {option} is for images; leave it out",
                 scene.source.display()
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// Fails where something is asked for that only volumes have.
+    pub(crate) fn check_of_image(&self) -> anyhow::Result<()> {
+        self.scene.check_of_image()?;
+        match self.volume.given() {
+            Some(option) => anyhow::bail!(
+                "{}: is no volume, and {option} is for volumes; leave it out",
+                self.scene.source.display()
             ),
             None => Ok(()),
         }
@@ -154,5 +175,14 @@ pub(crate) fn of_link(args: &ViewArgs, link: &str) -> Result<ViewArgs, clap::Err
     scene.follow_link()?;
     scene.check()?;
     let (files, shapes, camera_path) = (Vec::new(), None, None);
-    Ok(ViewArgs { scene, files, shapes, camera_path, side_by_side: false, ..args.clone() })
+    Ok(ViewArgs {
+        scene,
+        #[cfg(feature = "volumes")]
+        volume: Default::default(),
+        files,
+        shapes,
+        camera_path,
+        side_by_side: false,
+        ..args.clone()
+    })
 }

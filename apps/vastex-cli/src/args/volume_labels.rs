@@ -6,7 +6,7 @@ use vastex_viewer::volume::OtherLabels;
 use super::named;
 
 /// Which labels are drawn, and how.
-#[derive(Clone, Debug, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct LabelArgs {
     /// Labels to be drawn over the image: the name of those beside it, as `vastex info` lists them, or the
     /// path of a volume of whole numbers

@@ -33,6 +33,7 @@ pub(crate) use troubles::Troubles;
 
 pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let source = args.scene.source.display().to_string();
+    args.scene.check_of_image()?;
     check_places(args)?;
     let mut outputs = Outputs {
         pictures: PictureOutput::new(args)?,

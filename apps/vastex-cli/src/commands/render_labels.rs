@@ -25,7 +25,7 @@ impl Labels {
     /// The labels that are asked for over a volume: those that are named, or the volume itself where it is
     /// one of labels. `None` if there are none.
     pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>) -> Result<Option<Labels>> {
-        let (about, asked) = (image.about(), &args.labels);
+        let (about, asked) = (image.about(), &args.look.labels);
         let volume = match (&asked.labels, about.is_label) {
             (Some(_), true) => bail!(
                 "--labels: {} is a volume of labels itself; name the image that they lie beside as the source",
@@ -39,7 +39,7 @@ impl Labels {
             },
         };
         let of_labels = volume.about();
-        let time = if of_labels.times > 1 { args.time } else { 0 };
+        let time = if of_labels.times > 1 { args.look.time() } else { 0 };
         let options =
             VolumeOptions { labels: Some(true), time, cache: args.cache(), ..VolumeOptions::default() };
         let source = VolumeSource::open(volume.clone(), &options)?;
@@ -75,10 +75,10 @@ impl Labels {
         let about = self.source.volume().about();
         Ok(VolumeLabels {
             begin: self.begin,
-            opacity: args.labels.label_opacity.unwrap_or(usual),
-            outlines: args.labels.label_outlines,
+            opacity: args.look.labels.label_opacity.unwrap_or(usual),
+            outlines: args.look.labels.label_outlines,
             selected: self.selected,
-            others: args.labels.label_others,
+            others: args.look.labels.label_others,
             colors: Arc::new(LabelColors::new(about.label_colors.iter().copied())),
             ..VolumeLabels::new(layer, self.of)
         })

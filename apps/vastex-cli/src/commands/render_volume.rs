@@ -21,8 +21,8 @@ use vastex::{
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
-    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeDesc, VolumeRenderer, VolumeView, frames_to_ask,
-    volume_tables,
+    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView,
+    frames_to_ask, volume_tables,
 };
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
 
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => bail!(no_volume(&list)),
     };
-    let view = view_of(args, volume.about())?;
+    let (view, clip) = view_of(args, volume.about())?;
     check_step(args, volume.about())?;
     let labels = Labels::open(args, &volume)?;
     if args.compare && labels.is_some() {
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
     let shown = (&channels[..], &sources[..]);
     let mut drawing =
-        Drawing::new(args, &gpu, shown, labels.as_ref(), view, bytes).context(source.clone())?;
+        Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), bytes).context(source.clone())?;
     let converged = drawing.play().context(source.clone())?;
     let picture = drawing.picture()?;
     if let Some(output) = output {
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let mut summary = Summary::new(&drawing, &volume, converged);
     if args.compare && converged {
         let drawn = (&picture, summary.mip_bias);
-        let compared = reference::compare(args, &gpu, (&volume, &channels), view, drawn);
+        let compared = reference::compare(args, &gpu, (&volume, &channels), (view, clip), drawn);
         summary.compared = Some(compared.context(source.clone())?);
     }
     match args.json {
@@ -117,21 +117,21 @@ fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
 /// first ones.
 fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
     if about.is_label {
-        return match args.channels.is_empty() {
+        return match args.look.channels.is_empty() {
             true => Ok(Vec::new()),
             false => {
                 bail!("--channels: {} is a volume of labels, which have colours of their own", about.path)
             }
         };
     }
-    if !args.channels.is_empty() {
-        for asked in &args.channels {
+    if !args.look.channels.is_empty() {
+        for asked in &args.look.channels {
             if asked.channel >= about.channels {
                 let last = about.channels - 1;
                 bail!("--channels {}: {} has the channels 0 to {last}", asked.channel, about.path);
             }
         }
-        return Ok(args.channels.clone());
+        return Ok(args.look.channels.clone());
     }
     let active =
         about.channel_info.iter().zip(0..about.channels).filter(|(info, _)| info.is_active == Some(true));
@@ -152,7 +152,7 @@ fn source_of(
     let options = VolumeOptions {
         brick,
         channel: asked.channel,
-        time: args.time,
+        time: args.look.time(),
         cache: args.cache(),
         ..VolumeOptions::default()
     };
@@ -180,7 +180,7 @@ impl<'a> Drawing<'a> {
         gpu: &'a Gpu,
         (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
-        view: VolumeView,
+        (view, clip): (VolumeView, VolumeClip),
         bytes: [u64; 2],
     ) -> Result<Drawing<'a>> {
         let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
@@ -212,17 +212,19 @@ impl<'a> Drawing<'a> {
         let maker = LevelMaker::start(ids.iter().copied().zip(sources.iter().cloned()).collect())?;
         let plain: Vec<VolumeChannel> = ids.into_iter().map(VolumeChannel::new).collect();
         let channels = all_as_shown(args, &plain, &shown)?;
-        let iso = args.iso.zip(sources.first()).map_or(0.5, |(iso, source)| sampled(source, iso));
+        let iso = args.look.iso.zip(sources.first()).map(|(iso, source)| sampled(source, iso));
         let shown_labels =
             labels.map(|labels| labels.add(args, &mut textures, sources.is_empty())).transpose()?;
         // Of channels the image, else the labels themselves.
         let of_labels = labels.map(|labels| &labels.source);
         let first = sources.first().or(of_labels).context("there is nothing to be drawn")?;
         let desc = VolumeDesc {
-            mode: args.mode,
-            step: args.step,
-            density: args.density,
-            iso: iso as f32,
+            mode: args.look.mode(),
+            step: args.look.step(),
+            density: args.look.density(),
+            clip,
+            // In the middle of what is seen, where a view leaves it there.
+            iso: iso.unwrap_or_else(|| middle_of(&channels)) as f32,
             is_exact: args.filter == VolumeFilter::Exact,
             labels: shown_labels,
             ..VolumeDesc::new(box_of(first.volume().about())?, channels)
@@ -315,6 +317,11 @@ impl<'a> Drawing<'a> {
     }
 }
 
+/// The middle of the range of the first channel.
+fn middle_of(channels: &[VolumeChannel]) -> f64 {
+    channels.first().map_or(0.5, |channel| channel.range.map(f64::from).iter().sum::<f64>() / 2.0)
+}
+
 /// The sampled value that stands for a stored one.
 fn sampled(source: &VolumeSource, stored: f64) -> f64 {
     let codes = source.codes();
@@ -345,7 +352,7 @@ fn as_shown(
     let info = usize::try_from(asked.channel).ok().and_then(|channel| about.channel_info.get(channel));
     let usual = info.and_then(|info| info.color).unwrap_or(PALETTE[nth % PALETTE.len()]);
     // One channel that nobody gave a colour is white, unless the file chose it and its colour.
-    let is_named = !args.channels.is_empty();
+    let is_named = !args.look.channels.is_empty();
     let of_file = !is_named && info.is_some_and(|info| info.color.is_some());
     let color = asked.color.unwrap_or(if count == 1 && !of_file { [255; 3] } else { usual });
     let of_range = |range: [f64; 2]| match about.dtype.bounds() {
@@ -366,8 +373,8 @@ fn as_shown(
     if range[0] == range[1] || !range.iter().all(|value| value.is_finite()) {
         bail!("channel {}: the values {} to {} cannot be told apart", asked.channel, stored[0], stored[1]);
     }
-    let opacity = asked.opacity.unwrap_or(1.0);
-    Ok(VolumeChannel { range, opacity, map: asked.map, ..channel.in_color(color) })
+    let (opacity, gamma) = (asked.opacity.unwrap_or(1.0), asked.gamma.unwrap_or(1.0));
+    Ok(VolumeChannel { range, opacity, gamma, map: asked.map, ..channel.in_color(color) })
 }
 
 /// What `--json` prints. Scripts rely on these names.

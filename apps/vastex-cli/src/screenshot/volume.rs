@@ -78,9 +78,10 @@ impl VolumeShot {
         let begun = Instant::now();
         let clock = Arc::new(move || begun.elapsed());
         let mut scene = VolumeScene::new(&gpu, opened.facts.clone(), settings, clock)?;
-        if let Some(look) = &self.look {
-            scene.look = look.clone();
-        }
+        scene.look = match &self.look {
+            Some(look) => look.clone(),
+            None => opened.first_look(args)?,
+        };
         let is_whole = self.play(&mut scene, &opened).context(source)?;
         output.write_picture(&self.painted(&gpu, &scene)?)?;
         Ok(is_whole)

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use anyhow::{Result, anyhow};
 use vastex_scenes::{LayerOptions, Scene};
 use vastex_viewer::camera::Controller;
-use vastex_viewer::{Link, ViewText};
+use vastex_viewer::{Link, ViewText, VolumeViewText};
 
 use super::displayed::DisplaySettings;
 use super::files::Files;
@@ -102,6 +102,10 @@ impl App {
     pub(super) fn show_text(&mut self, view: &ViewText) {
         let scene = view.scene(self.scene);
         let Some(Open { viewer, window }) = &mut self.open else { return };
+        #[cfg(feature = "volumes")]
+        if viewer.shows_volume() {
+            return self.notice("the view is of an image, and a volume is shown");
+        }
         if viewer.show_view(view) {
             self.scene = scene;
             self.cameras[scene as usize] = Controller::new(view.pose);
@@ -113,6 +117,20 @@ impl App {
             self.flight.stop();
         }
         window.request_redraw();
+    }
+
+    /// Shows of a volume what a view says. What cannot be shown is told, and nothing changes.
+    pub(super) fn show_volume_text(&mut self, text: &str) {
+        let view = text.parse::<VolumeViewText>().map_err(Into::into);
+        #[cfg(feature = "volumes")]
+        let view = view.and_then(|view| match &mut self.open {
+            Some(open) => open.viewer.show_volume_view(&view),
+            None => Ok(()),
+        });
+        if let Err(error) = view {
+            self.say_wrong("paste", &report::message(&error));
+        }
+        self.open.iter().for_each(|open| open.window.request_redraw());
     }
 
     /// Asks for the view, the link or the file that was copied. It comes as a message, also from a program
@@ -138,6 +156,10 @@ impl App {
         let text = text.trim();
         if Link::is_link(text) {
             return self.open_link(text);
+        }
+        if VolumeViewText::is_meant(text) && text.len() <= MOST_PASTED && text.lines().count() == 1 {
+            self.show_volume_text(text);
+            return Ok(());
         }
         let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
         // What is copied elsewhere may be long, and may be nobody's business: it is told only where it is

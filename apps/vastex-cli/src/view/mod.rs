@@ -83,6 +83,8 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     #[cfg(feature = "volumes")]
     if open::is_volume(source) {
         args.check_of_volume()?;
+    } else {
+        args.check_of_image()?;
     }
     if !open::is_volume(source) && open::what_lies_at(source)? == Lies::Container && !source.exists() {
         vastex::open(source)?;

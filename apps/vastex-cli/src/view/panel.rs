@@ -46,6 +46,9 @@ pub(super) enum Asked {
     Go(Pose),
     /// The camera there, and what is shown as it says.
     Show(Box<ViewText>),
+    /// What is shown of a volume as this text says.
+    #[cfg_attr(not(feature = "volumes"), allow(dead_code, reason = "volumes alone are shown so"))]
+    ShowText(String),
     /// What is shown, as a text, into the clipboard.
     CopyView,
     /// The same with its files, as a link.
@@ -93,6 +96,8 @@ pub(super) struct Panel {
     guides_are_shown: bool,
     values_are_shown: bool,
     position: PositionPanel,
+    #[cfg(feature = "volumes")]
+    views: vastex_viewer::panels::KeptViews,
     info: InfoPanel,
     /// What is measured in the image, while that is done.
     pub(super) measure: Option<Measure>,
@@ -110,6 +115,8 @@ impl Panel {
             guides_are_shown: true,
             values_are_shown: true,
             position: PositionPanel::default(),
+            #[cfg(feature = "volumes")]
+            views: Default::default(),
             info: InfoPanel::default(),
             measure: None,
             display: DisplayPanel::default(),

@@ -139,6 +139,10 @@ impl App {
                 self.show_text(&view);
                 Ok(())
             }
+            Asked::ShowText(text) => {
+                self.show_volume_text(&text);
+                Ok(())
+            }
             Asked::CopyView => self.perform(events, Action::CopyView),
             Asked::CopyLink => self.perform(events, Action::CopyLink),
             Asked::Keep(name) => {

@@ -7,6 +7,9 @@ use anyhow::{Context, Error, Result};
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::Controller;
 
+#[cfg(feature = "volumes")]
+use vastex_viewer::volume_scene::VolumeLook;
+
 use super::opening::{OpeningEvent, Report};
 use super::{App, Message, is_device_lost, name_of};
 use crate::report;
@@ -75,9 +78,13 @@ impl App {
             (event, _) => event,
         };
         let is_measured = self.is_measured();
-        if let (Some(opening), OpeningEvent::Preview(_) | OpeningEvent::Opened(_)) =
-            (self.openings.current(number), &event)
-        {
+        let is_seen = match &event {
+            OpeningEvent::Preview(_) | OpeningEvent::Opened(_) => true,
+            #[cfg(feature = "volumes")]
+            OpeningEvent::Volume(_) => true,
+            _ => false,
+        };
+        if let Some(opening) = self.openings.current(number).filter(|_| is_seen) {
             self.follow_link(opening.first);
         }
         let (Some(opening), Some(open)) = (self.openings.current(number), &mut self.open) else {
@@ -127,7 +134,13 @@ impl App {
             OpeningEvent::Volume(volume) => {
                 let (opened, settings, rows) = *volume;
                 let oddities = opened.oddities();
-                let shown = open.viewer.show_volume(first, (&name, opened), rows, settings);
+                // What the command line and links say is of the first file.
+                let look = match first == self.args_of {
+                    true => opened.first_look(&self.args),
+                    false => Ok(VolumeLook::first(&opened.facts)),
+                };
+                let shown = look
+                    .and_then(|look| open.viewer.show_volume(first, (&name, opened, look), rows, settings));
                 open.viewer.end_opening()?;
                 self.openings.end();
                 match shown.with_context(|| path.display().to_string()) {

@@ -1,19 +1,43 @@
 //! Labels over a volume in the window: which one lies at a place, where a ray meets one, and where one of a
 //! number is.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use glam::DVec3;
 use pollster::block_on;
 use vastex_viewer::volume::OtherLabels;
-use vastex_viewer::volume_scene::VolumeLook;
+use vastex_viewer::volume_scene::{VolumeFacts, VolumeLook};
 use vastex_volume::SliceAxis;
 
 use super::LabelsBelow;
+use crate::args::LabelArgs;
 
 /// Places along a ray that are looked at, at most.
 const MOST_SAMPLES: f64 = 2048.0;
 /// Voxels of the finest level in which a label is looked for.
 const MOST_VOXELS: u64 = 1 << 30;
+
+/// Has labels shown at first that are asked for.
+pub(crate) fn shown_at_first(asked: &LabelArgs, facts: &VolumeFacts, look: &mut VolumeLook) -> Result<()> {
+    let Some(named) = &asked.labels else {
+        return match asked.of_labels_alone().filter(|_| look.labels.shown.is_none()) {
+            Some(option) => bail!("{option}: it goes with --labels NAME"),
+            None => Ok(()),
+        };
+    };
+    look.labels.shown = facts.labels.iter().position(|name| name == named);
+    if look.labels.shown.is_none() {
+        let has = if facts.labels.is_empty() { "none".to_owned() } else { facts.labels.join(", ") };
+        bail!(
+            "--labels {named}: labels beside {} are {has}; others are drawn by `vastex render`",
+            facts.name
+        );
+    }
+    look.labels.opacity = asked.label_opacity.unwrap_or(look.labels.opacity);
+    look.labels.outlines |= asked.label_outlines;
+    look.labels.selected = asked.label_selected.or(look.labels.selected);
+    look.labels.others = asked.label_others;
+    Ok(())
+}
 
 /// The label at a place; nothing where there is none.
 pub(crate) fn at((source, of): &LabelsBelow, place: DVec3) -> Result<Option<i128>> {

@@ -24,6 +24,83 @@ fn a_screenshot_shows_three_slices_and_the_volume() {
     assert!(pixels == shot("again.png"), "the same each time");
 }
 
+/// What a person copies of the head: a part of it in 3-D, so small that nothing lies over the picture.
+const VIEW: &str = "volume:x=49,y=58,z=47,zoom=1.5,yaw=-40,pitch=10;panes=3d;mode=average;\
+                    channel=1:color=ffffff:range=0..120:gamma=0.8;channel=2:map=magma:range=0..200;clip=0..0.6,0..1,0..1";
+
+#[test]
+fn a_view_as_a_text_and_a_link_are_seen_in_the_window_and_drawn_by_render_alike() {
+    let sandbox = Sandbox::new();
+    let size = ["--size", "80x64"];
+    let shot = |words: &[&str]| {
+        let first = ["view", "--screenshot", "shot.png"];
+        sandbox.run(&[&first[..], &size, words].concat()).expect_code(0);
+        sandbox.read_rgb("shot.png")
+    };
+    let drawn = |words: &[&str]| {
+        sandbox.run(&[&["render", "-o", "drawn.png"][..], &size, words].concat()).expect_code(0);
+        sandbox.read_rgb("drawn.png")
+    };
+    let link = format!("vastex:{HEAD}?view={}", VIEW.replace(';', "%3B"));
+    let seen = shot(&["--view", VIEW, HEAD]);
+    assert!(seen.iter().filter(|pixel| pixel[0] > 30).count() > 200, "something is seen");
+    assert!(seen != shot(&[HEAD]) && seen == shot(&[&link]), "the window");
+    let by_render = drawn(&["--view", VIEW, HEAD]);
+    assert!(by_render == drawn(&[&link]) && by_render == drawn(&["--on", "volume", "--view", VIEW, HEAD]));
+    let is_near = |(a, b): &(&[u8; 3], &[u8; 3])| (0..3).all(|c| a[c].abs_diff(b[c]) <= 2);
+    let near = seen.iter().zip(&by_render).filter(is_near).count();
+    assert!(near * 100 >= seen.len() * 99, "{near} of {} pixels are alike", seen.len());
+    // A slice by itself, and channels by words in the place of a view.
+    let slice = VIEW.replace("panes=3d", "panes=z;slices=49,58,30");
+    let (seen, by_render) = (shot(&["--view", &slice, HEAD]), drawn(&["--view", &slice, HEAD]));
+    let near = seen.iter().zip(&by_render).filter(is_near).count();
+    assert!(near * 100 >= seen.len() * 99, "{near} of {} pixels of a slice are alike", seen.len());
+    let camera = "volume:x=49,y=58,z=47,zoom=1.5,yaw=-40,pitch=10;panes=3d";
+    let by_words = |words: &[&str]| shot(&[&["--view", camera, HEAD][..], words].concat());
+    let words = by_words(&["--mode", "mip", "--channels", "0:FF8000:10..200:0.5,2:viridis_r"]);
+    let text = format!(
+        "{camera};mode=mip;channel=0:color=ff8000:range=10..200:opacity=0.5;channel=2:map=viridis_r:range=0..255"
+    );
+    assert!(words == shot(&["--view", &text, HEAD]), "in the words of render");
+    assert!(by_words(&["--range", "0,0.2"]) != by_words(&[]));
+}
+
+#[test]
+fn labels_are_shown_at_first_where_they_are_asked_for() {
+    let sandbox = Sandbox::new();
+    let shot = |words: &[&str]| {
+        let first = ["view", "--screenshot", "shot.png", "--size", "80x80", NUCLEI];
+        sandbox.run(&[&first[..], words].concat()).expect_code(0);
+        sandbox.read_rgb("shot.png")
+    };
+    let (plain, labels) = (shot(&[]), shot(&["--labels", "nuclei", "--label-opacity", "1"]));
+    assert_ne!(plain, labels);
+    let one = shot(&["--labels", "nuclei", "--label-opacity", "1", "--label-selected", "1000000", "--label-others", "hidden"]);
+    assert_eq!(one, plain, "no label has that number, and others are hidden");
+}
+
+#[test]
+fn what_a_view_or_a_word_says_twice_or_of_something_else_is_refused() {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("a.png", [8, 8]);
+    let beyond = VIEW.replace("channel=1", "channel=7");
+    for (words, code, says) in [
+        (vec!["view", "--screenshot", "o.png", HEAD, "--view", VIEW, "--mode", "mip"], 2, "--view says which mode"),
+        (vec!["render", "-o", "o.png", HEAD, "--view", VIEW, "--channels", "0"], 2, "--view says which channels"),
+        (vec!["render", "-o", "o.png", HEAD, "--view", "volume:x=1"], 2, "something is missing"),
+        (vec!["render", "-o", "o.png", HEAD, "--view", &beyond], 1, "channels 0 to 2"),
+        (vec!["view", "--screenshot", "o.png", HEAD, "--view", &beyond], 1, "channels 0 to 2"),
+        (vec!["view", "--screenshot", "o.png", HEAD, "--time", "1"], 1, "times 0 to 0"),
+        (vec!["view", "--screenshot", "o.png", HEAD, "--labels", "cells"], 1, "--labels cells"),
+        (vec!["view", "--screenshot", "o.png", HEAD, "--view", "image:x=1,y=2,zoom=3"], 1, "--view is for images"),
+        (vec!["view", "--screenshot", "o.png", "a.png", "--channels", "0"], 1, "--channels is for volumes"),
+        (vec!["view", "--screenshot", "o.png", "a.png", "--view", VIEW], 1, "is no volume"),
+    ] {
+        let ended = sandbox.run(&words).expect_code(code);
+        assert!(ended.stderr.contains(says), "{words:?}: {ended}");
+    }
+}
+
 #[test]
 fn what_is_no_volume_of_values_and_what_images_have_is_refused() {
     let sandbox = Sandbox::new();

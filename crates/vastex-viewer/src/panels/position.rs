@@ -1,28 +1,12 @@
 //! Where the camera is, in words: to be read, written, kept and gone back to.
 
-use egui::{Button, CollapsingHeader, DragValue, RichText, TextEdit, Ui};
+use egui::{Button, DragValue, RichText, TextEdit, Ui};
 use glam::DVec2;
 
+use super::kept_views::{Bookmark, KeptViews, ViewsChange, readable};
 use super::map_place::MapPlace;
 use crate::camera::{Move, Pose};
 use crate::view_text::ViewText;
-
-/// A view that a person keeps.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Bookmark {
-    /// What the person calls it; it may be nothing.
-    pub name: String,
-    /// The text of the view ([`ViewText`]).
-    pub view: String,
-}
-
-impl Bookmark {
-    /// What it is known by: its name, or where its camera is if it has none.
-    fn title(&self) -> String {
-        let pose = self.view.split(';').next().unwrap_or_default();
-        if self.name.is_empty() { readable(pose) } else { self.name.clone() }
-    }
-}
 
 /// What a person wants of a position; the host does it.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,8 +34,8 @@ pub struct PositionPanel {
     text: Option<String>,
     /// What was wrong with what was written last.
     error: Option<String>,
-    /// What the next bookmark is to be called.
-    name: String,
+    /// Bookmarks, and what becomes of the view as a text.
+    kept: KeptViews,
     /// Whether two numbers are coordinates of the file's own system, where it has one.
     is_by_map: bool,
 }
@@ -112,49 +96,16 @@ impl PositionPanel {
         if let Pose::Image { orientation, .. } = pose {
             change = turn_controls(ui, orientation.degrees()).map(PositionChange::Move).or(change);
         }
-        ui.horizontal(|ui| {
-            let keep = ui.button("Keep view").on_hover_text("as a bookmark of this file");
-            let label = ui.label("named");
-            let field = TextEdit::singleline(&mut self.name).desired_width(ui.available_width());
-            let field = ui.add(field.hint_text("name")).labelled_by(label.id);
-            let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
-            if keep.clicked() || is_entered {
-                let name = std::mem::take(&mut self.name).trim().to_owned();
-                change = Some(PositionChange::Keep(name));
-            }
-        });
-        ui.horizontal_wrapped(|ui| {
-            let view = "as a text, with all that is shown, for this field and for --view: Ctrl + C";
-            let link =
-                "as a text with its files, for the field of the path and for `vastex view`: Ctrl + Shift + C";
-            for (name, what, copies) in
-                [("Copy view", view, PositionChange::Copy), ("Copy link", link, PositionChange::CopyLink)]
-            {
-                if ui.button(name).on_hover_text(what).clicked() {
-                    change = Some(copies);
-                }
-            }
-        });
-        if !bookmarks.is_empty() {
-            CollapsingHeader::new("Bookmarks").default_open(true).show(ui, |ui| {
-                for (index, bookmark) in bookmarks.iter().enumerate() {
-                    ui.horizontal(|ui| {
-                        let (title, view) = (bookmark.title(), &bookmark.view);
-                        let forget = ui.button("×").on_hover_text(format!("forget {title}"));
-                        if forget.clicked() {
-                            change = Some(PositionChange::Forget(index));
-                        }
-                        let go =
-                            ui.add(Button::new(title).frame(false).truncate()).on_hover_text(readable(view));
-                        if go.clicked() {
-                            match ViewText::from_text(view, size) {
-                                Ok(view) => change = Some(shown(view)),
-                                Err(error) => self.error = Some(error.to_string()),
-                            }
-                        }
-                    });
-                }
-            });
+        match self.kept.show(ui, bookmarks) {
+            Some(ViewsChange::Keep(name)) => change = Some(PositionChange::Keep(name)),
+            Some(ViewsChange::Copy) => change = Some(PositionChange::Copy),
+            Some(ViewsChange::CopyLink) => change = Some(PositionChange::CopyLink),
+            Some(ViewsChange::Forget(index)) => change = Some(PositionChange::Forget(index)),
+            Some(ViewsChange::Show(view)) => match ViewText::from_text(&view, size) {
+                Ok(view) => change = Some(shown(view)),
+                Err(error) => self.error = Some(error.to_string()),
+            },
+            None => {}
         }
         change
     }
@@ -207,27 +158,6 @@ fn turn_controls(ui: &mut Ui, degrees: f64) -> Option<Move> {
         }
     });
     moved
-}
-
-/// The text of a view with no more digits of its pose than a person reads.
-fn readable(text: &str) -> String {
-    if let Some((pose, rest)) = text.split_once(';') {
-        return format!("{};{rest}", readable(pose));
-    }
-    let rounded = |word: &str| {
-        let (name, number) = word.split_once('=')?;
-        let (number, unit) = number.strip_suffix('m').map_or((number, ""), |number| (number, "m"));
-        let number: f64 = number.parse().ok()?;
-        let digits = if number.abs() < 1000.0 { 4 } else { 2 };
-        let text = format!("{number:.digits$}");
-        let text = text.trim_end_matches('0').trim_end_matches('.');
-        // Of what is too small for them, all digits.
-        let is_lost = number != 0.0 && matches!(text, "0" | "-0");
-        Some(if is_lost { word.to_owned() } else { format!("{name}={text}{unit}") })
-    };
-    let words: Vec<String> =
-        text.split(',').map(|word| rounded(word).unwrap_or_else(|| word.to_owned())).collect();
-    words.join(",")
 }
 
 /// The pose that a text means to a camera at `from`: that of its two numbers, as near as the camera is, which

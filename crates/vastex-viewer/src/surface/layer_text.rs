@@ -156,7 +156,7 @@ pub fn range_of(text: &str, between: &str) -> Result<[f32; 2], String> {
 }
 
 /// A name without what has a meaning in texts.
-fn escaped(name: &str) -> String {
+pub(crate) fn escaped(name: &str) -> String {
     let is_plain = |c: char| !c.is_whitespace() && !c.is_control() && !":;=%#".contains(c);
     let mut text = String::with_capacity(name.len());
     for character in name.chars() {
@@ -173,7 +173,7 @@ fn escaped(name: &str) -> String {
 }
 
 /// The name that was escaped. A percent sign without two digits after it is one.
-fn plain(text: &str) -> String {
+pub(crate) fn plain(text: &str) -> String {
     let (bytes, mut name) = (text.as_bytes(), Vec::with_capacity(text.len()));
     let mut at = 0;
     while at < bytes.len() {

@@ -11,6 +11,7 @@ mod heights;
 mod planet;
 #[cfg(test)]
 mod tests;
+mod volume;
 
 use crate::camera::{Pose, PoseTextError};
 use crate::layers::{CompareMode, MOST_LAYERS};
@@ -18,6 +19,7 @@ use crate::overlay::Overlay;
 use crate::scene::Scene;
 use crate::surface::{DisplayOptions, Heights, LayerOptions, PlanetOptions};
 pub use planet::{ParseSunError, Sun, ViewPlanet};
+pub use volume::{VOLUME_KEYS, ViewChannel, ViewLabels, ViewSlices, VolumeViewError, VolumeViewText};
 
 /// The keys of a text after its pose, each with what stands after it.
 pub const KEYS: [(&str, &str); 11] = [

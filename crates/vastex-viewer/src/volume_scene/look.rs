@@ -47,6 +47,25 @@ pub struct VolumeFacts {
 }
 
 impl VolumeFacts {
+    /// A box of which nothing else is known: one channel, at one time.
+    pub fn of_box(of: VolumeBox) -> VolumeFacts {
+        VolumeFacts {
+            name: String::new(),
+            of,
+            origin: [0.0; 3],
+            unit_length: 1.0,
+            unit: None,
+            channels: vec![ChannelFacts::default()],
+            labels: Vec::new(),
+            times: 1,
+            base: 0.0,
+            gain: 1.0,
+            bounds: None,
+            downsample: None,
+            brick: 64,
+        }
+    }
+
     /// What a channel is called.
     pub fn channel_name(&self, channel: usize) -> String {
         let named = self.channels.get(channel).and_then(|channel| channel.name.clone());
@@ -386,7 +405,10 @@ impl VolumeLook {
     pub fn tidy(&mut self) {
         let zoom = |zoom: f64| if zoom.is_finite() { zoom.clamp(ZOOMS[0], ZOOMS[1]) } else { 1.0 };
         (self.zoom, self.orbit.zoom) = (zoom(self.zoom), zoom(self.orbit.zoom));
-        let turn = |degrees: f64| (degrees + 180.0).rem_euclid(360.0) - 180.0;
+        let turn = |degrees: f64| match (-180.0..180.0).contains(&degrees) {
+            true => degrees,
+            false => (degrees + 180.0).rem_euclid(360.0) - 180.0,
+        };
         (self.orbit.yaw, self.orbit.pitch) = (turn(self.orbit.yaw), turn(self.orbit.pitch));
     }
 }

@@ -16,7 +16,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("volume_scene", &["gpu", "input", "layers", "stage", "volume"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
-    ("view_text", &["camera", "layers", "overlay", "scene", "surface"]),
+    ("view_text", &["camera", "layers", "overlay", "scene", "surface", "volume", "volume_scene"]),
     ("link", &["view_text"]),
     (
         "panels",

@@ -2,7 +2,9 @@
 
 use anyhow::{Result, bail};
 use vastex_scenes::Gpu;
-use vastex_viewer::volume::VolumeView;
+use vastex_viewer::VolumeViewText;
+use vastex_viewer::volume::{VolumeBox, VolumeClip, VolumeView};
+use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
 use vastex_volume::{ImageList, VolumeAbout};
 
 use super::box_of;
@@ -30,9 +32,10 @@ pub(super) fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
     Ok(())
 }
 
-/// From where it is seen.
-pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<VolumeView> {
+/// From where it is seen, and what is left of it there.
+pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<(VolumeView, VolumeClip)> {
     let of = box_of(about)?;
+    let whole = VolumeClip::default();
     if let (VolumeScene::Slices, Some(slice)) = (args.on, args.slice) {
         let side = of.size[usize::from(slice.axis)];
         if slice.voxel >= side {
@@ -44,14 +47,32 @@ pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vo
                 side - 1
             );
         }
-        return Ok(VolumeView::Slice { axis: slice.axis, voxel: slice.voxel });
+        return Ok((VolumeView::Slice { axis: slice.axis, voxel: slice.voxel }, whole));
     }
-    Ok(match args.view {
-        Toward::Face(face) => VolumeView::Face(face),
-        Toward::Around { .. } => {
-            args.camera(&of).map_or(VolumeView::Face(Default::default()), VolumeView::Around)
+    Ok(match &args.view {
+        Some(Toward::Face(face)) => (VolumeView::Face(*face), whole),
+        Some(Toward::View(view)) => copied(view, of, args.size),
+        Some(Toward::Around { .. }) | None => {
+            (args.camera(&of).map_or(VolumeView::Face(Default::default()), VolumeView::Around), whole)
         }
     })
+}
+
+/// What a view that was copied shows of a box in a picture of so many pixels: a slice where it has that
+/// alone, else all of it in 3-D.
+fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (VolumeView, VolumeClip) {
+    let facts = VolumeFacts::of_box(of);
+    let mut look = VolumeLook::first(&facts);
+    // What it says of channels, labels and times is asked for as options ask for it.
+    let camera = VolumeViewText { channels: Vec::new(), labels: None, time: None, ..view.clone() };
+    // Of a box without any there is nothing that it names and that is not there.
+    drop(camera.change(&mut look, &facts));
+    if look.layout == VolumeLayout::Four {
+        look.layout = VolumeLayout::One(VolumePane::Space);
+    }
+    let panes = pane_rects(look.layout, size);
+    let sight = PaneSight::of(&look, &of, &panes, &panes[0]);
+    (sight.view(1), look.clip.of(&of))
 }
 
 /// Fails where rays would have more samples than are looked at.
@@ -60,12 +81,12 @@ pub(super) fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result
     let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
     let longest = about.size().into_iter().max().unwrap_or(1) as f64;
     // Where voxels are smaller than pixels a coarser level is sampled.
-    let samples = voxels / (longest / side).max(1.0) / args.step;
+    let samples = voxels / (longest / side).max(1.0) / args.look.step();
     if samples > MOST_SAMPLES {
-        let least = args.step * samples / MOST_SAMPLES;
+        let least = args.look.step() * samples / MOST_SAMPLES;
         bail!(
             "--step {}: rays would have more than {MOST_SAMPLES} samples; write {least:.2} or more",
-            args.step
+            args.look.step()
         );
     }
     Ok(())

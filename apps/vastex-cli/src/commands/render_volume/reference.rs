@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use vastex::{LevelRule, TileSource, VolumeFilters};
 use vastex_scenes::{Comparison, Gpu, Picture};
-use vastex_viewer::volume::VolumeView;
+use vastex_viewer::volume::{VolumeClip, VolumeView};
 use vastex_volume::{Volume, VolumeSource};
 
 use super::{Drawing, source_of};
@@ -23,7 +23,7 @@ pub(super) fn compare(
     args: &RenderVolumeArgs,
     gpu: &Gpu,
     (volume, channels): (&Arc<Volume>, &[AskedChannel]),
-    view: VolumeView,
+    view: (VolumeView, VolumeClip),
     (picture, mip_bias): (&Picture, f64),
 ) -> Result<Compared> {
     let size = volume.about().size();

@@ -1,7 +1,7 @@
 //! The panel in the window while a volume is shown: files as for images, and the volume's own settings.
 
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
-use vastex_viewer::panels::{VolumeChange, VolumePanel, VolumeTold, keys_window_of};
+use vastex_viewer::panels::{ViewsChange, VolumeChange, VolumePanel, VolumeTold, keys_window_of};
 use vastex_viewer::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
 use super::{Asked, Panel, theme};
@@ -41,6 +41,15 @@ impl Panel {
                     self.info.show(ui, shown.rows);
                     ui.separator();
                     changes = own.show(ui, look, &shown.told);
+                    ui.separator();
+                    match self.views.show(ui, self.bookmarks.views()) {
+                        Some(ViewsChange::Keep(name)) => asked.push(Asked::Keep(name)),
+                        Some(ViewsChange::Copy) => asked.push(Asked::CopyView),
+                        Some(ViewsChange::CopyLink) => asked.push(Asked::CopyLink),
+                        Some(ViewsChange::Show(view)) => asked.push(Asked::ShowText(view)),
+                        Some(ViewsChange::Forget(index)) => self.bookmarks.forget(index),
+                        None => {}
+                    }
                     ui.separator();
                     ui.checkbox(&mut self.guides_are_shown, "Guides")
                         .on_hover_text("crosshair, box, scale and axes: G");

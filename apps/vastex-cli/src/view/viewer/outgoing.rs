@@ -36,6 +36,10 @@ impl Viewer {
 
     /// What is shown, as a text; `None` if nothing is.
     pub(in super::super) fn view_text(&self, pose: Pose) -> Option<String> {
+        #[cfg(feature = "volumes")]
+        if let Some(text) = self.volume_text() {
+            return Some(text);
+        }
         let displayed = self.display.displayed()?;
         let mut options = self.settings.options.clone();
         // How texels are blended is said of each layer.

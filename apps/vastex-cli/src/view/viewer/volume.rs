@@ -7,13 +7,16 @@ use anyhow::{Error, Result, anyhow};
 use egui::{Rect, TextureId};
 use glam::DVec2;
 use vastex::Settings;
+use vastex_viewer::VolumeViewText;
 use vastex_viewer::hud::{HudChange, HudData};
 use vastex_viewer::input::{Action, InputEvent};
 use vastex_viewer::panels::{
     VolumeChange, VolumePanel, VolumePanes, VolumeTold, status_line, volume_status_text,
 };
 use vastex_viewer::volume::VolumeError;
-use vastex_viewer::volume_scene::{VolumeAsked, VolumeHeard, VolumePane, VolumePictures, VolumeScene};
+use vastex_viewer::volume_scene::{
+    VolumeAsked, VolumeHeard, VolumeLook, VolumePane, VolumePictures, VolumeScene,
+};
 
 use super::super::display::Display;
 use super::super::panel::volume::ToldOfVolume;
@@ -54,13 +57,14 @@ impl Viewer {
     pub(in super::super) fn show_volume(
         &mut self,
         opening: u64,
-        (name, opened): (&str, OpenedVolume),
+        (name, opened, look): (&str, OpenedVolume, VolumeLook),
         rows: Arc<[(String, String)]>,
         settings: Settings,
     ) -> Result<()> {
         let begun = self.begun;
         let clock = Arc::new(move || begun.elapsed());
-        let scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
+        let mut scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
+        scene.look = look;
         let window = self.window.clone();
         let work = VolumeWork::new(opened, Arc::new(move || window.request_redraw()));
         let before = std::mem::replace(&mut self.display, Display::Empty);
@@ -81,6 +85,23 @@ impl Viewer {
             rests: false,
         }));
         self.wake();
+        Ok(())
+    }
+
+    /// What is shown of a volume as a text, if one is.
+    pub(in super::super) fn volume_text(&self) -> Option<String> {
+        let volume = self.volume.as_ref()?;
+        Some(VolumeViewText::of(&volume.scene.look, volume.scene.facts()).to_string())
+    }
+
+    /// Shows of a volume what a view says. Says what is in its way, and changes nothing then.
+    pub(in super::super) fn show_volume_view(&mut self, view: &VolumeViewText) -> Result<()> {
+        let Some(volume) = &mut self.volume else {
+            return Err(anyhow!("the view is of a volume, and none is shown; open it first"));
+        };
+        let facts = volume.scene.facts().clone();
+        view.change(&mut volume.scene.look, &facts)?;
+        volume.is_stale = true;
         Ok(())
     }
 
@@ -106,7 +127,8 @@ impl Viewer {
             action,
             Panel | EnterPanel | Hud | Guides | Values | Keys | FillScreen | File(_) | Open | Screenshot(_)
         );
-        self.shows_volume() && !is_of_any && !matches!(action, PasteView | Redraw | Quit)
+        let is_of_views = matches!(action, CopyView | CopyLink | PasteView);
+        self.shows_volume() && !is_of_any && !is_of_views && !matches!(action, Redraw | Quit)
     }
 
     /// Hears keys and the pointer before the window does. Returns true if that was all there is to it.
