@@ -13,14 +13,16 @@ use pollster::block_on;
 use vastex::{
     LayerFormat, PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource,
 };
+use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeMode};
 use vastex_viewer::volume_scene::{
     ChannelFacts, LabelsPlace, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
 };
-use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource, open};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
 
-use crate::args::SceneArgs;
-use crate::commands::render;
+use crate::args::{SceneArgs, ViewArgs};
+use crate::commands::{render, volume};
+use crate::open;
 
 /// GPU memory that is taken for bricks at most where nobody says how much.
 const MOST_BYTES: u64 = 1 << 30;
@@ -60,7 +62,7 @@ pub(crate) struct ReadChannel {
 
 /// Opens a volume, and reads what is known of it. Its values are read later.
 pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
-    let volume = match open(path)? {
+    let volume = match vastex_volume::open(path)? {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => {
             let first = list.images.first().map_or("", |image| image.as_str());
@@ -68,7 +70,13 @@ pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
             bail!("{path}: {} with {count} images; name one, as in {path}/{first}", list.what);
         }
     };
-    let source = source_of(&volume, 0, 0)?;
+    let source = match volume.about().is_label {
+        true => {
+            let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
+            VolumeSource::open(volume.clone(), &options)?
+        }
+        false => source_of(&volume, 0, 0)?,
+    };
     let facts = facts_of(volume.about(), &source)?;
     let description = source.description();
     // Devices that do not filter 8 bits well hold them as 16.
@@ -77,16 +85,18 @@ pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
     Ok(OpenedVolume { volume, facts, pages, page_bytes })
 }
 
+/// Whether the window shows a path as a volume: what cannot be an image, and of TIFF files the stacks that
+/// `vastex info` tells of as volumes, unless something is asked for that images alone have.
+pub(crate) fn is_shown(path: &Path, args: &ViewArgs) -> bool {
+    open::is_volume(path) || (volume::is_shown(path) && args.check_of_volume().is_ok())
+}
+
 /// A channel at a time as a source of bricks.
 fn source_of(volume: &Arc<Volume>, channel: u64, time: u64) -> Result<VolumeSource> {
     let options = VolumeOptions { channel, time, ..VolumeOptions::default() };
     let source = VolumeSource::open(volume.clone(), &options)?;
     if source.is_labels() {
-        bail!(
-            "{}: these are labels, whole numbers of things, and and are shown over the image that they lie beside; \
-             open that",
-            volume.about().path
-        );
+        bail!("{}: these are labels, whole numbers of things, and no channel", volume.about().path);
     }
     Ok(source)
 }
@@ -110,18 +120,16 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         })
     };
     let codes = source.codes();
-    let name = about.name.clone().unwrap_or_else(|| {
-        let path = Path::new(&about.path);
-        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-    });
+    let name = about.name.clone().unwrap_or_else(|| own_name(about));
     Ok(VolumeFacts {
         name,
         of: VolumeBox::new(size, level.scale.map(|side| side / longest)),
         origin: level.origin,
         unit_length: longest,
         unit: about.unit.clone(),
-        channels: (0..about.channels).map(channel).collect(),
-        labels: about.labels.clone(),
+        // Labels by themselves have no channel.
+        channels: (0..about.channels).filter(|_| !about.is_label).map(channel).collect(),
+        labels: if about.is_label { vec![own_name(about)] } else { about.labels.clone() },
         times: about.times,
         base: codes.base,
         gain: codes.gain,
@@ -129,6 +137,12 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         downsample: about.downsample.clone(),
         brick: VolumeOptions::default().brick,
     })
+}
+
+/// The last part of the path of a volume.
+fn own_name(about: &VolumeAbout) -> String {
+    let path = Path::new(&about.path);
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 impl OpenedVolume {
@@ -180,6 +194,11 @@ pub(crate) fn read_channel(
     Ok(ReadChannel { source, prepared, usual })
 }
 
+/// Which values a channel has on a coarse level.
+pub(crate) fn values_of(source: &VolumeSource) -> Result<Option<VolumeValues>> {
+    Ok(VolumeValues::new(block_on(source.percentiles(&VolumeValues::shares()))?))
+}
+
 /// Reads of labels beside a volume at a time what it takes to show them. Those of as many voxels as the image
 /// lie voxel on voxel, whatever scales they name.
 pub(crate) fn read_labels(
@@ -188,10 +207,12 @@ pub(crate) fn read_labels(
     preparer: &Preparer,
 ) -> Result<ReadLabels> {
     let image = opened.volume.about();
-    let path = Path::new(&image.path).join("labels").join(name);
-    let volume = match open(&path)? {
-        Opened::Volume(volume) => Arc::new(*volume),
-        Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
+    let volume = match image.is_label {
+        true => opened.volume.clone(),
+        false => match vastex_volume::open(&Path::new(&image.path).join("labels").join(name))? {
+            Opened::Volume(volume) => Arc::new(*volume),
+            Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
+        },
     };
     let about = volume.about();
     let time = if about.times > 1 { time } else { 0 };

@@ -61,7 +61,7 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
         rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
     };
     #[cfg(feature = "volumes")]
-    if open::is_volume(file) {
+    if super::volume::is_shown(file) {
         return Ok(named(super::volume::rows_of(file)?.unwrap_or_default()));
     }
     if open::is_directory_of_tiles(file) {

@@ -37,4 +37,4 @@ mod source_info;
 mod tiff_info;
 pub(crate) mod verify;
 #[cfg(feature = "volumes")]
-mod volume;
+pub(crate) mod volume;

@@ -81,12 +81,15 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     // What is not there is no reason to open a window.
     let source = &args.scene.source;
     #[cfg(feature = "volumes")]
-    if open::is_volume(source) {
-        args.check_of_volume()?;
-    } else {
-        args.check_of_image()?;
+    let is_volume = crate::volumes::is_shown(source, &args);
+    #[cfg(not(feature = "volumes"))]
+    let is_volume = false;
+    #[cfg(feature = "volumes")]
+    match is_volume {
+        true => args.check_of_volume()?,
+        false => args.check_of_image()?,
     }
-    if !open::is_volume(source) && open::what_lies_at(source)? == Lies::Container && !source.exists() {
+    if !is_volume && open::what_lies_at(source)? == Lies::Container && !source.exists() {
         vastex::open(source)?;
     }
     if let Some(shapes) = &args.shapes {

@@ -11,12 +11,14 @@ use std::thread;
 use anyhow::{Context, Result};
 use glam::DVec3;
 use vastex::{Preparer, Region, TextureId};
+use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume_scene::{PointAsked, PointTold, VolumeLook};
 use vastex_volume::{VolumeError, VolumeSource};
 
 use crate::made_levels::LevelMaker;
 use crate::volumes::{
-    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, labels, point, read_channel, read_labels, usual_range,
+    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, labels, point, read_channel, read_labels,
+    usual_range, values_of,
 };
 
 /// Channels that are read at once.
@@ -37,6 +39,11 @@ pub(super) enum Done {
         read: Result<Box<ReadLabels>>,
     },
     Point(Result<PointTold>, u64),
+    /// Which values a channel has.
+    Values {
+        channel: usize,
+        values: Result<Option<VolumeValues>>,
+    },
     /// A place that a label of a number lies at, if there is any.
     Label(i128, Result<Option<DVec3>>),
     Range {
@@ -71,6 +78,31 @@ pub(super) struct VolumeWork {
 struct Queue {
     waiting: Vec<(usize, u64)>,
     reading: usize,
+    /// Channels whose values are looked at once nothing waits to be read, and all of which that was asked.
+    to_value: Vec<(usize, Arc<VolumeSource>)>,
+    valued: Vec<usize>,
+}
+
+/// What a thread does next.
+enum Next {
+    Channel(usize, u64),
+    Values(usize, Arc<VolumeSource>),
+}
+
+impl Queue {
+    fn next(&mut self) -> Option<Next> {
+        let channel = self.waiting.pop().map(|(channel, time)| Next::Channel(channel, time));
+        channel.or_else(|| self.to_value.pop().map(|(channel, source)| Next::Values(channel, source)))
+    }
+
+    /// The values of a channel are to be looked at, of the time that is read first: what is seen beside the
+    /// range changes with none.
+    fn value(&mut self, channel: usize, source: &Arc<VolumeSource>) {
+        if !self.valued.contains(&channel) {
+            self.valued.push(channel);
+            self.to_value.insert(0, (channel, source.clone()));
+        }
+    }
 }
 
 impl VolumeWork {
@@ -114,13 +146,25 @@ impl VolumeWork {
             loop {
                 let next = {
                     let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-                    let next = queue.waiting.pop().filter(|_| !stop.load(Ordering::Relaxed));
+                    let next = queue.next().filter(|_| !stop.load(Ordering::Relaxed));
                     queue.reading -= usize::from(next.is_none());
                     next
                 };
-                let Some((channel, time)) = next else { return };
-                let read = read_channel(&opened.volume, (channel, time), &preparer);
-                drop(sender.send(Done::Channel { channel, time, read: read.map(Box::new) }));
+                let done = match next {
+                    None => return,
+                    Some(Next::Channel(channel, time)) => {
+                        let read = read_channel(&opened.volume, (channel, time), &preparer);
+                        if let Ok(read) = &read {
+                            let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
+                            queue.value(channel, &read.source);
+                        }
+                        Done::Channel { channel, time, read: read.map(Box::new) }
+                    }
+                    Some(Next::Values(channel, source)) => {
+                        Done::Values { channel, values: values_of(&source) }
+                    }
+                };
+                drop(sender.send(done));
                 wake();
             }
         };
@@ -286,8 +330,11 @@ mod tests {
         while read.len() < 4 {
             assert!(begun.elapsed() < Duration::from_secs(120), "{} of 4 channels were read", read.len());
             for done in work.take_done() {
-                let Done::Channel { read: Ok(one), .. } = done else { panic!("a channel cannot be read") };
-                read.push(*one);
+                match done {
+                    Done::Channel { read: Ok(one), .. } => read.push(*one),
+                    Done::Values { values: Ok(Some(_)), .. } => {}
+                    _ => panic!("a channel cannot be read"),
+                }
             }
             thread::sleep(Duration::from_millis(5));
         }

@@ -75,8 +75,38 @@ fn labels_are_shown_at_first_where_they_are_asked_for() {
     };
     let (plain, labels) = (shot(&[]), shot(&["--labels", "nuclei", "--label-opacity", "1"]));
     assert_ne!(plain, labels);
-    let one = shot(&["--labels", "nuclei", "--label-opacity", "1", "--label-selected", "1000000", "--label-others", "hidden"]);
+    let one = shot(&[
+        "--labels",
+        "nuclei",
+        "--label-opacity",
+        "1",
+        "--label-selected",
+        "1000000",
+        "--label-others",
+        "hidden",
+    ]);
     assert_eq!(one, plain, "no label has that number, and others are hidden");
+}
+
+#[test]
+fn labels_by_themselves_and_stacks_of_pages_are_volumes_in_the_window() {
+    let sandbox = Sandbox::new();
+    let shot = |words: &[&str]| {
+        let first = ["view", "--screenshot", "shot.png", "--size", "80x80"];
+        sandbox.run(&[&first[..], words].concat()).expect_code(0);
+        sandbox.read_rgb("shot.png")
+    };
+    let mut colors = shot(&[&format!("{NUCLEI}/labels/nuclei")]);
+    colors.sort_unstable();
+    colors.dedup();
+    assert!(colors.len() > 20, "{} colours", colors.len());
+    let stack = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/vastex-volume/fixtures/imagej.tif");
+    let camera = "volume:x=1,y=1,z=1,zoom=1,yaw=0,pitch=0;panes=z";
+    let slice = |z: u32| shot(&[stack, "--view", &format!("{camera};slices=0,0,{z}")]);
+    assert_ne!(slice(0), slice(1), "two pages");
+    // What images have shows the first page.
+    let page = shot(&[stack, "--on", "plane"]);
+    assert_ne!(page, shot(&[stack]));
 }
 
 #[test]
@@ -85,14 +115,26 @@ fn what_a_view_or_a_word_says_twice_or_of_something_else_is_refused() {
     sandbox.write_png("a.png", [8, 8]);
     let beyond = VIEW.replace("channel=1", "channel=7");
     for (words, code, says) in [
-        (vec!["view", "--screenshot", "o.png", HEAD, "--view", VIEW, "--mode", "mip"], 2, "--view says which mode"),
-        (vec!["render", "-o", "o.png", HEAD, "--view", VIEW, "--channels", "0"], 2, "--view says which channels"),
+        (
+            vec!["view", "--screenshot", "o.png", HEAD, "--view", VIEW, "--mode", "mip"],
+            2,
+            "--view says which mode",
+        ),
+        (
+            vec!["render", "-o", "o.png", HEAD, "--view", VIEW, "--channels", "0"],
+            2,
+            "--view says which channels",
+        ),
         (vec!["render", "-o", "o.png", HEAD, "--view", "volume:x=1"], 2, "something is missing"),
         (vec!["render", "-o", "o.png", HEAD, "--view", &beyond], 1, "channels 0 to 2"),
         (vec!["view", "--screenshot", "o.png", HEAD, "--view", &beyond], 1, "channels 0 to 2"),
         (vec!["view", "--screenshot", "o.png", HEAD, "--time", "1"], 1, "times 0 to 0"),
         (vec!["view", "--screenshot", "o.png", HEAD, "--labels", "cells"], 1, "--labels cells"),
-        (vec!["view", "--screenshot", "o.png", HEAD, "--view", "image:x=1,y=2,zoom=3"], 1, "--view is for images"),
+        (
+            vec!["view", "--screenshot", "o.png", HEAD, "--view", "image:x=1,y=2,zoom=3"],
+            1,
+            "--view is for images",
+        ),
         (vec!["view", "--screenshot", "o.png", "a.png", "--channels", "0"], 1, "--channels is for volumes"),
         (vec!["view", "--screenshot", "o.png", "a.png", "--view", VIEW], 1, "is no volume"),
     ] {

@@ -28,6 +28,7 @@ mod status;
 mod unnamed;
 mod volume;
 mod volume_panes;
+mod volume_values;
 mod volume_words;
 
 pub use compare::swipe_line;
@@ -50,4 +51,5 @@ pub use status::{StatusPlace, status_line, status_text};
 pub(crate) use unnamed::unnamed;
 pub use volume::{VolumeChange, VolumePanel, VolumeTold};
 pub use volume_panes::VolumePanes;
+pub use volume_values::VolumeValues;
 pub use volume_words::volume_status_text;

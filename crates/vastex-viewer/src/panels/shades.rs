@@ -72,7 +72,7 @@ pub(super) fn shades(
 }
 
 /// The axis that a drag began with; else, where none goes on, the one of this frame.
-fn held_axis(response: &Response, axis: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
+pub(super) fn held_axis(response: &Response, axis: impl FnOnce() -> [f64; 2]) -> [f64; 2] {
     let kept: Id = response.id.with("axis");
     let is_held = response.dragged() || response.is_pointer_button_down_on();
     let before = response.ctx.data(|data| data.get_temp::<[f64; 2]>(kept)).filter(|_| is_held);
@@ -100,16 +100,16 @@ fn axis(histogram: Option<&Histogram>, scale: StoredScale, range: [f64; 2]) -> [
     }
 }
 
-fn value_at([low, high]: [f64; 2], n: usize, count: usize) -> f64 {
+pub(super) fn value_at([low, high]: [f64; 2], n: usize, count: usize) -> f64 {
     low + (high - low) * n as f64 / count as f64
 }
 
-fn x_of(value: f64, graph: Rect, [low, high]: [f64; 2]) -> f32 {
+pub(super) fn x_of(value: f64, graph: Rect, [low, high]: [f64; 2]) -> f32 {
     graph.left() + graph.width() * ((value - low) / (high - low)) as f32
 }
 
 /// Moves the handle that a drag began at, or the nearest one where a click is.
-fn drag(response: &Response, graph: Rect, axis: [f64; 2], range: &mut [f64; 2]) -> bool {
+pub(super) fn drag(response: &Response, graph: Rect, axis: [f64; 2], range: &mut [f64; 2]) -> bool {
     let held: Id = response.id.with("held");
     let Some(pointer) = response.interact_pointer_pos() else { return false };
     // By where it was pressed: a drag is known for one only some way from there.

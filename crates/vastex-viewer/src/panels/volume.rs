@@ -5,6 +5,7 @@ use egui::{
 };
 
 use super::palettes::palette_controls;
+use super::volume_values::{VolumeValues, volume_histogram};
 use super::volume_words::{place_text, point_rows};
 use crate::layers::Palette;
 use crate::volume::{OtherLabels, VolumeMode};
@@ -53,6 +54,8 @@ pub struct VolumeTold<'a> {
     pub bias: f64,
     /// What lies where the last click was.
     pub clicked: Option<&'a PointTold>,
+    /// Of each channel, as far as that is known, which values it has.
+    pub values: &'a [Option<VolumeValues>],
 }
 
 /// The panel, as a person left it.
@@ -91,6 +94,9 @@ impl VolumePanel {
         told: &VolumeTold<'_>,
         asked: &mut Vec<VolumeChange>,
     ) {
+        if look.channels.is_empty() {
+            return;
+        }
         ui.label(RichText::new("Channels").strong());
         self.chosen = self.chosen.min(look.channels.len().saturating_sub(1));
         for nth in 0..look.channels.len() {
@@ -129,8 +135,12 @@ impl VolumePanel {
                     asked.push(VolumeChange::UsualRanges(vec![chosen]));
                 }
             });
-            if let Some([low, high]) = channel.range {
-                strip(ui, channel, low > high);
+            if let Some(mut range) = channel.range {
+                match told.values.get(chosen).and_then(Option::as_ref) {
+                    Some(values) => drop(volume_histogram(ui, values, channel, &mut range)),
+                    None => strip(ui, channel, range[0] > range[1]),
+                }
+                channel.range = Some(range);
             }
             map_controls(ui, &mut channel.map);
             ui.add(Slider::new(&mut channel.gamma, 0.1..=5.0).logarithmic(true).text("Gamma"));
@@ -397,7 +407,7 @@ fn state(ui: &mut Ui, look: &VolumeLook, told: &VolumeTold<'_>) {
     if told.bias > 0.0 {
         ui.label(format!("{:.1} levels coarser, so that all of it fits into the pool", told.bias));
     }
-    if look.shown().next().is_none() {
+    if look.shown().next().is_none() && !look.channels.is_empty() {
         ui.label("No channel is shown.");
     }
 }

@@ -1,9 +1,12 @@
 //! What a person sets of a volume in a window: everything that a picture of it follows from, beside its size.
 
+mod clip;
+
 use glam::DVec3;
 
 use crate::layers::Palette;
-use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeClip, VolumeMode};
+use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeMode};
+pub use clip::ClipLook;
 
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
@@ -28,9 +31,9 @@ pub struct VolumeFacts {
     pub unit_length: f64,
     /// What the file's system is measured in, as files name it (`micrometer`), if it says so.
     pub unit: Option<String>,
-    /// Its channels, at least one.
+    /// Its channels; none of labels by themselves.
     pub channels: Vec<ChannelFacts>,
-    /// Labels that lie beside it, by their names.
+    /// Labels that lie beside it, by their names; where there are no channels, itself.
     pub labels: Vec<String>,
     /// Times that it has, at least one.
     pub times: u64,
@@ -241,58 +244,6 @@ impl Default for LabelsLook {
     }
 }
 
-/// What is cut away of a volume that is seen as a whole.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClipLook {
-    /// Of each axis, from where to where something is seen, as shares of the box.
-    pub shares: [[f64; 2]; 3],
-    /// Whether a plane hides what lies before it, as one looks along it.
-    pub has_plane: bool,
-    /// Where that plane looks, in degrees as [`VolumeOrbit`] has them.
-    pub plane_yaw: f64,
-    /// See [`ClipLook::plane_yaw`].
-    pub plane_pitch: f64,
-    /// How deep the plane stands in the box: 0 hides nothing, 1 all of it.
-    pub plane_depth: f64,
-}
-
-impl Default for ClipLook {
-    fn default() -> ClipLook {
-        ClipLook {
-            shares: [[0.0, 1.0]; 3],
-            has_plane: false,
-            plane_yaw: 0.0,
-            plane_pitch: 0.0,
-            plane_depth: 0.5,
-        }
-    }
-}
-
-impl ClipLook {
-    /// What is left of a box.
-    pub fn of(&self, of: &VolumeBox) -> VolumeClip {
-        let extent = of.extent();
-        let corner = |end: usize| {
-            let share = |axis: usize| self.shares[axis][end];
-            let inside = DVec3::new(share(0), share(1), share(2)) * extent;
-            // A face of the box is where the shader has it.
-            let beyond = if end == 0 { DVec3::NEG_INFINITY } else { DVec3::INFINITY };
-            let is_whole = |axis: usize| self.shares[axis][end] == end as f64;
-            let part = |axis: usize| if is_whole(axis) { beyond[axis] } else { inside[axis] };
-            DVec3::new(part(0), part(1), part(2))
-        };
-        let plane = self.has_plane.then(|| {
-            let (yaw, pitch) = (self.plane_yaw, self.plane_pitch);
-            let look = VolumeOrbit { yaw, pitch, target: DVec3::ZERO, zoom: 1.0 };
-            let [ahead, ..] = look.axes();
-            let (middle, reach) = (ahead.dot(extent / 2.0), ahead.abs().dot(extent) / 2.0);
-            let at = middle + reach * (2.0 * self.plane_depth - 1.0);
-            (-ahead, -at)
-        });
-        VolumeClip { corners: [corner(0), corner(1)], plane }
-    }
-}
-
 /// All that a person sets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLook {
@@ -345,7 +296,11 @@ impl VolumeLook {
         };
         let mut look = VolumeLook {
             channels: channels.collect(),
-            labels: LabelsLook::default(),
+            labels: match count {
+                // Labels by themselves hide nothing.
+                0 => LabelsLook { shown: Some(0), opacity: 1.0, ..LabelsLook::default() },
+                _ => LabelsLook::default(),
+            },
             mode: VolumeMode::Mip,
             step: 1.0,
             density: 1.0,
@@ -463,7 +418,9 @@ pub(crate) mod tests {
         facts.channels[0].is_active = Some(false);
         facts.channels[1].color = Some([1, 2, 3]);
         let look = VolumeLook::first(&facts);
-        assert_eq!(look.shown().collect::<Vec<_>>(), [1]);
+        assert_eq!((look.shown().collect::<Vec<_>>(), look.labels.shown), (vec![1], None));
+        let alone = VolumeLook::first(&VolumeFacts { channels: Vec::new(), ..facts.clone() });
+        assert_eq!((alone.shown().count(), alone.labels.shown, alone.labels.opacity), (0, Some(0), 1.0));
         assert_eq!(look.channels[1].color, [1, 2, 3]);
         facts.of.size[2] = 1;
         assert_eq!(VolumeLook::first(&facts).layout, VolumeLayout::One(VolumePane::Z));
@@ -480,20 +437,5 @@ pub(crate) mod tests {
         look.put_cross(&facts.of, DVec3::new(-5.0, 1e9, 0.3));
         assert_eq!(look.voxel(&facts.of), [0, 29, 0]);
         assert_eq!(look.cross, DVec3::new(0.125, 7.375, 0.5));
-    }
-
-    #[test]
-    fn what_is_cut_away_follows_shares_and_the_plane() {
-        let of = facts().of;
-        let whole = ClipLook::default();
-        assert_eq!(whole.of(&of), VolumeClip::default());
-        let mut cut = whole;
-        cut.shares[0] = [0.5, 1.0];
-        (cut.has_plane, cut.plane_depth) = (true, 0.25);
-        let clip = cut.of(&of);
-        assert_eq!((clip.corners[0].x, clip.corners[1].x), (5.0, f64::INFINITY));
-        // It looks along +y, and hides the first quarter of what lies there.
-        let (beyond, at) = clip.plane.unwrap();
-        assert!((beyond - DVec3::NEG_Y).length() < 1e-12 && (at + 7.5 * 0.25).abs() < 1e-12, "{beyond} {at}");
     }
 }

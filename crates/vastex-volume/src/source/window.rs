@@ -7,6 +7,8 @@ use crate::volume::VoxelBox;
 
 /// Voxels of the level whose values are looked at, where there is one of so few.
 const MOST_VOXELS: u64 = 1 << 21;
+/// Shares that are looked for one by one.
+const FEW_SHARES: usize = 8;
 /// The shares of values below the darkest and the brightest one.
 const SHARES: [f64; 2] = [0.005, 0.998];
 
@@ -29,11 +31,16 @@ impl VolumeSource {
             .map_err(|error| VolumeFault::TooLarge(error.to_string()).at(&self.volume.about().path))?;
         let stored = bytes.chunks_exact(dtype.bytes()).filter_map(|value| VoxelValue::of(dtype, value));
         values.extend(stored.map(VoxelValue::to_f64).filter(|value| value.is_finite()));
+        // Few are found without putting all in order.
+        let is_sorted = shares.len() > FEW_SHARES;
+        if is_sorted {
+            values.sort_unstable_by(f64::total_cmp);
+        }
         let of_share = |share: &f64| match values.len().checked_sub(1) {
             None => 0.0,
             Some(last) => {
                 let rank = (share.clamp(0.0, 1.0) * last as f64).round() as usize;
-                *values.select_nth_unstable_by(rank, f64::total_cmp).1
+                if is_sorted { values[rank] } else { *values.select_nth_unstable_by(rank, f64::total_cmp).1 }
             }
         };
         Ok(shares.iter().map(of_share).collect())

@@ -232,6 +232,10 @@ fn percentiles_are_those_of_the_sorted_values() {
     let found = block_on(source.percentiles(&shares)).unwrap();
     let expected = shares.map(|share: f64| values[(share.clamp(0.0, 1.0) * last as f64).round() as usize]);
     assert_eq!(found, expected);
+    // Many at once, in any order, are the same.
+    let many = [&shares[..], &[0.3; 20]].concat();
+    let found = block_on(source.percentiles(&many)).unwrap();
+    assert_eq!((&found[..6], found[6]), (&expected[..], values[(0.3 * last as f64).round() as usize]));
     let window = block_on(source.usual_window()).unwrap();
     assert_eq!(window, [0.005, 0.998].map(|share: f64| values[(share * last as f64).round() as usize]));
 }

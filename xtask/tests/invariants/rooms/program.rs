@@ -37,7 +37,7 @@ pub(super) const ROOMS: &[Room] = &[
             "telemetry",
         ],
     ),
-    ("volumes", &["args", "commands"]),
+    ("volumes", &["args", "commands", "open"]),
     ("screenshot", &["args", "commands", "made_levels", "open", "output", "parts", "report", "volumes"]),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (

@@ -11,7 +11,7 @@ use vastex_viewer::VolumeViewText;
 use vastex_viewer::hud::{HudChange, HudData};
 use vastex_viewer::input::{Action, InputEvent};
 use vastex_viewer::panels::{
-    VolumeChange, VolumePanel, VolumePanes, VolumeTold, status_line, volume_status_text,
+    VolumeChange, VolumePanel, VolumePanes, VolumeTold, VolumeValues, status_line, volume_status_text,
 };
 use vastex_viewer::volume::VolumeError;
 use vastex_viewer::volume_scene::{
@@ -34,6 +34,8 @@ pub(super) struct VolumeShown {
     work: VolumeWork,
     panel: VolumePanel,
     rows: Arc<[(String, String)]>,
+    /// Of each channel that was read, which values it has at the time that was read first.
+    values: Vec<Option<VolumeValues>>,
     /// What the pictures are known by to what draws the panels, and of which pictures and of whom.
     names: Vec<(VolumePane, TextureId)>,
     of: Option<(u64, u64)>,
@@ -77,6 +79,7 @@ impl Viewer {
             work,
             panel: VolumePanel::default(),
             rows,
+            values: Vec::new(),
             names: Vec::new(),
             of: None,
             area: ([0.0; 2], self.surface.size()),
@@ -284,6 +287,12 @@ impl Viewer {
                     volume.scene.tell_nothing(number);
                     Err(error)
                 }
+                Done::Values { channel, values: Ok(values) } => {
+                    volume.values.resize(volume.values.len().max(channel + 1), None);
+                    volume.values[channel] = values;
+                    Ok(())
+                }
+                Done::Values { values: Err(error), .. } => Err(error),
                 Done::Label(_, Ok(Some(place))) => {
                     let of = volume.scene.facts().of;
                     volume.scene.look.put_cross(&of, place);
@@ -361,6 +370,7 @@ impl Viewer {
             missing: stats.missing,
             bias: f64::from(stats.bias_eighths) / 8.0,
             clicked: clicked.as_ref(),
+            values: &volume.values,
         };
         let shown = ToldOfVolume { name: &volume.name, told, rows: &volume.rows };
         let (panes, names, own) = (volume.scene.panes(), &volume.names, &mut volume.panel);

@@ -15,12 +15,20 @@ struct Shown {
     panel: VolumePanel,
     asked: Vec<VolumeChange>,
     clicked: Option<PointTold>,
+    values: Vec<Option<VolumeValues>>,
 }
 
 impl Shown {
     fn new(facts: VolumeFacts) -> Shown {
         let look = VolumeLook::first(&facts);
-        Shown { facts, look, panel: VolumePanel::default(), asked: Vec::new(), clicked: None }
+        Shown {
+            facts,
+            look,
+            panel: VolumePanel::default(),
+            asked: Vec::new(),
+            clicked: None,
+            values: Vec::new(),
+        }
     }
 
     fn show(ui: &mut Ui, shown: &mut Shown) {
@@ -32,6 +40,7 @@ impl Shown {
             missing: 3,
             bias: 0.0,
             clicked: shown.clicked.as_ref(),
+            values: &shown.values,
         };
         shown.asked.extend(shown.panel.show(ui, &mut shown.look, &told));
     }
@@ -134,6 +143,26 @@ fn a_label_is_selected_by_its_number_and_let_go() {
     harness.run();
     assert_eq!(harness.state().look.labels.selected, None);
     assert!(harness.query_by_label("hidden").is_none());
+}
+
+#[test]
+fn the_range_is_dragged_beside_the_values_of_the_channel() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.channels[0].range = Some([20.0, 80.0]);
+    shown.values = vec![VolumeValues::new((0..=256).map(|n| f64::from(n) / 2.56).collect())];
+    let mut harness = shown.harness();
+    harness.run();
+    let graph = harness.get_by_label("Range of values").rect();
+    // 0 to 100, and 3 % of room on both sides.
+    let at = |value: f32| egui::pos2(graph.left() + graph.width() * (value + 3.0) / 106.0, graph.center().y);
+    harness.drag_at(at(79.0));
+    harness.run();
+    harness.hover_at(at(60.0));
+    harness.run();
+    harness.drop_at(at(60.0));
+    harness.run();
+    let [low, high] = harness.state().look.channels[0].range.unwrap();
+    assert!(low == 20.0 && (high - 60.0).abs() < 1.0, "{low} {high}");
 }
 
 #[test]
