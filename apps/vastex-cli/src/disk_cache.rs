@@ -1,8 +1,8 @@
 //! The disk cache of `render` and `view`. Where it cannot be had, they do without and say so.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::thread;
 use std::time::Duration;
 
@@ -24,7 +24,29 @@ pub(crate) struct Later {
     thread: Option<(Sender<()>, Receiver<Opened>)>,
 }
 
-type Opened = Result<DiskTier, DiskTierError>;
+type Opened = Result<Arc<DiskTier>, DiskTierError>;
+
+/// The directories that this program has as caches: all of its sources share one, which nobody can open
+/// twice.
+static OPEN: Mutex<Vec<(PathBuf, Weak<DiskTier>)>> = Mutex::new(Vec::new());
+
+/// A directory as a cache: the one that other sources of this program have, where they do.
+fn shared(directory: &Path, bytes: u64) -> Opened {
+    let mut open = OPEN.lock().unwrap_or_else(PoisonError::into_inner);
+    open.retain(|(_, tier)| tier.strong_count() > 0);
+    let same = |other: &Path| same_file(other, directory);
+    if let Some(tier) = open.iter().filter(|(other, _)| same(other)).find_map(|(_, tier)| tier.upgrade()) {
+        return Ok(tier);
+    }
+    let tier = Arc::new(DiskTier::open(directory, bytes)?);
+    open.push((directory.to_owned(), Arc::downgrade(&tier)));
+    Ok(tier)
+}
+
+/// Whether two paths lead to one directory that is there.
+fn same_file(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}
 
 impl Later {
     /// `None` if no cache was asked for.
@@ -34,7 +56,7 @@ impl Later {
         let of_thread = directory.clone();
         let open = move || {
             if asked.recv().is_ok() {
-                drop(give.send(DiskTier::open(of_thread, bytes)));
+                drop(give.send(shared(&of_thread, bytes)));
             }
         };
         let thread = thread::Builder::new().name("vastex-tier".into()).spawn(open);
@@ -46,29 +68,31 @@ impl Later {
             ask.send(()).ok()?;
             given.recv().ok()
         });
-        of_thread.unwrap_or_else(|| DiskTier::open(self.directory, self.bytes))
+        of_thread.unwrap_or_else(|| shared(&self.directory, self.bytes))
     }
 }
 
-/// The source of `path`, behind the cache that was asked for; and that cache, where it can be had.
+/// The source of `path`, behind the cache that was asked for; and that cache, where it can be had. Else
+/// `tell` is told why not, too.
 pub(crate) fn before(
     tiles: Arc<dyn TileSource>,
     path: &Path,
     later: Option<Later>,
+    tell: &dyn Fn(&str),
 ) -> (Arc<dyn TileSource>, Option<Arc<DiskTier>>) {
     let Some(later) = later else { return (tiles, None) };
+    let say = |note: String| {
+        report::say(&format!("note: {note}"));
+        tell(&note);
+    };
     let Some(key) = tiles.identity() else {
-        let path = path.display();
-        report::say(&format!("note: {path}: not kept on disk: the dates of its files cannot be read"));
+        say(format!("{}: not kept on disk: the dates of its files cannot be read", path.display()));
         return (tiles, None);
     };
     match later.open() {
-        Ok(tier) => {
-            let tier = Arc::new(tier);
-            (Arc::new(DiskCache::new(tiles, tier.clone(), key)), Some(tier))
-        }
+        Ok(tier) => (Arc::new(DiskCache::new(tiles, tier.clone(), key)), Some(tier)),
         Err(error) => {
-            report::say(&format!("note: {error}; nothing is kept on disk in this run"));
+            say(format!("{error}; nothing is kept on disk in this run"));
             (tiles, None)
         }
     }
@@ -126,6 +150,19 @@ mod tests {
         // The 19th field; the third is the first after the name.
         let urgency = after.split_whitespace().nth(16)?.parse().ok()?;
         Some((before.split_once('(')?.1.to_owned(), urgency))
+    }
+
+    #[test]
+    fn all_sources_of_a_program_share_a_directory() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("tiles");
+        let first = shared(&place, 1 << 20).unwrap();
+        let again = shared(&directory.path().join(".").join("tiles"), 1 << 20).unwrap();
+        assert!(Arc::ptr_eq(&first, &again));
+        assert!(!Arc::ptr_eq(&first, &shared(&directory.path().join("others"), 1 << 20).unwrap()));
+        assert!(DiskTier::open(&place, 1 << 20).is_err(), "another program");
+        drop((first, again));
+        shared(&place, 1 << 20).unwrap();
     }
 
     #[test]

@@ -94,7 +94,7 @@ pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenO
     let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer };
     let disk_cache = disk_cache::Later::new(&args.disk_cache);
     let tiles = open_tiles(source, args.direct, Some(image))?;
-    let (tiles, disk) = disk_cache::before(tiles, source, disk_cache);
+    let (tiles, disk) = disk_cache::before(tiles, source, disk_cache, &|note| observer.note(note));
     Ok(Opened { tiles, disk })
 }
 

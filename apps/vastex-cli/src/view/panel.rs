@@ -8,15 +8,15 @@ pub(super) mod volume;
 use std::path::PathBuf;
 
 use egui::{
-    Align2, Area, Button, CollapsingHeader, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
-    ThemePreference, Ui, Vec2,
+    Align2, Area, Button, CollapsingHeader, Color32, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
+    TextStyle, ThemePreference, Ui, Vec2,
 };
 use vastex_scenes::{PlanetOptions, Pose, Scene};
 use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
 use vastex_viewer::panels::{
     DisplayPanel, InfoPanel, MapPlace, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize,
-    keys_window, planet_controls, status_line,
+    foot_rise, keys_window, planet_controls, status_line,
 };
 
 use super::bookmarks::Bookmarks;
@@ -350,10 +350,14 @@ fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
 
 /// What there is to say, at the foot of the picture.
 fn say(ui: &Ui, told: &Told<'_>) {
-    let line = |text: &str| status_line(ui.ctx(), ui.available_rect_before_wrap(), text);
-    let rise = told.below.map_or(0.0, line);
+    let free = ui.available_rect_before_wrap();
+    let rise = told.below.map_or_else(|| foot_rise(free), |text| status_line(ui.ctx(), free, text));
     say_below(ui, (told.notice, told.opening), rise);
 }
+
+/// Points that a bar is wide at least, and beyond the words on it.
+const LEAST_BAR: f32 = 260.0;
+const BAR_MARGIN: f32 = 24.0;
 
 /// What there is to say, and how far what is being opened is, so far above the foot of the picture.
 pub(super) fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>), rise: f32) {
@@ -372,7 +376,11 @@ pub(super) fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str,
             }
             if let Some((name, share)) = opening {
                 let text = format!("opening {name} – {:.0} %", (100.0 * share).floor());
-                ui.add(ProgressBar::new(share as f32).desired_width(260.0).text(text));
+                let font = TextStyle::Button.resolve(ui.style());
+                let written = ui.painter().layout_no_wrap(text.clone(), font, Color32::PLACEHOLDER);
+                let width =
+                    (written.size().x + BAR_MARGIN).clamp(LEAST_BAR, ui.max_rect().width().max(LEAST_BAR));
+                ui.add(ProgressBar::new(share as f32).desired_width(width).text(text));
             }
         });
     });

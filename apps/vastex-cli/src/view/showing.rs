@@ -203,7 +203,7 @@ impl App {
             Some(open) if !is_measured && (has_others || open.viewer.has_displayed()) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
-                open.viewer.tell("file", &message);
+                open.viewer.tell_of_file(&message);
                 self.open_next_over()
             }
             _ => Err(error),

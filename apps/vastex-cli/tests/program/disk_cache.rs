@@ -68,6 +68,21 @@ fn a_cache_that_cannot_be_had_is_done_without() {
     assert!(ended.stderr.contains("--disk-cache <DIR>"), "{ended}");
 }
 
+/// A source and what lies over it are both kept, in one directory.
+#[test]
+fn all_files_of_a_picture_are_kept() {
+    let sandbox = Sandbox::with_container();
+    sandbox.write_grey_png("over.png", [290, 210]);
+    sandbox.run(&["build", "over.png", "-o", "over.vastex", "--page", "64", "--quiet"]).expect_code(0);
+    let with = ["--over", "over.vastex", "--disk-cache", "cache"];
+    let (first, said) = render(&sandbox, "image.vastex", &with);
+    let [hits, misses] = reads(&first);
+    assert!(!said.contains("in use") && hits == 0, "{said}");
+    assert_eq!(reads(&render(&sandbox, "image.vastex", &with).0), [misses, 0]);
+    let alone = ["--disk-cache", "alone"];
+    assert!(misses > reads(&render(&sandbox, "image.vastex", &alone).0)[1]);
+}
+
 #[test]
 fn an_image_of_a_file_is_kept_beside_the_file_itself() {
     let sandbox = Sandbox::new();

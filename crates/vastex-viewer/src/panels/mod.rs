@@ -46,7 +46,7 @@ pub use panes::Panes;
 pub use planet::planet_controls;
 pub use position::{PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};
-pub use status::{StatusPlace, status_line, status_text};
+pub use status::{StatusPlace, foot_rise, status_line, status_text};
 #[cfg(test)]
 pub(crate) use unnamed::unnamed;
 pub use volume::{VolumeChange, VolumePanel, VolumeTold};

@@ -7,8 +7,13 @@ use crate::inspect::InspectedTexel;
 
 /// Points between the line and the edges of the picture.
 const MARGIN: f32 = 8.0;
-/// What is left to the scale bar beside it.
+/// What is left to the scale bar beside it; where a line would be shorter than the second of these, it stands
+/// above the scale bar, which is as high as the third.
 const BESIDE: f32 = 220.0;
+const LEAST_BESIDE: f32 = 260.0;
+const BAR: f32 = 32.0;
+/// The narrowest and lowest part of a picture that has a line.
+const LEAST: Vec2 = Vec2::new(160.0, 80.0);
 const FONT: f32 = 13.0;
 
 /// In which coordinates a line tells where a texel is, beside its column and row.
@@ -41,25 +46,34 @@ pub fn status_text(texel: &InspectedTexel, place: Option<StatusPlace<'_>>) -> St
     }
 }
 
-/// Shows a line at the lower left of `free`, the part of the picture that no panel covers. It takes no
-/// pointer from the picture. Gives back how high it is, in points, with its margin.
+/// How far above the foot of `free`, the part of the picture that no panel covers, what is said at the lower
+/// left begins, in points: above the scale bar, where there is no room beside it.
+pub fn foot_rise(free: Rect) -> f32 {
+    if free.width() < BESIDE + LEAST_BESIDE { BAR } else { 0.0 }
+}
+
+/// Shows a line at the lower left of `free`, the part of the picture that no panel covers, and leaves room to
+/// the scale bar at the lower right. It takes no pointer from the picture. Gives back how far above the foot
+/// it ends, in points, with a margin; where it is left out for want of room, where it would begin.
 pub fn status_line(context: &Context, free: Rect, text: &str) -> f32 {
-    if free.width() < BESIDE || free.height() < 80.0 {
-        return 0.0;
+    let rise = foot_rise(free);
+    if free.width() < LEAST.x || free.height() < LEAST.y + rise {
+        return rise;
     }
+    let beside = if rise > 0.0 { 2.0 * MARGIN + 12.0 } else { BESIDE };
     let line = Area::new(Id::unique("below the pointer")).pivot(Align2::LEFT_BOTTOM).interactable(false);
-    let line = line.fixed_pos(free.left_bottom() + Vec2::new(MARGIN, -MARGIN)).show(context, |ui| {
+    let line = line.fixed_pos(free.left_bottom() + Vec2::new(MARGIN, -MARGIN - rise)).show(context, |ui| {
         let frame = Frame::new()
             .fill(Color32::from_black_alpha(170))
             .corner_radius(CornerRadius::same(4))
             .inner_margin(Margin::symmetric(6, 2));
         frame.show(ui, |ui| {
-            ui.set_max_width((free.width() - BESIDE).max(160.0));
+            ui.set_max_width(free.width() - beside);
             let text = RichText::new(text).size(FONT).color(Color32::WHITE);
             ui.add(egui::Label::new(text).selectable(false).truncate());
         });
     });
-    line.response.rect.height() + MARGIN
+    rise + line.response.rect.height() + MARGIN
 }
 
 #[cfg(test)]
@@ -95,7 +109,13 @@ mod tests {
         assert!((15.0..50.0).contains(harness.state()), "{}", harness.state());
         let over = harness.ctx.layer_id_at(line.center());
         assert!(over.is_none_or(|layer| layer.order == egui::Order::Background), "{over:?}");
-        // Where there is no room it is left out.
+        // Where there is no room beside the scale bar it stands above that.
+        harness.set_size([400.0, 300.0].into());
+        harness.run();
+        let line = harness.get_by_label("1, 2   3   level 4").rect();
+        assert!(line.left() < 30.0 && line.bottom() < 300.0 - 30.0 && line.bottom() > 240.0, "{line:?}");
+        assert!((15.0..90.0).contains(harness.state()) && *harness.state() > 40.0, "{}", harness.state());
+        // Where there is none at all it is left out.
         harness.set_size([150.0, 300.0].into());
         harness.run();
         assert!(harness.query_by_label("1, 2   3   level 4").is_none());

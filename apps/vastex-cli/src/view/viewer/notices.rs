@@ -18,7 +18,17 @@ use crate::explained::Explained;
 use crate::open::Mending;
 use crate::{report, shortage};
 
+/// What is said of a file that cannot be shown, as a topic.
+const FILE: &str = "file that cannot be shown";
+
 impl Viewer {
+    /// A file cannot be shown: that takes the place of what was said of another one, of which nothing is
+    /// counted.
+    pub(in super::super) fn tell_of_file(&mut self, message: &str) {
+        self.messages.forget(FILE);
+        self.tell(FILE, message);
+    }
+
     /// Says what happened, on stderr and in the title.
     pub(super) fn report_events(&mut self, stats: &FrameStats) {
         while let Some(event) = self.textures.poll_event() {
