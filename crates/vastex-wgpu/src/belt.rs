@@ -16,10 +16,11 @@ use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use vastex_core::Layer;
+use vastex_core::{Layer, LayerFormat};
 
 use crate::device::guarded;
 use crate::layer::{BlockRows, block_rows, layer_texels};
+use crate::ranges::{ANY, ordered, range_of};
 
 /// What a layer's part of a room begins at a multiple of, as Direct3D 12 wants it.
 const PART_ALIGN: u64 = 512;
@@ -31,6 +32,8 @@ pub struct BeltLayout {
     parts: Vec<Part>,
     tile_bytes: u64,
     bytes: u64,
+    /// What the values of a volume's tile are, if any is smaller than another.
+    ordered: Option<LayerFormat>,
 }
 
 /// A layer's part of a tile.
@@ -56,7 +59,8 @@ impl BeltLayout {
             to += u64::from(rows.rows) * u64::from(padded_row_bytes);
             to = to.next_multiple_of(PART_ALIGN);
         }
-        Some(BeltLayout { parts, tile_bytes: from as u64, bytes: to })
+        let ordered = if tile[2] > 1 { ordered(layers) } else { None };
+        Some(BeltLayout { parts, tile_bytes: from as u64, bytes: to, ordered })
     }
 
     /// Bytes of a room: those of a tile, up to 1.9 times as many for 136 texels of one byte, and up to 3.9
@@ -124,7 +128,8 @@ impl Belt {
     }
 
     /// Puts a tile into a room, on whatever thread. Gives nothing where all rooms that the limit allows are
-    /// filled, or where the device is lost or has no memory for one. Never waits. Costs a copy of the tile.
+    /// filled, or where the device is lost or has no memory for one. Never waits. Costs a copy of the tile,
+    /// and of a volume's tile a look at each of its values ([`BeltTile::range`]).
     pub fn put(&self, layout: &Arc<BeltLayout>, tile: &[u8]) -> Option<BeltTile> {
         if tile.len() as u64 != layout.tile_bytes {
             return None;
@@ -140,8 +145,9 @@ impl Belt {
             Some(buffer) => {
                 state.counts.put += 1;
                 drop(state);
-                let (belt, layout) = (self.clone(), layout.clone());
-                Some(BeltTile { buffer, belt, layout, is_mapped: AtomicBool::new(true) })
+                let (belt, layout, is_mapped) = (self.clone(), layout.clone(), AtomicBool::new(true));
+                let range = layout.ordered.map_or(ANY, |format| range_of(format, tile));
+                Some(BeltTile { buffer, belt, layout, range, is_mapped })
             }
         }
     }
@@ -242,6 +248,7 @@ pub struct BeltTile {
     buffer: wgpu::Buffer,
     belt: Belt,
     layout: Arc<BeltLayout>,
+    range: [f32; 2],
     is_mapped: AtomicBool,
 }
 
@@ -254,6 +261,12 @@ impl BeltTile {
     /// How it lies there.
     pub fn layout(&self) -> &BeltLayout {
         &self.layout
+    }
+
+    /// The least and the greatest of its values as shaders sample them, if it is of a volume and they have an
+    /// order; else the least and the greatest float.
+    pub fn range(&self) -> [f32; 2] {
+        self.range
     }
 
     /// For commands that copy from it.
@@ -290,7 +303,6 @@ impl Drop for BeltTile {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use vastex_core::LayerFormat;
 
     #[test]
     fn rows_begin_at_multiples_of_256_bytes_and_layers_at_those_of_512() {

@@ -112,6 +112,13 @@ impl Pool {
         }
     }
 
+    /// The same for a tile on a belt, whose values were looked at when it was put there; costs nothing.
+    pub fn set_range_from(&mut self, slot: Slot, tile: &BeltTile) {
+        if let Some(ranges) = &mut self.ranges {
+            ranges.set_range(slot, tile.range());
+        }
+    }
+
     /// Tells the GPU what is known anew of the values in slots, for all commands submitted after this call.
     pub fn send_ranges(&mut self, queue: &wgpu::Queue) {
         if let Some(ranges) = &mut self.ranges {

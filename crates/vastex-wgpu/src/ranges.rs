@@ -3,7 +3,8 @@
 //!
 //! Values are those that shaders sample. They lie in a texture with a texel for each slot
 //! (`wgsl/brick_pool`), and go to the GPU when the tile of the slot does; when the tile leaves, they stay
-//! until another comes. What has more than one channel has no order, so nothing is said of it.
+//! until another comes. What has more than one channel has no order, so nothing is said of it. Values of a
+//! tile that goes by the belt are looked through by the thread that puts it there, else by the frame's.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +13,7 @@ use vastex_core::{Layer, LayerFormat, PoolLayout, Slot, SlotMove};
 /// Slots in a row of the texture.
 pub(crate) const RANGE_COLUMNS: u32 = 1024;
 /// Says nothing.
-const ANY: [f32; 2] = [-f32::MAX, f32::MAX];
+pub(crate) const ANY: [f32; 2] = [-f32::MAX, f32::MAX];
 
 /// What is known of the values in the slots of a pool. Eight bytes of GPU memory for each slot, at least 8
 /// KiB.
@@ -41,9 +42,8 @@ impl Ranges {
             view_formats: &[],
         });
         let view = texture.create_view(&Default::default());
-        let format = if let [layer] = layers { Some(layer.format).filter(|f| has_order(*f)) } else { None };
         let of_slots = vec![ANY; (rows * RANGE_COLUMNS) as usize];
-        Ranges { texture, view, format, of_slots, changed_rows: (0..rows).collect() }
+        Ranges { texture, view, format: ordered(layers), of_slots, changed_rows: (0..rows).collect() }
     }
 
     /// The tile of a slot is another one. Costs a look at each of its values.
@@ -52,7 +52,8 @@ impl Ranges {
         self.set_range(slot, range);
     }
 
-    fn set_range(&mut self, slot: Slot, range: [f32; 2]) {
+    /// The same where the least and the largest value are known.
+    pub(crate) fn set_range(&mut self, slot: Slot, range: [f32; 2]) {
         let Some(known) = self.of_slots.get_mut(slot.index() as usize) else { return };
         if std::mem::replace(known, range) != range {
             self.changed_rows.insert(slot.index() / RANGE_COLUMNS);
@@ -97,13 +98,15 @@ impl Ranges {
     }
 }
 
-/// Whether values of a format are smaller and larger than one another.
-fn has_order(format: LayerFormat) -> bool {
-    matches!(format, LayerFormat::R8 | LayerFormat::R16 | LayerFormat::R16Float | LayerFormat::R32Float)
+/// The format of tiles whose values are smaller and larger than one another: of one layer with one channel.
+pub(crate) fn ordered(layers: &[Layer]) -> Option<LayerFormat> {
+    use LayerFormat::{R8, R16, R16Float, R32Float};
+    let [layer] = layers else { return None };
+    matches!(layer.format, R8 | R16 | R16Float | R32Float).then_some(layer.format)
 }
 
 /// The least and the largest value of a tile of a format that has an order.
-fn range_of(format: LayerFormat, tile: &[u8]) -> [f32; 2] {
+pub(crate) fn range_of(format: LayerFormat, tile: &[u8]) -> [f32; 2] {
     match format {
         LayerFormat::R8 => {
             let (least, most) = tile.iter().fold((u8::MAX, 0), |(a, b), &v| (a.min(v), b.max(v)));

@@ -92,6 +92,9 @@ const NODATA_SCALE: u32 = 1024;
 /// What is added where what is no finite number stands for no data, and where a value does, too.
 const NODATA: u32 = 256;
 const NODATA_VALUE: u32 = 512;
+/// What is added where shades follow a curve that is no straight line, and where its result has an exponent.
+const CURVE: u32 = 8192;
+const GAMMA: u32 = 16384;
 
 /// The fourth channel.
 const ALPHA: u8 = 3;
@@ -155,7 +158,8 @@ impl ColorMap {
         }
     }
 
-    /// What channels mean, which they are, and whether a value stands for none; see surface.wgsl.
+    /// What channels mean, which they are, whether a value stands for none, and how values become shades; see
+    /// surface.wgsl.
     fn look(&self) -> u32 {
         let bands = self.bands.map(u32::from);
         let nodata = match self.nodata {
@@ -163,11 +167,14 @@ impl ColorMap {
             Nodata::NotANumber => NODATA,
             Nodata::Value(_) => NODATA | NODATA_VALUE | (NODATA_SCALE * self.scale().kind()),
         };
-        self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata
+        let curve = if self.tone.curve == Curve::Linear { 0 } else { CURVE };
+        let gamma = if self.tone.gamma == 1.0 { 0 } else { GAMMA };
+        self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata | curve | gamma
     }
 
     /// Whether what is made to draw one draws the other, too: both are of the same channels in the same
-    /// meaning, and of both or of neither a value stands for no data.
+    /// meaning, of both or of neither a value stands for no data, and shades of both or of neither follow a
+    /// curve, or have an exponent.
     pub fn shares_pipelines(&self, other: &ColorMap) -> bool {
         self.constants(true) == other.constants(true)
     }
@@ -237,7 +244,8 @@ impl ColorMap {
             .concat()
             + &format!(
                 "const SCENE_NODATA: u32 = {NODATA}u;\nconst SCENE_NODATA_VALUE: u32 = {NODATA_VALUE}u;\n\
-                 const SCENE_NODATA_SCALE: u32 = {NODATA_SCALE}u;\n"
+                 const SCENE_NODATA_SCALE: u32 = {NODATA_SCALE}u;\nconst SCENE_CURVE: u32 = {CURVE}u;\n\
+                 const SCENE_GAMMA: u32 = {GAMMA}u;\n"
             )
             + &Palette::wgsl()
     }

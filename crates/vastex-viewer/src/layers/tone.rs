@@ -25,7 +25,7 @@ impl Curve {
         }
     }
 
-    /// The factor of `x` in it; 0 for a straight line, `TONE_LINEAR` of the shaders.
+    /// The factor of `x` in it; 0 for a straight line, which shaders do not ask for.
     fn factor(self) -> f32 {
         match self {
             Curve::Linear => 0.0,

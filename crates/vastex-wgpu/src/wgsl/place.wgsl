@@ -23,7 +23,7 @@ fn vastexi_tile_texel(
         return texel;
     }
     let last = (level.size + scale - 1u) & vec2<u32>(~(scale - 1u));
-    let end = vec2<f32>(last - page * vastexi_pages(texture).page);
+    let end = vec2<f32>(last - vastexi_first_texel(texture, page, powers));
     let reach = 0.5 * f32(scale);
     return clamp(texel, level.origin - reach, level.origin + end + reach);
 }

@@ -95,6 +95,14 @@ fn vastexi_pages(texture: VastexiTexture) -> VastexiPages {
     return VastexiPages(pages.xy, pages.zw);
 }
 
+// The first texel of a page, in texels of the page's level.
+fn vastexi_first_texel(texture: VastexiTexture, page: vec2<u32>, powers: bool) -> vec2<u32> {
+    if powers {
+        return page << vec2<u32>(texture.page_log2);
+    }
+    return page * vastexi_pages(texture).page;
+}
+
 // The `n`-th 16 bytes of what a record has of a level.
 fn vastexi_level_word(texture: VastexiTexture, level: u32, n: u32) -> vec4<u32> {
     return vastexi_param(texture.number, VASTEXI_RECORD_HEAD + (VASTEXI_RECORD_LEVEL * level) + n);

@@ -112,3 +112,17 @@ fn on_a_lost_device_there_is_no_room_and_nothing_panics() {
     assert!(belt.bytes() <= 1 << 20);
     drop((belt, gpu));
 }
+
+#[test]
+fn the_values_of_a_volumes_tile_are_looked_through_where_it_is_put() {
+    let gpu = TestDevice::new();
+    let belt = Belt::new(&gpu.device, 1 << 20);
+    let range = |tile: [u32; 3], format, bytes: &[u8]| {
+        let layout = BeltLayout::new(tile, &[Layer::new("value", format)]).unwrap();
+        belt.put(&Arc::new(layout), bytes).unwrap().range()
+    };
+    assert_eq!(range([2; 3], LayerFormat::R8, &[51, 102, 51, 51, 255, 51, 51, 51]), [0.2, 1.0]);
+    let any = [-f32::MAX, f32::MAX];
+    assert_eq!(range([4, 2, 1], LayerFormat::R8, &[51; 8]), any, "of an image nobody asks");
+    assert_eq!(range([2; 3], LayerFormat::Rg8, &[51; 16]), any, "what has two channels has no order");
+}

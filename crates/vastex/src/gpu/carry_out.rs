@@ -33,9 +33,7 @@ impl Gpu {
     /// Takes an upload of this frame.
     pub(crate) fn take_upload(&mut self, pool: PoolId, upload: Upload) {
         self.note_fade(pool, upload.slot);
-        if let Some(pool) = self.pools.get_mut(usize::from(pool.number())) {
-            pool.note_range(upload.slot, &upload.bytes);
-        }
+        self.note_range(pool, &upload);
         self.undone.uploads.push((pool, upload));
     }
 

@@ -10,6 +10,8 @@ use vastex_wgpu::{
     Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind,
     VolumeFilters, limits,
 };
+#[cfg(not(target_family = "wasm"))]
+use vastex_wgpu::BeltTile;
 
 use crate::error::Error;
 use crate::settings::PoolSettings;
@@ -277,6 +279,14 @@ impl PoolState {
     pub(super) fn note_range(&mut self, slot: Slot, tile: &[u8]) {
         if let Some(memory) = &mut self.gpu {
             memory.pool.set_range(slot, tile);
+        }
+    }
+
+    /// A tile on the belt comes into a slot.
+    #[cfg(not(target_family = "wasm"))]
+    pub(super) fn note_range_from(&mut self, slot: Slot, tile: &BeltTile) {
+        if let Some(memory) = &mut self.gpu {
+            memory.pool.set_range_from(slot, tile);
         }
     }
 

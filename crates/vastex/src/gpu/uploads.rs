@@ -182,6 +182,16 @@ impl Gpu {
         Ok(copied)
     }
 
+    /// Takes note of the least and the greatest value of a tile that comes into a slot, if it is of a volume.
+    pub(super) fn note_range(&mut self, pool: PoolId, upload: &Upload) {
+        let Some(pool) = self.pools.get_mut(usize::from(pool.number())) else { return };
+        #[cfg(not(target_family = "wasm"))]
+        if let Some(tile) = self.uploads.on_belt(&upload.bytes) {
+            return pool.note_range_from(upload.slot, &tile);
+        }
+        pool.note_range(upload.slot, &upload.bytes);
+    }
+
     /// Records the copy of a tile that lies on the belt.
     #[cfg(not(target_family = "wasm"))]
     fn copy_from_belt(

@@ -3,7 +3,7 @@
 struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
-    look: u32,        // as SCENE_LOOK; 4,096 more where the values are display values
+    look: u32,        // as SCENE_LOOK; LAYERED_DISPLAY more where the values are display values
     map: u32,         // 1 where the palette makes colours of a single channel
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
@@ -14,11 +14,13 @@ struct Layered {
     palette: array<vec4<u32>, PALETTE_WORDS>, // see Scene
 }
 
+const LAYERED_DISPLAY: u32 = 4096u;
+
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
 
 // The colour of a layer's value, and how much it hides.
 fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
-    let look = layered[n].look & 4095u;
+    let look = layered[n].look & ~LAYERED_DISPLAY;
     let plain = scene_value_color(value, look, layered[n].nodata, layered[n].tone);
     if !scene_takes_map(plain, look, layered[n].map) {
         return scene_or_nodata(plain, layered[n].nodata_colour);
@@ -34,7 +36,7 @@ fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
 fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<f32> {
     let colour = layered_color(value, n);
     let lit = colour.rgb * light;
-    var shown = select(lit, light_from_display(lit), layered[n].look >= 4096u);
+    var shown = select(lit, light_from_display(lit), (layered[n].look & LAYERED_DISPLAY) != 0u);
     // Asked of the value first: no condition depends on a uniform alone.
     if (!(value.a < -1e30)) & (layered[n].difference > 0.0) {
         let apart = abs(display_from_light(shown) - display_from_light(below));

@@ -201,7 +201,7 @@ fn planet_lights(value: vec4<f32>, n: u32) -> vec3<f32> {
 // How much of the ground clouds hide: how light they are, and by their alpha.
 fn planet_coverage(value: vec4<f32>, n: u32) -> f32 {
     let colour = layered_color(value, n);
-    let shown = select(display_from_light(colour.rgb), colour.rgb, layered[n].look >= 4096u);
+    let shown = select(display_from_light(colour.rgb), colour.rgb, (layered[n].look & LAYERED_DISPLAY) != 0u);
     return clamp(dot(shown, vec3<f32>(0.2126, 0.7152, 0.0722)), 0.0, 1.0) * colour.a * layered[n].opacity;
 }
 

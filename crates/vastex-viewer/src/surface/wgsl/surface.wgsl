@@ -2,7 +2,8 @@
 // The text after this one is generated: vastex's own, and constants.
 
 // What channels mean, in the lowest two bits SCENE_GREY and its kin; then two bits each for the channels that are red, green and blue;
-// then SCENE_NODATA where what is no number or infinite stands for no data, and SCENE_NODATA_VALUE where a value does. See layers/mod.rs.
+// then SCENE_NODATA where what is no number or infinite stands for no data, and SCENE_NODATA_VALUE where a value does; SCENE_CURVE and SCENE_GAMMA
+// where shades follow a curve, or have an exponent. See layers/mod.rs.
 override SCENE_LOOK: u32;
 // Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
@@ -87,11 +88,9 @@ const PLACE_WANTED: u32 = 9u;
 // How values become shades: by their range, and the curve and the exponent within it; see layers/tone.rs.
 struct Tone {
     range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
-    curve: f32,       // by how much dark is spread, TONE_LINEAR for nothing
+    curve: f32,       // by how much dark is spread
     gamma: f32,
 }
-
-const TONE_LINEAR: f32 = 0.0;
 
 struct Scene {
     clip_from_world: mat4x4<f32>,
@@ -213,10 +212,10 @@ fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> ve
         return vec4<f32>(0.0, 0.0, 0.0, -2e30);
     }
     var shown = (values - tone.range.x) * tone.range.y;
-    if is_value & (tone.curve != TONE_LINEAR) {
+    if is_value & ((look & SCENE_CURVE) != 0u) {
         shown = log2(max(shown, vec3<f32>(0.0)) * tone.curve + 1.0) / log2(tone.curve + 1.0);
     }
-    if is_value & (tone.gamma != 1.0) {
+    if is_value & ((look & SCENE_GAMMA) != 0u) {
         shown = pow(max(shown, vec3<f32>(0.0)), vec3<f32>(tone.gamma));
     }
     if is_value & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA)) {
