@@ -6,12 +6,12 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, Dims, Layer, LayerFormat, PoolLayout, Slot, SlotMove};
+#[cfg(not(target_family = "wasm"))]
+use vastex_wgpu::BeltTile;
 use vastex_wgpu::{
     Atlas, Fades, FeedbackMode, Filter, GpuError, Kind, PageSides, Pool, PoolTables, TableKind,
     VolumeFilters, limits,
 };
-#[cfg(not(target_family = "wasm"))]
-use vastex_wgpu::BeltTile;
 
 use crate::error::Error;
 use crate::settings::PoolSettings;
