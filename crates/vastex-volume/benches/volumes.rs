@@ -3,8 +3,10 @@
 //! programs and makes a page of what it prints.
 //!
 //! ```text
-//! volumes assembly THREADS ROUNDS STORE..   a line for each store and size of bricks
-//! volumes reads PASSES BOXES STORE          a line; BOXES is a file with the first voxel of a box of 64 a line
+//! volumes alone THREADS STORE               every chunk of level 0, decoded: a line
+//! volumes bricks THREADS SIDE STORE         every brick of level 0, of so many voxels a side: a line
+//! volumes reads PASSES BOXES STORE KEPT     a line; BOXES is a file with the first voxel of a box a line,
+//!                                           KEPT how many bytes of chunks are kept
 //! ```
 
 #![allow(clippy::print_stdout, reason = "the figures are what it is for")]
@@ -30,8 +32,9 @@ fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words[..] {
-        ["assembly", threads, rounds, ref stores @ ..] => assembly(threads, rounds, stores),
-        ["reads", passes, boxes, store] => reads(passes, boxes, store),
+        ["alone", threads, store] => number(threads).and_then(|threads| alone(store, threads)),
+        ["bricks", threads, side, store] => bricks(store, side, threads),
+        ["reads", passes, boxes, store, kept] => reads(passes, boxes, store, kept),
         // `cargo test --benches` runs it without words.
         _ => Ok(()),
     };
@@ -101,39 +104,15 @@ fn by_threads(
     })
 }
 
-/// Of each store and size of bricks: chunks, their bytes decoded, bricks, and for each round the CPU seconds
-/// of decoding alone, and the CPU and wall seconds of bricks.
-fn assembly(threads: &str, rounds: &str, stores: &[&str]) -> Result<(), Fault> {
-    let (threads, rounds) = (number(threads)?, number(rounds)?);
-    for store in stores {
-        for brick in [64, 32] {
-            for round in 0..=rounds {
-                let (chunks, bytes, alone) = decode(store, threads)?;
-                let (bricks, decoded, cpu, wall) = put_together(store, brick, threads)?;
-                if decoded != chunks as u64 {
-                    return Err(format!("{store}: {decoded} chunks were decoded of {chunks}"));
-                }
-                // The first one fills the page cache.
-                if round > 0 {
-                    println!(
-                        "{store}\t{brick}\t{chunks}\t{bytes}\t{bricks}\t{alone:.6}\t{cpu:.6}\t{wall:.6}"
-                    );
-                }
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Every chunk of level 0 alone: how many, their bytes, and CPU seconds.
-fn decode(store: &str, threads: usize) -> Result<(usize, u64, f64), Fault> {
+/// Every chunk of level 0 alone: how many, their bytes, and CPU and wall seconds.
+fn alone(store: &str, threads: usize) -> Result<(), Fault> {
     let volume = volume(store)?;
     let level = &volume.about().levels[0];
     let counts: [u64; 3] = std::array::from_fn(|axis| level.size[axis].div_ceil(level.chunk[axis]));
     let count = counts.iter().product::<u64>() as usize;
     // Who puts bricks together keeps them, too.
     let kept: Vec<OnceLock<Bytes>> = (0..count).map(|_| OnceLock::new()).collect();
-    let (bytes, cpu, _) = timed(|| {
+    let (bytes, cpu, wall) = timed(|| {
         by_threads(threads, count, |n| {
             let place = n as u64;
             let at = [place % counts[0], place / counts[0] % counts[1], place / counts[0] / counts[1]];
@@ -142,31 +121,36 @@ fn decode(store: &str, threads: usize) -> Result<(usize, u64, f64), Fault> {
             Ok(kept[n].get_or_init(|| black_box(chunk)).len() as u64)
         })
     })?;
-    Ok((count, bytes, cpu))
+    println!("{count}\t{bytes}\t{cpu:.6}\t{wall:.6}");
+    Ok(())
 }
 
-/// Every brick of level 0, borders included: how many, chunks that were decoded for them, CPU and wall
-/// seconds.
-fn put_together(store: &str, brick: u32, threads: usize) -> Result<(usize, u64, f64, f64), Fault> {
+/// Every brick of level 0, borders included: chunks that were decoded for them, their bytes, CPU and wall
+/// seconds, and how many bricks there are.
+fn bricks(store: &str, side: &str, threads: &str) -> Result<(), Fault> {
+    let (side, threads) = (number(side)?, number(threads)?);
     let volume = volume(store)?;
-    let options = VolumeOptions { brick, ..VolumeOptions::default() };
+    let options = VolumeOptions { brick: side as u32, ..VolumeOptions::default() };
     let source = VolumeSource::open(volume.clone(), &options).map_err(|error| error.to_string())?;
     let pages: Vec<PagePos> = source.description().geometry.pages_of_level(0).collect();
     // Opening reads the coarser level, of which others are made.
-    let before = volume.chunk_work().decoded;
+    let before = volume.chunk_work();
     let (_, cpu, wall) = timed(|| {
         by_threads(threads, pages.len(), |n| {
             let tile = block_on(source.read(pages[n])).map_err(|error| error.to_string())?;
             Ok(black_box(tile.bytes).len() as u64)
         })
     })?;
-    Ok((pages.len(), volume.chunk_work().decoded - before, cpu, wall))
+    let work = volume.chunk_work();
+    let (decoded, bytes) = (work.decoded - before.decoded, work.bytes_decoded - before.bytes_decoded);
+    println!("{decoded}\t{bytes}\t{cpu:.6}\t{wall:.6}\t{}", pages.len());
+    Ok(())
 }
 
 /// Boxes of 64 voxels a side, all of them in each pass, of a volume that is opened anew: CPU seconds, bytes
 /// of the boxes, bytes read and decoded for them, and a sum of all values, which other programs have, too.
-fn reads(passes: &str, boxes: &str, store: &str) -> Result<(), Fault> {
-    let passes = number(passes)?;
+fn reads(passes: &str, boxes: &str, store: &str, kept: &str) -> Result<(), Fault> {
+    let (passes, kept) = (number(passes)?, number(kept)?);
     let text = std::fs::read_to_string(boxes).map_err(|error| format!("{boxes}: {error}"))?;
     let mut places = Vec::new();
     for line in text.lines() {
@@ -175,6 +159,7 @@ fn reads(passes: &str, boxes: &str, store: &str) -> Result<(), Fault> {
     }
     let pass = |of_values: &mut dyn FnMut(Vec<u8>)| -> Result<ChunkWork, Fault> {
         let volume = volume(store)?;
+        volume.keep_at_most(kept);
         for at in &places {
             let region = VolumeRegion { level: 0, channel: 0, time: 0, at: *at, size: [64; 3] };
             of_values(block_on(volume.read(&region)).map_err(|error| error.to_string())?);

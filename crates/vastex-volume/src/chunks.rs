@@ -87,7 +87,11 @@ impl Grid {
 
 /// A decoded chunk, shared by whoever wants a part of it.
 #[derive(Clone, Debug)]
-pub(crate) struct Chunk {
+pub(crate) struct Chunk(Arc<Parts>);
+
+/// What a chunk has.
+#[derive(Debug)]
+pub(crate) struct Parts {
     /// Its values, little-endian.
     pub(crate) bytes: Bytes,
     /// Bytes from a value to the next one along each axis of the array.
@@ -95,18 +99,26 @@ pub(crate) struct Chunk {
     /// Bytes that were read for it: as they are stored, or of TIFF as they are decoded. 0 of what was made.
     pub(crate) stored: usize,
     /// Its first and last values along x, side by side, where they are kept.
-    pub(crate) ends: Option<Arc<[Vec<u8>; 2]>>,
+    pub(crate) ends: Option<[Vec<u8>; 2]>,
+}
+
+impl std::ops::Deref for Chunk {
+    type Target = Parts;
+
+    fn deref(&self) -> &Parts {
+        &self.0
+    }
 }
 
 impl Chunk {
     /// Values, how far apart they lie, and the bytes that were read for them.
     pub(crate) fn new(bytes: impl Into<Bytes>, strides: impl Into<Arc<[usize]>>, stored: usize) -> Chunk {
-        Chunk { bytes: bytes.into(), strides: strides.into(), stored, ends: None }
+        Chunk(Arc::new(Parts { bytes: bytes.into(), strides: strides.into(), stored, ends: None }))
     }
 
     /// Keeps its first and last values along x side by side, `x` being the axis and `side` its values along
     /// it, of `width` bytes each: a border of one voxel then touches a run of memory, where it would touch
-    /// one value in each row of the chunk. Only of chunks whose rows lie along x.
+    /// one value in each row of the chunk. Only of chunks whose rows lie along x, and that nobody else has.
     pub(crate) fn with_ends(mut self, x: usize, side: u64, width: usize) -> Chunk {
         let row = usize::try_from(side).ok().and_then(|side| side.checked_mul(width)).unwrap_or(0);
         let are_rows = |(axis, stride): (usize, &usize)| match axis == x {
@@ -114,14 +126,17 @@ impl Chunk {
             false => stride.is_multiple_of(row),
         };
         // Of a few voxels the rows are no longer than what is kept.
-        if side >= 8 && row > 0 && self.strides.iter().enumerate().all(are_rows) {
-            let ends = match width {
-                1 => ends_of::<1>(&self.bytes, row),
-                2 => ends_of::<2>(&self.bytes, row),
-                4 => ends_of::<4>(&self.bytes, row),
-                _ => ends_of::<8>(&self.bytes, row),
-            };
-            self.ends = Some(Arc::new(ends));
+        if side >= 8
+            && row > 0
+            && self.strides.iter().enumerate().all(are_rows)
+            && let Some(parts) = Arc::get_mut(&mut self.0)
+        {
+            parts.ends = Some(match width {
+                1 => ends_of::<1>(&parts.bytes, row),
+                2 => ends_of::<2>(&parts.bytes, row),
+                4 => ends_of::<4>(&parts.bytes, row),
+                _ => ends_of::<8>(&parts.bytes, row),
+            });
         }
         self
     }
@@ -134,11 +149,12 @@ impl Chunk {
 
 fn ends_of<const WIDTH: usize>(bytes: &[u8], row: usize) -> [Vec<u8>; 2] {
     let rows = bytes.len() / row;
-    let mut ends = [0, 1].map(|_| Vec::with_capacity(rows * WIDTH));
-    for row in bytes.chunks_exact(row) {
+    let mut ends = [0, 1].map(|_| vec![0; rows * WIDTH]);
+    let [firsts, lasts] = &mut ends;
+    let ends_of_rows = firsts.as_chunks_mut::<WIDTH>().0.iter_mut().zip(lasts.as_chunks_mut::<WIDTH>().0);
+    for (row, (to_first, to_last)) in bytes.chunks_exact(row).zip(ends_of_rows) {
         if let (Some(first), Some(last)) = (row.first_chunk::<WIDTH>(), row.last_chunk::<WIDTH>()) {
-            ends[0].extend_from_slice(first);
-            ends[1].extend_from_slice(last);
+            (*to_first, *to_last) = (*first, *last);
         }
     }
     ends
@@ -166,9 +182,10 @@ pub(crate) trait ChunkSource: Send + Sync {
     /// Reads and decodes the chunk at coordinates within the grid.
     fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a>;
 
-    /// A chunk that can be had without reading anything; `None` within if it is known to be absent.
-    fn at_hand(&self, _coords: &[u64]) -> Option<Option<Chunk>> {
-        None
+    /// The chunks that can be had without reading anything, of those at coordinates that lie one after the
+    /// other, `axes` each; `None` within of those that are known to be absent.
+    fn at_hand(&self, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
+        vec![None; coords.len() / axes]
     }
 
     /// Whether another is about to have a chunk.

@@ -20,6 +20,7 @@ mod ome;
 mod open;
 mod reduce;
 mod source;
+mod spare;
 mod stack;
 mod tiled;
 mod values;

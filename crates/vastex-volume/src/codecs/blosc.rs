@@ -1,8 +1,11 @@
 //! Chunks of Blosc 1: blocks that are compressed one by one, each in as many streams as its values have
 //! bytes, or in one.
 
-use super::shuffle::{unshuffle, unshuffle_bits};
-use super::{blosclz, unpack};
+use std::ops::Range;
+
+use super::shuffle::{join_planes, unshuffle, unshuffle_bits};
+use super::{blosclz, lz4, memory, unpack};
+use crate::spare::Spare;
 
 const HEADER_BYTES: usize = 16;
 /// The newest version of the format that is read; later ones are those of Blosc 2.
@@ -43,34 +46,60 @@ fn number(input: &[u8], at: usize) -> Option<usize> {
     Some(u32::from_le_bytes(*input.get(at..)?.first_chunk()?) as usize)
 }
 
+/// Where the bytes of a chunk lie that was only copied, at most so many; `None` of others.
+pub(super) fn copied(input: &[u8], most: usize) -> Result<Option<Range<usize>>, String> {
+    let header = read_header(input, most)?;
+    if header.flags & COPIED == 0 {
+        return Ok(None);
+    }
+    let range = HEADER_BYTES..HEADER_BYTES + header.bytes;
+    match range.end <= input.len() {
+        true => Ok(Some(range)),
+        false => Err("ends too early".into()),
+    }
+}
+
 /// Decodes a chunk of at most so many bytes.
-pub(super) fn decode(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+pub(super) fn decode(input: &[u8], most: usize, spare: &Spare) -> Result<Vec<u8>, String> {
     let header = read_header(input, most)?;
     if header.bytes == 0 {
         return Ok(Vec::new());
     }
-    if header.flags & COPIED != 0 {
-        let bytes = input.get(HEADER_BYTES..HEADER_BYTES + header.bytes).ok_or("ends too early")?;
-        return Ok(bytes.to_vec());
+    let mut output = memory(header.bytes, spare);
+    if header.flags & (SHUFFLED | BITS_SHUFFLED) == 0 {
+        for (n, block) in output.chunks_mut(header.block).enumerate() {
+            read_block(&header, streams_of(input, n)?, block)?;
+        }
+        return Ok(output);
     }
-    let mut output = vec![0; header.bytes];
-    let mut plain = vec![0; header.block.min(header.bytes)];
-    let is_shuffled = header.flags & (SHUFFLED | BITS_SHUFFLED) != 0;
+    let mut plain = memory(header.block.min(header.bytes), spare);
     for (n, block) in output.chunks_mut(header.block).enumerate() {
-        let begin = number(input, HEADER_BYTES + 4 * n).ok_or("ends within the places of its blocks")?;
-        let streams = input.get(begin..).ok_or("has a block beyond its end")?;
-        if !is_shuffled {
-            read_block(&header, streams, block)?;
+        let streams = streams_of(input, n)?;
+        let plain = &mut plain[..block.len()];
+        let is_done = header.flags & BITS_SHUFFLED == 0
+            && match header.width {
+                2 => read_planes::<2>(&header, streams, plain, block)?,
+                4 => read_planes::<4>(&header, streams, plain, block)?,
+                8 => read_planes::<8>(&header, streams, plain, block)?,
+                _ => false,
+            };
+        if is_done {
             continue;
         }
-        let plain = &mut plain[..block.len()];
         read_block(&header, streams, plain)?;
         match header.flags & BITS_SHUFFLED != 0 {
             true => unshuffle_bits(header.width, plain, block),
             false => unshuffle(header.width, plain, block),
         }
     }
+    spare.give(plain);
     Ok(output)
+}
+
+/// What lies in a chunk from its nth block on.
+fn streams_of(input: &[u8], nth: usize) -> Result<&[u8], String> {
+    let begin = number(input, HEADER_BYTES + 4 * nth).ok_or("ends within the places of its blocks")?;
+    Ok(input.get(begin..).ok_or("has a block beyond its end")?)
 }
 
 fn read_header(input: &[u8], most: usize) -> Result<Header, String> {
@@ -113,28 +142,68 @@ fn read_header(input: &[u8], most: usize) -> Result<Header, String> {
     Ok(Header { flags, within, width: usize::from(width).max(1), bytes, block })
 }
 
-/// Decodes the streams of a block.
-fn read_block(header: &Header, mut streams: &[u8], block: &mut [u8]) -> Result<(), String> {
-    let is_last_short = block.len() != header.block;
-    let is_split = header.flags & ONE_STREAM == 0
+/// Whether there is a stream for each byte of a value in a block of so many bytes.
+fn is_split(header: &Header, block: usize) -> bool {
+    header.flags & ONE_STREAM == 0
         && header.width <= MOST_STREAMS
         && header.block / header.width >= LEAST_STREAM
-        && !is_last_short
-        && block.len().is_multiple_of(header.width);
-    let count = if is_split { header.width } else { 1 };
+        && block == header.block
+        && block.is_multiple_of(header.width)
+}
+
+/// Decodes the streams of a block.
+fn read_block(header: &Header, mut streams: &[u8], block: &mut [u8]) -> Result<(), String> {
+    let count = if is_split(header, block.len()) { header.width } else { 1 };
     for stream in block.chunks_mut(block.len() / count) {
-        let len = number(streams, 0).ok_or("ends within a block")?;
-        let packed = streams.get(4..4_usize.saturating_add(len)).ok_or("ends within a block")?;
-        streams = &streams[4 + len..];
-        match header.within {
-            _ if len == stream.len() => stream.copy_from_slice(packed),
-            Within::BloscLz => blosclz::decode_into(packed, stream)?,
-            Within::Lz4 => unpack::lz4_into(packed, stream)?,
-            Within::Zlib => unpack::zlib_into(packed, stream)?,
-            Within::Zstd => unpack::zstd_into(packed, stream)?,
+        let packed = next_stream(&mut streams)?;
+        match packed.len() == stream.len() {
+            true => stream.copy_from_slice(packed),
+            false => read_stream(header, packed, stream)?,
         }
     }
     Ok(())
+}
+
+/// Decodes a block with a stream for each byte of its values, shuffled, by way of as much memory; streams
+/// that were only copied are taken where they lie. `false` if it has one stream, and is not decoded.
+fn read_planes<const WIDTH: usize>(
+    header: &Header,
+    mut streams: &[u8],
+    plain: &mut [u8],
+    block: &mut [u8],
+) -> Result<bool, String> {
+    if !is_split(header, block.len()) {
+        return Ok(false);
+    }
+    let mut planes: [&[u8]; WIDTH] = [&[]; WIDTH];
+    for (plane, stream) in planes.iter_mut().zip(plain.chunks_exact_mut(block.len() / WIDTH)) {
+        let packed = next_stream(&mut streams)?;
+        if packed.len() == stream.len() {
+            *plane = packed;
+        } else {
+            read_stream(header, packed, stream)?;
+            *plane = stream;
+        }
+    }
+    join_planes(planes, block);
+    Ok(true)
+}
+
+/// Takes the next stream.
+fn next_stream<'a>(streams: &mut &'a [u8]) -> Result<&'a [u8], String> {
+    let len = number(streams, 0).ok_or("ends within a block")?;
+    let packed = streams.get(4..4_usize.saturating_add(len)).ok_or("ends within a block")?;
+    *streams = &streams[4 + len..];
+    Ok(packed)
+}
+
+fn read_stream(header: &Header, packed: &[u8], stream: &mut [u8]) -> Result<(), String> {
+    match header.within {
+        Within::BloscLz => blosclz::decode_into(packed, stream),
+        Within::Lz4 => lz4::decode_into(packed, stream),
+        Within::Zlib => unpack::zlib_into(packed, stream),
+        Within::Zstd => unpack::zstd_into(packed, stream),
+    }
 }
 
 #[cfg(test)]
@@ -150,12 +219,14 @@ mod tests {
     #[test]
     fn what_was_only_copied_is_read() {
         let chunk = [header(COPIED, 2, 4, 4, 20), vec![1, 2, 3, 4]].concat();
-        assert_eq!(decode(&chunk, 4), Ok(vec![1, 2, 3, 4]));
-        assert!(decode(&chunk[..19], 4).is_err() && decode(&chunk, 3).is_err());
+        assert_eq!(copied(&chunk, 4), Ok(Some(16..20)));
+        assert!(copied(&chunk[..19], 4).is_err() && copied(&chunk, 3).is_err());
+        assert_eq!(copied(&header(0, 2, 4, 4, 16), 4), Ok(None));
     }
 
     #[test]
     fn lies_are_errors() {
+        let decode = |chunk: &[u8], most| decode(chunk, most, &Spare::default());
         for (bad, what) in [
             (header(0x20, 2, u32::MAX, 4, 16), "claims"),
             (header(0x20, 2, 100, 0, 16), "no bytes"),

@@ -6,10 +6,16 @@
 
 mod blosc;
 mod blosclz;
+mod lz4;
 mod shuffle;
 mod unpack;
 
+use std::sync::Arc;
+
+use bytes::Bytes;
+
 use crate::fault::{VolumeFault, damaged};
+use crate::spare::Spare;
 
 /// A codec from bytes to bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,26 +52,75 @@ impl Chain {
         most_between(bytes) as u64
     }
 
-    /// The bytes of a chunk's values, exactly so many.
-    pub(crate) fn decode(&self, stored: &[u8], bytes: usize) -> Result<Vec<u8>, VolumeFault> {
-        let mut decoded: Option<Vec<u8>> = None;
+    /// The bytes of a chunk's values, exactly so many. Memory for them is taken from what is spare, and comes
+    /// back there.
+    pub(crate) fn decode(&self, stored: Bytes, bytes: usize, spare: &Spare) -> Result<Decoded, VolumeFault> {
+        let mut decoded = Decoded::Read(stored);
         for (n, codec) in self.0.iter().enumerate().rev() {
-            let input = decoded.as_deref().unwrap_or(stored);
             let most = if n == 0 { bytes } else { most_between(bytes) };
-            decoded = Some(codec.decode(input, most).map_err(|why| {
+            decoded = codec.decode(decoded, most, spare).map_err(|why| {
                 damaged(format!(
                     "{}: {why}; the chunk is damaged, or was written with another codec",
                     codec.name()
                 ))
-            })?);
+            })?;
         }
-        let decoded = decoded.unwrap_or_else(|| stored.to_vec());
         match decoded.len() == bytes {
             true => Ok(decoded),
             false => Err(damaged(format!(
                 "the chunk has {} bytes of values where its array's metadata make {bytes}; it is damaged, or of another array",
                 decoded.len()
             ))),
+        }
+    }
+}
+
+/// What was made of a stored chunk.
+#[derive(Debug)]
+pub(crate) enum Decoded {
+    /// Memory of its own.
+    Own(Vec<u8>),
+    /// A part of what was read, in which the bytes lie as they are.
+    Read(Bytes),
+}
+
+impl std::ops::Deref for Decoded {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Decoded::Own(bytes) => bytes,
+            Decoded::Read(bytes) => bytes,
+        }
+    }
+}
+
+impl Decoded {
+    /// To be shared; memory of its own comes back to what is spare with the last who has it.
+    pub(crate) fn share(self, spare: &Arc<Spare>) -> Bytes {
+        match self {
+            Decoded::Own(bytes) => spare.lend(bytes),
+            Decoded::Read(bytes) => bytes,
+        }
+    }
+
+    /// To be changed.
+    pub(crate) fn into_vec(self) -> Vec<u8> {
+        match self {
+            Decoded::Own(bytes) => bytes,
+            Decoded::Read(bytes) => bytes.to_vec(),
+        }
+    }
+
+    /// The part of it in a range, which is within it.
+    fn part(self, range: std::ops::Range<usize>) -> Decoded {
+        match self {
+            Decoded::Own(mut bytes) => {
+                bytes.truncate(range.end);
+                bytes.drain(..range.start);
+                Decoded::Own(bytes)
+            }
+            Decoded::Read(bytes) => Decoded::Read(bytes.slice(range)),
         }
     }
 }
@@ -88,20 +143,38 @@ impl Codec {
         }
     }
 
-    fn decode(self, input: &[u8], most: usize) -> Result<Vec<u8>, String> {
-        match self {
-            Codec::Blosc => blosc::decode(input, most),
-            Codec::Zstd => unpack::zstd(input, most),
-            Codec::Gzip => unpack::gzip(input, most),
-            Codec::Zlib => unpack::zlib(input, most),
-            Codec::Lz4 => unpack::sized_lz4(input, most),
-            Codec::Crc32c => unpack::crc32c(input).map(<[u8]>::to_vec),
-            Codec::Shuffle(width) => {
-                let mut output = vec![0; input.len()];
-                shuffle::unshuffle(width, input, &mut output);
-                Ok(output)
+    fn decode(self, input: Decoded, most: usize, spare: &Spare) -> Result<Decoded, String> {
+        let output = match self {
+            Codec::Blosc => match blosc::copied(&input, most)? {
+                Some(range) => return Ok(input.part(range)),
+                None => blosc::decode(&input, most, spare)?,
+            },
+            Codec::Zstd => unpack::zstd(&input, most, spare.take(most))?,
+            Codec::Gzip => unpack::gzip(&input, most, spare.take(most))?,
+            Codec::Zlib => unpack::zlib(&input, most, spare.take(most))?,
+            Codec::Lz4 => unpack::sized_lz4(&input, most, spare)?,
+            Codec::Crc32c => {
+                let len = unpack::crc32c(&input)?.len();
+                return Ok(input.part(0..len));
             }
+            Codec::Shuffle(width) => {
+                let mut output = memory(input.len(), spare);
+                shuffle::unshuffle(width, &input, &mut output);
+                output
+            }
+        };
+        if let Decoded::Own(input) = input {
+            spare.give(input);
         }
+        Ok(Decoded::Own(output))
+    }
+}
+
+/// So many bytes with anything in them.
+fn memory(bytes: usize, spare: &Spare) -> Vec<u8> {
+    match spare.take(bytes) {
+        memory if memory.len() == bytes => memory,
+        _ => vec![0; bytes],
     }
 }
 
@@ -122,14 +195,58 @@ mod tests {
     #[test]
     fn a_chain_gives_exactly_the_values() {
         let stored = lz4_flex::block::compress(&[7; 100]);
-        let stored = [&100_u32.to_le_bytes()[..], &stored].concat();
+        let stored = Bytes::from([&100_u32.to_le_bytes()[..], &stored].concat());
         let chain = Chain(vec![Codec::Lz4]);
-        assert_eq!(chain.decode(&stored, 100), Ok(vec![7; 100]));
+        let spare = Arc::new(Spare::default());
+        let decode = |chain: &Chain, stored: &Bytes, bytes| {
+            chain
+                .decode(stored.clone(), bytes, &spare)
+                .map(Decoded::into_vec)
+                .map_err(|fault| fault.to_string())
+        };
+        assert_eq!(decode(&chain, &stored, 100), Ok(vec![7; 100]));
         for bytes in [0, 99, 101] {
-            let error = chain.decode(&stored, bytes).unwrap_err().to_string();
+            let error = decode(&chain, &stored, bytes).unwrap_err();
             assert!(error.contains("damaged"), "{error}");
         }
-        assert_eq!(Chain::default().decode(&[1, 2], 2), Ok(vec![1, 2]));
-        assert!(Chain::default().decode(&[1, 2], 3).is_err());
+        let none = Chain::default();
+        let two = Bytes::from(vec![1, 2]);
+        assert_eq!(decode(&none, &two, 2), Ok(vec![1, 2]));
+        assert!(decode(&none, &two, 3).is_err());
+        // What needs no decoding is not copied, behind a checksum either.
+        let sealed = Bytes::from([&[1, 2][..], &crc32c(&[1, 2]).to_le_bytes()].concat());
+        for (chain, stored) in [(none, two), (Chain(vec![Codec::Crc32c]), sealed)] {
+            let shared = chain.decode(stored.clone(), 2, &spare).unwrap().share(&spare);
+            assert_eq!(shared.as_ptr(), stored.as_ptr());
+        }
+    }
+
+    /// Whatever memory is spare, and whatever lies in it, values are the same.
+    #[test]
+    fn memory_that_was_used_before_changes_nothing() {
+        use std::io::Write;
+        let values: Vec<u8> = (0..40_000_u32).map(|n| (n * n / 77 >> 3) as u8).collect();
+        let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        gzip.write_all(&values).unwrap();
+        let lz4 = lz4_flex::block::compress(&values);
+        let zstd =
+            ruzstd::encoding::compress_to_vec(&values[..], ruzstd::encoding::CompressionLevel::Fastest);
+        let spare = Arc::new(Spare::default());
+        for (codec, stored) in [
+            (Codec::Gzip, gzip.finish().unwrap()),
+            (Codec::Lz4, [&(values.len() as u32).to_le_bytes()[..], &lz4].concat()),
+            (Codec::Zstd, zstd),
+            (Codec::Shuffle(1), values.clone()),
+        ] {
+            let stored = Bytes::from(stored);
+            for len in [0, values.len(), values.len() + 900, values.len() - 1] {
+                spare.give(vec![0xcc; len]);
+                let found = Chain(vec![codec]).decode(stored.clone(), values.len(), &spare).unwrap();
+                assert!(*found == values[..], "{codec:?}");
+                drop(found.share(&spare));
+            }
+            assert!(Chain(vec![codec]).decode(stored.clone(), values.len() - 1, &spare).is_err());
+            assert!(Chain(vec![codec]).decode(stored, values.len() + 1, &spare).is_err());
+        }
     }
 }

@@ -7,9 +7,9 @@ pub(super) fn unshuffle(width: usize, input: &[u8], output: &mut [u8]) {
         return output.copy_from_slice(input);
     }
     match width {
-        2 => planes::<2>(count, input, output),
-        4 => planes::<4>(count, input, output),
-        8 => planes::<8>(count, input, output),
+        2 => join_planes::<2>(planes(count, input), output),
+        4 => join_planes::<4>(planes(count, input), output),
+        8 => join_planes::<8>(planes(count, input), output),
         _ => {
             for (plane, bytes) in input[..width * count].chunks_exact(count).enumerate() {
                 for (value, byte) in output.chunks_exact_mut(width).zip(bytes) {
@@ -22,9 +22,16 @@ pub(super) fn unshuffle(width: usize, input: &[u8], output: &mut [u8]) {
     output[whole..].copy_from_slice(&input[whole..]);
 }
 
-fn planes<const WIDTH: usize>(count: usize, input: &[u8], output: &mut [u8]) {
-    let planes: [&[u8]; WIDTH] = std::array::from_fn(|n| &input[n * count..][..count]);
-    for (n, value) in output.as_chunks_mut::<WIDTH>().0.iter_mut().take(count).enumerate() {
+fn planes<const WIDTH: usize>(count: usize, input: &[u8]) -> [&[u8]; WIDTH] {
+    std::array::from_fn(|n| &input[n * count..][..count])
+}
+
+/// Puts values together of which each plane has a byte of every one.
+pub(super) fn join_planes<const WIDTH: usize>(planes: [&[u8]; WIDTH], output: &mut [u8]) {
+    let values = output.as_chunks_mut::<WIDTH>().0;
+    let count = planes.iter().fold(values.len(), |count, plane| count.min(plane.len()));
+    let planes = planes.map(|plane| &plane[..count]);
+    for (n, value) in values[..count].iter_mut().enumerate() {
         *value = std::array::from_fn(|plane| planes[plane][n]);
     }
 }

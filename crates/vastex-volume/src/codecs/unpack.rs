@@ -2,6 +2,9 @@
 
 use std::io::Read;
 
+use super::{lz4, memory};
+use crate::spare::Spare;
+
 /// Decodes by the thread's own decoder, which takes longer to make than a small chunk takes to decode.
 #[cfg(feature = "zstd")]
 fn with_decoder(
@@ -20,19 +23,25 @@ fn with_decoder(
     })
 }
 
-/// Decodes Zstandard, frame after frame.
+/// Decodes Zstandard, frame after frame, into memory of `most` bytes with anything in them, or into its own
+/// where it is given none.
 #[cfg(feature = "zstd")]
-pub(super) fn zstd(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
-    let mut output = Vec::new();
-    output.try_reserve_exact(most).map_err(|error| error.to_string())?;
-    with_decoder(|decoder| decoder.decompress_to_buffer(input, &mut output))?;
-    Ok(output)
+pub(super) fn zstd(input: &[u8], most: usize, mut memory: Vec<u8>) -> Result<Vec<u8>, String> {
+    if memory.len() < most {
+        memory.clear();
+        memory.try_reserve_exact(most).map_err(|error| error.to_string())?;
+        with_decoder(|decoder| decoder.decompress_to_buffer(input, &mut memory))?;
+        return Ok(memory);
+    }
+    let bytes = with_decoder(|decoder| decoder.decompress_to_buffer(input, &mut memory[..most]))?;
+    memory.truncate(bytes);
+    Ok(memory)
 }
 
-/// Decodes Zstandard, frame after frame.
+/// Decodes Zstandard, frame after frame, into the memory that it is given.
 #[cfg(not(feature = "zstd"))]
-pub(super) fn zstd(mut input: &[u8], most: usize) -> Result<Vec<u8>, String> {
-    let mut output = Vec::new();
+pub(super) fn zstd(mut input: &[u8], most: usize, mut output: Vec<u8>) -> Result<Vec<u8>, String> {
+    output.clear();
     while !input.is_empty() {
         let decoder =
             ruzstd::decoding::StreamingDecoder::new(&mut input).map_err(|error| error.to_string())?;
@@ -51,22 +60,22 @@ pub(super) fn zstd_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
 /// Decodes Zstandard into exactly the bytes of a buffer.
 #[cfg(not(feature = "zstd"))]
 pub(super) fn zstd_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
-    let decoded = zstd(input, output.len())?;
+    let decoded = zstd(input, output.len(), Vec::new())?;
     whole(decoded.len(), output.len())?;
     output.copy_from_slice(&decoded);
     Ok(())
 }
 
-/// Decodes gzip, member after member.
-pub(super) fn gzip(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
-    let mut output = Vec::new();
+/// Decodes gzip, member after member, into the memory that it is given.
+pub(super) fn gzip(input: &[u8], most: usize, mut output: Vec<u8>) -> Result<Vec<u8>, String> {
+    output.clear();
     take(flate2::read::MultiGzDecoder::new(input), &mut output, most)?;
     Ok(output)
 }
 
-/// Decodes zlib.
-pub(super) fn zlib(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
-    let mut output = Vec::new();
+/// Decodes zlib, into the memory that it is given.
+pub(super) fn zlib(input: &[u8], most: usize, mut output: Vec<u8>) -> Result<Vec<u8>, String> {
+    output.clear();
     take(flate2::read::ZlibDecoder::new(input), &mut output, most)?;
     Ok(output)
 }
@@ -76,21 +85,15 @@ pub(super) fn zlib_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
     flate2::read::ZlibDecoder::new(input).read_exact(output).map_err(|error| error.to_string())
 }
 
-/// Decodes a block of LZ4 into exactly the bytes of a buffer.
-pub(super) fn lz4_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
-    let bytes = lz4_flex::block::decompress_into(input, output).map_err(|error| error.to_string())?;
-    whole(bytes, output.len())
-}
-
 /// Decodes a block of LZ4 that follows its size.
-pub(super) fn sized_lz4(input: &[u8], most: usize) -> Result<Vec<u8>, String> {
+pub(super) fn sized_lz4(input: &[u8], most: usize, spare: &Spare) -> Result<Vec<u8>, String> {
     let (size, block) = input.split_first_chunk().ok_or("ends within its size")?;
     let size = u32::from_le_bytes(*size) as usize;
     if size > most {
         return Err(format!("claims {size} bytes, where at most {most} are expected"));
     }
-    let mut output = vec![0; size];
-    lz4_into(block, &mut output)?;
+    let mut output = memory(size, spare);
+    lz4::decode_into(block, &mut output)?;
     Ok(output)
 }
 
@@ -185,14 +188,16 @@ mod tests {
         let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         encoder.write_all(&vec![0; 1 << 20]).unwrap();
         let bomb = encoder.finish().unwrap();
-        assert_eq!(gzip(&bomb, 1 << 20).unwrap().len(), 1 << 20);
-        assert!(gzip(&bomb, (1 << 20) - 1).unwrap_err().contains("more than"));
+        let gzip = |most| gzip(&bomb, most, Vec::new());
+        let zstd = |frame: &[u8], most| zstd(frame, most, Vec::new());
+        assert_eq!(gzip(1 << 20).unwrap().len(), 1 << 20);
+        assert!(gzip((1 << 20) - 1).unwrap_err().contains("more than"));
         let frame =
             ruzstd::encoding::compress_to_vec(&[9; 5000][..], ruzstd::encoding::CompressionLevel::Fastest);
         assert_eq!(zstd(&frame, 5000), Ok(vec![9; 5000]));
         assert!(zstd(&frame, 4999).is_err() && zstd(&frame[..frame.len() - 3], 5000).is_err());
         let twice = [&frame[..], &frame].concat();
         assert_eq!(zstd(&twice, 10_000), Ok(vec![9; 10_000]));
-        assert!(sized_lz4(&[0xff; 12], 100).unwrap_err().contains("claims"));
+        assert!(sized_lz4(&[0xff; 12], 100, &Spare::default()).unwrap_err().contains("claims"));
     }
 }

@@ -3,11 +3,13 @@
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use bytes::Bytes;
 
 use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts};
 use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::spare::Spare;
 
 /// Directories within directories that a listing goes down: chunks of arrays lie at most a dozen deep.
 const MOST_DEEP: usize = 32;
@@ -19,11 +21,12 @@ const MOST_EMPTY: usize = 1 << 16;
 pub(crate) struct Directory {
     root: PathBuf,
     name: String,
+    spare: Arc<Spare>,
 }
 
 impl Directory {
     pub(crate) fn new(root: &Path) -> Directory {
-        Directory { root: root.into(), name: root.display().to_string() }
+        Directory { root: root.into(), name: root.display().to_string(), spare: Arc::default() }
     }
 
     fn path(&self, key: &str) -> Result<PathBuf, VolumeError> {
@@ -48,17 +51,27 @@ impl Directory {
         let found = file.metadata().map_err(refused)?;
         let (offset, len) =
             bounds(span, found.len()).map_err(|fault| fault.at(path.display().to_string()))?;
-        let mut bytes = Vec::new();
+        let shorter = || damaged("became shorter while it was read").at(path.display().to_string());
+        if offset > 0 {
+            file.seek(SeekFrom::Start(offset)).map_err(refused)?;
+        }
+        let mut bytes = self.spare.take(len);
+        if bytes.len() == len {
+            return match file.read_exact(&mut bytes) {
+                Ok(()) => Ok(Some(self.spare.lend(bytes))),
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(shorter()),
+                Err(error) => Err(refused(error)),
+            };
+        }
         bytes.try_reserve_exact(len).map_err(|_| {
             VolumeFault::TooLarge(format!("{len} bytes do not fit into memory"))
                 .at(path.display().to_string())
         })?;
-        file.seek(SeekFrom::Start(offset)).map_err(refused)?;
         file.take(len as u64).read_to_end(&mut bytes).map_err(refused)?;
-        match bytes.len() == len {
-            true => Ok(Some(bytes.into())),
-            false => Err(damaged("became shorter while it was read").at(path.display().to_string())),
+        if bytes.len() != len {
+            return Err(shorter());
         }
+        Ok(Some(self.spare.lend(bytes)))
     }
 
     fn list_now(&self, prefix: &str, most: usize) -> Result<Listing, VolumeError> {
@@ -131,6 +144,10 @@ fn entries(directory: &Path, most: usize) -> Result<(Vec<(String, bool)>, bool),
 impl KeyStore for Directory {
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn spare(&self) -> &Arc<Spare> {
+        &self.spare
     }
 
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>> {

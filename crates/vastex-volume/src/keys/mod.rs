@@ -11,10 +11,12 @@ mod zip_directory;
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::Arc;
 
 use bytes::Bytes;
 
 use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::spare::Spare;
 pub(crate) use directory::Directory;
 pub(crate) use zip::{Zip, is_zip};
 
@@ -53,6 +55,9 @@ pub(crate) struct Listing {
 pub(crate) trait KeyStore: Send + Sync {
     /// The directory or the archive, for messages.
     fn name(&self) -> &str;
+
+    /// Memory for what is read of it, and for what is made of that.
+    fn spare(&self) -> &Arc<Spare>;
 
     /// Bytes of a value; `None` if there is no such key.
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>>;

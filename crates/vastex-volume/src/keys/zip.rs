@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
 
@@ -15,6 +15,7 @@ use super::zip_directory::{
 };
 use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts, shown};
 use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::spare::Spare;
 
 /// Bytes that a deflated entry may have: it is inflated whole, and the last one is kept.
 const MOST_DEFLATED: u64 = 64 << 20;
@@ -29,6 +30,7 @@ pub(crate) struct Zip {
     /// The deflated entry of which a part was read last, by the place of its header, and all of its bytes:
     /// the chunks of a shard are read one after the other.
     inflated: Mutex<Option<(u64, Bytes)>>,
+    spare: Arc<Spare>,
 }
 
 /// Whether a file begins as an archive does.
@@ -57,7 +59,7 @@ impl Zip {
         let span = Span::Range { offset: place.offset, len: place.bytes as usize };
         let bytes = bounds(span, len).and_then(|(offset, len)| file.read(offset, len)).map_err(at)?;
         let entries = read_entries(&bytes, place.entries).map_err(at)?;
-        Ok(Zip { name, file, entries, inflated: Mutex::default() })
+        Ok(Zip { name, file, entries, inflated: Mutex::default(), spare: Arc::default() })
     }
 
     fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
@@ -82,7 +84,7 @@ impl Zip {
             Method::Stored => {
                 let place =
                     begin.checked_add(offset).ok_or_else(|| at(damaged("lies beyond the archive")))?;
-                self.file.read(place, len).map_err(at)?.into()
+                self.spare.lend(self.file.read_into(place, len, self.spare.take(len)).map_err(at)?)
             }
             Method::Deflated => {
                 let packed = self.file.read(begin, entry.packed as usize).map_err(at)?;
@@ -112,11 +114,16 @@ struct Bytewise {
 
 impl Bytewise {
     fn read(&self, offset: u64, len: usize) -> Result<Vec<u8>, VolumeFault> {
+        self.read_into(offset, len, Vec::new())
+    }
+
+    /// The same into memory that is there already, where it has so many bytes.
+    fn read_into(&self, offset: u64, len: usize, memory: Vec<u8>) -> Result<Vec<u8>, VolumeFault> {
         let cut = || damaged("lies beyond the end of the archive; copy the archive anew");
         if offset.checked_add(len as u64).is_none_or(|last| last > self.len) {
             return Err(cut());
         }
-        let mut bytes = vec![0; len];
+        let mut bytes = if memory.len() == len { memory } else { vec![0; len] };
         match read_exact_at(&self.file, &mut bytes, offset) {
             Ok(()) => Ok(bytes),
             Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Err(cut()),
@@ -153,6 +160,10 @@ fn find_directory(file: &Bytewise) -> Result<Place, VolumeFault> {
 impl KeyStore for Zip {
     fn name(&self) -> &str {
         &self.name
+    }
+
+    fn spare(&self) -> &Arc<Spare> {
+        &self.spare
     }
 
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>> {

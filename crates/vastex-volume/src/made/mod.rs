@@ -403,7 +403,7 @@ impl Made {
         let plane = lenient.shared.plane_of(&lenient, self.base.channel, self.base.time);
         let key = (0, Vec::new());
         let (outcome, _) = self.preview.get(key, async { plan.read(&plane).await.map(Some) }).await;
-        let array = outcome?.map_or_else(Default::default, |chunk| chunk.bytes);
+        let array = outcome?.map_or_else(Default::default, |chunk| chunk.bytes.clone());
         Ok(Preview { plan, array })
     }
 }
@@ -473,8 +473,8 @@ impl ChunkSource for Lenient<'_> {
         })
     }
 
-    fn at_hand(&self, coords: &[u64]) -> Option<Option<Chunk>> {
-        self.shared.at_hand(coords)
+    fn at_hand(&self, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
+        self.shared.at_hand(coords, axes)
     }
 
     fn is_under_way(&self, coords: &[u64]) -> bool {

@@ -290,7 +290,7 @@ impl VolumeSource {
 
     fn chunks(&self, level: u8) -> LevelChunks<'_> {
         match self.levels.level(level).stored {
-            Some(stored) => LevelChunks::Stored(self.volume.shared(stored.into())),
+            Some(stored) => LevelChunks::Stored(self.volume.shared_for_bricks(stored.into())),
             None => LevelChunks::Made(self.made.chunks((level - self.first_made).into()), &self.made),
         }
     }

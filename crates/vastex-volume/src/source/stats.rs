@@ -100,10 +100,11 @@ impl Rows<'_> {
 /// Of values of all rows the bounds, and of some the histogram.
 pub(super) fn of_rows(dtype: DType, rows: &Rows<'_>) -> BrickStats {
     match dtype {
-        DType::Bool | DType::U8 => whole::<_, 1>(rows, |[v]| v),
-        DType::I8 => whole::<_, 1>(rows, |[v]| v as i8),
-        DType::U16 => whole::<_, 2>(rows, u16::from_le_bytes),
-        DType::I16 => whole::<_, 2>(rows, i16::from_le_bytes),
+        // Moved to where processors compare many at once: 8 bits without a sign, 16 bits with one.
+        DType::Bool | DType::U8 => whole::<_, 1>(rows, 0, |[v]| v),
+        DType::I8 => whole::<_, 1>(rows, -0x80, |[v]| v ^ 0x80),
+        DType::U16 => whole::<_, 2>(rows, 0x8000, |v| (u16::from_le_bytes(v) ^ 0x8000) as i16),
+        DType::I16 => whole::<_, 2>(rows, 0, i16::from_le_bytes),
         DType::U32 => floats::<4>(rows, |v| u32::from_le_bytes(v).into()),
         DType::I32 => floats::<4>(rows, |v| i32::from_le_bytes(v).into()),
         DType::U64 => floats::<8>(rows, |v| u64::from_le_bytes(v) as f64),
@@ -127,6 +128,8 @@ fn bounds_of<T: Copy + Ord, const N: usize>(
 ) -> Option<(T, T, u32)> {
     let first = value(*rows.first()?.first_chunk::<N>()?);
     let (mut least, mut most) = ([first; LANES], [first; LANES]);
+    // By themselves, so that the others stay in registers from row to row.
+    let (mut least_of_rest, mut most_of_rest) = (first, first);
     rows.each(1, |row| {
         let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<LANES>();
         for block in blocks {
@@ -136,18 +139,21 @@ fn bounds_of<T: Copy + Ord, const N: usize>(
                 most[n] = most[n].max(value);
             }
         }
-        for (n, bytes) in rest.iter().enumerate() {
-            least[n] = least[n].min(value(*bytes));
-            most[n] = most[n].max(value(*bytes));
+        for bytes in rest {
+            least_of_rest = least_of_rest.min(value(*bytes));
+            most_of_rest = most_of_rest.max(value(*bytes));
         }
     });
+    let least = least.into_iter().fold(least_of_rest, T::min);
+    let most = most.into_iter().fold(most_of_rest, T::max);
     let count = rows.layers.len() * rows.rows.len() * (rows.columns.len() / N);
-    Some((least.into_iter().min()?, most.into_iter().max()?, count as u32))
+    Some((least, most, count as u32))
 }
 
-/// Of whole numbers of up to 16 bits, in whole numbers.
+/// Of whole numbers of up to 16 bits, in whole numbers: a stored one is `base` and the value together.
 fn whole<T: Copy + Ord + Into<i32>, const N: usize>(
     rows: &Rows<'_>,
+    base: i32,
     value: impl Fn([u8; N]) -> T,
 ) -> BrickStats {
     let mut histogram = [0; BINS];
@@ -162,20 +168,34 @@ fn whole<T: Copy + Ord + Into<i32>, const N: usize>(
         let above = u64::from((value(bytes).into() - least) as u32);
         ((above * factor) >> 32).min(BINS as u64 - 1) as usize
     };
-    let mut tables = [[0_u32; BINS]; TABLES];
+    if N == 1 {
+        // So few values are counted one by one, and then put into bins.
+        let counts = counted::<256, N>(rows, |bytes| bytes[0].into());
+        for (byte, count) in (0..=u8::MAX).zip(counts).filter(|(_, count)| *count > 0) {
+            histogram[bin([byte; N])] += count;
+        }
+    } else {
+        histogram = counted::<BINS, N>(rows, bin);
+    }
+    BrickStats { least: (base + least).into(), most: (base + most).into(), count, histogram }
+}
+
+/// How many of the values that are sampled are of each kind.
+fn counted<const KINDS: usize, const N: usize>(
+    rows: &Rows<'_>,
+    kind: impl Fn([u8; N]) -> usize,
+) -> [u32; KINDS] {
+    let mut tables = [[0_u32; KINDS]; TABLES];
     rows.each(SAMPLED, |row| {
         let (blocks, rest) = row.as_chunks::<N>().0.as_chunks::<TABLES>();
         for block in blocks {
             for (table, bytes) in tables.iter_mut().zip(block) {
-                table[bin(*bytes)] += 1;
+                table[kind(*bytes)] += 1;
             }
         }
-        rest.iter().for_each(|bytes| tables[0][bin(*bytes)] += 1);
+        rest.iter().for_each(|bytes| tables[0][kind(*bytes)] += 1);
     });
-    for (n, count) in histogram.iter_mut().enumerate() {
-        *count = tables.iter().map(|table| table[n]).sum();
-    }
-    BrickStats { least: least.into(), most: most.into(), count, histogram }
+    std::array::from_fn(|n| tables.iter().map(|table| table[n]).sum())
 }
 
 /// Of floats, and of whole numbers of more than 16 bits.
@@ -255,6 +275,11 @@ mod tests {
     fn signs_count() {
         let stats = of(DType::I16, &[-5_i16, 5, 5].map(i16::to_le_bytes).concat());
         assert_eq!((stats.least, stats.most, stats.histogram[0], stats.histogram[63]), (-5.0, 5.0, 1, 2));
+        let bytes: Vec<u8> = (-100..=100_i8).map(|v| v as u8).collect();
+        let stats = of(DType::I8, &bytes);
+        assert_eq!((stats.least, stats.most, stats.count), (-100.0, 100.0, 201));
+        let stats = of(DType::U16, &[40_000_u16, 3, 65_535].map(u16::to_le_bytes).concat());
+        assert_eq!((stats.least, stats.most), (3.0, 65_535.0));
         let same = of(DType::U8, &[7; 9]);
         assert_eq!((same.least, same.most, same.histogram[0]), (7.0, 7.0, 9));
     }

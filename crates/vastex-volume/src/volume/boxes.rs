@@ -7,10 +7,10 @@ use bytes::Bytes;
 
 use super::cache::Had;
 use super::gather::{Along, Gather};
-use super::spare::Spare;
 use super::{LevelArray, Volume};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Grid, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged};
+use crate::spare::Spare;
 
 /// Bytes of chunks that are held at once, so that a box is put together of them in one pass; where there are
 /// more, one is copied after the other.
@@ -95,32 +95,33 @@ impl Plane<'_> {
         Ok(BoxValues { values, is_absent: false })
     }
 
-    /// Chunks, x fastest, then y, then z. Those that others are about to have are waited for last.
+    /// Chunks, x fastest, then y, then z. Those that others are about to have are waited for at the end, the
+    /// last one first: then those before it are there, as a rule, and one wait is enough.
     async fn chunks_of(&self, axes: &[Along; 3]) -> Result<Vec<Option<Chunk>>, VolumeError> {
-        let mut chunks = Vec::with_capacity(axes.iter().map(Along::count).product());
-        let mut missing = Vec::new();
         let mut coords = self.grid.coords([0; 3], self.channel, self.time);
+        let rank = coords.len();
+        let mut all = Vec::with_capacity(axes.iter().map(Along::count).product::<usize>() * rank);
         for z in axes[2].chunks.clone() {
             for y in axes[1].chunks.clone() {
                 for x in axes[0].chunks.clone() {
                     self.grid.put_place(&mut coords, [x, y, z]);
-                    let found = self.chunks.at_hand(&coords);
-                    if found.is_none() {
-                        missing.push((chunks.len(), coords.clone()));
-                    }
-                    chunks.push(found.flatten());
+                    all.extend_from_slice(&coords);
                 }
             }
         }
+        let found = self.chunks.at_hand(&all, rank);
+        let coords = |nth: usize| &all[nth * rank..(nth + 1) * rank];
+        let missing: Vec<usize> = (0..found.len()).filter(|nth| found[*nth].is_none()).collect();
+        let mut chunks: Vec<Option<Chunk>> = found.into_iter().map(Option::flatten).collect();
         let mut with_others = Vec::new();
-        for (nth, coords) in missing {
-            match self.chunks.is_under_way(&coords) {
-                true => with_others.push((nth, coords)),
-                false => chunks[nth] = self.chunks.read(&coords).await?,
+        for nth in missing {
+            match self.chunks.is_under_way(coords(nth)) {
+                true => with_others.push(nth),
+                false => chunks[nth] = self.chunks.read(coords(nth)).await?,
             }
         }
-        for (nth, coords) in with_others {
-            chunks[nth] = self.chunks.read(&coords).await?;
+        for nth in with_others.into_iter().rev() {
+            chunks[nth] = self.chunks.read(coords(nth)).await?;
         }
         Ok(chunks)
     }
@@ -307,6 +308,8 @@ fn repeat(values: &mut [u8], size: [usize; 3], width: usize, axis: usize, begin:
 pub(crate) struct Shared<'a> {
     volume: &'a Volume,
     level: usize,
+    /// Whether the ends of chunks are kept side by side, for borders.
+    has_ends: bool,
 }
 
 impl<'a> Shared<'a> {
@@ -320,7 +323,11 @@ impl<'a> Shared<'a> {
         let read = async {
             let chunk = array.source.read(coords).await?;
             let side = array.grid.chunk_size()[0];
-            Ok(chunk.map(|chunk| chunk.with_ends(array.grid.axes.x, side, array.dtype.bytes())))
+            let with_ends = |chunk: Chunk| match self.has_ends {
+                true => chunk.with_ends(array.grid.axes.x, side, array.dtype.bytes()),
+                false => chunk,
+            };
+            Ok(chunk.map(with_ends))
         };
         self.volume.cache.get((self.level, coords.to_vec()), read).await
     }
@@ -350,8 +357,8 @@ impl ChunkSource for Shared<'_> {
         Box::pin(async move { self.chunk(coords).await.0 })
     }
 
-    fn at_hand(&self, coords: &[u64]) -> Option<Option<Chunk>> {
-        self.volume.cache.share(self.level, coords)
+    fn at_hand(&self, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
+        self.volume.cache.share(self.level, coords, axes)
     }
 
     fn is_under_way(&self, coords: &[u64]) -> bool {
@@ -386,7 +393,7 @@ impl Volume {
             Ok((!found.is_absent).then_some(chunk))
         };
         let (outcome, _) = self.boxes.get((level, key), read).await;
-        Ok(outcome?.map(|chunk| chunk.bytes))
+        Ok(outcome?.map(|chunk| chunk.bytes.clone()))
     }
 
     /// The values of a stored chunk of a channel and a time, by its place among the chunks along x, y and z:
@@ -412,12 +419,17 @@ impl Volume {
             )));
         }
         let chunk = array.source.read(&array.grid.coords(at, channel, time)).await?;
-        Ok(chunk.map(|chunk| chunk.bytes))
+        Ok(chunk.map(|chunk| chunk.bytes.clone()))
     }
 
     /// The chunks of a stored level that exists.
     pub(crate) fn shared(&self, level: usize) -> Shared<'_> {
-        Shared { volume: self, level }
+        Shared { volume: self, level, has_ends: false }
+    }
+
+    /// The same for somebody who wants bricks with borders.
+    pub(crate) fn shared_for_bricks(&self, level: usize) -> Shared<'_> {
+        Shared { volume: self, level, has_ends: true }
     }
 
     /// How a stored level that exists is cut into chunks.

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, Waker};
 
@@ -14,8 +14,18 @@ use rustc_hash::FxHashMap;
 use crate::chunks::Chunk;
 use crate::fault::VolumeError;
 
-/// A level, and the coordinates of a chunk of it.
+/// A level, and the coordinates of a chunk of it, along up to 8 axes.
 pub(crate) type Key = (usize, Vec<u64>);
+/// Coordinates of up to 8 axes, as they lie in a table: who looks for 27 chunks, as a brick does, else goes
+/// to 27 more places of memory that are in no cache.
+type Place = [u64; 8];
+
+fn place(coords: &[u64]) -> Place {
+    let mut place = [0; 8];
+    place.iter_mut().zip(coords).for_each(|(place, at)| *place = *at);
+    place
+}
+
 /// A chunk; `None` if it is absent.
 type Outcome = Result<Option<Chunk>, VolumeError>;
 
@@ -48,7 +58,7 @@ pub(crate) enum Had {
 
 /// Chunks by their place; absent ones are kept, too. Errors are not kept: who asks again reads again.
 pub(crate) struct ChunkCache {
-    most_bytes: usize,
+    most_bytes: AtomicUsize,
     kept: Mutex<Kept>,
     counts: Counts,
 }
@@ -66,7 +76,7 @@ struct Counts {
 #[derive(Default)]
 struct Kept {
     /// By level and coordinates.
-    by_key: FxHashMap<usize, FxHashMap<Vec<u64>, Entry>>,
+    by_key: FxHashMap<usize, FxHashMap<Place, Entry>>,
     /// By the use under which each is filed here; it may have been used since.
     by_use: BTreeMap<u64, Key>,
     bytes: usize,
@@ -77,7 +87,7 @@ struct Kept {
 /// A chunk that is kept.
 struct Entry {
     chunk: Option<Chunk>,
-    /// The number of its last use, and of the one under which it is filed.
+    /// The number of its last use, or of one not long before it, and of the one under which it is filed.
     used: u64,
     filed: u64,
 }
@@ -85,7 +95,22 @@ struct Entry {
 impl ChunkCache {
     /// Keeps decoded chunks of up to so many bytes.
     pub(crate) fn new(most_bytes: usize) -> ChunkCache {
-        ChunkCache { most_bytes, kept: Mutex::default(), counts: Counts::default() }
+        ChunkCache {
+            most_bytes: AtomicUsize::new(most_bytes),
+            kept: Mutex::default(),
+            counts: Counts::default(),
+        }
+    }
+
+    /// Keeps up to so many bytes from now on; what is more goes at once.
+    pub(crate) fn keep_at_most(&self, most_bytes: usize) {
+        self.most_bytes.store(most_bytes, Ordering::Relaxed);
+        let gone = self.with(|kept| kept.make_room(most_bytes));
+        drop(gone);
+    }
+
+    fn most_bytes(&self) -> usize {
+        self.most_bytes.load(Ordering::Relaxed)
     }
 
     /// A chunk that is kept, or that it is known to be absent. Waits for nothing.
@@ -93,11 +118,14 @@ impl ChunkCache {
         self.with(|kept| kept.find(key.0, &key.1))
     }
 
-    /// The same for somebody who wants the chunk and would else [get](ChunkCache::get) it.
-    pub(crate) fn share(&self, level: usize, coords: &[u64]) -> Option<Option<Chunk>> {
-        let found = self.with(|kept| kept.find(level, coords))?;
-        self.counts.shared.fetch_add(1, Ordering::Relaxed);
-        Some(found)
+    /// The same for somebody who wants chunks of a level and would else [get](ChunkCache::get) them: their
+    /// coordinates lie one after the other, `axes` each.
+    pub(crate) fn share(&self, level: usize, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
+        let mut found = Vec::with_capacity(coords.len() / axes);
+        self.with(|kept| found.extend(coords.chunks_exact(axes).map(|coords| kept.find(level, coords))));
+        let shared = found.iter().flatten().count() as u64;
+        self.counts.shared.fetch_add(shared, Ordering::Relaxed);
+        found
     }
 
     /// Whether a read has a chunk under way.
@@ -175,44 +203,60 @@ impl Counts {
 
 impl Kept {
     fn find(&mut self, level: usize, coords: &[u64]) -> Option<Option<Chunk>> {
-        let entry = self.by_key.get_mut(&level)?.get_mut(coords)?;
+        let entry = self.by_key.get_mut(&level)?.get_mut(&place(coords))?;
         self.uses += 1;
-        entry.used = self.uses;
+        // Not each time: what nobody writes to stays in the caches of all who look.
+        if self.uses - entry.used > self.by_use.len() as u64 / 8 {
+            entry.used = self.uses;
+        }
         Some(entry.chunk.clone())
     }
 
-    fn keep(&mut self, key: &Key, chunk: Option<Chunk>, most_bytes: usize) {
+    /// Keeps a chunk; what makes room for it is handed back.
+    #[must_use]
+    fn keep(&mut self, key: &Key, chunk: Option<Chunk>, most_bytes: usize) -> Vec<Entry> {
         let bytes = cost(&chunk);
         if bytes > most_bytes {
-            return;
+            return Vec::new();
         }
-        self.forget(key);
+        let before = self.forget(key);
         self.bytes += bytes;
         self.uses += 1;
         let now = self.uses;
         self.by_use.insert(now, key.clone());
         let entry = Entry { chunk, used: now, filed: now };
-        self.by_key.entry(key.0).or_default().insert(key.1.clone(), entry);
+        self.by_key.entry(key.0).or_default().insert(place(&key.1), entry);
+        let mut gone = self.make_room(most_bytes);
+        gone.extend(before);
+        gone
+    }
+
+    /// Hands out what was used longest ago, until no more than so many bytes are kept.
+    #[must_use]
+    fn make_room(&mut self, most_bytes: usize) -> Vec<Entry> {
+        let mut gone = Vec::new();
         while self.bytes > most_bytes
             && let Some((filed, oldest)) = self.by_use.pop_first()
         {
-            let entry = self.by_key.get_mut(&oldest.0).and_then(|of_level| of_level.get_mut(&oldest.1));
+            let entry =
+                self.by_key.get_mut(&oldest.0).and_then(|of_level| of_level.get_mut(&place(&oldest.1)));
             match entry {
                 // It was used since it was filed.
                 Some(entry) if entry.used > filed => {
                     entry.filed = entry.used;
                     self.by_use.insert(entry.used, oldest);
                 }
-                _ => self.forget(&oldest),
+                _ => gone.extend(self.forget(&oldest)),
             }
         }
+        gone
     }
 
-    fn forget(&mut self, key: &Key) {
-        if let Some(entry) = self.by_key.get_mut(&key.0).and_then(|of_level| of_level.remove(&key.1)) {
-            self.by_use.remove(&entry.filed);
-            self.bytes -= cost(&entry.chunk);
-        }
+    fn forget(&mut self, key: &Key) -> Option<Entry> {
+        let entry = self.by_key.get_mut(&key.0).and_then(|of_level| of_level.remove(&place(&key.1)))?;
+        self.by_use.remove(&entry.filed);
+        self.bytes -= cost(&entry.chunk);
+        Some(entry)
     }
 }
 
@@ -258,13 +302,17 @@ impl Claim<'_> {
 impl Drop for Claim<'_> {
     fn drop(&mut self) {
         let outcome = self.outcome.take();
-        // Kept before it is taken out of what is under way, so that nobody finds neither.
-        self.cache.with(|kept| {
-            if let Some(Ok(chunk)) = &outcome {
-                kept.keep(self.key, chunk.clone(), self.cache.most_bytes);
-            }
+        // Kept before it is taken out of what is under way, so that nobody finds neither. What goes for it is
+        // freed without the lock.
+        let gone = self.cache.with(|kept| {
+            let gone = match &outcome {
+                Some(Ok(chunk)) => kept.keep(self.key, chunk.clone(), self.cache.most_bytes()),
+                _ => Vec::new(),
+            };
             kept.under_way.remove(self.key);
+            gone
         });
+        drop(gone);
         let mut state = self.work.state.lock().unwrap_or_else(PoisonError::into_inner);
         state.ended = Some(outcome);
         let waits = std::mem::take(&mut state.waits);
@@ -320,15 +368,39 @@ mod tests {
             block_on(cache.get((0, vec![n]), found(Some(chunk(20 << 20))))).0.unwrap();
             let kept = cache.kept.lock().unwrap();
             let held: usize = kept.by_key.values().map(FxHashMap::len).sum();
-            assert!(kept.bytes <= cache.most_bytes && held == kept.by_use.len());
+            assert!(kept.bytes <= cache.most_bytes() && held == kept.by_use.len());
         }
         assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![5])).is_none());
         assert!(cache.find(&(1, vec![0])).is_none());
         block_on(cache.get((2, vec![]), found(None))).0.unwrap();
         assert!(matches!(cache.find(&(2, vec![])), Some(None)));
+        cache.keep_at_most(50 << 20);
+        assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![27])).is_none());
+        assert!(cache.kept.lock().unwrap().bytes <= 50 << 20);
         let work = cache.work();
         assert_eq!((work.decoded, work.absent, work.shared, work.failed), (30, 1, 0, 0));
         assert_eq!((work.bytes_decoded, work.bytes_read), (30 * (20 << 20), 30 * 3));
+    }
+
+    #[test]
+    fn nothing_is_kept_where_nothing_may_be() {
+        let cache = ChunkCache::new(1 << 20);
+        cache.keep_at_most(0);
+        for chunk in [Some(chunk(9)), None] {
+            let found = block_on(cache.get((0, vec![1]), found(chunk.clone()))).0.unwrap();
+            assert_eq!(found.is_some(), chunk.is_some());
+            assert!(cache.find(&(0, vec![1])).is_none());
+        }
+    }
+
+    #[test]
+    fn what_is_kept_is_shared_many_at_once() {
+        let cache = ChunkCache::new(1 << 20);
+        block_on(cache.get((0, vec![1, 2]), found(Some(chunk(9))))).0.unwrap();
+        block_on(cache.get((0, vec![3, 4]), found(None))).0.unwrap();
+        let found = cache.share(0, &[1, 2, 3, 4, 5, 6], 2);
+        assert!(matches!(&found[..], [Some(Some(_)), Some(None), None]));
+        assert_eq!(cache.work().shared, 2);
     }
 
     /// A read that goes on when it is told to.

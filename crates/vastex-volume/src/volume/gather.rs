@@ -1,5 +1,6 @@
-//! A box of voxels from the chunks that it overlaps, in one pass: layer after layer as the box has them, in
-//! each the rows that every chunk has in it. All of the box is written, so nothing need be cleared before.
+//! A box of voxels from the chunks that it overlaps: of each what it has of the box, in the order in which it
+//! lies there, since chunks are further away than the box, which is being written. All of the box is written,
+//! so nothing need be cleared before.
 //!
 //! Beyond the faces of the level its last voxels are repeated: along x in each row, then whole rows, then
 //! whole layers.
@@ -70,9 +71,9 @@ pub(super) struct Gather<'a> {
     pub(super) fill: &'a [u8],
 }
 
-/// What the rows of a box take of one chunk.
+/// What a box takes of one chunk.
 struct Piece<'a> {
-    /// From the chunk's first value that any row of these takes; `None` for an absent chunk.
+    /// From the first value of the chunk that it takes to the last one; `None` for an absent chunk.
     bytes: Option<&'a [u8]>,
     /// Bytes from a voxel of the chunk to the next one along y and z, and along x.
     row: usize,
@@ -99,109 +100,227 @@ impl Gather<'_> {
         let row = along_x.size() * WIDTH;
         let layer = row * along_y.size();
         let mut nth_layer = along_z.before;
+        let mut pieces = Vec::with_capacity(along_x.count());
         for (k, (_, layers)) in along_z.runs.iter().enumerate() {
-            let pieces = (0..along_y.count())
-                .map(|j| self.pieces::<WIDTH>(j, k))
-                .collect::<Result<Vec<_>, usize>>()?;
-            for z in 0..*layers {
-                let Some(of_layer) = values.get_mut(nth_layer * layer..(nth_layer + 1) * layer) else {
-                    break;
-                };
-                let mut nth_row = along_y.before;
-                for (pieces, (_, rows)) in pieces.iter().zip(&along_y.runs) {
-                    let of_rows = &mut of_layer[nth_row * row..(nth_row + rows) * row];
-                    let mut column = along_x.before * WIDTH;
-                    for piece in pieces {
-                        self.write_piece::<WIDTH>(piece, z, &mut of_rows[column..], (row, *rows));
-                        column += piece.count * WIDTH;
-                    }
-                    nth_row += rows;
+            let mut nth_row = along_y.before;
+            for (j, (_, rows)) in along_y.runs.iter().enumerate() {
+                let to = Place { row, rows: *rows, layer, layers: *layers };
+                let begin = nth_layer * layer + nth_row * row + along_x.before * WIDTH;
+                pieces.clear();
+                for i in 0..along_x.count() {
+                    pieces.push(self.piece::<WIDTH>([i, j, k])?);
                 }
-                repeat_ends(of_layer, WIDTH, along_x, row / WIDTH);
-                repeat_ends(of_layer, row, along_y, along_y.size());
-                nth_layer += 1;
+                self.write_pieces::<WIDTH>(&pieces, &mut values[begin..], to);
+                nth_row += rows;
             }
+            nth_layer += layers;
         }
+        let of_level = &mut values[along_z.before * layer..nth_layer * layer];
+        repeat_ends(of_level, WIDTH, along_x, row / WIDTH);
+        repeat_ends(of_level, row, along_y, along_y.size());
         repeat_ends(values, layer, along_z, along_z.size());
         Ok(())
     }
 
-    /// Writes what a chunk has of so many rows of a layer, which lie `row` bytes apart.
+    /// Writes rows of the pieces beside each other along x. The ends of rows that are of chunks beside it, as
+    /// borders are, are written with the piece that they belong to.
+    fn write_pieces<const WIDTH: usize>(&self, pieces: &[Piece<'_>], mut to: &mut [u8], place: Place) {
+        let is_end = |piece: &Piece<'_>| piece.is_end(WIDTH, place.rows);
+        let is_run = |piece: &Piece<'_>| piece.is_run(WIDTH, place.rows);
+        let mut rest = pieces;
+        while let Some((first, after)) = rest.split_first() {
+            let (before, piece, after) = match after.split_first() {
+                Some((second, after)) if is_end(first) && is_run(second) => (Some(first), second, after),
+                _ => (None, first, after),
+            };
+            let (behind, after) = match after.split_first() {
+                Some((last, after)) if is_run(piece) && is_end(last) => (Some(last), after),
+                _ => (None, after),
+            };
+            self.write_piece::<WIDTH>(piece, [before, behind], to, place);
+            let written = [before, Some(piece), behind].into_iter().flatten().map(|piece| piece.count);
+            to = &mut to[written.sum::<usize>() * WIDTH..];
+            rest = after;
+        }
+    }
+
+    /// Writes what a chunk has of the box, with what lies before and behind it in each row.
     fn write_piece<const WIDTH: usize>(
         &self,
         piece: &Piece<'_>,
-        z: usize,
+        ends: [Option<&Piece<'_>>; 2],
         to: &mut [u8],
-        (row, rows): (usize, usize),
+        place: Place,
     ) {
-        let to = to.chunks_mut(row).take(rows);
-        let Some(bytes) = piece.bytes else {
-            return to.for_each(|to| put_fill(self.fill, &mut to[..piece.count * WIDTH]));
-        };
-        let from = &bytes[z * piece.layer..];
         let len = piece.count * WIDTH;
+        if piece.bytes.is_none() {
+            for to in to.chunks_mut(place.layer).take(place.layers) {
+                to.chunks_mut(place.row).take(place.rows).for_each(|to| put_fill(self.fill, &mut to[..len]));
+            }
+            return;
+        }
+        let rows = Rows { piece, ends, place, len };
         match piece.count {
-            1 => each(to, from, piece.row, put::<WIDTH>),
-            _ if piece.step != WIDTH => each(to, from, piece.row, |to, from| {
+            1 => rows.each(to, put::<WIDTH>),
+            _ if !piece.is_run(WIDTH, place.rows) => rows.each(to, |to, from| {
                 for (x, to) in to[..len].as_chunks_mut::<WIDTH>().0.iter_mut().enumerate() {
                     put::<WIDTH>(to, &from[x * piece.step..]);
                 }
             }),
             // Rows are short: of a length that is known here a copy is a few instructions.
-            _ => match len {
-                32 => each(to, from, piece.row, put::<32>),
-                64 => each(to, from, piece.row, put::<64>),
-                128 => each(to, from, piece.row, put::<128>),
-                33..64 => each(to, from, piece.row, |to, from| put_ends::<32>(&mut to[..len], &from[..len])),
-                65..128 => each(to, from, piece.row, |to, from| put_ends::<64>(&mut to[..len], &from[..len])),
-                _ => each(to, from, piece.row, |to, from| to[..len].copy_from_slice(&from[..len])),
-            },
+            _ => {
+                match len {
+                    32 => rows.each_with_ends::<WIDTH>(to, put::<32>),
+                    64 => rows.each_with_ends::<WIDTH>(to, put::<64>),
+                    128 => rows.each_with_ends::<WIDTH>(to, put::<128>),
+                    33..64 => rows
+                        .each_with_ends::<WIDTH>(to, |to, from| put_ends::<32>(&mut to[..len], &from[..len])),
+                    65..128 => rows
+                        .each_with_ends::<WIDTH>(to, |to, from| put_ends::<64>(&mut to[..len], &from[..len])),
+                    _ => rows.each_with_ends::<WIDTH>(to, |to, from| to[..len].copy_from_slice(&from[..len])),
+                }
+            }
         }
     }
 
-    /// What rows take of the chunks at a place along y and z, all of which have the bytes for it.
-    fn pieces<const WIDTH: usize>(&self, j: usize, k: usize) -> Result<Vec<Piece<'_>>, usize> {
+    /// What the box takes of the chunk at a place among them, which has the bytes for it.
+    fn piece<const WIDTH: usize>(&self, [i, j, k]: [usize; 3]) -> Result<Piece<'_>, usize> {
         let [along_x, along_y, along_z] = self.axes;
-        let space = self.grid.space();
-        let piece = |(i, (first, count)): (usize, &(usize, usize))| {
-            let nth = (k * along_y.count() + j) * along_x.count() + i;
-            let Some(chunk) = self.chunks.get(nth).and_then(Option::as_ref) else {
-                return Ok(Piece { bytes: None, row: 0, layer: 0, step: WIDTH, count: *count });
-            };
-            let [mut step, mut row, mut layer] = space.map(|axis| axis.map_or(0, |axis| chunk.strides[axis]));
-            let mut offset = self.grid.offset(&chunk.strides, self.channel, self.time);
-            let mut of = &chunk.bytes[..];
-            let side = self.grid.chunk_size()[0] as usize;
-            if let Some(ends) = chunk.ends.as_ref().filter(|_| *count == 1)
-                && let Some(end) = [0, side - 1].iter().position(|end| end == first)
-            {
-                // Rows of one value, in which its place is that of the row.
-                (of, step) = (&ends[end], 0);
-                (offset, row, layer) = (offset / side, row / side, layer / side);
-            }
-            let place = |x: usize, y: usize, z: usize| offset + x * step + y * row + z * layer;
-            let first = place(*first, along_y.runs[j].0, along_z.runs[k].0);
-            let last = place(along_x.last_within(i), along_y.last_within(j), along_z.last_within(k));
-            let bytes = of.get(first..last + WIDTH).ok_or(nth)?;
-            Ok(Piece { bytes: Some(bytes), row, layer, step, count: *count })
+        let (first, count) = along_x.runs[i];
+        let nth = (k * along_y.count() + j) * along_x.count() + i;
+        let Some(chunk) = self.chunks.get(nth).and_then(Option::as_ref) else {
+            return Ok(Piece { bytes: None, row: 0, layer: 0, step: WIDTH, count });
         };
-        along_x.runs.iter().enumerate().map(piece).collect()
+        let space = self.grid.space();
+        let [mut step, mut row, mut layer] = space.map(|axis| axis.map_or(0, |axis| chunk.strides[axis]));
+        let mut offset = self.grid.offset(&chunk.strides, self.channel, self.time);
+        let mut of = &chunk.bytes[..];
+        let side = self.grid.chunk_size()[0] as usize;
+        if let Some(ends) = chunk.ends.as_ref().filter(|_| count == 1)
+            && let Some(end) = [0, side - 1].iter().position(|end| *end == first)
+        {
+            // Rows of one value, in which its place is that of the row.
+            (of, step) = (&ends[end], 0);
+            (offset, row, layer) = (offset / side, row / side, layer / side);
+        }
+        let place = |x: usize, y: usize, z: usize| offset + x * step + y * row + z * layer;
+        let begin = place(first, along_y.runs[j].0, along_z.runs[k].0);
+        let last = place(along_x.last_within(i), along_y.last_within(j), along_z.last_within(k));
+        let bytes = of.get(begin..last + WIDTH).ok_or(nth)?;
+        Ok(Piece { bytes: Some(bytes), row, layer, step, count })
     }
 }
 
-/// Hands out each row with what is written to it from the chunk, which has its rows `apart` bytes apart.
-fn each<'a>(
-    to: impl Iterator<Item = &'a mut [u8]>,
-    from: &[u8],
+/// Rows of a box that a piece is written to: how many bytes they lie apart, and how many there are in a
+/// layer; the same of layers.
+#[derive(Clone, Copy)]
+struct Place {
+    row: usize,
+    rows: usize,
+    layer: usize,
+    layers: usize,
+}
+
+/// Rows of a box, and what is written to them: of a chunk that is there `len` bytes, and before and behind
+/// them one value each of others.
+struct Rows<'a> {
+    piece: &'a Piece<'a>,
+    ends: [Option<&'a Piece<'a>>; 2],
+    place: Place,
+    len: usize,
+}
+
+impl Rows<'_> {
+    /// Hands out each row with what the chunk has of it.
+    #[inline(always)]
+    fn each(&self, to: &mut [u8], mut put: impl FnMut(&mut [u8], &[u8])) {
+        let place = self.place;
+        for (z, to) in to.chunks_mut(place.layer).take(place.layers).enumerate() {
+            let mut from = self.piece.rows_of(z);
+            for to in to.chunks_mut(place.row).take(place.rows) {
+                put(to, from.next());
+            }
+        }
+    }
+
+    /// The same where its values lie side by side, and writes the values before and behind.
+    #[inline(always)]
+    fn each_with_ends<const WIDTH: usize>(&self, to: &mut [u8], mut put_row: impl FnMut(&mut [u8], &[u8])) {
+        let (place, len) = (self.place, self.len);
+        let [before, behind] = self.ends.map(|end| if end.is_some() { WIDTH } else { 0 });
+        for (z, to) in to.chunks_mut(place.layer).take(place.layers).enumerate() {
+            let end = (place.rows - 1) * place.row + before + len + behind;
+            let to = to[..end].chunks_mut(place.row).zip(self.piece.chunks_of(z, len));
+            match self.ends {
+                [None, None] => to.for_each(|(to, from)| put_row(to, from)),
+                [Some(before), None] => to.zip(before.chunks_of(z, WIDTH)).for_each(|((to, from), first)| {
+                    put::<WIDTH>(to, first);
+                    put_row(&mut to[WIDTH..], from);
+                }),
+                [None, Some(behind)] => to.zip(behind.chunks_of(z, WIDTH)).for_each(|((to, from), last)| {
+                    put_row(to, from);
+                    put::<WIDTH>(&mut to[len..], last);
+                }),
+                [Some(before), Some(behind)] => {
+                    let ends = before.chunks_of(z, WIDTH).zip(behind.chunks_of(z, WIDTH));
+                    to.zip(ends).for_each(|((to, from), (first, last))| {
+                        put::<WIDTH>(to, first);
+                        put_row(&mut to[WIDTH..], from);
+                        put::<WIDTH>(&mut to[WIDTH + len..], last);
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// What a chunk has from one row on.
+struct RowsOf<'a> {
+    rest: &'a [u8],
     apart: usize,
-    mut put: impl FnMut(&mut [u8], &[u8]),
-) {
-    for (n, to) in to.enumerate() {
-        put(to, &from[n * apart..]);
+}
+
+impl<'a> RowsOf<'a> {
+    /// From the next row on; nothing after the last one.
+    #[inline(always)]
+    fn next(&mut self) -> &'a [u8] {
+        let row = self.rest;
+        self.rest = row.get(self.apart..).unwrap_or_default();
+        row
+    }
+}
+
+impl Piece<'_> {
+    /// Whether its values lie side by side, and its rows one after the other.
+    fn is_run(&self, width: usize, rows: usize) -> bool {
+        self.count > 1 && self.step == width && self.has_rows(width, rows)
+    }
+
+    /// Whether it is one value of each row, and the rows lie one after the other.
+    fn is_end(&self, width: usize, rows: usize) -> bool {
+        self.count == 1 && self.has_rows(width, rows)
+    }
+
+    fn has_rows(&self, width: usize, rows: usize) -> bool {
+        self.bytes.is_some() && (rows == 1 || self.row >= self.count * width)
+    }
+
+    /// Its rows in a layer, of `len` bytes at least, which lie one after the other.
+    #[inline(always)]
+    fn chunks_of(&self, layer: usize, len: usize) -> std::slice::Chunks<'_, u8> {
+        self.rows_of(layer).rest.chunks(self.row.max(len))
+    }
+
+    /// What it has of the layer.
+    #[inline(always)]
+    fn rows_of(&self, layer: usize) -> RowsOf<'_> {
+        let rest = self.bytes.and_then(|bytes| bytes.get(layer * self.layer..)).unwrap_or_default();
+        RowsOf { rest, apart: self.row }
     }
 }
 
 /// Copies the first bytes.
+#[inline(always)]
 fn put<const LEN: usize>(to: &mut [u8], from: &[u8]) {
     if let (Some(to), Some(from)) = (to.first_chunk_mut::<LEN>(), from.first_chunk::<LEN>()) {
         *to = *from;
@@ -342,7 +461,8 @@ mod tests {
         let axes = std::array::from_fn(|a| Along::new(0, 8, LEVEL[a], CHUNK[a]));
         let mut chunks: Vec<Option<Chunk>> = (0..2 * 3 * 2).map(|_| Some(chunk([0; 3], 2, false))).collect();
         let whole = chunk([0; 3], 2, false);
-        chunks[3] = Some(Chunk { bytes: whole.bytes.slice(..whole.bytes.len() / 2), ..whole });
+        let half = whole.bytes.slice(..whole.bytes.len() / 2);
+        chunks[3] = Some(Chunk::new(half, whole.strides.clone(), 0));
         let gather =
             |channel| Gather { axes: &axes, chunks: &chunks, grid: &grid, channel, time: 0, fill: &[0; 2] };
         let mut values = vec![0; 2 * 8 * 8 * 8];

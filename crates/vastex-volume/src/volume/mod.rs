@@ -8,7 +8,6 @@ mod cache;
 mod crop;
 mod gather;
 mod region;
-mod spare;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -16,6 +15,7 @@ use rustc_hash::FxHashMap;
 use vastex_tiles::StoreStats;
 
 use crate::chunks::{ChunkSource, Grid, Presence};
+use crate::spare::Spare;
 use crate::values::DType;
 pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
 pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
@@ -25,7 +25,6 @@ pub(crate) use cache::ChunkCache;
 pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
 pub use region::VolumeRegion;
-pub(crate) use spare::Spare;
 
 /// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
@@ -82,6 +81,14 @@ impl Volume {
     /// How many chunks were read and decoded since it was opened, and how often one was shared.
     pub fn chunk_work(&self) -> ChunkWork {
         self.cache.work()
+    }
+
+    /// Keeps up to so many bytes of decoded chunks for later reads from now on, and as much of boxes beside
+    /// them where chunks are large; 256 MiB each unless this is called. What is more goes at once. Where less
+    /// is kept than a brick wants chunks, each is decoded again for every brick.
+    pub fn keep_at_most(&self, bytes: usize) {
+        self.cache.keep_at_most(bytes);
+        self.boxes.keep_at_most(bytes);
     }
 
     /// What was read of the store since this was last asked, so that sources that share the volume tell each

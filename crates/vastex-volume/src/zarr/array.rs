@@ -96,13 +96,18 @@ impl ZarrArray {
             }
         };
         let Some(stored) = stored else { return self.absent().await };
-        let decoded = self.meta.chain.decode(&stored, bytes);
-        let mut values = decoded.map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
-        let stored = stored.len();
-        if self.meta.is_big_endian {
-            swap_bytes(&mut values, self.meta.dtype.bytes());
-        }
-        Ok(Some(Chunk::new(values, self.strides.clone(), stored)))
+        let (read, spare) = (stored.len(), self.keys.spare());
+        let decoded = self.meta.chain.decode(stored, bytes, spare);
+        let decoded = decoded.map_err(|fault| fault.at(shown(&*self.keys, &key)))?;
+        let values = match self.meta.is_big_endian {
+            false => decoded.share(spare),
+            true => {
+                let mut values = decoded.into_vec();
+                swap_bytes(&mut values, self.meta.dtype.bytes());
+                spare.lend(values)
+            }
+        };
+        Ok(Some(Chunk::new(values, self.strides.clone(), read)))
     }
 
     /// What a chunk is that is not there: absent, unless the whole array has gone, as where a disk is taken

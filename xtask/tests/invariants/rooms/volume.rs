@@ -4,12 +4,13 @@ use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
     ("fault", &[]),
+    ("spare", &[]),
     ("values", &[]),
-    ("keys", &["fault"]),
+    ("keys", &["fault", "spare"]),
     ("json", &["fault", "keys"]),
-    ("codecs", &["fault"]),
+    ("codecs", &["fault", "spare"]),
     ("chunks", &["fault"]),
-    ("volume", &["chunks", "fault", "values"]),
+    ("volume", &["chunks", "fault", "spare", "values"]),
     ("reduce", &["values"]),
     ("made", &["chunks", "fault", "reduce", "volume"]),
     ("source", &["chunks", "fault", "made", "reduce", "values", "volume"]),
