@@ -80,7 +80,7 @@ fn images_that_nobody_built(place: &Path) -> Result<()> {
 /// Heights of a file of their own come after what they displace, which is shown without them until then.
 fn heights_of_a_file(place: &Path) -> Result<()> {
     for scene in ["terrain", "globe", "planet"] {
-        let mut command = view(place, Path::new(JPEG));
+        let mut command = view(place, Path::new(IMAGE));
         let said = shell::run_with_stderr(command.args(["--on", scene, "--height", IMAGE]))?;
         let errors: Vec<_> = said.iter().filter(|line| line.contains("error")).collect();
         ensure!(errors.is_empty(), "heights on a {scene}: {errors:?}");

@@ -1,5 +1,6 @@
 //! A planet under a sun: each of its parts changes what it should and nothing else, and may be left out.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use vastex::{AddressMode, FeedbackMode, Filter, Settings, TileSource};
@@ -298,8 +299,8 @@ fn a_planet_is_drawn_from_wherever_a_camera_may_be() {
         low + (high - low) * (seed >> 11) as f64 / (1u64 << 53) as f64
     };
     for _ in 0..40 {
-        let [longitude, latitude] = [next(-3.14, 3.14), next(-1.57, 1.57)];
-        let aim = Aim::new(next(0.0, 6.28), next(0.0, 1.5));
+        let [longitude, latitude] = [next(-PI, PI), next(-0.5 * PI, 0.5 * PI)];
+        let aim = Aim::new(next(0.0, TAU), next(0.0, 1.5));
         let pose = Pose::globe(longitude, latitude, 10f64.powf(next(-6.0, 0.5))).with_aim(aim);
         planet.stand_at(pose);
         planet.run(Path::Still, Until::Frames(3), |_, _| ()).unwrap();
