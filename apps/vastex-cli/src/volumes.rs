@@ -7,20 +7,22 @@ pub(crate) mod labels;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, bail};
 use glam::DVec3;
 use pollster::block_on;
 use vastex::{
     LayerFormat, PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource,
 };
 use vastex_viewer::panels::VolumeValues;
-use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeMode};
+use vastex_viewer::volume::{LabelColors, VolumeMode};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, LabelsPlace, PointAsked, PointPlace, PointTold, PointValue, VolumeFacts, VolumeLook,
+    ChannelFacts, LabelsPlace, PointAnswer, PointAsked, PointPlace, PointValue, VolumeFacts, VolumeLook,
 };
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
 
 use crate::args::{SceneArgs, ViewArgs};
+use crate::commands::render_labels::place;
+use crate::commands::render_volume::{box_of, no_volume};
 use crate::commands::{render, volume};
 use crate::open;
 
@@ -64,11 +66,7 @@ pub(crate) struct ReadChannel {
 pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
     let volume = match vastex_volume::open(path)? {
         Opened::Volume(volume) => Arc::new(*volume),
-        Opened::Images(list) => {
-            let first = list.images.first().map_or("", |image| image.as_str());
-            let (count, path) = (list.images.len(), &list.path);
-            bail!("{path}: {} with {count} images; name one, as in {path}/{first}", list.what);
-        }
+        Opened::Images(list) => bail!(no_volume(&list)),
     };
     let source = match volume.about().is_label {
         true => {
@@ -104,12 +102,6 @@ fn source_of(volume: &Arc<Volume>, channel: u64, time: u64) -> Result<VolumeSour
 /// What the window is told of a volume.
 fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
     let level = &about.levels[0];
-    let mut size = [0; 3];
-    for (side, voxels) in size.iter_mut().zip(level.size) {
-        *side =
-            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
-    }
-    // Only proportions count, and those of nanometres and of light years are told alike.
     let longest = level.scale.iter().copied().fold(0.0, f64::max);
     let channel = |nth: u64| {
         let said = usize::try_from(nth).ok().and_then(|nth| about.channel_info.get(nth));
@@ -123,7 +115,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
     let name = about.name.clone().unwrap_or_else(|| own_name(about));
     Ok(VolumeFacts {
         name,
-        of: VolumeBox::new(size, level.scale.map(|side| side / longest)),
+        of: box_of(about)?,
         origin: level.origin,
         unit_length: longest,
         unit: about.unit.clone(),
@@ -218,21 +210,7 @@ pub(crate) fn read_labels(
     let time = if about.times > 1 { time } else { 0 };
     let options = VolumeOptions { labels: Some(true), time, ..VolumeOptions::default() };
     let source = Arc::new(VolumeSource::open(volume.clone(), &options)?);
-    let (own, of_image) = (&about.levels[0], &image.levels[0]);
-    let mut size = [0; 3];
-    for (side, voxels) in size.iter_mut().zip(own.size) {
-        *side =
-            u32::try_from(voxels).with_context(|| format!("{}: a side of {voxels} voxels", about.path))?;
-    }
-    let longest = opened.facts.unit_length;
-    let (scale, begin) = match own.size == of_image.size {
-        true => (of_image.scale, [0.0; 3]),
-        false => {
-            let begin = |axis: usize| (own.origin[axis] - of_image.origin[axis]) / longest;
-            (own.scale, std::array::from_fn(begin))
-        }
-    };
-    let of = VolumeBox::new(size, scale.map(|side| side / longest));
+    let (of, begin) = place(about, image)?;
     let colors = Arc::new(LabelColors::new(about.label_colors.iter().copied()));
     let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
     let tiles: Arc<dyn TileSource> = source.clone();
@@ -255,7 +233,7 @@ pub(crate) fn point(
     look: &VolumeLook,
     (sources, labels): (&[(usize, Arc<VolumeSource>)], Option<&LabelsBelow>),
     asked: &PointAsked,
-) -> Result<PointTold> {
+) -> Result<PointAnswer> {
     let place = match asked.place {
         PointPlace::At(place) => Some(place),
         PointPlace::Along { from, toward, pixel } => {
@@ -269,7 +247,8 @@ pub(crate) fn point(
     };
     let extent = facts.of.extent();
     let place = place.filter(|place| place.cmpge(DVec3::ZERO).all() && place.cmple(extent).all());
-    let mut told = PointTold { number: asked.number, place, voxel: [0; 3], values: Vec::new(), label: None };
+    let mut told =
+        PointAnswer { number: asked.number, place, voxel: [0; 3], values: Vec::new(), label: None };
     let Some(place) = place else { return Ok(told) };
     told.label = labels.map(|labels| labels::at(labels, place)).transpose()?.flatten();
     for (channel, source) in sources {

@@ -23,7 +23,7 @@ pub(crate) mod merge;
 pub(crate) mod record;
 pub(crate) mod render;
 #[cfg(feature = "volumes")]
-mod render_labels;
+pub(crate) mod render_labels;
 #[cfg(feature = "volumes")]
 mod render_pools;
 #[cfg(feature = "volumes")]

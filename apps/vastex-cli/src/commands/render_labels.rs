@@ -116,7 +116,7 @@ fn listed(about: &VolumeAbout) -> String {
 
 /// The box of labels in the world of an image's picture, and where it begins. Those of as many voxels as the
 /// image lie voxel on voxel, whatever scales they name.
-fn place(labels: &VolumeAbout, image: &VolumeAbout) -> Result<(VolumeBox, [f64; 3])> {
+pub(crate) fn place(labels: &VolumeAbout, image: &VolumeAbout) -> Result<(VolumeBox, [f64; 3])> {
     let (own, of_image) = (&labels.levels[0], &image.levels[0]);
     let mut size = [0; 3];
     for (side, voxels) in size.iter_mut().zip(own.size) {

@@ -24,9 +24,11 @@ use vastex_viewer::volume::{
     MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView,
     frames_to_ask, volume_tables,
 };
+use vastex_viewer::volume_scene::{CHANNEL_COLORS, FIRST_CHANNELS};
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
 
-use self::asked::{check_size, check_step, no_volume, view_of};
+pub(crate) use self::asked::no_volume;
+use self::asked::{check_size, check_step, view_of};
 use super::render_labels::Labels;
 use super::render_pools::pool_bytes;
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
@@ -39,12 +41,6 @@ use crate::{gpu, report};
 const MOST_FRAMES: u64 = 10_000;
 /// What 8 bits are written as.
 const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
-/// Channels that are shown where nobody says which.
-const FIRST_CHANNELS: u64 = 4;
-/// Colours of channels that nobody gave one: green, magenta, cyan, yellow, red, blue, as lenses are told
-/// apart.
-const PALETTE: [[u8; 3]; 6] =
-    [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
 
 pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let source = args.source.display().to_string();
@@ -100,8 +96,8 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The box of a volume.
-fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
+/// The box of a volume, in a world in which the longest side of a voxel is 1.
+pub(crate) fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
     let level = &about.levels[0];
     let mut size = [0; 3];
     for (side, voxels) in size.iter_mut().zip(level.size) {
@@ -138,7 +134,7 @@ fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<Asked
     let active: Vec<AskedChannel> =
         active.map(|(_, channel)| AskedChannel::new(channel)).take(MOST_CHANNELS).collect();
     match active.is_empty() {
-        true => Ok((0..about.channels.min(FIRST_CHANNELS)).map(AskedChannel::new).collect()),
+        true => Ok((0..about.channels.min(FIRST_CHANNELS as u64)).map(AskedChannel::new).collect()),
         false => Ok(active),
     }
 }
@@ -350,7 +346,7 @@ fn as_shown(
 ) -> Result<VolumeChannel> {
     let about = source.volume().about();
     let info = usize::try_from(asked.channel).ok().and_then(|channel| about.channel_info.get(channel));
-    let usual = info.and_then(|info| info.color).unwrap_or(PALETTE[nth % PALETTE.len()]);
+    let usual = info.and_then(|info| info.color).unwrap_or(CHANNEL_COLORS[nth % CHANNEL_COLORS.len()]);
     // One channel that nobody gave a colour is white, unless the file chose it and its colour.
     let is_named = !args.look.channels.is_empty();
     let of_file = !is_named && info.is_some_and(|info| info.color.is_some());

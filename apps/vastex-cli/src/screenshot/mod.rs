@@ -91,11 +91,16 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         has_guides: true,
         has_hud: args.hud,
     };
-    if !shot.write(args, &output)? {
-        report::say(&format!("error: {}: not everything in view was loaded", scene.source.display()));
-        return Ok(ExitCode::FAILURE);
+    Ok(ended(shot.write(args, &output)?, &scene.source))
+}
+
+/// How the program ends once a picture is written, in which everything in view is there or not.
+fn ended(is_whole: bool, source: &Path) -> ExitCode {
+    if is_whole {
+        return ExitCode::SUCCESS;
     }
-    Ok(ExitCode::SUCCESS)
+    report::say(&format!("error: {}: not everything in view was loaded", source.display()));
+    ExitCode::FAILURE
 }
 
 impl Shot {

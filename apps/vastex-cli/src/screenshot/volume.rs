@@ -49,11 +49,7 @@ pub(super) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         has_guides: true,
         has_hud: args.hud,
     };
-    if !shot.write(args, &output)? {
-        report::say(&format!("error: {}: not everything in view was loaded", scene.source.display()));
-        return Ok(ExitCode::FAILURE);
-    }
-    Ok(ExitCode::SUCCESS)
+    Ok(super::ended(shot.write(args, &output)?, &scene.source))
 }
 
 impl VolumeShot {

@@ -12,7 +12,7 @@ use anyhow::{Context, Result};
 use glam::DVec3;
 use vastex::{Preparer, Region, TextureId};
 use vastex_viewer::panels::VolumeValues;
-use vastex_viewer::volume_scene::{PointAsked, PointTold, VolumeLook};
+use vastex_viewer::volume_scene::{PointAnswer, PointAsked, VolumeLook};
 use vastex_volume::{VolumeError, VolumeSource};
 
 use crate::made_levels::LevelMaker;
@@ -38,7 +38,7 @@ pub(super) enum Done {
         time: u64,
         read: Result<Box<ReadLabels>>,
     },
-    Point(Result<PointTold>, u64),
+    Point(Result<PointAnswer>, u64),
     /// Which values a channel has.
     Values {
         channel: usize,

@@ -49,7 +49,7 @@ pub use shapes::{GeoJson, Shapes, ShapesError};
 pub use status::{StatusPlace, foot_rise, status_line, status_text};
 #[cfg(test)]
 pub(crate) use unnamed::unnamed;
-pub use volume::{VolumeChange, VolumePanel, VolumeTold};
+pub use volume::{VolumeChange, VolumePanel, VolumeStatus};
 pub use volume_panes::VolumePanes;
 pub use volume_values::VolumeValues;
 pub use volume_words::volume_status_text;

@@ -10,7 +10,7 @@ use super::volume_words::{place_text, point_rows};
 use crate::layers::Palette;
 use crate::volume::{OtherLabels, VolumeMode};
 use crate::volume_scene::{
-    ChannelLook, ClipLook, PointTold, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
+    ChannelLook, ClipLook, PointAnswer, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
 };
 
 /// Names of axes.
@@ -39,7 +39,7 @@ pub enum VolumeChange {
 
 /// What the panel is told.
 #[derive(Clone, Copy, Debug)]
-pub struct VolumeTold<'a> {
+pub struct VolumeStatus<'a> {
     /// What is known of the volume.
     pub facts: &'a VolumeFacts,
     /// The time that is seen.
@@ -50,10 +50,10 @@ pub struct VolumeTold<'a> {
     pub share: f64,
     /// Bricks that are missing, and levels that all are coarser so that they fit.
     pub missing: u32,
-    /// See [`VolumeTold::missing`].
+    /// See [`VolumeStatus::missing`].
     pub bias: f64,
     /// What lies where the last click was.
-    pub clicked: Option<&'a PointTold>,
+    pub clicked: Option<&'a PointAnswer>,
     /// Of each channel, as far as that is known, which values it has.
     pub values: &'a [Option<VolumeValues>],
 }
@@ -70,7 +70,7 @@ pub struct VolumePanel {
 
 impl VolumePanel {
     /// Shows everything, and changes the look in place. Gives back what is asked for beside that.
-    pub fn show(&mut self, ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) -> Vec<VolumeChange> {
+    pub fn show(&mut self, ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) -> Vec<VolumeChange> {
         let mut asked = Vec::new();
         layouts(ui, look, &mut asked);
         ui.separator();
@@ -91,7 +91,7 @@ impl VolumePanel {
         &mut self,
         ui: &mut Ui,
         look: &mut VolumeLook,
-        told: &VolumeTold<'_>,
+        told: &VolumeStatus<'_>,
         asked: &mut Vec<VolumeChange>,
     ) {
         if look.channels.is_empty() {
@@ -107,6 +107,7 @@ impl VolumePanel {
                 named(&shown, &format!("show {name}"));
                 let color = ui.color_edit_button_srgb(&mut channel.color);
                 named(&color, &format!("color of {name}"));
+                let name = channel.map.map_or(name.clone(), |map| format!("{name}: {map}"));
                 let label = ui.selectable_label(nth == self.chosen, name);
                 if label.on_hover_text("its range, gamma and opacity below").clicked() {
                     self.chosen = nth;
@@ -289,7 +290,7 @@ fn layouts(ui: &mut Ui, look: &mut VolumeLook, asked: &mut Vec<VolumeChange>) {
     });
 }
 
-fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) {
+fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
     ui.horizontal_wrapped(|ui| {
         for (mode, what) in VolumeMode::ALL.into_iter().zip(MODES) {
             if ui.selectable_label(look.mode == mode, mode.name()).on_hover_text(what).clicked() {
@@ -329,7 +330,7 @@ fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) {
     });
 }
 
-fn times(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>, asked: &mut Vec<VolumeChange>) {
+fn times(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>, asked: &mut Vec<VolumeChange>) {
     let times = told.facts.times;
     if times < 2 {
         return;
@@ -347,7 +348,7 @@ fn times(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>, asked: &mut 
     });
 }
 
-fn crosshair(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeTold<'_>) {
+fn crosshair(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
     let of = &told.facts.of;
     let voxel = look.voxel(of);
     ui.horizontal(|ui| {
@@ -398,7 +399,7 @@ fn clip(ui: &mut Ui, clip: &mut ClipLook) {
     }
 }
 
-fn state(ui: &mut Ui, look: &VolumeLook, told: &VolumeTold<'_>) {
+fn state(ui: &mut Ui, look: &VolumeLook, told: &VolumeStatus<'_>) {
     let mut said = format!("{:.0} % at the wanted level", (100.0 * told.share).floor());
     if told.missing > 0 {
         said += &format!(", {} bricks to come", told.missing);

@@ -81,7 +81,11 @@ pub(super) fn volume_histogram(
             (high - low).max(0.0)
         })
         .collect();
-    let most = shares.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    // What stands out far, as the background does, is cut off at the top.
+    let mut highest = shares.clone();
+    highest.sort_unstable_by(|a, b| b.total_cmp(a));
+    let most = highest.iter().copied().filter(|share| *share > 0.0).nth(2);
+    let most = most.unwrap_or(highest[0]).max(f64::MIN_POSITIVE);
     let column = |n: usize| graph.left() + graph.width() * n as f32 / COLUMNS as f32;
     let plain = ui.visuals().text_color().gamma_multiply(0.55);
     for (n, share) in shares.iter().enumerate() {
@@ -92,7 +96,7 @@ pub(super) fn volume_histogram(
         painter.rect_filled(part, 0.0, Color32::from_rgb(r, g, b));
         if *share > 0.0 {
             // Few values are seen beside many.
-            let height = (share / most).sqrt() as f32 * (HEIGHT - 4.0);
+            let height = (share / most).min(1.0).sqrt() as f32 * (HEIGHT - 4.0);
             let top = graph.bottom() - height.max(1.0);
             let bar = Rect::from_x_y_ranges(column(n)..=column(n + 1), top..=graph.bottom());
             painter.rect_filled(bar, 0.0, plain);

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::lengths::TexelSize;
-use crate::volume_scene::{PointTold, VolumeFacts};
+use crate::volume_scene::{PointAnswer, VolumeFacts};
 
 /// Units of length as OME names them, and as people write them.
 const UNITS: [(&str, &str); 9] = [
@@ -82,7 +82,7 @@ pub(super) fn place_text(facts: &VolumeFacts, place: DVec3) -> String {
 }
 
 /// What lies at a place, name by name.
-pub(super) fn point_rows(facts: &VolumeFacts, told: &PointTold) -> Vec<(String, String)> {
+pub(super) fn point_rows(facts: &VolumeFacts, told: &PointAnswer) -> Vec<(String, String)> {
     let value = |value: &crate::volume_scene::PointValue| {
         (facts.channel_name(value.channel), format!("{}  level {}", value.value, value.level))
     };
@@ -95,7 +95,7 @@ pub(super) fn point_rows(facts: &VolumeFacts, told: &PointTold) -> Vec<(String, 
 }
 
 /// The same in a line.
-pub fn volume_status_text(facts: &VolumeFacts, told: &PointTold) -> String {
+pub fn volume_status_text(facts: &VolumeFacts, told: &PointAnswer) -> String {
     let [x, y, z] = told.voxel;
     let mut said = format!("{x}, {y}, {z}");
     if let Some(place) = told.place {
@@ -144,7 +144,7 @@ mod tests {
             PointValue { channel: 2, value: "7".into(), level: 0 },
         ];
         let place = Some(DVec3::new(0.125, 0.125, 0.5));
-        let told = PointTold { number: 1, place, voxel: [0; 3], values, label: Some(3) };
+        let told = PointAnswer { number: 1, place, voxel: [0; 3], values, label: Some(3) };
         assert_eq!(
             volume_status_text(&facts, &told),
             "0, 0, 0   100.25, 0.25, -3 µm   nuclei 12   channel 2 7   label 3   level 0"

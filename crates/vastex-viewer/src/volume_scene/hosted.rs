@@ -3,7 +3,7 @@
 use vastex::{Prepared, Region, TextureId};
 
 use super::channels::{Channels, LabelsPlace};
-use super::point::{PointAsked, PointTold};
+use super::point::{PointAnswer, PointAsked};
 use super::{VolumeLook, VolumeScene};
 
 /// What a scene needs of its host.
@@ -177,7 +177,7 @@ impl VolumeScene {
 
     /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a
     /// click is selected, or none where there is none.
-    pub fn tell(&mut self, told: PointTold) {
+    pub fn tell(&mut self, told: PointAnswer) {
         let heard = self.points.tell(told);
         if let Some(place) = heard.cross {
             self.look.put_cross(&self.facts.of, place);

@@ -12,11 +12,12 @@ pub use clip::ClipLook;
 const HALF_HEIGHT: f64 = 15.0;
 /// Zooms of slices and in perspective.
 const ZOOMS: [f64; 2] = [0.05, 1e6];
-/// Colours of channels that have none: green, magenta, cyan, yellow, red, blue, as lenses are told apart.
-const PALETTE: [[u8; 3]; 6] =
+/// Colours of channels that have none, as sRGB codes: green, magenta, cyan, yellow, red, blue, as lenses are
+/// told apart.
+pub const CHANNEL_COLORS: [[u8; 3]; 6] =
     [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
-/// Channels that are shown where the file does not say which.
-const FIRST: usize = 4;
+/// Channels that are shown where the file does not say which, the first ones.
+pub const FIRST_CHANNELS: usize = 4;
 
 /// What is known of a volume before any of it is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -281,12 +282,12 @@ impl VolumeLook {
     pub fn first(facts: &VolumeFacts) -> VolumeLook {
         let middle = facts.of.extent() / 2.0;
         let is_named = facts.channels.iter().any(|channel| channel.is_active == Some(true));
-        let mut left = if is_named { MOST_CHANNELS } else { FIRST };
+        let mut left = if is_named { MOST_CHANNELS } else { FIRST_CHANNELS };
         let count = facts.channels.len();
         let channels = facts.channels.iter().enumerate().map(|(nth, channel)| {
             let is_shown = left > 0 && (!is_named || channel.is_active == Some(true));
             left -= usize::from(is_shown);
-            let usual = if count == 1 { [255; 3] } else { PALETTE[nth % PALETTE.len()] };
+            let usual = if count == 1 { [255; 3] } else { CHANNEL_COLORS[nth % CHANNEL_COLORS.len()] };
             let color = channel.color.unwrap_or(usual);
             ChannelLook { is_shown, color, range: None, gamma: 1.0, opacity: 1.0, map: None }
         });

@@ -39,13 +39,13 @@ pub use hosted::VolumeAsked;
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{
-    ChannelFacts, ChannelLook, ClipLook, LabelsLook, VolumeFacts, VolumeLayout, VolumeLook, VolumeOrbit,
-    VolumePane,
+    CHANNEL_COLORS, ChannelFacts, ChannelLook, ClipLook, FIRST_CHANNELS, LabelsLook, VolumeFacts,
+    VolumeLayout, VolumeLook, VolumeOrbit, VolumePane,
 };
 pub use picture::PICTURE;
 use picture::{Key, PanePicture};
 use point::Purpose;
-pub use point::{PointAsked, PointPlace, PointTold, PointValue, Points};
+pub use point::{PointAnswer, PointAsked, PointPlace, PointValue, Points};
 pub use sight::{PaneRect, PaneSight, pane_rects};
 
 /// What time it is: how long ago the host began.

@@ -42,7 +42,7 @@ pub struct PointValue {
 
 /// What lies at a place.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PointTold {
+pub struct PointAnswer {
     /// Of the question.
     pub number: u64,
     /// Where it is, in the scene's world; `None` where nothing is seen.
@@ -84,18 +84,18 @@ pub struct Points {
     wanted: [Option<(PointPlace, Purpose)>; 2],
     /// The question that is out.
     out: Option<(u64, Purpose, PointPlace)>,
-    clicked: Option<PointTold>,
-    below: Option<PointTold>,
+    clicked: Option<PointAnswer>,
+    below: Option<PointAnswer>,
 }
 
 impl Points {
     /// What lies where the last click was.
-    pub fn clicked(&self) -> Option<&PointTold> {
+    pub fn clicked(&self) -> Option<&PointAnswer> {
         self.clicked.as_ref()
     }
 
     /// What lies below the pointer, as far as that is known.
-    pub fn below(&self) -> Option<&PointTold> {
+    pub fn below(&self) -> Option<&PointAnswer> {
         self.below.as_ref()
     }
 
@@ -131,7 +131,7 @@ impl Points {
     }
 
     /// The answer. Says what follows from it: where a click along a ray has hit something, which label it is.
-    pub(super) fn tell(&mut self, told: PointTold) -> Heard {
+    pub(super) fn tell(&mut self, told: PointAnswer) -> Heard {
         let Some((_, purpose, place)) = self.out.take_if(|(number, ..)| *number == told.number) else {
             return Heard::default();
         };
@@ -154,7 +154,7 @@ mod tests {
         let mut points = Points::default();
         let at = |x: f64| PointPlace::At(DVec3::new(x, 0.0, 0.0));
         let told =
-            |number, place| PointTold { number, place, voxel: [0; 3], values: Vec::new(), label: None };
+            |number, place| PointAnswer { number, place, voxel: [0; 3], values: Vec::new(), label: None };
         points.want(at(1.0), Purpose::Below);
         let first = points.ask(2).unwrap();
         assert_eq!((first.place, first.time), (at(1.0), 2));
@@ -187,7 +187,8 @@ mod tests {
         ] {
             points.want(place, purpose);
             let number = points.ask(0).unwrap().number;
-            let told = PointTold { number, place: Some(DVec3::Y), voxel: [0; 3], values: Vec::new(), label };
+            let told =
+                PointAnswer { number, place: Some(DVec3::Y), voxel: [0; 3], values: Vec::new(), label };
             assert_eq!(points.tell(told), Heard { cross: Some(DVec3::Y), label: selected }, "{purpose:?}");
         }
     }

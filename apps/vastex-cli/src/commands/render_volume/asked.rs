@@ -13,7 +13,8 @@ use crate::args::{RenderVolumeArgs, Toward, VolumeScene};
 /// Samples of a ray beyond which it is not looked at further (volume.wgsl).
 const MOST_SAMPLES: f64 = 65_536.0;
 
-pub(super) fn no_volume(list: &ImageList) -> String {
+/// What is said where one volume is needed and several are there.
+pub(crate) fn no_volume(list: &ImageList) -> String {
     let first = list.images.first().map_or("", |image| image.as_str());
     format!(
         "{}: {} with {} images; name one, as in {}/{first}",

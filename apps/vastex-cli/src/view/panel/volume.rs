@@ -1,15 +1,15 @@
 //! The panel in the window while a volume is shown: files as for images, and the volume's own settings.
 
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
-use vastex_viewer::panels::{ViewsChange, VolumeChange, VolumePanel, VolumeTold, keys_window_of};
+use vastex_viewer::panels::{ViewsChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use vastex_viewer::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
 use super::{Asked, Panel, theme};
 
 /// What the panel is told of a volume.
-pub(in super::super) struct ToldOfVolume<'a> {
+pub(in super::super) struct StatusOfVolume<'a> {
     pub(in super::super) name: &'a str,
-    pub(in super::super) told: VolumeTold<'a>,
+    pub(in super::super) told: VolumeStatus<'a>,
     /// What `vastex info` says of it.
     pub(in super::super) rows: &'a [(String, String)],
 }
@@ -26,7 +26,7 @@ impl Panel {
         &mut self,
         ui: &mut Ui,
         (own, look): (&mut VolumePanel, &mut VolumeLook),
-        shown: &ToldOfVolume<'_>,
+        shown: &StatusOfVolume<'_>,
     ) -> AskedOfVolume {
         let (mut asked, mut changes) = (Vec::new(), Vec::new());
         if self.is_open {

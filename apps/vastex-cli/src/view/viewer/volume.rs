@@ -11,7 +11,7 @@ use vastex_viewer::VolumeViewText;
 use vastex_viewer::hud::{HudChange, HudData};
 use vastex_viewer::input::{Action, InputEvent};
 use vastex_viewer::panels::{
-    VolumeChange, VolumePanel, VolumePanes, VolumeTold, VolumeValues, status_line, volume_status_text,
+    VolumeChange, VolumePanel, VolumePanes, VolumeStatus, VolumeValues, status_line, volume_status_text,
 };
 use vastex_viewer::volume::VolumeError;
 use vastex_viewer::volume_scene::{
@@ -19,7 +19,7 @@ use vastex_viewer::volume_scene::{
 };
 
 use super::super::display::Display;
-use super::super::panel::volume::ToldOfVolume;
+use super::super::panel::volume::StatusOfVolume;
 use super::super::title::TitleParts;
 use super::super::volume_work::{Done, VolumeWork};
 use super::{SLOW, Viewer, Wake};
@@ -362,7 +362,7 @@ impl Viewer {
         let clicked = volume.scene.points().clicked().cloned();
         let below = volume.scene.points().below().map(|told| volume_status_text(&facts, told));
         let below = below.filter(|_| self.panel.values_are_shown());
-        let told = VolumeTold {
+        let told = VolumeStatus {
             facts: &facts,
             seen_time: volume.scene.seen_time(),
             is_playing: volume.scene.is_playing(),
@@ -372,7 +372,7 @@ impl Viewer {
             clicked: clicked.as_ref(),
             values: &volume.values,
         };
-        let shown = ToldOfVolume { name: &volume.name, told, rows: &volume.rows };
+        let shown = StatusOfVolume { name: &volume.name, told, rows: &volume.rows };
         let (panes, names, own) = (volume.scene.panes(), &volume.names, &mut volume.panel);
         let mut look = volume.scene.look.clone();
         let notice = self.title.notice().map(str::to_owned);

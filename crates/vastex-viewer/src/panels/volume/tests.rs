@@ -14,7 +14,7 @@ struct Shown {
     look: VolumeLook,
     panel: VolumePanel,
     asked: Vec<VolumeChange>,
-    clicked: Option<PointTold>,
+    clicked: Option<PointAnswer>,
     values: Vec<Option<VolumeValues>>,
 }
 
@@ -32,7 +32,7 @@ impl Shown {
     }
 
     fn show(ui: &mut Ui, shown: &mut Shown) {
-        let told = VolumeTold {
+        let told = VolumeStatus {
             facts: &shown.facts,
             seen_time: 0,
             is_playing: false,
@@ -213,7 +213,7 @@ fn a_click_tells_values_with_their_level_and_place() {
     let mut shown = Shown::new(facts_for_tests());
     let values = vec![PointValue { channel: 0, value: "1234".into(), level: 1 }];
     let (place, label) = (Some(DVec3::new(1.0, 2.0, 3.0)), Some(4_294_967_301));
-    shown.clicked = Some(PointTold { number: 1, place, voxel: [4, 8, 3], values, label });
+    shown.clicked = Some(PointAnswer { number: 1, place, voxel: [4, 8, 3], values, label });
     let harness = shown.harness();
     for said in ["1234  level 1", "4294967301", "102, 4, 2 µm", "4, 8, 3"] {
         assert!(harness.query_by_label(said).is_some(), "{said}");
