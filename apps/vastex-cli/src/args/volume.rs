@@ -23,7 +23,10 @@ pub(crate) fn with_volume(mut args: Vec<OsString>) -> Vec<OsString> {
     // The view of a volume says so itself.
     let is_view = words.windows(2).any(|two| two[0] == "--view" && VolumeViewText::is_meant(&two[1]))
         || words.iter().any(|word| word.strip_prefix("--view=").is_some_and(VolumeViewText::is_meant))
-        || words.iter().any(|word| Link::is_link(word) && word.contains("view=volume:"));
+        || words.iter().any(|word| {
+            let view = word.parse::<Link>().ok().and_then(|link| link.view);
+            view.is_some_and(|view| VolumeViewText::is_meant(&view))
+        });
     let place = words.iter().skip(1).position(|word| !word.starts_with('-')).map(|place| place + 1);
     if let Some(place) = place.filter(|&place| words[place] == "render" && (follows || is_joined || is_view))
     {
