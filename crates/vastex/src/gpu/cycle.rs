@@ -20,8 +20,8 @@ pub(super) struct Cycle {
     /// Of each position, how many feedbacks had come when it came last; 0 where it has not.
     seen: Vec<u64>,
     come: u64,
-    /// The frame that was recorded last.
-    recorded: u64,
+    /// The frame in which the view was drawn last, whether there was room for its feedback or not.
+    drawn: Option<u64>,
 }
 
 impl Cycle {
@@ -36,7 +36,13 @@ impl Cycle {
         self.lost.retain(|&lost| lost != pass);
         self.next = self.next.max(pass + 1);
         self.under_way.push_back((frame, pass));
-        self.recorded = frame;
+        self.drawn = Some(frame);
+    }
+
+    /// The view is drawn in a frame, and so many feedbacks are on their way that there is no room for it: a
+    /// slow device is no reason to take the view for one that nobody draws.
+    pub(super) fn find_no_room(&mut self, frame: u64) {
+        self.drawn = Some(frame);
     }
 
     /// A frame's feedback has come, in a cycle of so many positions.
@@ -66,7 +72,7 @@ impl Cycle {
     /// Whether each of so many positions is among the last feedbacks, as many as there are positions; also
     /// where the view is not drawn: never, or not for so many frames.
     pub(super) fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
-        let is_drawn = self.next > 0 && self.recorded + length >= frame;
+        let is_drawn = self.drawn.is_some_and(|drawn| drawn + length >= frame);
         let is_recent = |&seen: &u64| seen > 0 && seen + length > self.come;
         !is_drawn || self.seen.len() as u64 == length && self.seen.iter().all(is_recent)
     }
@@ -113,6 +119,21 @@ mod tests {
             }
         }
         (cycle, whole)
+    }
+
+    /// A device that answers late leaves no room for feedback, for longer than a cycle.
+    #[test]
+    fn a_view_without_room_for_its_feedback_is_not_taken_for_a_hidden_one() {
+        let mut cycle = Cycle::default();
+        (0..LENGTH).for_each(|frame| cycle.record(frame, frame));
+        (0..LENGTH).for_each(|frame| cycle.come(frame, LENGTH));
+        assert!(cycle.is_seen_whole(LENGTH, LENGTH));
+        cycle.begin_anew();
+        for frame in LENGTH..10 * LENGTH {
+            cycle.find_no_room(frame);
+            assert!(!cycle.is_seen_whole(frame, LENGTH), "frame {frame}");
+        }
+        assert!(cycle.is_seen_whole(12 * LENGTH, LENGTH), "nobody draws it any more");
     }
 
     /// It says whole exactly where the last 16 that came showed all of the 16 positions, and does so soon

@@ -120,11 +120,13 @@ impl Gpu {
         let recorded = path.readback.record(&self.device, encoder, frame);
         // What was dropped meanwhile may have had the same frame: that comes first.
         path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));
-        if recorded {
-            state.cycle.record(frame, pass);
-            if let Some(due) = &mut self.due {
-                due.record(frame, view);
-            }
+        if !recorded {
+            state.cycle.find_no_room(frame);
+            return;
+        }
+        state.cycle.record(frame, pass);
+        if let Some(due) = &mut self.due {
+            due.record(frame, view);
         }
     }
 
