@@ -28,6 +28,14 @@ pub const MOST_WEIGHT: u32 = 16;
 pub const FEEDBACK_SCALE: u32 = 8;
 /// Frames after which the feedback pass has looked at every one of its sample positions.
 pub const JITTER_CYCLE: u32 = 16;
+/// Bricks that a ray asks for in one frame at most: a feedback target of so many rows is as high as the
+/// picture.
+pub const RAY_ANSWERS: u32 = 8;
+/// Jitter cycles of a view at most, until each of its rays has asked for every brick that it meets: as many
+/// as the working set can count the feedbacks of in 8 bits.
+pub const RAY_TURNS: u32 = u8::MAX as u32 / JITTER_CYCLE;
+/// Bricks of a ray that a feedback pixel counts at most.
+pub const RAY_BRICKS: u32 = 4096;
 /// Levels that a texture can have.
 pub const MAX_LEVELS: u32 = 32;
 /// Feedback flag: the pixel shows no virtual texture.
@@ -68,6 +76,7 @@ pub const WGSL: &[(&str, u32)] = &[
     ("MOST_WEIGHT", MOST_WEIGHT),
     ("FEEDBACK_SCALE", FEEDBACK_SCALE),
     ("JITTER_CYCLE", JITTER_CYCLE),
+    ("RAY_BRICKS", RAY_BRICKS),
     ("MAX_LEVELS", MAX_LEVELS),
     ("FEEDBACK_EMPTY", FEEDBACK_EMPTY),
     ("FEEDBACK_WANTED", FEEDBACK_WANTED),

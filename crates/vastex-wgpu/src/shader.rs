@@ -79,9 +79,6 @@ const PUBLIC_CONSTANTS: [&str; 5] =
 /// What begins the names of internal ones that every text has, for what is compared with it.
 const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 
-/// Bricks of a ray that a feedback pixel counts at most.
-const RAY_BRICKS: u32 = 4096;
-
 /// The WGSL that an application puts after its own shader: `MY_SHADER.to_owned() + &wgsl(&kinds, place)`.
 ///
 /// So the application's `enable`, `requires` and `diagnostic` directives, which WGSL has before everything
@@ -431,7 +428,6 @@ fn constants(text: &str) -> String {
     know("RECORD_LEVEL", RECORD_LEVEL as u32);
     know("RECORD_VOLUME_LEVEL", RECORD_VOLUME_LEVEL as u32);
     know("RANGE_COLUMNS", RANGE_COLUMNS);
-    know("RAY_BRICKS", RAY_BRICKS);
     know("NUMBER_MASK", (1 << shader_constants::TEXTURE_BITS) - 1);
     know("VIEWS", VIEWS);
     let modes = [AddressMode::Clamp, AddressMode::Wrap, AddressMode::Mirror, AddressMode::Border];

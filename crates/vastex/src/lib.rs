@@ -92,7 +92,7 @@ pub use textures::{
     AddError, Ahead, Bindings, Cpu, Inspect, Memory, Pixels, TextureMut, TextureRef, Textures, TraceControl,
     ViewMut, ViewRef, ViewSettings,
 };
-pub use vastex_core::shader_constants::JITTER_CYCLE;
+pub use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
     GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue, PageId,
@@ -120,8 +120,8 @@ pub mod source {
     };
     pub use vastex_tiles::{
         Codec, Container, ContainerError, DecodeError, ImageSourceError, Info, LimitedSource, LoadError,
-        MaybeSend, MaybeSync, PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache, ReadError,
-        ReadFuture, ReadLimit, Reduction, Saved, SourceKey, Store, StoreError, StoreFuture, Tile,
+        MaybeSend, MaybeSync, MemoryStore, PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache,
+        ReadError, ReadFuture, ReadLimit, Reduction, Saved, SourceKey, Store, StoreError, StoreFuture, Tile,
         decode_layer,
     };
     #[cfg(not(target_family = "wasm"))]

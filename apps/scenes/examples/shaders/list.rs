@@ -173,6 +173,7 @@ fn whole(visit: &mut Visit<'_>) {
 
 fn scenes(visit: &mut Visit<'_>) {
     visit("encode", vastex_viewer::stage::encode_text());
+    visit("mean", vastex_viewer::volume::mean_text());
     layer_lists::each(visit);
     lit_planets::each(visit);
     volumes::each(visit);

@@ -296,6 +296,8 @@ pub(super) struct RayUniform {
     pub(super) anchor: [u32; 3],
     pub(super) view: u32,
     plane: [f32; 4],
+    pub(super) share: f32,
+    unused: [f32; 3],
 }
 
 impl RayUniform {

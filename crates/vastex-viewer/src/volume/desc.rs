@@ -1,6 +1,7 @@
 //! What is drawn of a volume, and how many bricks its rays meet.
 
 use glam::DVec3;
+use vastex::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
 
 use super::camera::{VolumeBox, VolumeClip, VolumeView};
 #[cfg(doc)]
@@ -65,6 +66,10 @@ pub struct VolumeDesc {
     pub is_exact: bool,
     /// What is left of it for rays.
     pub clip: VolumeClip,
+    /// Of how many pictures that of a camera which rests is the mean, where the host goes on with it
+    /// ([`VolumeRenderer::go_on`](super::VolumeRenderer::go_on)); 1 for no other picture than the first. What
+    /// frames draw by themselves never hangs on it.
+    pub passes: u32,
 }
 
 impl VolumeDesc {
@@ -72,7 +77,8 @@ impl VolumeDesc {
     pub fn new(of: VolumeBox, channels: Vec<VolumeChannel>) -> VolumeDesc {
         let mode = VolumeMode::default();
         let (labels, clip) = (None, VolumeClip::default());
-        VolumeDesc { of, channels, labels, mode, step: 1.0, density: 1.0, iso: 0.5, is_exact: false, clip }
+        let (step, density, iso, is_exact, passes) = (1.0, 1.0, 0.5, false, 1);
+        VolumeDesc { of, channels, labels, mode, step, density, iso, is_exact, clip, passes }
     }
 
     /// An upper estimate of the bricks of `brick` voxels a side that one ray of a picture meets: 1 to 120, as
@@ -116,10 +122,8 @@ impl VolumeDesc {
 
 /// Frames in which each ray of a view has asked for so many bricks from every place that feedback looks at.
 pub fn frames_to_ask(bricks: u32) -> u64 {
-    u64::from(vastex::JITTER_CYCLE) * u64::from(bricks.div_ceil(BRICKS_IN_A_FRAME).max(1))
+    u64::from(JITTER_CYCLE) * u64::from(bricks.div_ceil(RAY_ANSWERS).max(1))
 }
 
 /// As many bricks as a view can ask for along one ray.
-const MOST_BRICKS: u32 = 120;
-/// Bricks that a ray asks for in one frame: as many as a view whose camera moves keeps up with.
-pub(super) const BRICKS_IN_A_FRAME: u32 = 8;
+const MOST_BRICKS: u32 = RAY_ANSWERS * RAY_TURNS;

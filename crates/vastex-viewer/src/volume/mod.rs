@@ -15,5 +15,5 @@ pub use camera::{VolumeBox, VolumeCamera, VolumeClip, VolumeFace, VolumePlane, V
 pub use channel::{MOST_CHANNELS, VolumeChannel, volume_tables};
 pub use desc::{VolumeDesc, VolumeMode, frames_to_ask};
 pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, usual_color};
-pub use renderer::{VolumeCameraBinding, VolumeError, VolumeRenderer};
-pub use text::{LabelsInText, volume_text};
+pub use renderer::{StillStep, VolumeCameraBinding, VolumeError, VolumeRenderer, VolumeStill};
+pub use text::{LabelsInText, mean_text, volume_text};

@@ -1,21 +1,25 @@
 //! Draws volumes: the picture, and the feedback pass that goes with it.
 
 mod parts;
+mod pipelines;
+mod still;
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bytemuck::{Pod, Zeroable};
-use vastex::{Error, Kinds, LayerId, Member, Sampled, Textures, shader_module};
+use vastex::{Error, Kinds, LayerId, Member, RAY_ANSWERS, Sampled, Textures, shader_module};
 
 use super::camera::{RayUniform, VolumeView};
 use super::channel::{ChannelUniform, MOST_CHANNELS, VolumeChannel};
-use super::desc::{BRICKS_IN_A_FRAME, VolumeDesc, VolumeMode};
+use super::desc::{VolumeDesc, VolumeMode};
 use super::labels::{LabelBinding, LabelsOnGpu};
 use super::text::{LabelsInText, told_in, volume_text};
 use crate::gpu::Gpu;
 use crate::layers::PaletteUniform;
-use crate::stage::{DEPTH_FORMAT, StageScene, Target, Uniform, takes_light};
+use crate::stage::{StageScene, Target, Uniform};
+use pipelines::{Pipelines, Purpose};
+pub use still::{StillStep, VolumeStill};
 
 /// What a volume is seen through.
 #[derive(Debug)]
@@ -75,13 +79,9 @@ pub struct VolumeRenderer {
     layout: wgpu::PipelineLayout,
     camera_layout: wgpu::BindGroupLayout,
     camera: VolumeCameraBinding,
-    /// By the number of a mode, slices last: those of the picture, and those of feedback.
-    picture: Pipelines,
-    wanted: Pipelines,
+    /// Shared by renderers that draw by one text.
+    pipelines: Arc<Pipelines>,
 }
-
-/// Shared by renderers that draw by one text.
-type Pipelines = Arc<[OnceLock<wgpu::RenderPipeline>; MODES]>;
 
 /// Modes, and slices.
 const MODES: usize = VolumeMode::ALL.len() + 1;
@@ -132,8 +132,7 @@ impl VolumeRenderer {
             labels,
             told_in,
             camera_layout,
-            picture: Default::default(),
-            wanted: Default::default(),
+            pipelines: Arc::default(),
         })
     }
 
@@ -170,75 +169,6 @@ impl VolumeRenderer {
         let labels = |desc: &VolumeDesc| desc.labels.as_ref().map(|l| (l.layer, l.colors.clone()));
         debug_assert_eq!(labels(&desc), labels(&self.desc));
         self.desc = desc;
-    }
-
-    /// The number of what a camera sees.
-    fn mode(&self, camera: &VolumeCameraBinding) -> usize {
-        match camera.is_slice.load(Ordering::Relaxed) {
-            true => MODES - 1,
-            false => VolumeMode::ALL.iter().position(|mode| *mode == self.desc.mode).unwrap_or(0),
-        }
-    }
-
-    fn pipeline(&self, mode: usize, is_wanted: bool) -> wgpu::RenderPipeline {
-        let encodes = !takes_light(self.format);
-        let constants = [
-            ("VOLUME_MODE", mode as f64),
-            ("VOLUME_EXACT", f64::from(u8::from(self.desc.is_exact))),
-            ("VOLUME_ENCODES", f64::from(u8::from(encodes))),
-        ];
-        // A module knows what its entry points need, of either stage; feedback encodes nothing.
-        let constants = if is_wanted { &constants[..2] } else { &constants[..] };
-        let compilation_options = wgpu::PipelineCompilationOptions { constants, ..Default::default() };
-        let (vertex, fragment, format) = match is_wanted {
-            true => ("volume_fill_wanted", "volume_want", Textures::FEEDBACK_FORMAT),
-            false => ("volume_fill", "volume_picture", self.format),
-        };
-        self.gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("volume"),
-            layout: Some(&self.layout),
-            vertex: wgpu::VertexState {
-                module: &self.module,
-                entry_point: Some(vertex),
-                compilation_options: compilation_options.clone(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: Some(wgpu::DepthStencilState {
-                format: DEPTH_FORMAT,
-                depth_write_enabled: Some(false),
-                depth_compare: Some(wgpu::CompareFunction::Always),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &self.module,
-                entry_point: Some(fragment),
-                compilation_options,
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        })
-    }
-
-    fn draw(
-        &self,
-        camera: &VolumeCameraBinding,
-        pass: &mut wgpu::RenderPass<'_>,
-        textures: &wgpu::BindGroup,
-        is_wanted: bool,
-    ) {
-        let mode = self.mode(camera);
-        let pipelines = if is_wanted { &self.wanted } else { &self.picture };
-        pass.set_pipeline(pipelines[mode].get_or_init(|| self.pipeline(mode, is_wanted)));
-        pass.set_bind_group(0, textures, &[]);
-        pass.set_bind_group(1, &camera.uniform.group, &[]);
-        if let Some(labels) = &camera.labels {
-            pass.set_bind_group(2, &labels.group, &[]);
-        }
-        pass.draw(0..3, 0..1);
     }
 }
 
@@ -315,33 +245,27 @@ pub enum VolumeError {
     Textures(#[from] Error),
 }
 
-impl StageScene for VolumeRenderer {
-    type Pose = VolumeView;
-    type Camera = VolumeCameraBinding;
-
-    fn sampled(&self) -> Sampled {
-        self.bound
-    }
-
-    fn place(
+impl VolumeRenderer {
+    /// Moves a camera to a pose, for a picture of so many pixels whose samples lie at this share of their
+    /// parts of a ray, where they jitter.
+    fn place_at(
         &self,
         camera: &VolumeCameraBinding,
-        queue: &wgpu::Queue,
-        textures: &Textures,
-        pose: &VolumeView,
-        picture: [u32; 2],
+        (queue, textures): (&wgpu::Queue, &Textures),
+        (pose, picture): (&VolumeView, [u32; 2]),
+        share: f32,
     ) {
         let VolumeDesc { of, channels, labels, step, density, iso, .. } = &self.desc;
         let is_still = camera.see(*pose, picture);
         let bricks = self.desc.bricks_of_a_ray(pose, self.brick, picture);
         // What few rays meet is asked for when the camera rests.
-        let bricks = if is_still { bricks } else { bricks.min(BRICKS_IN_A_FRAME) };
+        let bricks = if is_still { bricks } else { bricks.min(RAY_ANSWERS) };
         camera.bricks.store(bricks, Ordering::Relaxed);
         let of_pose = pose.rays(of, picture);
         let mut rays = RayUniform::new(of, &of_pose, picture);
         // R of docs/volumes.md.
         rays.density = (density * 100.0 / of.extent().max_element()) as f32;
-        (rays.step, rays.iso, rays.view) = (*step as f32, *iso, camera.view);
+        (rays.step, rays.iso, rays.view, rays.share) = (*step as f32, *iso, camera.view, share);
         let shown = channels.iter().take(MOST_CHANNELS);
         rays.channels = shown.len() as u32;
         let ids = textures.bindings().ids(self.of_channels).unwrap_or_default();
@@ -366,6 +290,26 @@ impl StageScene for VolumeRenderer {
         }
         camera.uniform.set(queue, &told);
     }
+}
+
+impl StageScene for VolumeRenderer {
+    type Pose = VolumeView;
+    type Camera = VolumeCameraBinding;
+
+    fn sampled(&self) -> Sampled {
+        self.bound
+    }
+
+    fn place(
+        &self,
+        camera: &VolumeCameraBinding,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        pose: &VolumeView,
+        picture: [u32; 2],
+    ) {
+        self.place_at(camera, (queue, textures), (pose, picture), 0.5);
+    }
 
     fn bricks_of_a_ray(&self, camera: &VolumeCameraBinding) -> u32 {
         camera.bricks.load(Ordering::Relaxed)
@@ -377,7 +321,7 @@ impl StageScene for VolumeRenderer {
         pass: &mut wgpu::RenderPass<'_>,
         textures: &wgpu::BindGroup,
     ) {
-        self.draw(camera, pass, textures, true);
+        self.draw(camera, pass, textures, Purpose::Wanted);
     }
 
     fn draw_picture(
@@ -388,7 +332,7 @@ impl StageScene for VolumeRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, glam::Vec4::W);
-        self.draw(camera, &mut pass, textures, false);
+        self.draw(camera, &mut pass, textures, Purpose::Picture);
     }
 }
 
@@ -414,7 +358,7 @@ mod tests {
         };
         assert_eq!(size("VolumeChannel"), (7, size_of::<ChannelUniform>()));
         assert_eq!(size("VolumeScene").1, size_of::<SceneUniform>());
-        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 11 * 16);
+        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 12 * 16);
     }
 
     #[test]

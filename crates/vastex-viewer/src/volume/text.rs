@@ -23,6 +23,7 @@ pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> St
     let volume = [
         include_str!("wgsl/volume.wgsl"),
         include_str!("wgsl/maps.wgsl"),
+        include_str!("wgsl/steps.wgsl"),
         include_str!("wgsl/want.wgsl"),
         include_str!("../stage/wgsl/display.wgsl"),
     ];
@@ -38,6 +39,11 @@ pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> St
         wgpu::BufferUsages::STORAGE => text.replace("var<uniform> volume_", "var<storage, read> volume_"),
         _ => text,
     }
+}
+
+/// The text of the shader that shows the mean of several pictures.
+pub fn mean_text() -> String {
+    [include_str!("wgsl/mean.wgsl"), include_str!("../stage/wgsl/display.wgsl")].join("\n")
 }
 
 /// What the buffers are from which shaders with these labels are told. Mesa's lavapipe (to 23.0 at least)

@@ -10,7 +10,7 @@ use crate::volume::{
     LabelColors, VolumeBox, VolumeChannel, VolumeDesc, VolumeError, VolumeLabels, VolumeRenderer,
 };
 
-use super::picture::PICTURE;
+use super::picture::{PASSES, PICTURE};
 
 /// A channel at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -211,6 +211,7 @@ impl Channels {
             iso: iso.map_or(0.5, |stored| (stored - facts.base) / facts.gain) as f32,
             clip: look.clip.of(&facts.of),
             labels,
+            passes: PASSES,
             ..VolumeDesc::new(facts.of, shown)
         };
         // Other labels, or none, are another text.

@@ -279,7 +279,8 @@ impl VolumeScene {
         }
         let panes = self.panes();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let mut drawn = Vec::new();
+        let (mut drawn, mut is_seen) = (Vec::new(), false);
+        let may_go_on = !is_whole_asked && self.is_resting();
         for pane in &panes {
             let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
             let key = self.key(&sight);
@@ -305,13 +306,19 @@ impl VolumeScene {
             }
             let with = (renderer, &self.textures);
             let was = picture.draw(&self.gpu, &mut encoder, with, (&sight, key), is_whole_asked);
+            is_seen |= was.is_some();
             drawn.extend(was.map(|was_small| (nth, was_small)));
+            if was.is_none() && may_go_on {
+                let went_on = picture.go_on(&mut encoder, with, (&sight, key));
+                is_seen |= went_on == Some(true);
+                drawn.extend(went_on.map(|_| (nth, false)));
+            }
             if *picture.seen() != before {
                 self.painted += 1;
             }
         }
         self.gpu.queue.submit([encoder.finish()]);
-        let is_drawn = !drawn.is_empty() || self.painted != before;
+        is_seen |= self.painted != before;
         if !drawn.is_empty() {
             let (ended, clock) = (Arc::new(AtomicU64::new(NEVER)), self.clock.clone());
             let told = ended.clone();
@@ -320,6 +327,6 @@ impl VolumeScene {
             });
             self.under_way = Some((now, ended, drawn));
         }
-        Ok(is_drawn)
+        Ok(is_seen)
     }
 }

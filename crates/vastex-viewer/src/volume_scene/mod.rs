@@ -17,6 +17,7 @@ mod look;
 mod picture;
 mod point;
 mod sight;
+mod still;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64};
@@ -275,7 +276,7 @@ impl VolumeScene {
     /// Whether a frame is due by itself.
     pub fn is_due(&self) -> bool {
         let is_played = self.is_playing || self.ahead.is_loading();
-        !self.is_settled() || is_played || self.under_way.is_some()
+        !self.is_settled() || is_played || self.under_way.is_some() || self.goes_on()
     }
 
     /// Whether every brick that is seen was asked for, and is there or cannot be had.

@@ -3,7 +3,7 @@
 
 use crate::gpu::Gpu;
 use crate::stage::{Canvas, StageScene, TargetKind};
-use crate::volume::{VolumeCameraBinding, VolumeRenderer, VolumeView};
+use crate::volume::{StillStep, VolumeCameraBinding, VolumeRenderer, VolumeStill, VolumeView};
 
 use super::sight::PaneSight;
 
@@ -17,6 +17,11 @@ const SMALLEST: u32 = 6;
 /// Pixels that are drawn at once at first, and into how many parts a picture is divided at most.
 const FIRST_PIXELS: f64 = 30_000.0;
 const MOST_PARTS: f64 = 10.0;
+/// Of how many pictures that of a camera that rests is the mean, and how many seconds these may take.
+pub(super) const PASSES: u32 = 16;
+const STILL_SECONDS: f64 = 3.0;
+/// Pictures whose mean is worth that, at least.
+const FEWEST_PASSES: u32 = 4;
 
 /// What a picture follows from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +55,13 @@ pub(super) struct PanePicture {
     times: u32,
     pixels: f64,
     camera: VolumeCameraBinding,
+    /// The mean of several pictures of what is in the full one, what it is of, and how many seconds it took.
+    still: Option<VolumeStill>,
+    still_of: Option<Key>,
+    still_seconds: f64,
+    is_still_under_way: bool,
+    /// What is seen as well as it can be.
+    rested: Option<Key>,
 }
 
 impl PanePicture {
@@ -65,12 +77,18 @@ impl PanePicture {
             times: if is_slow { 3 } else { 1 },
             pixels: if is_slow { FIRST_PIXELS } else { f64::INFINITY },
             camera,
+            still: None,
+            still_of: None,
+            still_seconds: 0.0,
+            is_still_under_way: false,
+            rested: None,
         }
     }
 
     /// What it is drawn through from here on.
     pub(super) fn set_camera(&mut self, camera: VolumeCameraBinding) {
         self.camera = camera;
+        (self.still, self.still_of, self.rested) = (None, None, None);
     }
 
     /// Of another size from here on.
@@ -78,6 +96,7 @@ impl PanePicture {
         if self.full.size() != size {
             self.full = Canvas::new(gpu, size, PICTURE, TargetKind::Direct);
             (self.small, self.drawn, self.drawing, self.seen_small) = (None, None, None, None);
+            (self.still, self.still_of, self.rested) = (None, None, None);
         }
     }
 
@@ -102,6 +121,9 @@ impl PanePicture {
 
     /// Takes in how many seconds took what was drawn last.
     pub(super) fn took(&mut self, seconds: f64, was_small: bool) {
+        if std::mem::take(&mut self.is_still_under_way) {
+            self.still_seconds += seconds;
+        }
         match was_small {
             true if seconds > LONG => self.times = (self.times + 1).min(SMALLEST),
             true if seconds < SHORT => self.times = self.times.saturating_sub(1).max(1),
@@ -156,10 +178,7 @@ impl PanePicture {
             Some((begun, row)) if begun.is_of_same_view(&key) => (begun, row),
             _ => (key, 0),
         };
-        let rows = match is_whole_asked || self.pixels.is_infinite() {
-            true => size[1],
-            false => (self.pixels / f64::from(size[0].max(1))).ceil().clamp(1.0, f64::from(size[1])) as u32,
-        };
+        let rows = if is_whole_asked { size[1] } else { self.rows() };
         let to = from.saturating_add(rows).min(size[1]);
         renderer.place(&self.camera, &gpu.queue, textures, &sight.view(1), size);
         renderer.draw_rows(&self.camera, encoder, group, &self.full.target(), (size, from..to));
@@ -173,6 +192,66 @@ impl PanePicture {
             }
         }
         Some(false)
+    }
+
+    /// Of how many pictures what is seen is the mean.
+    pub(super) fn passes(&self) -> u32 {
+        let is_seen = self.still_of.is_some() && self.still_of == self.drawn;
+        self.still.as_ref().filter(|_| is_seen).map_or(1, |still| still.passes().max(1))
+    }
+
+    /// Whether nothing makes the picture of this better, as far as it is whole.
+    pub(super) fn is_rested(&self, renderer: &VolumeRenderer, key: &Key) -> bool {
+        !self.is_of(key) || self.rested == Some(*key) || !renderer.is_better_still(&key.view)
+    }
+
+    /// Draws the next part of one more picture of what stays as it is, whose samples lie elsewhere, for the
+    /// mean of all. Gives back whether there is anything new to be seen; `None` if there was nothing to draw.
+    pub(super) fn go_on(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (renderer, textures): (&VolumeRenderer, &vastex::Textures),
+        (sight, key): (&PaneSight, Key),
+    ) -> Option<bool> {
+        if self.is_rested(renderer, &key) {
+            return None;
+        }
+        if self.still_of != Some(key) {
+            (self.still_of, self.still_seconds) = (Some(key), 0.0);
+        }
+        let (size, rows) = (self.full.size(), self.rows());
+        let still = self.still.get_or_insert_with(|| renderer.new_still(size));
+        // A slow device has more than one part of a picture to show for its time, or nothing.
+        let passes = still.passes();
+        let share = f64::from(FEWEST_PASSES) / f64::from(passes.clamp(1, FEWEST_PASSES));
+        if passes > 0 && self.still_seconds * share > STILL_SECONDS {
+            self.rested = Some(key);
+            let is_shown = passes >= FEWEST_PASSES;
+            if is_shown {
+                renderer.draw_mean(still, encoder, &self.full.target());
+            }
+            return Some(is_shown);
+        }
+        let of = (&sight.view(1), key.content);
+        let step = renderer.go_on(still, encoder, (&self.camera, textures), of, rows);
+        let is_shown = step == StillStep::Shows;
+        if is_shown {
+            renderer.draw_mean(still, encoder, &self.full.target());
+        }
+        if still.passes() >= renderer.desc().passes || step == StillStep::Rests {
+            self.rested = Some(key);
+        }
+        self.is_still_under_way = step != StillStep::Rests;
+        self.is_still_under_way.then_some(is_shown)
+    }
+
+    /// How many rows are drawn at once.
+    fn rows(&self) -> u32 {
+        let [width, height] = self.full.size();
+        match self.pixels.is_infinite() {
+            true => height,
+            false => (self.pixels / f64::from(width.max(1))).ceil().clamp(1.0, f64::from(height)) as u32,
+        }
     }
 }
 

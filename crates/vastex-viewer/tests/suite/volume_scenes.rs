@@ -15,8 +15,8 @@ use vastex_viewer::input::{InputEvent, Key};
 use vastex_viewer::stage::TextureRead;
 use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, LabelsPlace, PaneRect, PointAnswer, PointPlace, VolumeAsked, VolumeFacts, VolumeHeard,
-    VolumeLayout, VolumeOrbit, VolumePane, VolumePictures, VolumeScene,
+    ChannelFacts, LabelsPlace, PaneRect, PointAnswer, PointPlace, VolumeAsked, VolumeClock, VolumeFacts,
+    VolumeHeard, VolumeLayout, VolumeOrbit, VolumePane, VolumePictures, VolumeScene,
 };
 
 const SIZE: [u32; 3] = [40, 32, 24];
@@ -51,9 +51,9 @@ impl TileSource for Even {
 }
 
 /// A scene, and who reads its channels: the value of one at a time is `40 * (channel + 1) + time`.
-struct Host {
-    gpu: Gpu,
-    scene: VolumeScene,
+pub(crate) struct Host {
+    pub(crate) gpu: Gpu,
+    pub(crate) scene: VolumeScene,
     sources: Vec<((usize, u64), Arc<Even>)>,
     /// Channels that are not read, until they are.
     held: Vec<(usize, u64)>,
@@ -62,6 +62,11 @@ struct Host {
 
 impl Host {
     fn new(channels: usize, times: u64, pace: Pace) -> Host {
+        let begun = std::time::Instant::now();
+        Host::with_clock(channels, times, pace, Arc::new(move || begun.elapsed()))
+    }
+
+    pub(crate) fn with_clock(channels: usize, times: u64, pace: Pace, clock: VolumeClock) -> Host {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let facts = VolumeFacts {
             name: "even".into(),
@@ -81,13 +86,11 @@ impl Host {
         let default_pool = PoolTuning { bytes: Some(8 << 20), ..PoolTuning::default() };
         let pools = PoolSettings { default_pool, ..PoolSettings::default() };
         let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
-        let begun = std::time::Instant::now();
-        let clock = Arc::new(move || begun.elapsed());
         let scene = VolumeScene::new(&gpu, facts, settings, clock).unwrap();
         Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false }
     }
 
-    fn lockstep(channels: usize, times: u64) -> Host {
+    pub(crate) fn lockstep(channels: usize, times: u64) -> Host {
         Host::new(channels, times, Pace::LockStep { latency_frames: 1 })
     }
 
@@ -115,7 +118,7 @@ impl Host {
         self.scene.add_labels((nth, time), prepared, place).unwrap();
     }
 
-    fn frame(&mut self, pictures: VolumePictures) {
+    pub(crate) fn frame(&mut self, pictures: VolumePictures) {
         for asked in self.scene.take_asked() {
             match asked {
                 VolumeAsked::Channel { channel, time } if self.holds => self.held.push((channel, time)),
@@ -129,7 +132,7 @@ impl Host {
     }
 
     /// Draws until nothing is due any more.
-    fn settle(&mut self, pictures: VolumePictures) {
+    pub(crate) fn settle(&mut self, pictures: VolumePictures) {
         for _ in 0..PATIENCE {
             self.frame(pictures);
             if self.scene.is_settled() {
@@ -144,7 +147,7 @@ impl Host {
     }
 
     /// The picture of a pane.
-    fn picture(&self, pane: VolumePane) -> (PaneRect, Vec<[u8; 4]>) {
+    pub(crate) fn picture(&self, pane: VolumePane) -> (PaneRect, Vec<[u8; 4]>) {
         let pictures = self.scene.pictures();
         let (rect, view) = pictures.iter().find(|(rect, _)| rect.pane == pane).unwrap();
         let encoder = self.gpu.device.create_command_encoder(&Default::default());

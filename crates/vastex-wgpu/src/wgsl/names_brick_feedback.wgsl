@@ -39,7 +39,7 @@ fn vastexi_march_end_NAME(id: u32, ray: VastexRay, way: f32) -> f32 {
 fn vastex_march_feedback_NAME(id: u32, view: u32, position: vec4<f32>, ray: VastexRay) -> vec4<u32> {
     var bricks = 0u;
     var way = ray.begin;
-    while way < ray.end && bricks < VASTEXI_RAY_BRICKS {
+    while way < ray.end && bricks < VASTEX_RAY_BRICKS {
         way = vastexi_march_end_NAME(id, ray, way);
         bricks++;
     }

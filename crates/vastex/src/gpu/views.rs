@@ -5,7 +5,7 @@
 //! the pager decides.
 
 use vastex_core::ViewId;
-use vastex_core::shader_constants::JITTER_CYCLE;
+use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
 use vastex_wgpu::{FeedbackMode, Views};
 
 use super::Gpu;
@@ -43,7 +43,7 @@ impl ViewState {
 
     /// Jitter cycles until every ray has asked for every brick that it meets.
     fn turns(&self) -> u32 {
-        self.bricks_of_a_ray.div_ceil(self.answers()).clamp(1, MOST_TURNS)
+        self.bricks_of_a_ray.div_ceil(self.answers()).clamp(1, RAY_TURNS)
     }
 
     /// Feedbacks in which it is seen whole, where others are in `cycle`.
@@ -62,15 +62,9 @@ impl ViewState {
     }
 }
 
-/// Bricks that a ray asks for in one frame at most: a target of so many rows is as high as the picture.
-const MOST_ANSWERS: u32 = 8;
-
-/// Jitter cycles of a view at most ([`vastex_core::Pager::set_view_turns`]).
-const MOST_TURNS: u32 = 15;
-
 /// Answers of each block where a ray meets so many bricks.
 fn answers(bricks: u32) -> u32 {
-    bricks.clamp(1, MOST_ANSWERS).next_power_of_two()
+    bricks.clamp(1, RAY_ANSWERS).next_power_of_two()
 }
 
 impl Gpu {

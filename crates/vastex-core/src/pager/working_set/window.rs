@@ -6,14 +6,11 @@
 use std::collections::VecDeque;
 
 use crate::pager::working_set::{Node, WorkingSet};
-use crate::shader_constants::JITTER_CYCLE;
+use crate::shader_constants::{JITTER_CYCLE, RAY_TURNS};
 use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
-
-/// As many as a node can count the feedbacks of.
-const MAX_TURNS: u32 = u8::MAX as u32 / JITTER_CYCLE;
 
 /// One entry of a feedback of the cycle.
 #[derive(Clone, Copy, Debug)]
@@ -183,7 +180,7 @@ impl WorkingSet {
 
     /// Feedbacks after which a view has been seen whole where so many textures take turns.
     pub(crate) fn cycle_of(turns: u32) -> u32 {
-        JITTER_CYCLE * turns.clamp(1, MAX_TURNS)
+        JITTER_CYCLE * turns.clamp(1, RAY_TURNS)
     }
 
     /// Feedbacks of a view after which it has been seen whole.

@@ -5,7 +5,8 @@ use std::ops::Range;
 use vastex::{LayerId, Sampled, Textures};
 
 use super::{
-    LabelsOnGpu, SceneUniform, VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound, brick_of,
+    LabelsOnGpu, Purpose, SceneUniform, VolumeCameraBinding, VolumeDesc, VolumeError, VolumeRenderer, bound,
+    brick_of,
 };
 use crate::stage::{Target, Uniform};
 
@@ -24,7 +25,7 @@ impl VolumeRenderer {
         let end = rows.end.min(size[1]);
         if rows.start < end {
             pass.set_scissor_rect(0, rows.start, size[0], end - rows.start);
-            self.draw(camera, &mut pass, textures, false);
+            self.draw(camera, &mut pass, textures, Purpose::Picture);
         }
     }
 
@@ -78,8 +79,7 @@ impl VolumeRenderer {
             camera_layout: self.camera_layout.clone(),
             camera: VolumeCameraBinding::new(uniform, labels.as_ref().map(|labels| labels.camera(&gpu)), 0),
             labels,
-            picture: self.picture.clone(),
-            wanted: self.wanted.clone(),
+            pipelines: self.pipelines.clone(),
             gpu,
         })
     }

@@ -298,7 +298,7 @@ fn volume_label_bricks(ray: VolumeRay) -> u32 {
     let end = volume_label_end(own);
     var bricks = 0u;
     var way = own.begin;
-    while way < end && bricks < 4096u {
+    while way < end && bricks < VASTEX_RAY_BRICKS {
         way = volume_label_next(own, way, end);
         bricks++;
     }

@@ -16,8 +16,6 @@ const VOLUME_SAMPLES: u32 = 65536u;
 const VOLUME_CHUNK: u32 = 16u;
 // Samples in perspective for which the level is chosen once, at most.
 const VOLUME_STRETCH: u32 = 32u;
-// Bricks that a ray asks for, at most.
-const VOLUME_BRICKS: u32 = 4096u;
 // What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
 const VOLUME_OPAQUE: f32 = 0.003;
 
@@ -27,6 +25,10 @@ override VOLUME_ENCODES: bool;
 
 // Whether voxels are blended in single precision, and not by the device's filter.
 override VOLUME_EXACT: bool;
+
+// Whether samples lie anywhere in their parts of a ray, elsewhere for each pixel and each picture: the mean of many such pictures is that of
+// samples which are many times as close.
+override VOLUME_JITTERS: bool = false;
 
 struct VolumeChannel {
     color: vec3<f32>,      // display values
@@ -60,11 +62,15 @@ struct VolumeScene {
     anchor: vec3<u32>,     // [voxel of level 0]
     view: u32,
     plane: vec4<f32>,      // nothing is seen where xyz . offset > w
+    share: f32,            // where samples lie in their parts of a ray where they jitter, the pixel's own share added
     of_channel: array<VolumeChannel, 16>,
     maps: array<array<vec4<u32>, PALETTE_WORDS>, 16>, // the points of each channel's map
 }
 
 @group(1) @binding(0) var<uniform> volume_scene: VolumeScene;
+
+// Where samples lie in their parts of a ray, where they jitter.
+var<private> volume_jitter: f32 = 0.5;
 
 struct VolumeCorner {
     @builtin(position) clip: vec4<f32>,
@@ -137,53 +143,10 @@ fn volume_pixel(way: f32) -> vec3<f32> {
     return vec3<f32>(volume_scene.pixel + volume_scene.pixel_growth * way) / volume_scene.voxel;
 }
 
-// How far samples of a level are apart [world]. A ray whose way through the box is shorter than half of that has one sample, in the middle.
-fn volume_step(ray: VolumeRay, id: u32, level: u32) -> f32 {
-    let voxels = abs(ray.direction) / vastex_volume_scale(id, level);
-    let step = volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
-    let length = ray.end - ray.begin;
-    return select(step, length, 0.5 * step >= length);
-}
-
 fn volume_x(channel: VolumeChannel, value: f32) -> f32 {
     let x = clamp((value - channel.low) * channel.inverse_range, 0.0, 1.0);
     // A power of 0 is not told everywhere.
     return select(pow(max(x, 1e-30), channel.gamma), x, channel.gamma == 1.0 || x == 0.0);
-}
-
-// Where samples of a ray lie: the `nth` of those that are `step` apart after `base`, in the middle of its part.
-struct VolumeSteps {
-    base: f32,
-    nth: u32,
-    level: u32,
-    step: f32,
-}
-
-fn volume_front(steps: VolumeSteps) -> f32 {
-    return steps.base + f32(steps.nth) * steps.step;
-}
-
-fn volume_middle(steps: VolumeSteps) -> f32 {
-    return steps.base + (f32(steps.nth) + 0.5) * steps.step;
-}
-
-// Where samples in a brick end. In perspective the level is chosen anew after some of them, however large the brick is.
-fn volume_exit(ray: VolumeRay, brick: VastexBrick, middle: f32, step: f32) -> f32 {
-    let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
-    return select(exit, min(exit, middle + f32(VOLUME_STRETCH) * step), volume_scene.pixel_growth > 0.0);
-}
-
-// How many samples of a ray lie before `exit`, the next one in any case.
-fn volume_samples_to(steps: VolumeSteps, exit: f32) -> u32 {
-    return u32(max(ceil((exit - steps.base) / steps.step - 0.5) - f32(steps.nth), 1.0));
-}
-
-// Where samples go on at the level that is wanted there.
-fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, level: u32) -> VolumeSteps {
-    if level == before.level {
-        return before;
-    }
-    return VolumeSteps(volume_front(before), 0u, level, volume_step(ray, id, level));
 }
 
 // What is left of all samples of a channel: the largest, the smallest or their mean; and of how many.
@@ -464,6 +427,9 @@ fn volume_is_inside(at: vec3<f32>) -> bool {
 @fragment
 fn volume_picture(@builtin(position) at: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<f32> {
     let ray = volume_ray(at.xy);
+    if VOLUME_JITTERS {
+        volume_jitter = fract(volume_noise(at.xy) + volume_scene.share);
+    }
     var light = vec3<f32>(0.0);
     if VOLUME_MODE == VOLUME_SLICE {
         if volume_is_inside(ray.origin) {

@@ -50,7 +50,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
     let end = volume_end_of_interest(ray);
     var bricks = 0u;
     var way = ray.begin;
-    while way < end && bricks < VOLUME_BRICKS {
+    while way < end && bricks < VASTEX_RAY_BRICKS {
         way = volume_next_brick(ray, first, way, end);
         bricks++;
     }
