@@ -33,6 +33,7 @@ mod shell;
 mod test;
 mod test_programs;
 mod wasm;
+mod web;
 mod wgsl;
 mod window;
 

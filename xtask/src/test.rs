@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 
 use crate::outcome::{Outcome, SEED, cargo_test};
 use crate::shell::Usage;
-use crate::{browser, drivers, setup, shaders, shell, test_programs, wasm, window};
+use crate::{browser, drivers, setup, shaders, shell, test_programs, wasm, web, window};
 
 struct Step {
     name: &'static str,
@@ -37,6 +37,7 @@ const STEPS: &[Step] = &[
     },
     Step { name: "window", what: "the program's window opens", run: window::check },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
+    Step { name: "web", what: "a browser draws volumes as they are drawn natively", run: web::check },
 ];
 
 /// Runs the steps named, or all; or, after `-p`, the tests of a crate.

@@ -1,11 +1,12 @@
-//! The step that compiles the crates of the browser for wasm32-unknown-unknown.
+//! The step that compiles the crates of the browser for wasm32-unknown-unknown, and the compiler that does
+//! it, which also makes the program of the step `web`.
 //!
 //! Where rustup has the target's standard library, the project's own compiler does it. Else Debian's second
 //! Rust compiler does, building the standard library from the sources that come with it. Where neither is to
 //! be had the step is skipped, loudly. That no C is compiled for the target is an invariant and tested as
 //! such.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Result, bail};
@@ -19,6 +20,10 @@ const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex"
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/std";
 const DEBIAN_PACKAGES: &[&str] = &["rustc-web", "rust-web-src", "lld-22"];
+
+/// What is compiled here is run once, if at all.
+const NOT_OPTIMISED: &[&str] =
+    &["--config", "profile.dev.opt-level=0", "--config", "profile.dev.package.\"*\".opt-level=0"];
 
 /// A compiler with which the target can be built.
 enum Toolchain {
@@ -36,7 +41,7 @@ pub(crate) fn check() -> Result<Outcome> {
         return Ok(Outcome::Skipped(format!("no compiler for {TARGET}")));
     };
     for features in [&[][..], &["--no-default-features"], &["--features", "vastex-viewer/egui"]] {
-        let mut command = cargo_check(&toolchain);
+        let mut command = cargo_for(&toolchain, "check");
         for name in CRATES {
             command.args(["-p", name]);
         }
@@ -50,6 +55,21 @@ pub(crate) fn check() -> Result<Outcome> {
         }
     }
     Ok(Outcome::Passed)
+}
+
+/// Compiles the library of a package as a program for the browser; `None` where there is no compiler.
+pub(crate) fn build_program(package: &str) -> Result<Option<PathBuf>> {
+    let Some(toolchain) = find_toolchain() else { return Ok(None) };
+    let mut command = cargo_for(&toolchain, "rustc");
+    command.args(["-p", package, "--lib", "--crate-type", "cdylib", "--config", "profile.dev.debug=false"]);
+    command.args(NOT_OPTIMISED);
+    shell::run(&mut command)?;
+    let directory = match toolchain {
+        Toolchain::Own => shell::target_dir(),
+        Toolchain::Debian => debian_target_dir(),
+    };
+    let name = format!("{}.wasm", package.replace('-', "_"));
+    Ok(Some(directory.join(TARGET).join("debug").join(name)))
 }
 
 /// Whether cargo says that one of the crates has warnings, as it does also where nothing was compiled anew.
@@ -90,17 +110,20 @@ fn linker() -> Option<&'static str> {
     ["wasm-ld-22", "wasm-ld"].into_iter().find(|name| shell::on_path(name))
 }
 
-fn cargo_check(toolchain: &Toolchain) -> Command {
-    let mut command = shell::cargo("check");
+/// The two compilers would overwrite each other's results.
+fn debian_target_dir() -> PathBuf {
+    shell::target_dir().join("wasm")
+}
+
+fn cargo_for(toolchain: &Toolchain, subcommand: &str) -> Command {
+    let mut command = shell::cargo(subcommand);
     command.args(["--target", TARGET]);
     // What it says is read here, whatever the terminal shows.
     command.env("CARGO_TERM_COLOR", "never");
     if let Toolchain::Debian = toolchain {
-        // The two compilers would overwrite each other's results.
-        command.arg("--target-dir").arg(shell::target_dir().join("wasm"));
-        // Nothing of it is ever run, so nothing is optimised: that halves the time of the standard library.
-        command.args(["--config", "profile.dev.opt-level=0"]);
-        command.args(["--config", "profile.dev.package.\"*\".opt-level=0"]);
+        command.arg("--target-dir").arg(debian_target_dir());
+        // That halves the time of the standard library.
+        command.args(NOT_OPTIMISED);
         command.arg("-Zbuild-std=std,panic_abort").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
         command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker().unwrap_or("wasm-ld"));
     }
@@ -113,7 +136,7 @@ mod tests {
 
     #[test]
     fn what_cargo_says_has_no_colours_that_would_hide_warnings() {
-        let command = cargo_check(&Toolchain::Own);
+        let command = cargo_for(&Toolchain::Own, "check");
         let mut set = command.get_envs().filter(|(name, _)| *name == "CARGO_TERM_COLOR");
         assert!(set.next().is_some_and(|(_, colour)| colour.is_some_and(|colour| colour == "never")));
     }

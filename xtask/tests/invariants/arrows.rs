@@ -17,6 +17,7 @@ const ARROWS: &[(&str, &[&str])] = &[
     ("vastex", &["vastex-core", "vastex-tiles", "vastex-wgpu"]),
     ("vastex-viewer", &["vastex"]),
     ("vastex-scenes", &["vastex", "vastex-viewer"]),
+    ("vastex-browser", &["vastex", "vastex-viewer"]),
     (
         "vastex-cli",
         &[
@@ -34,8 +35,11 @@ const ARROWS: &[(&str, &[&str])] = &[
 ];
 
 /// The crates that also run in a browser, as options for cargo.
-const BROWSER: &[&str] =
-    &["-p", "vastex-core", "-p", "vastex-tiles", "-p", "vastex-wgpu", "-p", "vastex", "-p", "vastex-viewer"];
+#[rustfmt::skip]
+const BROWSER: &[&str] = &[
+    "-p", "vastex-core", "-p", "vastex-tiles", "-p", "vastex-wgpu", "-p", "vastex", "-p", "vastex-viewer",
+    "-p", "vastex-browser",
+];
 
 /// Core needs next to nothing; whoever adds to this list says why core cannot do without.
 const CORE_MAY_USE: &[&str] = &["bytes", "rustc-hash", "thiserror"];

@@ -5,6 +5,7 @@
 //! lists each room with the rooms that it imports from. `imports` reads the sources; the tables are here, one
 //! file a crate.
 
+mod browser;
 mod build;
 mod core;
 mod fuzz;
@@ -38,6 +39,7 @@ const CRATES: &[(&str, &[Room])] = &[
     ("crates/vastex-wgpu", wgpu::ROOMS),
     ("crates/vastex", vastex::ROOMS),
     ("crates/vastex-viewer", viewer::ROOMS),
+    ("apps/browser", browser::ROOMS),
     ("apps/scenes", scenes::ROOMS),
     ("apps/vastex-cli", program::ROOMS),
     ("xtask", xtask::ROOMS),
