@@ -72,6 +72,62 @@ fn v3_shards() -> Tree {
     Tree { files: vec![text("zarr.json", &group), text("s0/zarr.json", array), ("s0/c/0/0/0".into(), shard)] }
 }
 
+/// A block of LZ4 of 512 bytes: literals, a match that repeats three of them, and literals again.
+fn lz4_of_512() -> Vec<u8> {
+    let mut packed = vec![0xff, 20 - 15];
+    packed.extend(grainy(3, 20));
+    packed.extend([3, 0, 255, 206, 0xc0]);
+    packed.extend(grainy(5, 12));
+    packed
+}
+
+/// A frame of Zstandard of up to 255 bytes, which are stored as they are.
+fn zstd(values: &[u8]) -> Vec<u8> {
+    let block = ((values.len() as u32) << 3 | 1).to_le_bytes();
+    [&[0x28, 0xb5, 0x2f, 0xfd, 0x20, values.len() as u8][..], &block[..3], values].concat()
+}
+
+/// Two levels: of Blosc with a stream of LZ4 for each byte of a value, and of Zstandard and a checksum.
+fn v3_codecs() -> Tree {
+    let array = |side: u32, codec: &str| {
+        format!(
+            r#"{{"zarr_format":3,"node_type":"array","shape":[{side},{side},{side}],"data_type":"uint16","chunk_grid":{{"name":"regular","configuration":{{"chunk_shape":[{side},{side},{side}]}}}},
+"chunk_key_encoding":{{"name":"default","configuration":{{"separator":"/"}}}},"fill_value":0,"codecs":[{{"name":"bytes","configuration":{{"endian":"little"}}}},{codec}],"dimension_names":["z","y","x"]}}"#
+        )
+    };
+    let blosc = r#"{"name":"blosc","configuration":{"cname":"lz4","clevel":5,"shuffle":"shuffle","typesize":2,"blocksize":0}}"#;
+    let sealed = r#"{"name":"zstd","configuration":{"level":3,"checksum":false}},{"name":"crc32c"}"#;
+    let dataset = |path: u32, side: u32| {
+        format!(
+            r#"{{"path":"{path}","coordinateTransformations":[{{"type":"scale","scale":[{side},{side},{side}]}}]}}"#
+        )
+    };
+    let group = format!(
+        r#"{{"zarr_format":3,"node_type":"group","attributes":{{"ome":{{"version":"0.5","multiscales":[{{"axes":[{{"name":"z","type":"space"}},{{"name":"y","type":"space"}},{{"name":"x","type":"space"}}],
+"datasets":[{},{}]}}]}}}}}}"#,
+        dataset(0, 1),
+        dataset(1, 2)
+    );
+    let stream = lz4_of_512();
+    let len = (stream.len() as u32).to_le_bytes();
+    let streams = [&len[..], &stream, &len, &stream].concat();
+    let mut fine = vec![2, 1, 1 << 5 | 1, 2];
+    for number in [1024, 1024, 20 + streams.len() as u32, 20] {
+        fine.extend(number.to_le_bytes());
+    }
+    fine.extend(streams);
+    let mut coarse = zstd(&grainy(12, 128));
+    coarse.extend(vastex_volume::crc32c(&coarse).to_le_bytes());
+    let files = vec![
+        text("zarr.json", &group),
+        text("0/zarr.json", &array(8, blosc)),
+        ("0/c/0/0/0".into(), fine),
+        text("1/zarr.json", &array(4, sealed)),
+        ("1/c/0/0/0".into(), coarse),
+    ];
+    Tree { files }
+}
+
 fn plate() -> Tree {
     let plate = r#"{"plate":{"version":"0.4","wells":[{"path":"A/1"},{"path":"A/2"}]}}"#;
     let files = vec![
@@ -132,6 +188,7 @@ fn raw() -> Tree {
 /// A volume each.
 pub(crate) fn volumes() -> Result<Vec<Vec<u8>>> {
     let file = |name: &str, content: Vec<u8>| Tree { files: vec![(name.to_owned(), content)] };
-    let trees = [v2(), v3_shards(), plate(), file("a.zip", archive(&v2())), file("a.nii", nifti()), raw()];
+    let archive = file("a.zip", archive(&v2()));
+    let trees = [v2(), v3_shards(), v3_codecs(), plate(), archive, file("a.nii", nifti()), raw()];
     Ok(trees.iter().map(Tree::encode).collect())
 }

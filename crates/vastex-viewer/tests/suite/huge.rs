@@ -1,5 +1,6 @@
 //! A volume of 10^15 voxels and four channels, whose values follow from a formula with detail at every level:
-//! marches from the whole box to a voxel, beside the reference; and that a small volume takes no less memory.
+//! marches from the whole box to a voxel, beside the reference; and that a small volume takes no less memory
+//! of the device. That of the process is in `huge_memory`.
 //!
 //! `VASTEX_MARCHES` says how many marches there are: the first two are those of the suite, the others lie by
 //! chance. `cargo xtask campaign` takes more of them.
@@ -23,9 +24,9 @@ use super::volume_reference::{ArrayChannel, ArrayLevel, picture};
 use super::volume_world::{PICTURE, read};
 
 /// Voxels along each side: 10^15 in all.
-const HUGE: u32 = 100_000;
+pub(super) const HUGE: u32 = 100_000;
 /// 10^9.
-const SMALL: u32 = 1000;
+pub(super) const SMALL: u32 = 1000;
 const CHANNELS: u64 = 4;
 /// Voxels of a brick along each side, and bytes of GPU memory for all of them.
 const BRICK: u32 = 32;
@@ -119,20 +120,25 @@ impl TileSource for Formula {
     }
 }
 
-struct World {
+pub(super) struct World {
     gpu: Gpu,
-    textures: Textures,
+    pub(super) textures: Textures,
     formulas: Vec<Arc<Formula>>,
     desc: VolumeDesc,
 }
 
 impl World {
-    fn new(side: u32) -> World {
+    pub(super) fn new(side: u32) -> World {
+        World::with_uploads(side, 64 << 20)
+    }
+
+    /// The same with so many bytes uploaded in a frame: memory for these is held, too.
+    pub(super) fn with_uploads(side: u32, upload_bytes_per_frame: u64) -> World {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let pace = Pace::LockStep { latency_frames: 1 };
         let pools = PoolSettings::of_bytes(POOL);
         let settings =
-            Settings { pools, pace, whole_bytes: 0, upload_bytes_per_frame: 64 << 20, ..Settings::default() };
+            Settings { pools, pace, whole_bytes: 0, upload_bytes_per_frame, ..Settings::default() };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
         let formulas: Vec<Arc<Formula>> = (0..CHANNELS).map(|n| Arc::new(Formula::new(side, n))).collect();
         let colors = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(0.4)];
@@ -151,7 +157,7 @@ impl World {
     }
 
     /// The converged picture of a march.
-    fn drawn(&mut self, mode: VolumeMode, density: f64, view: VolumeView) -> Vec<[u8; 4]> {
+    pub(super) fn drawn(&mut self, mode: VolumeMode, density: f64, view: VolumeView) -> Vec<[u8; 4]> {
         (self.desc.mode, self.desc.density) = (mode, density);
         let renderer =
             VolumeRenderer::new(&self.gpu, &mut self.textures, self.desc.clone(), PICTURE).unwrap();

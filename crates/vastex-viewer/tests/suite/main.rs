@@ -6,6 +6,9 @@ mod widget;
 
 mod formats;
 mod huge;
+// Where the system tells how much memory a process had.
+#[cfg(target_os = "linux")]
+mod huge_memory;
 mod label_reference;
 mod labels;
 mod still;

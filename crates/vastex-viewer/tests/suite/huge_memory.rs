@@ -1,0 +1,71 @@
+//! What a process has in memory while it explores a volume of 10^15 voxels and four channels is what it has
+//! while it explores one of 10^9.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use vastex_viewer::volume::{VolumeCamera, VolumeFace, VolumeMode, VolumeView};
+
+use super::huge::{HUGE, SMALL, World};
+
+/// Tells the test below that it is in a process of its own, and how many voxels a side has.
+const ALONE: &str = "VASTEX_HUGE_ALONE";
+/// Time that such a process has.
+const DEADLINE: Duration = Duration::from_secs(300);
+
+/// Looks at all of a volume, and at what is around a voxel of it.
+fn explore(side: u32) {
+    // So few that either volume has more to upload.
+    let mut world = World::with_uploads(side, 2 << 20);
+    world.drawn(VolumeMode::Average, 1.0, VolumeView::Face(VolumeFace::PlusZ));
+    let target = (DVec3::new(0.61, 0.2, 0.81) * f64::from(side)).floor() + 0.5;
+    let eye = target - DVec3::new(90.0, 70.0, -40.0);
+    let view = VolumeCamera { target, eye, down: DVec3::Z, half_height: 0.35 };
+    world.drawn(VolumeMode::Emission, 10.0, VolumeView::Around(view));
+    let stats = world.textures.stats();
+    println!("{} bricks were loaded; {} bytes of pools", stats.pager.loaded, stats.pool_bytes);
+}
+
+/// Bytes that this process had in memory at most.
+fn peak_bytes() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() << 10
+}
+
+/// Explores a volume in a process of its own; gives the bytes that it had in memory at most.
+fn peak_of(side: u32) -> f64 {
+    let name = "huge_memory::memory_of_the_process_does_not_grow_with_the_volume";
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", name, "--nocapture"])
+        .env(ALONE, side.to_string())
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let begun = Instant::now();
+    while child.try_wait().unwrap().is_none() {
+        if begun.elapsed() > DEADLINE {
+            child.kill().unwrap();
+            panic!("a volume of {side} voxels a side is not explored after {DEADLINE:?}");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let ran = child.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&ran.stdout);
+    let peak = said.lines().find_map(|line| line.strip_prefix("peak: ")).and_then(|peak| peak.parse().ok());
+    println!("{said}");
+    peak.unwrap_or_else(|| panic!("{said}"))
+}
+
+/// A software driver's textures are among it.
+#[test]
+fn memory_of_the_process_does_not_grow_with_the_volume() {
+    if let Some(side) = std::env::var(ALONE).ok().and_then(|side| side.parse().ok()) {
+        explore(side);
+        return println!("\npeak: {}", peak_bytes());
+    }
+    let [small, huge] = [SMALL, HUGE].map(peak_of);
+    assert!((huge / small - 1.0).abs() < 0.05, "{huge} of {small} bytes");
+}
