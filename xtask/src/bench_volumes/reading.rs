@@ -244,7 +244,8 @@ fn assembly_table(rounds: &[Round], threads: usize) -> Result<String> {
          alone and once for bricks of 64 and of 32 voxels with a border of one, whose least and greatest values and histograms are kept. Every chunk is\n\
          decoded once in either, which the run checks, and kept. The share is decoded bytes for each CPU second of bricks, of that of decoding alone: medians\n\
          within a round. Each is measured in a process of its own, since memory that an allocator keeps of one would be a gift to the next. `none` has no\n\
-         codec: what is called decoding is reading the file.\n\n{}\n\
+         codec: what is called decoding is reading the file. Beside decoding, a brick of 32 of blosc-lz4-64-u8 takes 4.5 us where its chunks are in a\n\
+         cache of the processor, and 9.1 us where they were decoded a while ago, as here (u16: 6.1 and 12.7): half of it is waiting for memory.\n\n{}\n\
          | codec, chunk, values | bricks of | decoded alone, MB per CPU s | for bricks | share | bricks per second |\n|---|---|---|---|---|---|\n",
         STORE[0],
         STORE[1],
