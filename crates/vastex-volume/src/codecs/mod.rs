@@ -225,7 +225,7 @@ mod tests {
     #[test]
     fn memory_that_was_used_before_changes_nothing() {
         use std::io::Write;
-        let values: Vec<u8> = (0..40_000_u32).map(|n| (n * n / 77 >> 3) as u8).collect();
+        let values: Vec<u8> = (0..40_000_u32).map(|n| ((n * n / 77) >> 3) as u8).collect();
         let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
         gzip.write_all(&values).unwrap();
         let lz4 = lz4_flex::block::compress(&values);
