@@ -14,14 +14,14 @@ use vastex::{
     LayerFormat, PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource,
 };
 use vastex_viewer::panels::VolumeValues;
-use vastex_viewer::volume::{LabelColors, VolumeMode};
+use vastex_viewer::volume::VolumeMode;
 use vastex_viewer::volume_scene::{
     ChannelFacts, LabelsPlace, PointAnswer, PointAsked, PointPlace, PointValue, VolumeFacts, VolumeLook,
 };
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
 
+pub(crate) use self::labels::read_labels;
 use crate::args::{SceneArgs, ViewArgs};
-use crate::commands::render_labels::place;
 use crate::commands::render_volume::{box_of, no_volume};
 use crate::commands::{render, volume};
 use crate::open;
@@ -122,6 +122,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         // Labels by themselves have no channel.
         channels: (0..about.channels).filter(|_| !about.is_label).map(channel).collect(),
         labels: if about.is_label { vec![own_name(about)] } else { about.labels.clone() },
+        label_bounds: labels::bounds_of(about),
         times: about.times,
         base: codes.base,
         gain: codes.gain,
@@ -189,34 +190,6 @@ pub(crate) fn read_channel(
 /// Which values a channel has on a coarse level.
 pub(crate) fn values_of(source: &VolumeSource) -> Result<Option<VolumeValues>> {
     Ok(VolumeValues::new(block_on(source.percentiles(&VolumeValues::shares()))?))
-}
-
-/// Reads of labels beside a volume at a time what it takes to show them. Those of as many voxels as the image
-/// lie voxel on voxel, whatever scales they name.
-pub(crate) fn read_labels(
-    opened: &OpenedVolume,
-    (name, time): (&str, u64),
-    preparer: &Preparer,
-) -> Result<ReadLabels> {
-    let image = opened.volume.about();
-    let volume = match image.is_label {
-        true => opened.volume.clone(),
-        false => match vastex_volume::open(&Path::new(&image.path).join("labels").join(name))? {
-            Opened::Volume(volume) => Arc::new(*volume),
-            Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
-        },
-    };
-    let about = volume.about();
-    let time = if about.times > 1 { time } else { 0 };
-    let options = VolumeOptions { labels: Some(true), time, ..VolumeOptions::default() };
-    let source = Arc::new(VolumeSource::open(volume.clone(), &options)?);
-    let (of, begin) = place(about, image)?;
-    let colors = Arc::new(LabelColors::new(about.label_colors.iter().copied()));
-    let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
-    let tiles: Arc<dyn TileSource> = source.clone();
-    let prepared = preparer.read_blocking(tiles, settings)?;
-    let are_wide = about.dtype.bytes() == 8;
-    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors, are_wide } })
 }
 
 /// The stored values of a channel that are dark and bright where nobody says which.
@@ -406,7 +379,7 @@ mod tests {
         let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
         let source = Arc::new(VolumeSource::open(Arc::new(*volume), &options).unwrap());
         let place =
-            LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default(), are_wide: false };
+            LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default(), bounds: [0, 0xffff] };
         let of = opened.facts.of;
         // What is told is what is stored of the voxel.
         let mut told = 0;
@@ -426,6 +399,9 @@ mod tests {
         assert_eq!(told, 2, "two of the places have labels");
         let below = (source.clone(), place.clone());
         assert_eq!(labels::find(&below, 4_000_000_000).unwrap(), None);
+        // What values cannot be is none of them, also where some of its bits are.
+        let there = labels::at(&below, DVec3::new(49.5, 92.5, 30.5) * of.voxel).unwrap().unwrap();
+        assert_eq!(labels::find(&below, there + (1 << 32)).unwrap(), None);
         // A ray from the face on meets the first voxel that has one, or the selected one alone.
         let mut look = VolumeLook::first(&opened.facts);
         let at = DVec3::new(49.5, 92.5, 0.0) * of.voxel;

@@ -23,6 +23,7 @@ Examples:
   vastex view landsat.tif --layer :bands=5,4,3
   vastex view slide.svs --shapes annotations.geojson
   vastex view scan.jpg slides/*.svs
+  vastex view cells.zarr --channels 0:00FF00,1:magma --mode emission --labels nuclei
   vastex view --screenshot scan.png --size 3840x2160 scan.jpg
   vastex view earth.vastex --camera-path flight.path
   vastex view 'vastex:scan.jpg?view=image:x=12000,y=3400,zoom=40'";
@@ -45,10 +46,17 @@ const KEY_COLUMNS: usize = 28;
 /// Examples, and what every key and gesture does.
 fn after_help() -> String {
     let mut text = EXAMPLES.to_owned();
-    for (part, controls) in CONTROLS {
+    #[cfg(feature = "volumes")]
+    let of_volumes = vastex_viewer::volume_scene::VOLUME_CONTROLS;
+    #[cfg(not(feature = "volumes"))]
+    let of_volumes = &[];
+    for (part, controls) in CONTROLS.iter().chain(of_volumes) {
         text += &format!("\n\n{part}, in the window:");
         for (keys, meaning) in *controls {
             text += &format!("\n  {keys:<0$}", KEY_COLUMNS - 2);
+            if keys.len() + 3 > KEY_COLUMNS {
+                text += &format!("\n{:KEY_COLUMNS$}", "");
+            }
             let mut column = KEY_COLUMNS;
             for word in meaning.split(' ') {
                 if column + word.len() > HELP_COLUMNS {
@@ -71,10 +79,6 @@ fn after_help() -> String {
 pub(crate) struct ViewArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// How a volume is shown at first
-    #[cfg(feature = "volumes")]
-    #[command(flatten, next_help_heading = "Options of volumes")]
-    pub(crate) volume: super::VolumeLookArgs,
     /// Further files to step through with N and P
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
@@ -110,6 +114,10 @@ pub(crate) struct ViewArgs {
     /// Close the window after so many frames of the source itself, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
+    /// How a volume is shown at first. Last, since all that follows stands under its heading
+    #[cfg(feature = "volumes")]
+    #[command(flatten, next_help_heading = "Options of volumes")]
+    pub(crate) volume: super::VolumeLookArgs,
 }
 
 impl ViewArgs {

@@ -24,12 +24,24 @@ pub(crate) struct AskedChannel {
     pub(crate) opacity: Option<f32>,
     /// The exponent of a value's place in the range.
     pub(crate) gamma: Option<f32>,
+    /// Whether a view names it: then it has what it would have in the window where nothing is said of it.
+    pub(crate) is_of_view: bool,
+}
+
+/// What a view says that no option can say.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct OfView {
+    /// No channel is shown.
+    pub(crate) no_channels: bool,
+    /// Whether labels are shown, which are named then; `None` where nothing is said of them.
+    pub(crate) labels: Option<bool>,
 }
 
 impl AskedChannel {
     /// A channel of which nothing else is said.
     pub(crate) fn new(channel: u64) -> AskedChannel {
-        AskedChannel { channel, color: None, map: None, range: None, opacity: None, gamma: None }
+        let (color, map, range, opacity, gamma) = (None, None, None, None, None);
+        AskedChannel { channel, color, map, range, opacity, gamma, is_of_view: false }
     }
 }
 
@@ -63,6 +75,9 @@ pub(crate) struct VolumeLookArgs {
     /// [default: 1]
     #[arg(long, value_name = "D", value_parser = parse_step)]
     pub(crate) density: Option<f64>,
+    /// What a view says beside that.
+    #[arg(skip)]
+    pub(crate) of_view: OfView,
 }
 
 impl VolumeLookArgs {
@@ -105,11 +120,7 @@ impl VolumeLookArgs {
     pub(crate) fn check_beside(&self, view: &VolumeViewText) -> Result<(), clap::Error> {
         let twice = [
             (view.mode.is_some() && self.mode.is_some(), "which mode it is", "--mode"),
-            (
-                !view.channels.is_empty() && !self.channels.is_empty(),
-                "which channels are shown",
-                "--channels",
-            ),
+            (view.channels.is_some() && !self.channels.is_empty(), "which channels are shown", "--channels"),
             (view.iso.is_some() && self.iso.is_some(), "where a surface is", "--iso"),
             (view.labels.is_some() && self.labels.labels.is_some(), "which labels are shown", "--labels"),
             (view.time.is_some() && self.time.is_some(), "which time it is", "--time"),
@@ -133,16 +144,20 @@ impl VolumeLookArgs {
         self.density = self.density.or(view.density);
         let channel = |said: &ViewChannel| {
             let ViewChannel { channel, color, map, range, gamma, opacity } = *said;
-            AskedChannel { channel, color, map, range, opacity, gamma }
+            AskedChannel { channel, color, map, range, opacity, gamma, is_of_view: true }
         };
-        self.channels.extend(view.channels.iter().map(channel));
+        self.channels.extend(view.channels.iter().flatten().map(channel));
+        self.of_view = OfView {
+            no_channels: view.channels.as_ref().is_some_and(Vec::is_empty),
+            labels: view.labels.as_ref().map(Option::is_some),
+        };
         if let Some(Some(labels)) = &view.labels {
             let asked = &mut self.labels;
             asked.labels = Some(labels.name.clone());
             asked.label_opacity = asked.label_opacity.or(Some(labels.opacity));
             asked.label_outlines |= labels.outlines;
             asked.label_selected = asked.label_selected.or(labels.selected);
-            asked.label_others = labels.others;
+            asked.label_others = asked.label_others.or(Some(labels.others));
         }
         Ok(())
     }
@@ -220,6 +235,8 @@ fn parse_channel(text: &str) -> Result<AskedChannel, String> {
 
 #[cfg(test)]
 mod tests {
+    use vastex_viewer::volume::OtherLabels;
+
     use super::*;
 
     #[test]
@@ -258,7 +275,8 @@ mod tests {
             (asked.mode(), asked.iso, asked.time(), asked.density()),
             (VolumeMode::Iso, Some(7.5), 3, 2.0)
         );
-        let channel = AskedChannel { map: Some(Palette::MAGMA), gamma: Some(0.5), ..AskedChannel::new(2) };
+        let (map, gamma) = (Some(Palette::MAGMA), Some(0.5));
+        let channel = AskedChannel { map, gamma, is_of_view: true, ..AskedChannel::new(2) };
         assert_eq!((&asked.channels[..], asked.labels.label_selected), (&[channel][..], Some(9)));
         for twice in [
             VolumeLookArgs { mode: Some(VolumeMode::Mip), ..VolumeLookArgs::default() },
@@ -269,5 +287,15 @@ mod tests {
             assert!(twice.given().is_some());
         }
         assert_eq!(VolumeLookArgs::default().given(), None);
+        // What an option says of how labels look stays, also where it is what they usually have.
+        let labels = LabelArgs { label_others: Some(OtherLabels::Dimmed), ..LabelArgs::default() };
+        let mut asked = VolumeLookArgs { labels, ..VolumeLookArgs::default() };
+        let hidden: VolumeViewText =
+            "volume:x=1,y=2,z=3,zoom=1,yaw=0,pitch=0;channels=none;labels=a:selected=9:others=hidden"
+                .parse()
+                .unwrap();
+        asked.follow_view(&hidden).unwrap();
+        assert_eq!(asked.labels.label_others, Some(OtherLabels::Dimmed));
+        assert_eq!(asked.of_view, OfView { no_channels: true, labels: Some(true) });
     }
 }

@@ -26,7 +26,13 @@ impl Labels {
     /// one of labels. `None` if there are none.
     pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>) -> Result<Option<Labels>> {
         let (about, asked) = (image.about(), &args.look.labels);
+        // Of labels by themselves a view says how they look, and which they are is known.
+        let of_view = args.look.of_view.labels;
+        let own_name = Path::new(&about.path).file_name().and_then(|name| name.to_str());
+        let is_own = |named: &str| of_view == Some(true) || own_name == Some(named);
         let volume = match (&asked.labels, about.is_label) {
+            (None, true) if of_view == Some(false) => return Ok(None),
+            (Some(named), true) if is_own(named) => image.clone(),
             (Some(_), true) => bail!(
                 "--labels: {} is a volume of labels itself; name the image that they lie beside as the source",
                 about.path
@@ -78,7 +84,7 @@ impl Labels {
             opacity: args.look.labels.label_opacity.unwrap_or(usual),
             outlines: args.look.labels.label_outlines,
             selected: self.selected,
-            others: args.look.labels.label_others,
+            others: args.look.labels.label_others.unwrap_or_default(),
             colors: Arc::new(LabelColors::new(about.label_colors.iter().copied())),
             ..VolumeLabels::new(layer, self.of)
         })

@@ -21,10 +21,9 @@ use vastex::{
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
-    MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView,
-    frames_to_ask, volume_tables,
+    FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer,
+    VolumeView, drawable_range, frames_to_ask, usual_channel_color, volume_tables,
 };
-use vastex_viewer::volume_scene::{CHANNEL_COLORS, FIRST_CHANNELS};
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
 
 pub(crate) use self::asked::no_volume;
@@ -56,6 +55,9 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         bail!("--compare: labels are compared with nothing; compare the image without them");
     }
     let channels = channels_of(args, volume.about())?;
+    if channels.is_empty() && labels.is_none() {
+        bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
+    }
     let brick = VolumeOptions::default().brick;
     let sources = channels.iter().map(|channel| source_of(args, &volume, channel, brick));
     let sources = sources.collect::<Result<Vec<_>>>()?;
@@ -65,7 +67,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
     let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
     let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
-    let shown = (&channels[..], &sources[..]);
+    let shown = (box_of(volume.about())?, &channels[..], &sources[..]);
     let mut drawing =
         Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), bytes).context(source.clone())?;
     let converged = drawing.play().context(source.clone())?;
@@ -119,6 +121,9 @@ fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<Asked
                 bail!("--channels: {} is a volume of labels, which have colours of their own", about.path)
             }
         };
+    }
+    if args.look.of_view.no_channels {
+        return Ok(Vec::new());
     }
     if !args.look.channels.is_empty() {
         for asked in &args.look.channels {
@@ -174,7 +179,7 @@ impl<'a> Drawing<'a> {
     fn new(
         args: &'a RenderVolumeArgs,
         gpu: &'a Gpu,
-        (channels, sources): (&[AskedChannel], &[Arc<VolumeSource>]),
+        (of, channels, sources): (VolumeBox, &[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
         (view, clip): (VolumeView, VolumeClip),
         bytes: [u64; 2],
@@ -211,9 +216,6 @@ impl<'a> Drawing<'a> {
         let iso = args.look.iso.zip(sources.first()).map(|(iso, source)| sampled(source, iso));
         let shown_labels =
             labels.map(|labels| labels.add(args, &mut textures, sources.is_empty())).transpose()?;
-        // Of channels the image, else the labels themselves.
-        let of_labels = labels.map(|labels| &labels.source);
-        let first = sources.first().or(of_labels).context("there is nothing to be drawn")?;
         let desc = VolumeDesc {
             mode: args.look.mode(),
             step: args.look.step(),
@@ -223,7 +225,7 @@ impl<'a> Drawing<'a> {
             iso: iso.unwrap_or_else(|| middle_of(&channels)) as f32,
             is_exact: args.filter == VolumeFilter::Exact,
             labels: shown_labels,
-            ..VolumeDesc::new(box_of(first.volume().about())?, channels)
+            ..VolumeDesc::new(of, channels)
         };
         let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
@@ -331,8 +333,8 @@ fn all_as_shown(
     shown: &[(AskedChannel, Arc<VolumeSource>)],
 ) -> Result<Vec<VolumeChannel>> {
     let mut all = Vec::new();
-    for (nth, (channel, (asked, source))) in channels.iter().zip(shown).enumerate() {
-        all.push(as_shown(args, VolumeChannel::new(channel.layer), (nth, shown.len()), (asked, source))?);
+    for (channel, (asked, source)) in channels.iter().zip(shown) {
+        all.push(as_shown(args, VolumeChannel::new(channel.layer), shown.len(), (asked, source))?);
     }
     Ok(all)
 }
@@ -341,16 +343,16 @@ fn all_as_shown(
 fn as_shown(
     args: &RenderVolumeArgs,
     channel: VolumeChannel,
-    (nth, count): (usize, usize),
+    count: usize,
     (asked, source): (&AskedChannel, &VolumeSource),
 ) -> Result<VolumeChannel> {
     let about = source.volume().about();
     let info = usize::try_from(asked.channel).ok().and_then(|channel| about.channel_info.get(channel));
-    let usual = info.and_then(|info| info.color).unwrap_or(CHANNEL_COLORS[nth % CHANNEL_COLORS.len()]);
-    // One channel that nobody gave a colour is white, unless the file chose it and its colour.
-    let is_named = !args.look.channels.is_empty();
-    let of_file = !is_named && info.is_some_and(|info| info.color.is_some());
-    let color = asked.color.unwrap_or(if count == 1 && !of_file { [255; 3] } else { usual });
+    // Options name channels; views and files show them as the window does.
+    let is_named = !args.look.channels.is_empty() && !asked.is_of_view;
+    let (nth, channels) = (asked.channel as usize, about.channels as usize);
+    let usual = usual_channel_color(nth, channels, info.and_then(|info| info.color));
+    let color = asked.color.unwrap_or(if is_named && count == 1 { [255; 3] } else { usual });
     let of_range = |range: [f64; 2]| match about.dtype.bounds() {
         Some((least, most)) => range.map(|share| least as f64 + share * (most - least) as f64),
         None => range,
@@ -365,7 +367,8 @@ fn as_shown(
             if is_inverted { [window[1], window[0]] } else { window }
         }
     };
-    let range = stored.map(|value| sampled(source, value) as f32);
+    let sampled = stored.map(|value| sampled(source, value));
+    let range = if asked.is_of_view { drawable_range(sampled) } else { sampled.map(|value| value as f32) };
     if range[0] == range[1] || !range.iter().all(|value| value.is_finite()) {
         bail!("channel {}: the values {} to {} cannot be told apart", asked.channel, stored[0], stored[1]);
     }

@@ -2,6 +2,7 @@
 //! file does.
 
 use anyhow::{Result, bail};
+use vastex_viewer::volume::usual_channel_color;
 use vastex_viewer::volume_scene::VolumeLook;
 
 use super::{OpenedVolume, labels};
@@ -38,10 +39,18 @@ impl OpenedVolume {
         };
         let range = Some(args.scene.layers.range.map(f64::from)).filter(|range| *range != [0.0, 1.0]);
         if asked.is_empty() {
-            if let Some(range) = range {
-                look.channels.iter_mut().for_each(|channel| channel.range = Some(of_all(range)));
+            // A channel of a view may have one of its own.
+            let view = args.scene.volume_view().and_then(|view| view.channels).unwrap_or_default();
+            let has_own =
+                |nth: usize| view.iter().any(|said| said.channel == nth as u64 && said.range.is_some());
+            let range = range.map(of_all);
+            for (_, channel) in look.channels.iter_mut().enumerate().filter(|(nth, _)| !has_own(*nth)) {
+                channel.range = range.or(channel.range);
             }
             return Ok(());
+        }
+        if facts.channels.is_empty() {
+            bail!("--channels: {} is a volume of labels, which have colours of their own", facts.name);
         }
         look.channels.iter_mut().for_each(|channel| channel.is_shown = false);
         for one in asked {
@@ -55,8 +64,9 @@ impl OpenedVolume {
                 );
             };
             channel.is_shown = true;
-            let usual = if asked.len() == 1 { [255; 3] } else { channel.color };
-            channel.color = one.color.unwrap_or(usual);
+            let nth = one.channel as usize;
+            let usual = usual_channel_color(nth, facts.channels.len(), facts.channels[nth].color);
+            channel.color = one.color.unwrap_or(if asked.len() == 1 { [255; 3] } else { usual });
             channel.map = one.map;
             channel.range = Some(one.range.unwrap_or_else(|| of_all(range.unwrap_or([0.0, 1.0]))));
             (channel.opacity, channel.gamma) = (one.opacity.unwrap_or(1.0), one.gamma.unwrap_or(1.0));

@@ -1,15 +1,20 @@
 //! Labels over a volume in the window: which one lies at a place, where a ray meets one, and where one of a
 //! number is.
 
-use anyhow::{Result, bail};
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use pollster::block_on;
-use vastex_viewer::volume::OtherLabels;
-use vastex_viewer::volume_scene::{VolumeFacts, VolumeLook};
-use vastex_volume::SliceAxis;
+use vastex::{Preparer, TextureSettings, TileSource};
+use vastex_viewer::volume::{LabelColors, OtherLabels};
+use vastex_viewer::volume_scene::{LabelsPlace, VolumeFacts, VolumeLook};
+use vastex_volume::{Opened, SliceAxis, VolumeAbout, VolumeOptions, VolumeSource};
 
-use super::LabelsBelow;
+use super::{LabelsBelow, OpenedVolume, ReadLabels};
 use crate::args::LabelArgs;
+use crate::commands::render_labels::place;
 
 /// Places along a ray that are looked at, at most.
 const MOST_SAMPLES: f64 = 2048.0;
@@ -18,25 +23,74 @@ const MOST_VOXELS: u64 = 1 << 30;
 
 /// Has labels shown at first that are asked for.
 pub(crate) fn shown_at_first(asked: &LabelArgs, facts: &VolumeFacts, look: &mut VolumeLook) -> Result<()> {
-    let Some(named) = &asked.labels else {
-        return match asked.of_labels_alone().filter(|_| look.labels.shown.is_none()) {
-            Some(option) => bail!("{option}: it goes with --labels NAME"),
-            None => Ok(()),
-        };
-    };
-    look.labels.shown = facts.labels.iter().position(|name| name == named);
-    if look.labels.shown.is_none() {
-        let has = if facts.labels.is_empty() { "none".to_owned() } else { facts.labels.join(", ") };
-        bail!(
-            "--labels {named}: labels beside {} are {has}; others are drawn by `vastex render`",
-            facts.name
-        );
+    if let Some(named) = &asked.labels {
+        look.labels.shown = facts.labels.iter().position(|name| name == named);
     }
+    let shown = match (look.labels.shown, &asked.labels, asked.of_labels_alone()) {
+        (Some(shown), ..) => shown,
+        (None, Some(named), _) => bail!(not_beside(named, facts)),
+        (None, None, Some(option)) => bail!("{option}: it goes with --labels NAME"),
+        (None, None, None) => return Ok(()),
+    };
     look.labels.opacity = asked.label_opacity.unwrap_or(look.labels.opacity);
     look.labels.outlines |= asked.label_outlines;
     look.labels.selected = asked.label_selected.or(look.labels.selected);
-    look.labels.others = asked.label_others;
-    Ok(())
+    look.labels.others = asked.label_others.unwrap_or(look.labels.others);
+    match look.labels.selected.and_then(|label| Some((label, facts.label_fault(shown, label)?))) {
+        Some((label, why)) => bail!("--label-selected {label}: {why}"),
+        None => Ok(()),
+    }
+}
+
+/// Labels that are asked for and do not lie beside a volume.
+fn not_beside(named: &str, facts: &VolumeFacts) -> String {
+    let has = if facts.labels.is_empty() { "none".to_owned() } else { facts.labels.join(", ") };
+    format!("--labels {named}: labels beside {} are {has}; others are drawn by `vastex render`", facts.name)
+}
+
+/// Of each of the labels that can be shown of a volume, the least and the greatest number that its values can
+/// have. Where labels beside it cannot be opened, that is told when they are to be shown.
+pub(super) fn bounds_of(about: &VolumeAbout) -> Vec<[i128; 2]> {
+    let any = [i128::from(i64::MIN), i128::from(u64::MAX)];
+    let bounds = |about: &VolumeAbout| about.dtype.bounds().map_or(any, |(least, most)| [least, most]);
+    let beside = |name: &String| match vastex_volume::open(&Path::new(&about.path).join("labels").join(name))
+    {
+        Ok(Opened::Volume(volume)) => bounds(volume.about()),
+        _ => any,
+    };
+    match about.is_label {
+        true => vec![bounds(about)],
+        false => about.labels.iter().map(beside).collect(),
+    }
+}
+
+/// Reads of labels beside a volume at a time what it takes to show them. Those of as many voxels as the image
+/// lie voxel on voxel, whatever scales they name.
+pub(crate) fn read_labels(
+    opened: &OpenedVolume,
+    (name, time): (&str, u64),
+    preparer: &Preparer,
+) -> Result<ReadLabels> {
+    let image = opened.volume.about();
+    let volume = match image.is_label {
+        true => opened.volume.clone(),
+        false => match vastex_volume::open(&Path::new(&image.path).join("labels").join(name))? {
+            Opened::Volume(volume) => Arc::new(*volume),
+            Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
+        },
+    };
+    let about = volume.about();
+    let time = if about.times > 1 { time } else { 0 };
+    let options = VolumeOptions { labels: Some(true), time, ..VolumeOptions::default() };
+    let source = Arc::new(VolumeSource::open(volume.clone(), &options)?);
+    let (of, begin) = place(about, image)?;
+    let colors = Arc::new(LabelColors::new(about.label_colors.iter().copied()));
+    let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
+    let tiles: Arc<dyn TileSource> = source.clone();
+    let prepared = preparer.read_blocking(tiles, settings)?;
+    let bounds = about.dtype.bounds().map(|(least, most)| [least, most]);
+    let bounds = bounds.with_context(|| format!("{}: {} are no labels", about.path, about.dtype.name()))?;
+    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors, bounds } })
 }
 
 /// The label at a place; nothing where there is none.
@@ -72,7 +126,12 @@ pub(crate) fn first_along(
 /// where no level of up to a milliard voxels has it.
 pub(crate) fn find(labels: &LabelsBelow, label: i128) -> Result<Option<DVec3>> {
     let (source, of) = labels;
-    let (levels, width) = (source.levels(), source.volume().about().dtype.bytes());
+    let dtype = source.volume().about().dtype;
+    // The bytes that are compared are all of its bits only where it is one of what values can be.
+    if dtype.bounds().is_none_or(|(least, most)| !(least..=most).contains(&label)) {
+        return Ok(None);
+    }
+    let (levels, width) = (source.levels(), dtype.bytes());
     let bytes = &label.to_le_bytes()[..width];
     for (nth, level) in levels.levels().iter().enumerate().rev() {
         let voxels: u64 = level.size.iter().map(|side| u64::from(*side)).product();
@@ -100,9 +159,9 @@ pub(crate) fn find(labels: &LabelsBelow, label: i128) -> Result<Option<DVec3>> {
             let voxel = DVec3::from_array(levels.level(0).voxel_from_world(world));
             most = Some((count, DVec3::from_array(of.begin) + voxel * of.of.voxel));
         }
-        // A coarse voxel stands for finer ones of which most have the label.
+        // A coarse voxel stands for finer ones of which most have the label; and what is said is so.
         if let Some((_, place)) = most
-            && (nth == 0 || at(labels, place)? == Some(label))
+            && at(labels, place)? == Some(label)
         {
             return Ok(Some(place));
         }

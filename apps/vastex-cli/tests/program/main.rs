@@ -38,5 +38,7 @@ mod volume_pictures;
 #[cfg(feature = "volumes")]
 mod volume_view;
 #[cfg(feature = "volumes")]
+mod volume_words;
+#[cfg(feature = "volumes")]
 mod volumes;
 mod words;

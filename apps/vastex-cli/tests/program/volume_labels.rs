@@ -142,7 +142,7 @@ fn the_words_for_labels_are_checked() {
         ("cells.zarr --labels nuclei --label-selected 0", 2, "0 is where there is no label"),
         ("cells.zarr --labels nuclei --label-selected -1", 1, "0 to 18446744073709551615"),
         ("cells.zarr --labels nuclei --label-opacity 2", 2, "0 to 1"),
-        ("cells.zarr/labels/nuclei --labels nuclei", 1, "labels itself"),
+        ("cells.zarr/labels/nuclei --labels cells", 1, "labels itself"),
         ("cells.zarr/labels/nuclei --channels 0", 1, "colours of their own"),
         ("cells.zarr --labels nuclei --pool-mib 1", 1, "and labels need"),
     ] {

@@ -8,7 +8,7 @@ use super::palettes::palette_controls;
 use super::volume_values::{VolumeValues, volume_histogram};
 use super::volume_words::{place_text, point_rows};
 use crate::layers::Palette;
-use crate::volume::{OtherLabels, VolumeMode};
+use crate::volume::{MOST_END, OtherLabels, VolumeMode, least_apart, parse_label};
 use crate::volume_scene::{
     ChannelLook, ClipLook, PointAnswer, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
 };
@@ -65,7 +65,7 @@ pub struct VolumePanel {
     chosen: usize,
     /// The number that is being written, and what is wrong with it.
     label: Option<String>,
-    label_error: Option<&'static str>,
+    label_error: Option<String>,
 }
 
 impl VolumePanel {
@@ -116,7 +116,7 @@ impl VolumePanel {
         }
         let chosen = self.chosen;
         if let Some(channel) = look.channels.get_mut(chosen) {
-            let bounds = told.facts.bounds;
+            let (bounds, before) = (told.facts.bounds, channel.range);
             ui.horizontal(|ui| {
                 ui.label("Range");
                 match &mut channel.range {
@@ -141,7 +141,7 @@ impl VolumePanel {
                     Some(values) => drop(volume_histogram(ui, values, channel, &mut range)),
                     None => strip(ui, channel, range[0] > range[1]),
                 }
-                channel.range = Some(range);
+                channel.range = Some(before.map_or(range, |before| kept_apart(range, before)));
             }
             map_controls(ui, &mut channel.map);
             ui.add(Slider::new(&mut channel.gamma, 0.1..=5.0).logarithmic(true).text("Gamma"));
@@ -177,11 +177,17 @@ impl VolumePanel {
         }
         ui.add(Slider::new(&mut look.labels.opacity, 0.0..=1.0).text("Cover"));
         ui.checkbox(&mut look.labels.outlines, "Outlines in slices");
-        self.selected_label(ui, look, asked);
+        self.selected_label(ui, look, facts, asked);
     }
 
     /// The label that is selected: by a click in a picture, or by its number here.
-    fn selected_label(&mut self, ui: &mut Ui, look: &mut VolumeLook, asked: &mut Vec<VolumeChange>) {
+    fn selected_label(
+        &mut self,
+        ui: &mut Ui,
+        look: &mut VolumeLook,
+        facts: &VolumeFacts,
+        asked: &mut Vec<VolumeChange>,
+    ) {
         ui.horizontal(|ui| {
             let name = ui.label("Selected");
             let shown = look.labels.selected.map_or(String::new(), |label| label.to_string());
@@ -195,7 +201,10 @@ impl VolumePanel {
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let find = ui.add_enabled(self.label.is_some(), Button::new("Find"));
             if self.label.is_some() && (is_entered || find.clicked()) {
-                match label_of(&text) {
+                let shown = look.labels.shown.unwrap_or(0);
+                let label = parse_label(&text).map_err(str::to_owned);
+                let label = label.and_then(|label| facts.label_fault(shown, label).map_or(Ok(label), Err));
+                match label {
                     Ok(label) => {
                         (self.label, look.labels.selected) = (None, Some(label));
                         asked.push(VolumeChange::FindLabel(label));
@@ -211,7 +220,7 @@ impl VolumePanel {
                 (look.labels.selected, self.label, self.label_error) = (None, None, None);
             }
         });
-        if let Some(why) = self.label_error {
+        if let Some(why) = &self.label_error {
             ui.label(RichText::new(why).color(ui.visuals().error_fg_color));
         }
         if look.labels.selected.is_some() {
@@ -227,14 +236,21 @@ impl VolumePanel {
     }
 }
 
-/// The label that somebody means; 0 is none.
-fn label_of(text: &str) -> Result<i128, &'static str> {
-    let within = i128::from(i64::MIN)..=i128::from(u64::MAX);
-    match text.trim().parse().ok().filter(|label| within.contains(label)) {
-        Some(0) => Err("0 is where there is no label; write another whole number"),
-        Some(label) => Ok(label),
-        None => Err("write a whole number of up to 64 bits"),
+/// A range of stored values that a person changed: of finite ends that can be told apart. The end that was
+/// moved onto the other one stays on its own side of it.
+fn kept_apart(range: [f64; 2], before: [f64; 2]) -> [f64; 2] {
+    let end = |nth: usize| match range[nth].is_finite() {
+        true => range[nth].clamp(-MOST_END, MOST_END),
+        false => before[nth],
+    };
+    let mut kept = [end(0), end(1)];
+    let apart = least_apart(kept);
+    if range != before && (kept[1] - kept[0]).abs() < apart {
+        let moved = usize::from(kept[1] != before[1]);
+        let side = if before[moved] < before[1 - moved] { -1.0 } else { 1.0 };
+        kept[moved] = kept[1 - moved] + side * apart;
     }
+    kept
 }
 
 /// What a range becomes.

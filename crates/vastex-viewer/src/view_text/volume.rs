@@ -5,7 +5,9 @@
 //!
 //! The parts stand between semicolons, the camera first, each other one as KEY=VALUE. [`VOLUME_KEYS`] are all
 //! keys. Places are in voxels of the finest level, so that a text means the same whatever the units of the
-//! file. What a text says nothing of stays as it is; but one that names channels shows these alone.
+//! file. What a text says nothing of stays as it is; but of channels those alone are shown that a text names,
+//! and one that says which channels or labels are shown says all of what is cut away and of how samples are
+//! taken.
 
 mod parts;
 
@@ -24,7 +26,7 @@ use parts::{camera_of, channel_of, clip_of, labels_of, name_of, number, numbers,
 const SCHEME: &str = "volume:";
 
 /// The keys of a text after its camera, each with what stands after it.
-pub const VOLUME_KEYS: [(&str, &str); 11] = [
+pub const VOLUME_KEYS: [(&str, &str); 12] = [
     ("panes", "four, x, y, z or 3d"),
     ("slices", "X,Y,Z[:middle=X,Y,Z][:zoom=N]"),
     ("mode", "mip, minip, average, emission or iso"),
@@ -33,6 +35,7 @@ pub const VOLUME_KEYS: [(&str, &str); 11] = [
     ("iso", "V or auto"),
     ("time", "T"),
     ("channel", "I[:color=RRGGBB][:map=NAME][:range=LO..HI][:gamma=G][:opacity=O]"),
+    ("channels", "none"),
     ("labels", "NAME[:opacity=O][:outlines][:selected=ID][:others=hidden], or off"),
     ("clip", "X0..X1,Y0..Y1,Z0..Z1 (shares of the box)"),
     ("plane", "YAW,PITCH,DEPTH or off"),
@@ -63,8 +66,8 @@ pub struct VolumeViewText {
     pub iso: Option<Option<f64>>,
     /// The time, from 0.
     pub time: Option<u64>,
-    /// The channels that are shown; none where nothing is said of them.
-    pub channels: Vec<ViewChannel>,
+    /// The channels that are shown, which may be none.
+    pub channels: Option<Vec<ViewChannel>>,
     /// The labels that are shown, or none.
     pub labels: Option<Option<ViewLabels>>,
     /// What is seen along x, y and z, as shares of the box.
@@ -141,7 +144,7 @@ impl VolumeViewText {
                 channel: nth as u64,
                 color: Some(channel.color),
                 map: channel.map,
-                range: channel.range,
+                range: channel.range.filter(|range| range.iter().all(|end| end.is_finite())),
                 gamma: Some(channel.gamma).filter(|gamma| *gamma != 1.0),
                 opacity: Some(channel.opacity).filter(|opacity| *opacity != 1.0),
             }
@@ -168,7 +171,7 @@ impl VolumeViewText {
             density: Some(look.density).filter(|density| *density != 1.0),
             iso: Some(look.iso).filter(|_| look.mode == VolumeMode::Iso),
             time: Some(look.time).filter(|_| facts.times > 1),
-            channels: look.shown().map(channel).collect(),
+            channels: Some(look.shown().map(channel).collect()),
             labels: (!facts.labels.is_empty()).then_some(labels),
             clip: is_cut.then_some(clip.shares),
             plane: clip.has_plane.then_some(Some([clip.plane_yaw, clip.plane_pitch, clip.plane_depth])),
@@ -176,8 +179,8 @@ impl VolumeViewText {
     }
 
     /// Shows what it says, in the place of what was shown; what it says nothing of stays, but for what is cut
-    /// away and how samples are taken, which a text that names channels says all of. Fails, and changes
-    /// nothing, where the volume does not have what it names.
+    /// away and how samples are taken, which a text that says which channels or labels are shown says all of.
+    /// Fails, and changes nothing, where the volume does not have what it names.
     pub fn change(&self, look: &mut VolumeLook, facts: &VolumeFacts) -> Result<(), VolumeViewError> {
         let mut to = look.clone();
         let wrong = |part: String, why: String| VolumeViewError { part, why };
@@ -191,8 +194,10 @@ impl VolumeViewText {
             to.zoom = slices.zoom;
         }
         to.mode = self.mode.unwrap_or(to.mode);
-        if !self.channels.is_empty() {
+        if self.channels.is_some() || self.labels.is_some() {
             (to.step, to.density, to.clip) = (1.0, 1.0, Default::default());
+        }
+        if self.channels.is_some() {
             to.channels.iter_mut().for_each(|channel| channel.is_shown = false);
         }
         to.step = self.step.unwrap_or(to.step);
@@ -205,11 +210,13 @@ impl VolumeViewText {
             }
             to.time = time;
         }
-        for said in &self.channels {
+        for said in self.channels.iter().flatten() {
             let channel = usize::try_from(said.channel).ok().and_then(|nth| to.channels.get_mut(nth));
             let Some(channel) = channel else {
-                let last = facts.channels.len().saturating_sub(1);
-                let why = format!("{} has the channels 0 to {last}", facts.name);
+                let why = match facts.channels.len() {
+                    0 => format!("{} is a volume of labels, which have colours of their own", facts.name),
+                    count => format!("{} has the channels 0 to {}", facts.name, count - 1),
+                };
                 return Err(wrong(format!("channel={}", said.channel), why));
             };
             channel.is_shown = true;
@@ -221,12 +228,16 @@ impl VolumeViewText {
         match &self.labels {
             Some(Some(said)) => {
                 let shown = facts.labels.iter().position(|name| *name == said.name);
-                if shown.is_none() {
+                let Some(nth) = shown else {
                     let why = match facts.labels.is_empty() {
                         true => format!("no labels lie beside {}", facts.name),
                         false => format!("{} has the labels {}", facts.name, facts.labels.join(", ")),
                     };
                     return Err(wrong(format!("labels={}", said.name), why));
+                };
+                let fault = said.selected.and_then(|label| Some((label, facts.label_fault(nth, label)?)));
+                if let Some((label, why)) = fault {
+                    return Err(wrong(format!("labels={}:selected={label}", said.name), why));
                 }
                 let ViewLabels { opacity, outlines, selected, others, .. } = *said;
                 to.labels = LabelsLook { shown, opacity, outlines, selected, others };
@@ -276,7 +287,7 @@ impl Display for VolumeViewText {
         for (key, value) in parts {
             value.map_or(Ok(()), |value| write!(f, ";{key}={value}"))?;
         }
-        for ViewChannel { channel, color, map, range, gamma, opacity } in &self.channels {
+        for ViewChannel { channel, color, map, range, gamma, opacity } in self.channels.iter().flatten() {
             write!(f, ";channel={channel}")?;
             color.map_or(Ok(()), |[r, g, b]| write!(f, ":color={r:02x}{g:02x}{b:02x}"))?;
             map.map_or(Ok(()), |map| write!(f, ":map={map}"))?;
@@ -284,9 +295,14 @@ impl Display for VolumeViewText {
             gamma.map_or(Ok(()), |gamma| write!(f, ":gamma={gamma}"))?;
             opacity.map_or(Ok(()), |opacity| write!(f, ":opacity={opacity}"))?;
         }
+        if self.channels.as_ref().is_some_and(Vec::is_empty) {
+            f.write_str(";channels=none")?;
+        }
         match &self.labels {
             Some(Some(labels)) => {
-                write!(f, ";labels={}:opacity={}", escaped(&labels.name), labels.opacity)?;
+                // Labels of this name are told from none by a code.
+                let name = if labels.name == "off" { "%6Fff".into() } else { escaped(&labels.name) };
+                write!(f, ";labels={name}:opacity={}", labels.opacity)?;
                 f.write_str(if labels.outlines { ":outlines" } else { "" })?;
                 labels.selected.map_or(Ok(()), |selected| write!(f, ":selected={selected}"))?;
                 f.write_str(if labels.others == OtherLabels::Hidden { ":others=hidden" } else { "" })?;
@@ -342,15 +358,24 @@ impl VolumeViewText {
             "iso" if value == "auto" => self.iso = Some(None),
             "iso" => self.iso = Some(Some(number(value, f64::MIN, f64::MAX)?)),
             "time" => self.time = Some(value.parse().map_err(|_| "write a whole number from 0 on")?),
-            "channel" if self.channels.len() == MOST_CHANNELS => {
-                return Err(format!("{MOST_CHANNELS} channels are shown at most"));
+            "channels" if value != "none" => {
+                return Err("channels=none shows none; each that is shown is a channel=".into());
             }
+            "channels" if self.channels.is_some() => return Err("channels are named beside it".into()),
+            "channels" => self.channels = Some(Vec::new()),
             "channel" => {
                 let channel = channel_of(value)?;
-                if self.channels.iter().any(|other| other.channel == channel.channel) {
-                    return Err(format!("channel {} is told twice", channel.channel));
+                match &mut self.channels {
+                    Some(others) if others.is_empty() => return Err("channels=none shows none".into()),
+                    Some(others) if others.iter().any(|other| other.channel == channel.channel) => {
+                        return Err(format!("channel {} is told twice", channel.channel));
+                    }
+                    Some(others) if others.len() == MOST_CHANNELS => {
+                        return Err(format!("{MOST_CHANNELS} channels are shown at most"));
+                    }
+                    Some(others) => others.push(channel),
+                    None => self.channels = Some(vec![channel]),
                 }
-                self.channels.push(channel);
             }
             "labels" if value == "off" => self.labels = Some(None),
             "labels" => self.labels = Some(Some(labels_of(value)?)),

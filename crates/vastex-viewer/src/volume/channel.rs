@@ -9,6 +9,42 @@ use crate::layers::Palette;
 /// Channels that one picture shows at most.
 pub const MOST_CHANNELS: usize = 16;
 
+/// Channels that are shown where nobody says which.
+pub const FIRST_CHANNELS: usize = 4;
+
+/// Colours of channels that have none: green, magenta, cyan, yellow, red, blue, as lenses are told apart.
+const COLORS: [[u8; 3]; 6] =
+    [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
+
+/// The colour of a channel for which nobody chose one, of a volume of `count`, as sRGB codes: the file's, if
+/// it names one; white of the only channel; else one of six, by its number.
+pub fn usual_channel_color(channel: usize, count: usize, of_file: Option<[u8; 3]>) -> [u8; 3] {
+    let own = if count == 1 { [255; 3] } else { COLORS[channel % COLORS.len()] };
+    of_file.unwrap_or(own)
+}
+
+/// A range of sampled values as it can be drawn: of finite ends that single precision tells apart. Where both
+/// are the same it shows what is above them.
+pub fn drawable_range(range: [f64; 2]) -> [f32; 2] {
+    let within = |end: f64| if end.is_nan() { 0.0 } else { end.clamp(-MOST_END, MOST_END) };
+    let [low, high] = range.map(within);
+    let apart = least_apart([low, high]);
+    match (high - low).abs() < apart {
+        true if high < low => [low as f32, (low - apart) as f32],
+        true => [low as f32, (low + apart) as f32],
+        false => [low as f32, high as f32],
+    }
+}
+
+/// How far from 0 an end of a range is at most, so that the difference of two is finite in single precision.
+pub(crate) const MOST_END: f64 = f32::MAX as f64 / 4.0;
+
+/// How far apart ends are at least, so that single precision tells them apart.
+pub(crate) fn least_apart(range: [f64; 2]) -> f64 {
+    let most = range[0].abs().max(range[1].abs());
+    (most * 4.0 * f64::from(f32::EPSILON)).max(1e-30)
+}
+
 /// Entries of direct page tables of a volume, over all of its channels, at most.
 const MOST_ENTRIES: u64 = 4 << 20;
 
@@ -87,4 +123,33 @@ pub(super) struct ChannelUniform {
     pub(super) id: u32,
     map: u32,
     unused: [u32; 3],
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_drawn_whatever_their_ends_are() {
+        assert_eq!(drawable_range([0.25, 0.75]), [0.25, 0.75]);
+        assert_eq!(drawable_range([0.75, 0.25]), [0.75, 0.25]);
+        for end in [0.0, 5.0, -5.0, 1e7, -65535.0, 3e38, f64::INFINITY, f64::NEG_INFINITY, f64::NAN] {
+            let [low, high] = drawable_range([end, end]);
+            let scale = 1.0 / (high - low);
+            assert!(high > low && scale.is_finite() && scale > 0.0, "{end}: {low} to {high}");
+        }
+        let [low, high] = drawable_range([1e9 + 1.0, 1e9]);
+        assert!(low > high, "turned round");
+        let [low, high] = drawable_range([f64::NEG_INFINITY, f64::INFINITY]);
+        assert!((high - low).is_finite());
+    }
+
+    #[test]
+    fn channels_have_the_colour_of_the_file_else_one_of_their_own() {
+        assert_eq!(usual_channel_color(1, 3, Some([1, 2, 3])), [1, 2, 3]);
+        assert_eq!(
+            (usual_channel_color(0, 1, None), usual_channel_color(7, 9, None)),
+            ([255; 3], [255, 0, 255])
+        );
+    }
 }

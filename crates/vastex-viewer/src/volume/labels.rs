@@ -49,6 +49,17 @@ impl OtherLabels {
     }
 }
 
+/// The number of a label that somebody wrote, of up to 64 bits with or without a sign; 0 is none. Fails with
+/// what is to be written.
+pub fn parse_label(text: &str) -> Result<i128, &'static str> {
+    let within = i128::from(i64::MIN)..=i128::from(u64::MAX);
+    match text.trim().parse().ok().filter(|label| within.contains(label)) {
+        Some(0) => Err("0 is where there is no label; write another whole number"),
+        Some(label) => Ok(label),
+        None => Err("write a whole number of up to 64 bits"),
+    }
+}
+
 /// Labels, as they are shown: over the channels of a volume, or alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLabels {
@@ -312,6 +323,15 @@ mod tests {
         assert_eq!(offset("others"), Some(std::mem::offset_of!(LabelUniform, others)));
         assert_eq!(offset("outlines"), Some(std::mem::offset_of!(LabelUniform, outlines)));
         assert_eq!(offset("selected"), Some(std::mem::offset_of!(LabelUniform, selected)));
+    }
+
+    #[test]
+    fn labels_have_up_to_64_bits() {
+        assert_eq!(parse_label("18446744073709551615"), Ok(i128::from(u64::MAX)));
+        assert_eq!(parse_label("-9223372036854775808"), Ok(i128::from(i64::MIN)));
+        for bad in ["18446744073709551616", "-9223372036854775809", "0", "1.5", "cells", ""] {
+            assert!(parse_label(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -12,8 +12,12 @@ mod renderer;
 mod text;
 
 pub use camera::{VolumeBox, VolumeCamera, VolumeClip, VolumeFace, VolumePlane, VolumeRays, VolumeView};
-pub use channel::{MOST_CHANNELS, VolumeChannel, volume_tables};
+pub use channel::{
+    FIRST_CHANNELS, MOST_CHANNELS, VolumeChannel, drawable_range, usual_channel_color, volume_tables,
+};
+#[cfg(feature = "egui")]
+pub(crate) use channel::{MOST_END, least_apart};
 pub use desc::{VolumeDesc, VolumeMode, frames_to_ask};
-pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, usual_color};
+pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, parse_label, usual_color};
 pub use renderer::{StillStep, VolumeCameraBinding, VolumeError, VolumeRenderer, VolumeStill};
 pub use text::{LabelsInText, mean_text, volume_text};

@@ -8,6 +8,7 @@ use super::look::{VolumeFacts, VolumeLook};
 use crate::gpu::Gpu;
 use crate::volume::{
     LabelColors, VolumeBox, VolumeChannel, VolumeDesc, VolumeError, VolumeLabels, VolumeRenderer,
+    drawable_range,
 };
 
 use super::picture::{PASSES, PICTURE};
@@ -37,14 +38,23 @@ pub struct LabelsPlace {
     pub begin: [f64; 3],
     /// The colours of those that do not have the usual one.
     pub colors: Arc<LabelColors>,
-    /// Whether their numbers have 64 bits, and not 32 or fewer.
-    pub are_wide: bool,
+    /// The least and the greatest number that their values can have.
+    pub bounds: [i128; 2],
 }
 
 impl LabelsPlace {
-    /// A label as it stands in textures: with a sign in two's complement of its own bits.
-    fn bits_of(&self, label: i128) -> u64 {
-        if self.are_wide { label as u64 } else { u64::from(label as i64 as u32) }
+    /// A label as it stands in textures: with a sign in two's complement of 32 bits, or of 64 where they have
+    /// these. One that there cannot be is as no label is, where any is not: of 32 bits and less with upper
+    /// bits. `None` where none is so.
+    fn bits_of(&self, label: i128) -> Option<u64> {
+        let [least, most] = self.bounds;
+        let is_wide = least < i128::from(i32::MIN) || most > i128::from(u32::MAX);
+        match ((least..=most).contains(&label), is_wide) {
+            (true, true) => Some(label as u64),
+            (true, false) => Some(u64::from(label as i64 as u32)),
+            (false, true) => None,
+            (false, false) => Some(u64::MAX),
+        }
     }
 }
 
@@ -116,7 +126,7 @@ impl Channels {
             begin: place.begin,
             opacity: look.labels.opacity,
             outlines: look.labels.outlines,
-            selected: look.labels.selected.map(|label| place.bits_of(label)).filter(|bits| *bits != 0),
+            selected: look.labels.selected.and_then(|label| place.bits_of(label)).filter(|bits| *bits != 0),
             others: look.labels.others,
             colors: place.colors.clone(),
             ..VolumeLabels::new(*texture, place.of)
@@ -243,9 +253,7 @@ impl Channels {
             return None;
         };
         let [low, high] = channel.range.unwrap_or(facts.bounds.unwrap_or([0.0, 1.0]));
-        // A range without a middle shows what is above it.
-        let high = if low == high { low + facts.gain.abs() * 1e-6 } else { high };
-        let range = [low, high].map(|stored| ((stored - facts.base) / facts.gain) as f32);
+        let range = drawable_range([low, high].map(|stored| (stored - facts.base) / facts.gain));
         Some(VolumeChannel {
             range,
             gamma: channel.gamma,
@@ -268,5 +276,29 @@ impl Channels {
         for texture in self.textures() {
             textures.remove(texture);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_label_beyond_what_values_can_be_is_none_of_them() {
+        let bits = |bounds: [i128; 2], label: i128| {
+            let of = VolumeBox::new([1; 3], [1.0; 3]);
+            LabelsPlace { of, begin: [0.0; 3], colors: Arc::default(), bounds }.bits_of(label)
+        };
+        let (of_u8, of_i8, of_u32) = ([0, 255], [-128, 127], [0, i128::from(u32::MAX)]);
+        let (of_i64, of_u64) = ([i64::MIN.into(), i64::MAX.into()], [0, u64::MAX.into()]);
+        assert_eq!(
+            (bits(of_u8, 44), bits(of_i8, -1), bits(of_u64, 1 << 32)),
+            (Some(44), Some(0xffff_ffff), Some(1 << 32))
+        );
+        assert_eq!((bits(of_u32, u32::MAX.into()), bits(of_i64, -1)), (Some(0xffff_ffff), Some(u64::MAX)));
+        for (bounds, label) in [(of_u8, 300), (of_u32, -1), (of_u32, (1 << 32) | 5), (of_u32, 1 << 32)] {
+            assert!(bits(bounds, label).unwrap() >> 32 != 0, "{label}: no value has upper bits");
+        }
+        assert_eq!((bits(of_u64, -1), bits(of_i64, u64::MAX.into())), (None, None));
     }
 }

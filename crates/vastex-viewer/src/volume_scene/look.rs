@@ -5,19 +5,15 @@ mod clip;
 use glam::DVec3;
 
 use crate::layers::Palette;
-use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeMode};
+use crate::volume::{
+    FIRST_CHANNELS, MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeMode, usual_channel_color,
+};
 pub use clip::ClipLook;
 
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
 /// Zooms of slices and in perspective.
 const ZOOMS: [f64; 2] = [0.05, 1e6];
-/// Colours of channels that have none, as sRGB codes: green, magenta, cyan, yellow, red, blue, as lenses are
-/// told apart.
-pub const CHANNEL_COLORS: [[u8; 3]; 6] =
-    [[0, 255, 0], [255, 0, 255], [0, 255, 255], [255, 255, 0], [255, 64, 64], [64, 96, 255]];
-/// Channels that are shown where the file does not say which, the first ones.
-pub const FIRST_CHANNELS: usize = 4;
 
 /// What is known of a volume before any of it is read.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,6 +32,8 @@ pub struct VolumeFacts {
     pub channels: Vec<ChannelFacts>,
     /// Labels that lie beside it, by their names; where there are no channels, itself.
     pub labels: Vec<String>,
+    /// Of each of them the least and the greatest number that its values can have.
+    pub label_bounds: Vec<[i128; 2]>,
     /// Times that it has, at least one.
     pub times: u64,
     /// A stored value is `base + gain * sampled`.
@@ -61,6 +59,7 @@ impl VolumeFacts {
             unit: None,
             channels: vec![ChannelFacts::default()],
             labels: Vec::new(),
+            label_bounds: Vec::new(),
             times: 1,
             base: 0.0,
             gain: 1.0,
@@ -68,6 +67,14 @@ impl VolumeFacts {
             downsample: None,
             brick: 64,
         }
+    }
+
+    /// Why labels cannot have one of this number, if they cannot.
+    pub fn label_fault(&self, labels: usize, label: i128) -> Option<String> {
+        let [least, most] = *self.label_bounds.get(labels)?;
+        let name = self.labels.get(labels).map_or("", String::as_str);
+        let is_within = (least..=most).contains(&label);
+        (!is_within).then(|| format!("{name} has no label {label}: its values are {least} to {most}"))
     }
 
     /// What a channel is called.
@@ -287,8 +294,7 @@ impl VolumeLook {
         let channels = facts.channels.iter().enumerate().map(|(nth, channel)| {
             let is_shown = left > 0 && (!is_named || channel.is_active == Some(true));
             left -= usize::from(is_shown);
-            let usual = if count == 1 { [255; 3] } else { CHANNEL_COLORS[nth % CHANNEL_COLORS.len()] };
-            let color = channel.color.unwrap_or(usual);
+            let color = usual_channel_color(nth, count, channel.color);
             ChannelLook { is_shown, color, range: None, gamma: 1.0, opacity: 1.0, map: None }
         });
         let layout = match facts.of.size {
@@ -384,6 +390,7 @@ pub(crate) mod tests {
             unit: Some("micrometer".into()),
             channels: vec![named("nuclei"), named("membranes"), ChannelFacts::default()],
             labels: vec!["cells".into()],
+            label_bounds: vec![[i128::from(i64::MIN), i128::from(u64::MAX)]],
             times: 5,
             base: 0.0,
             gain: 65535.0,

@@ -40,8 +40,8 @@ pub use hosted::VolumeAsked;
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{
-    CHANNEL_COLORS, ChannelFacts, ChannelLook, ClipLook, FIRST_CHANNELS, LabelsLook, VolumeFacts,
-    VolumeLayout, VolumeLook, VolumeOrbit, VolumePane,
+    ChannelFacts, ChannelLook, ClipLook, LabelsLook, VolumeFacts, VolumeLayout, VolumeLook, VolumeOrbit,
+    VolumePane,
 };
 pub use picture::PICTURE;
 use picture::{Key, PanePicture};

@@ -76,6 +76,7 @@ impl Host {
             unit: None,
             channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
             labels: vec!["things".into()],
+            label_bounds: vec![[0, i128::from(u32::MAX)]],
             times,
             base: 0.0,
             gain: 255.0,
@@ -114,7 +115,12 @@ impl Host {
         let source = Arc::new(Even { description, bytes: vec![5, 0, 0, 0], reads: AtomicU64::new(0) });
         let prepared = self.scene.preparer().read_blocking(source, TextureSettings::default()).unwrap();
         let colors = Arc::new(LabelColors::new([(5, [250, 0, 0, 255])]));
-        let place = LabelsPlace { of: self.scene.facts().of, begin: [0.0; 3], colors, are_wide: false };
+        let place = LabelsPlace {
+            of: self.scene.facts().of,
+            begin: [0.0; 3],
+            colors,
+            bounds: [0, i128::from(u32::MAX)],
+        };
         self.scene.add_labels((nth, time), prepared, place).unwrap();
     }
 

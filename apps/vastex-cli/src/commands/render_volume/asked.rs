@@ -65,7 +65,7 @@ fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (VolumeView, 
     let facts = VolumeFacts::of_box(of);
     let mut look = VolumeLook::first(&facts);
     // What it says of channels, labels and times is asked for as options ask for it.
-    let camera = VolumeViewText { channels: Vec::new(), labels: None, time: None, ..view.clone() };
+    let camera = VolumeViewText { channels: None, labels: None, time: None, ..view.clone() };
     // Of a box without any there is nothing that it names and that is not there.
     drop(camera.change(&mut look, &facts));
     if look.layout == VolumeLayout::Four {

@@ -9,7 +9,7 @@ use vastex_scenes::{Comparison, Gpu, Picture};
 use vastex_viewer::volume::{VolumeClip, VolumeView};
 use vastex_volume::{Volume, VolumeSource};
 
-use super::{Drawing, source_of};
+use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, RenderVolumeArgs};
 use crate::commands::compared::Compared;
 use crate::commands::render_pools::brick_bytes;
@@ -57,7 +57,8 @@ pub(super) fn compare(
     }
     // One more than there are, so that no picture of it is coarser.
     let room = bytes + bytes / sources.len().max(1) as u64;
-    let mut drawing = Drawing::new(args, gpu, (channels, &sources), None, view, [room, 0])?;
+    let shown = (box_of(volume.about())?, channels, &sources[..]);
+    let mut drawing = Drawing::new(args, gpu, shown, None, view, [room, 0])?;
     drawing.set_levels(LevelRule { bias: mip_bias as f32, ..LevelRule::default() });
     let is_whole = drawing.play()? && drawing.textures.stats().pager.bias_eighths == 0;
     if !is_whole {

@@ -121,7 +121,13 @@ fn a_label_is_selected_by_its_number_and_let_go() {
         ("0", None, Some("0 is where there is no label; write another whole number")),
         ("-7", Some(-7), None),
         ("18446744073709551615", Some(i128::from(u64::MAX)), None),
+        // Of 8 bits.
+        ("44", Some(44), None),
+        ("300", Some(44), Some("cells has no label 300: its values are 0 to 255")),
     ] {
+        if text == "44" {
+            harness.state_mut().facts.label_bounds = vec![[0, 255]];
+        }
         harness.get_by_label("Selected").focus();
         harness.run();
         harness.key_press_modifiers(egui::Modifiers::COMMAND, egui::Key::A);
@@ -133,7 +139,8 @@ fn a_label_is_selected_by_its_number_and_let_go() {
         assert_eq!(harness.state().look.labels.selected, selected, "{text}");
         assert!(wrong.is_none_or(|wrong| harness.query_by_label(wrong).is_some()), "{text}");
         let asked: Vec<_> = harness.state_mut().asked.drain(..).collect();
-        let found: Vec<_> = selected.map(VolumeChange::FindLabel).into_iter().collect();
+        let found: Vec<_> =
+            selected.filter(|_| wrong.is_none()).map(VolumeChange::FindLabel).into_iter().collect();
         assert_eq!(asked, found, "{text}");
     }
     harness.get_by_label("hidden").click();
@@ -143,6 +150,31 @@ fn a_label_is_selected_by_its_number_and_let_go() {
     harness.run();
     assert_eq!(harness.state().look.labels.selected, None);
     assert!(harness.query_by_label("hidden").is_none());
+}
+
+#[test]
+fn a_range_keeps_its_ends_apart_and_finite() {
+    for (range, before) in [
+        ([5.0, 5.0], [0.0, 5.0]),
+        ([5.0, 5.0], [5.0, 9.0]),
+        ([255.0, 255.0], [10.0, 255.0]),
+        ([5.0, 5.0], [5.0, 0.0]),
+        ([0.0, 0.0], [0.0, 1.0]),
+        ([1e30, 1e30], [0.0, 1e30]),
+        ([0.0, f64::INFINITY], [0.0, 1.0]),
+        ([f64::NAN, 1.0], [0.0, 1.0]),
+        ([-1e300, 1e300], [0.0, 1.0]),
+    ] {
+        let [low, high] = kept_apart(range, before);
+        let is_turned = before[0] > before[1];
+        assert!((high < low) == is_turned && (low as f32) != (high as f32), "{range:?}: {low} {high}");
+        assert!(((high - low) as f32).is_finite(), "{range:?}: {low} {high}");
+    }
+    assert_eq!(kept_apart([3.0, 7.0], [3.0, 8.0]), [3.0, 7.0]);
+    assert_eq!(kept_apart([5.0, 5.0], [5.0, 5.0]), [5.0, 5.0], "what nobody changes stays");
+    // Within what values can be.
+    let [low, high] = kept_apart([255.0, 255.0], [10.0, 255.0]);
+    assert!(low < 255.0 && high == 255.0);
 }
 
 #[test]

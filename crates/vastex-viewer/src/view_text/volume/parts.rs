@@ -2,7 +2,7 @@
 
 use super::{SCHEME, ViewChannel, ViewLabels, ViewSlices, VolumeViewText};
 use crate::surface::plain;
-use crate::volume::OtherLabels;
+use crate::volume::{OtherLabels, parse_label};
 use crate::volume_scene::{LabelsLook, VolumeLayout, VolumePane};
 
 /// Where the camera is.
@@ -79,11 +79,7 @@ pub(super) fn channel_of(text: &str) -> Result<ViewChannel, String> {
             "map" => said.map = Some(value.parse().map_err(|error| format!("'{value}': {error}"))?),
             "range" => {
                 let ends = value.split_once("..").ok_or("write range=LO..HI, as in range=0..255")?;
-                let [low, high] = [number(ends.0, f64::MIN, f64::MAX)?, number(ends.1, f64::MIN, f64::MAX)?];
-                if low == high {
-                    return Err(format!("'{value}': both values are the same"));
-                }
-                said.range = Some([low, high]);
+                said.range = Some([number(ends.0, f64::MIN, f64::MAX)?, number(ends.1, f64::MIN, f64::MAX)?]);
             }
             "gamma" => said.gamma = Some(number(value, 0.01, 100.0)? as f32),
             "opacity" => said.opacity = Some(number(value, 0.0, 1.0)? as f32),
@@ -104,9 +100,7 @@ pub(super) fn labels_of(text: &str) -> Result<ViewLabels, String> {
             ("opacity", value) => said.opacity = number(value, 0.0, 1.0)? as f32,
             ("outlines", "") => said.outlines = true,
             ("selected", value) => {
-                let within = i128::from(i64::MIN)..=i128::from(u64::MAX);
-                let label = value.parse().ok().filter(|label| *label != 0 && within.contains(label));
-                said.selected = Some(label.ok_or("a label is a whole number of up to 64 bits, and not 0")?);
+                said.selected = Some(parse_label(value).map_err(|why| format!("'{value}': {why}"))?);
             }
             ("others", value) => {
                 let others = OtherLabels::ALL.into_iter().find(|others| others.name() == value);

@@ -12,7 +12,8 @@ fn facts() -> VolumeFacts {
         unit_length: 1.0,
         unit: None,
         channels: vec![ChannelFacts::default(); 3],
-        labels: vec!["nuclei".into(), "a:b %;c".into()],
+        labels: vec!["nuclei".into(), "a:b %;c".into(), "off".into()],
+        label_bounds: vec![[0, 255], [-128, 127], [0, 255]],
         times: 5,
         base: 0.0,
         gain: 255.0,
@@ -48,7 +49,15 @@ fn all_that_is_shown_comes_back() {
     look.layout = VolumeLayout::One(VolumePane::Y);
     look.clip.shares = [[0.0, 0.5], [0.1, 0.9], [0.0, 1.0]];
     (look.clip.has_plane, look.clip.plane_yaw, look.clip.plane_depth) = (true, 12.5, 0.3);
-    for look in [look, first.clone()] {
+    // Nothing of the channels; nothing but labels, which are called as none are.
+    let mut none = first.clone();
+    none.channels.iter_mut().for_each(|channel| channel.is_shown = false);
+    let mut labels = none.clone();
+    labels.labels = LabelsLook { shown: Some(2), ..LabelsLook::default() };
+    labels.clip.shares[1] = [0.5, 1.0];
+    let mut equal = first.clone();
+    equal.channels[1].range = Some([5.0, 5.0]);
+    for look in [look, first.clone(), none, labels, equal] {
         let text = VolumeViewText::of(&look, &facts).to_string();
         assert!(VolumeViewText::is_meant(&text) && !text.contains(char::is_whitespace), "{text}");
         let view: VolumeViewText = text.parse().unwrap();
@@ -63,6 +72,7 @@ fn all_that_is_shown_comes_back() {
         let mut other = first.clone();
         other.clip.shares[2] = [0.5, 0.75];
         (other.step, other.density) = (0.2, 3.0);
+        (other.clip.has_plane, other.clip.plane_depth) = (true, 0.25);
         view.change(&mut other, &facts).unwrap();
         (other.orbit.target, other.centre) = (look.orbit.target, look.centre);
         assert_eq!(other, look, "{text}");
@@ -105,12 +115,14 @@ fn what_is_no_view_is_told_why() {
         (";channel=a", "comes first"),
         (";channel=0:color=red", "RRGGBB"),
         (";channel=0:map=jet", "viridis"),
-        (";channel=0:range=1..1", "the same"),
         (";channel=0:range=inf..1", "no number"),
         (";channel=0:gamma=0", "0.01"),
         (";channel=0;channel=0", "told twice"),
         (";labels=:opacity=1", "comes first"),
-        (";labels=a:selected=0", "not 0"),
+        (";labels=a:selected=0", "no label"),
+        (";channels=all", "channels=none"),
+        (";channels=none;channel=0", "none"),
+        (";channel=0;channels=none", "named beside it"),
         (";labels=a:others=gone", "dimmed or hidden"),
         (";clip=0..1,0..1", "shares"),
         (";clip=0..1,0..1,1..0", "shares"),
@@ -127,11 +139,51 @@ fn what_is_no_view_is_told_why() {
     assert!(format!("{camera}{many}").parse::<VolumeViewText>().is_err());
     // What the volume does not have.
     let facts = facts();
-    for (part, why) in [("channel=3", "channels 0 to 2"), ("time=5", "times 0 to 4"), ("labels=x", "nuclei")]
-    {
+    for (part, why) in [
+        ("channel=3", "channels 0 to 2"),
+        ("time=5", "times 0 to 4"),
+        ("labels=x", "nuclei"),
+        ("labels=nuclei:selected=300", "nuclei has no label 300: its values are 0 to 255"),
+        ("labels=nuclei:selected=-1", "has no label -1"),
+    ] {
         let view: VolumeViewText = format!("{camera};mode=iso;{part}").parse().unwrap();
         let mut look = VolumeLook::first(&facts);
         let error = view.change(&mut look, &facts).unwrap_err().to_string();
         assert!(error.contains(why) && look == VolumeLook::first(&facts), "{part}: {error}");
+    }
+}
+
+#[test]
+fn a_text_of_labels_by_themselves_brings_back_all_of_it() {
+    let facts = VolumeFacts { channels: Vec::new(), labels: vec!["nuclei".into()], ..facts() };
+    let first = VolumeLook::first(&facts);
+    let text = VolumeViewText::of(&first, &facts).to_string();
+    assert!(text.contains("channels=none;labels=nuclei:opacity=1"), "{text}");
+    // Also one that says nothing of the channels that there are not.
+    for text in [text.clone(), text.replace(";channels=none", "")] {
+        let mut look = first.clone();
+        (look.step, look.density) = (0.2, 3.0);
+        look.clip.shares[0] = [0.5, 1.0];
+        (look.clip.has_plane, look.clip.plane_yaw) = (true, 80.0);
+        look.labels.selected = Some(9);
+        let view: VolumeViewText = text.parse().unwrap();
+        view.change(&mut look, &facts).unwrap();
+        (look.orbit.target, look.centre) = (first.orbit.target, first.centre);
+        assert_eq!(look, first, "{text}");
+    }
+    let camera = "volume:x=1,y=2,z=3,zoom=1,yaw=0,pitch=0";
+    let view: VolumeViewText = format!("{camera};channel=0").parse().unwrap();
+    let error = view.change(&mut first.clone(), &facts).unwrap_err().to_string();
+    assert!(error.contains("a volume of labels"), "{error}");
+}
+
+#[test]
+fn what_is_written_is_read() {
+    let facts = facts();
+    let mut look = VolumeLook::first(&facts);
+    for range in [[5.0, 5.0], [f64::NEG_INFINITY, 1.0], [0.0, f64::INFINITY], [f64::NAN, f64::NAN]] {
+        look.channels[0].range = Some(range);
+        let text = VolumeViewText::of(&look, &facts).to_string();
+        assert!(text.parse::<VolumeViewText>().is_ok(), "{text}");
     }
 }
