@@ -1,5 +1,6 @@
 //! What a process has in memory while it explores a volume of 10^15 voxels and four channels is what it has
 //! while it explores one of 10^9.
+#![allow(clippy::print_stdout, reason = "a process of its own tells so what it took")]
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
