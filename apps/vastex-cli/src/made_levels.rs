@@ -7,12 +7,14 @@
 //!
 //! Until a brick is made a preview stands for it ([`VolumeSource::make_levels`]); what changed is read again.
 //! Where nothing is to be made there is no thread. Who drops it stops the thread within a brick. Sources may
-//! be added and forgotten at any time, as a window does.
+//! be added and forgotten at any time, as a window does. They take turns, each for a slice of time in which
+//! it makes what was asked for before all else, so that none waits for the whole levels of another; those
+//! that nobody sees yet wait for all others.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use vastex::{Region, TextureId, Textures};
@@ -21,11 +23,69 @@ use vastex_volume::{MadeProgress, VolumeError, VolumeSource};
 /// How long the thread rests where nothing is asked for: bricks that were forgotten may be asked for again.
 const REST: Duration = Duration::from_millis(50);
 
+/// And where another thread is making what is asked for.
+const PAUSE: Duration = Duration::from_millis(1);
+
 /// How long is waited before it is looked what has changed.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
-/// Sources that lack levels, each with what stops the making of them.
-type Lacking = Arc<Mutex<Vec<(Arc<VolumeSource>, Arc<AtomicBool>)>>>;
+/// How long a source has the thread to itself, at least, where others lack levels, too.
+const TURN: Duration = Duration::from_millis(150);
+/// Faults that are kept.
+const MOST_FAULTS: usize = 16;
+
+/// Sources that lack levels.
+type Lacking = Arc<Mutex<Turns>>;
+
+/// Whose turn it is.
+#[derive(Default)]
+struct Turns {
+    sources: Vec<LackingSource>,
+    /// Counts turns.
+    turn: u64,
+    /// When the last one began.
+    begun: Option<Instant>,
+}
+
+/// A source that lacks levels.
+struct LackingSource {
+    source: Arc<VolumeSource>,
+    /// Ends its turn, or the making of its levels once it is not among the others any more.
+    stop: Arc<AtomicBool>,
+    /// Whether it is seen now.
+    is_seen: bool,
+    /// Its last turn.
+    turn: u64,
+}
+
+impl Turns {
+    /// The next source that has anything to make: one that is seen, and of these the one that waits longest.
+    fn next(&mut self) -> Option<(Arc<VolumeSource>, Arc<AtomicBool>)> {
+        let lacking = self.sources.iter_mut().filter(|of| of.source.has_levels_to_make());
+        let next = lacking.min_by_key(|of| (!of.is_seen, of.turn))?;
+        self.turn += 1;
+        (next.turn, self.begun) = (self.turn, Some(Instant::now()));
+        next.stop.store(false, Ordering::Relaxed);
+        Some((next.source.clone(), next.stop.clone()))
+    }
+
+    /// Ends the turn that is being taken: what waits is looked through anew.
+    fn end(&self) {
+        self.sources.iter().for_each(|of| of.stop.store(true, Ordering::Relaxed));
+    }
+
+    /// Ends a turn that has taken so long that it is another one's.
+    fn end_if_long(&self) {
+        if self.begun.is_none_or(|begun| begun.elapsed() < TURN) {
+            return;
+        }
+        let lacking = self.sources.iter().filter(|of| of.source.has_levels_to_make());
+        let (seen, others): (Vec<_>, Vec<_>) = lacking.partition(|of| of.is_seen);
+        if seen.len() > 1 || (seen.is_empty() && others.len() > 1) {
+            self.end();
+        }
+    }
+}
 
 /// Makes levels of volumes that are shown, on a thread of its own.
 #[derive(Default)]
@@ -46,10 +106,14 @@ impl LevelMaker {
         Ok(maker)
     }
 
-    /// Makes those of another source, too, after the others.
+    /// Makes those of another source, too, which is seen. It has the next turn.
     pub(crate) fn add(&mut self, texture: TextureId, source: Arc<VolumeSource>) -> Result<()> {
         if source.has_levels_to_make() {
-            lock(&self.lacking).push((source.clone(), Arc::default()));
+            let mut lacking = lock(&self.lacking);
+            lacking.end();
+            let source = source.clone();
+            lacking.sources.push(LackingSource { source, stop: Arc::default(), is_seen: true, turn: 0 });
+            drop(lacking);
             if self.thread.is_none() {
                 let (lacking, stop) = (self.lacking.clone(), self.stop.clone());
                 let work = move || make(&lacking, &stop);
@@ -70,12 +134,28 @@ impl LevelMaker {
             stays
         });
         for source in gone {
-            self.faults.extend(source.faults());
-            lock(&self.lacking).retain(|(other, stop)| {
-                let stays = !Arc::ptr_eq(other, &source);
-                stop.store(!stays, Ordering::Relaxed);
+            source.faults().into_iter().for_each(|fault| keep_fault(&mut self.faults, fault));
+            lock(&self.lacking).sources.retain(|of| {
+                let stays = !Arc::ptr_eq(&of.source, &source);
+                if !stays {
+                    of.stop.store(true, Ordering::Relaxed);
+                }
                 stays
             });
+        }
+    }
+
+    /// These sources are seen now: others have a turn where these lack nothing.
+    #[cfg_attr(not(feature = "view"), allow(dead_code, reason = "a window alone shows others in time"))]
+    pub(crate) fn prefer(&mut self, is_seen: impl Fn(&Arc<VolumeSource>) -> bool) {
+        let mut lacking = lock(&self.lacking);
+        let mut is_other = false;
+        for of in &mut lacking.sources {
+            let is_seen = is_seen(&of.source);
+            is_other |= std::mem::replace(&mut of.is_seen, is_seen) != is_seen;
+        }
+        if is_other {
+            lacking.end();
         }
     }
 
@@ -104,6 +184,7 @@ impl LevelMaker {
 
     /// The parts of which the bricks were a preview and are made by now, since this was asked last.
     pub(crate) fn changes(&mut self) -> Vec<(TextureId, Region)> {
+        lock(&self.lacking).end_if_long();
         let of = |(texture, source): &(TextureId, Arc<VolumeSource>)| {
             let texture = *texture;
             source.take_changes().into_iter().map(move |region| (texture, region))
@@ -121,11 +202,11 @@ impl LevelMaker {
     }
 
     /// What went wrong so far: stored chunks that could not be read, of which the made levels have nothing,
-    /// and a directory for made levels that cannot be used.
+    /// and a directory for made levels that cannot be used. The first few of them, each once.
     pub(crate) fn faults(&self) -> Vec<VolumeError> {
+        let mut faults = self.faults.clone();
         let shown = self.shown.iter().flat_map(|(_, source)| source.faults());
-        let mut faults: Vec<VolumeError> = self.faults.iter().cloned().chain(shown).collect();
-        faults.dedup();
+        shown.for_each(|fault| keep_fault(&mut faults, fault));
         faults
     }
 }
@@ -133,7 +214,7 @@ impl LevelMaker {
 impl Drop for LevelMaker {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
-        lock(&self.lacking).iter().for_each(|(_, stop)| stop.store(true, Ordering::Relaxed));
+        lock(&self.lacking).end();
         if let Some(thread) = self.thread.take() {
             thread.thread().unpark();
             // A panic was told where it was.
@@ -142,19 +223,55 @@ impl Drop for LevelMaker {
     }
 }
 
+/// Keeps a fault, if it is another than those before and they are few.
+fn keep_fault(faults: &mut Vec<VolumeError>, fault: VolumeError) {
+    if faults.len() < MOST_FAULTS && !faults.contains(&fault) {
+        faults.push(fault);
+    }
+}
+
 /// What is locked is whole at any moment.
-fn lock(lacking: &Lacking) -> std::sync::MutexGuard<'_, Vec<(Arc<VolumeSource>, Arc<AtomicBool>)>> {
+fn lock(lacking: &Lacking) -> std::sync::MutexGuard<'_, Turns> {
     lacking.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 fn make(lacking: &Lacking, stop: &AtomicBool) {
-    while !stop.load(Ordering::Relaxed) {
-        // Those that are added meanwhile come in the next round.
-        let round = lock(lacking).clone();
-        round.iter().for_each(|(source, is_gone)| source.make_levels(is_gone));
-        let is_left = || lock(lacking).iter().any(|(source, _)| source.has_levels_to_make());
-        if !stop.load(Ordering::Relaxed) && !is_left() {
-            std::thread::park_timeout(REST);
+    loop {
+        let next = {
+            let mut lacking = lock(lacking);
+            // Looked at while nobody ends turns: what is told to stop after this ends the turn.
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            lacking.next()
+        };
+        match next {
+            Some((source, is_over)) => {
+                source.make_levels(&is_over);
+                // Who reads a brick that is asked for has it in hand.
+                if source.has_levels_to_make() && !is_over.load(Ordering::Relaxed) {
+                    std::thread::sleep(PAUSE);
+                }
+            }
+            None => std::thread::park_timeout(REST),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_are_few_and_each_is_kept_once() {
+        let fault = |nth: usize| VolumeError {
+            path: "a.zarr".into(),
+            fault: vastex_volume::VolumeFault::Read(format!("chunk {nth}")),
+        };
+        let mut faults = Vec::new();
+        for _ in 0..3 {
+            (0..40).for_each(|nth| keep_fault(&mut faults, fault(nth)));
+        }
+        assert_eq!(faults, (0..MOST_FAULTS).map(fault).collect::<Vec<_>>());
     }
 }

@@ -1,8 +1,10 @@
 //! Volumes for the window and for pictures of it: opened, read channel by channel and time by time, and asked
 //! about their values.
 
+mod find;
 mod first_look;
 pub(crate) mod labels;
+mod opening;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,10 +23,11 @@ use vastex_viewer::volume_scene::{
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
 
 pub(crate) use self::labels::read_labels;
-use crate::args::{SceneArgs, ViewArgs};
+use crate::args::SceneArgs;
+use crate::commands::render;
 use crate::commands::render_volume::{box_of, no_volume};
-use crate::commands::{render, volume};
-use crate::open;
+pub(crate) use find::find as find_label;
+pub(crate) use opening::opens_as_volume;
 
 /// GPU memory that is taken for bricks at most where nobody says how much.
 const MOST_BYTES: u64 = 1 << 30;
@@ -68,6 +71,7 @@ pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => bail!(no_volume(&list)),
     };
+    opening::check_channels(volume.about())?;
     let source = match volume.about().is_label {
         true => {
             let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
@@ -81,12 +85,6 @@ pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
     let widened = if description.layers[0].format == LayerFormat::R8 { 2 } else { 1 };
     let (pages, page_bytes) = (description.geometry.page_count(), widened * description.tile_bytes() as u64);
     Ok(OpenedVolume { volume, facts, pages, page_bytes })
-}
-
-/// Whether the window shows a path as a volume: what cannot be an image, and of TIFF files the stacks that
-/// `vastex info` tells of as volumes, unless something is asked for that images alone have.
-pub(crate) fn is_shown(path: &Path, args: &ViewArgs) -> bool {
-    open::is_volume(path) || (volume::is_shown(path) && args.check_of_volume().is_ok())
 }
 
 /// A channel at a time as a source of bricks.
@@ -392,16 +390,16 @@ mod tests {
             told += usize::from(label.is_some());
             // Wherever it is found by its number, it is.
             if let Some(label) = label {
-                let found = labels::find(&below, label).unwrap().unwrap();
+                let found = find_label(&below, label, || false).unwrap().unwrap();
                 assert_eq!(labels::at(&below, found).unwrap(), Some(label));
             }
         }
         assert_eq!(told, 2, "two of the places have labels");
         let below = (source.clone(), place.clone());
-        assert_eq!(labels::find(&below, 4_000_000_000).unwrap(), None);
+        assert_eq!(find_label(&below, 4_000_000_000, || false).unwrap(), None);
         // What values cannot be is none of them, also where some of its bits are.
         let there = labels::at(&below, DVec3::new(49.5, 92.5, 30.5) * of.voxel).unwrap().unwrap();
-        assert_eq!(labels::find(&below, there + (1 << 32)).unwrap(), None);
+        assert_eq!(find_label(&below, there + (1 << 32), || false).unwrap(), None);
         // A ray from the face on meets the first voxel that has one, or the selected one alone.
         let mut look = VolumeLook::first(&opened.facts);
         let at = DVec3::new(49.5, 92.5, 0.0) * of.voxel;
@@ -425,7 +423,8 @@ mod tests {
             (0..3).map(|nth| (nth, Arc::new(source_of(&volume, nth as u64, 0).unwrap()))).collect();
         look.channels.iter_mut().for_each(|channel| channel.range = Some([0.0, 255.0]));
         let ask = |look: &VolumeLook, place| {
-            point(&facts, look, (&sources, None), &PointAsked { number: 7, time: 0, place }).unwrap()
+            point(&facts, look, (&sources, None), &PointAsked { number: 7, time: 0, labels: None, place })
+                .unwrap()
         };
         let middle = facts.of.extent() / 2.0 + DVec3::splat(0.1);
         let told = ask(&look, PointPlace::At(middle));

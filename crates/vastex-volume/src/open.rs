@@ -10,7 +10,7 @@ use crate::fault::{Oddities, VolumeError, VolumeFault};
 use crate::flat::{is_nifti, is_raw_volume, open_nifti, open_raw};
 use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
 use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
-use crate::stack::{is_stack, open_stack};
+use crate::stack::{self, is_stack, open_stack};
 use crate::tiled::{is_container, open_container};
 use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeLevel};
 use crate::zarr::open_array;
@@ -48,6 +48,13 @@ pub fn is_volume(path: &Path) -> bool {
         true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path) || is_container(path),
         false => in_archive(path).is_some(),
     }
+}
+
+/// Whether a path that looks like a volume is a TIFF file of pages in red, green and blue that neither
+/// OME-XML nor ImageJ's description calls a stack: pictures one after the other, as scanners and editors
+/// write them. As a volume its channels are these colours.
+pub fn are_pictures(path: &Path) -> bool {
+    path.is_file() && stack::are_pictures(path)
 }
 
 /// Opens what lies at a path: a directory or an archive of Zarr, or a part of one (`plate.zip/A/1/0`), NIfTI,

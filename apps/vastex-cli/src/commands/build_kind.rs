@@ -9,7 +9,7 @@ use crate::args::BuildArgs;
 /// Builds what is named: layers are images, whatever else lies in their files.
 pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
     #[cfg(feature = "volumes")]
-    if let Some(input) = args.input.as_ref().filter(|path| super::volume::is_shown(path)) {
+    if let Some(input) = args.input.as_ref().filter(|path| super::volume::is_described_as_volume(path)) {
         return super::build_volume::run(args, input);
     }
     if let Some(why) = args.of_volumes_alone() {

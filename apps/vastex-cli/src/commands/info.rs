@@ -18,7 +18,7 @@ use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     #[cfg(feature = "volumes")]
-    if super::volume::is_shown(&args.file) {
+    if super::volume::is_described_as_volume(&args.file) {
         return super::volume::info(args);
     }
     if let Some((source, summary)) = super::source_info::of(&args.file, &args.cache)? {
@@ -61,7 +61,7 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
         rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
     };
     #[cfg(feature = "volumes")]
-    if super::volume::is_shown(file) {
+    if super::volume::is_described_as_volume(file) {
         return Ok(named(super::volume::rows_of(file)?.unwrap_or_default()));
     }
     if open::is_directory_of_tiles(file) {

@@ -17,9 +17,8 @@ use crate::report;
 /// Images of a list that are named to people.
 const MOST_NAMED: usize = 20;
 
-/// Whether a path is told of, and seen in the window, as a volume. A TIFF pyramid is none, whatever else
-/// lies in it.
-pub(crate) fn is_shown(path: &Path) -> bool {
+/// Whether `vastex info` tells of a path as a volume. A TIFF pyramid is none, whatever else lies in it.
+pub(crate) fn is_described_as_volume(path: &Path) -> bool {
     is_volume(path) && !is_pyramid(path)
 }
 

@@ -74,7 +74,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         bail!("{}: is the source as well as the output; choose another name", output.display());
     }
     #[cfg(feature = "volumes")]
-    if crate::volumes::is_shown(&scene.source, args) {
+    if crate::volumes::opens_as_volume(&scene.source, args) {
         return volume::run(args, output);
     }
     let output = Output::at(output)?;

@@ -99,7 +99,10 @@ impl VolumeShot {
                 if let VolumeAsked::Labels { nth, time } = asked {
                     let name = scene.facts().labels.get(nth).cloned().unwrap_or_default();
                     match read_labels(opened, (&name, time), &scene.preparer()) {
-                        Ok(read) => scene.add_labels((nth, time), read.prepared, read.place)?,
+                        Ok(read) => {
+                            let added = scene.add_labels((nth, time), read.prepared, read.place)?;
+                            added.map_or(Ok(()), |texture| levels.add(texture, read.source))?;
+                        }
                         Err(error) => {
                             report::say(&report::message(&error));
                             scene.refuse_labels(nth, time);

@@ -21,6 +21,8 @@ mod events;
 mod files;
 mod flight;
 mod links;
+#[cfg(feature = "volumes")]
+mod one_search;
 mod opening;
 mod outgoing;
 mod over;
@@ -81,7 +83,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     // What is not there is no reason to open a window.
     let source = &args.scene.source;
     #[cfg(feature = "volumes")]
-    let is_volume = crate::volumes::is_shown(source, &args);
+    let is_volume = crate::volumes::opens_as_volume(source, &args);
     #[cfg(not(feature = "volumes"))]
     let is_volume = false;
     #[cfg(feature = "volumes")]

@@ -29,7 +29,7 @@ use crate::open::{self, FileAbout, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending};
 #[cfg(feature = "volumes")]
-use crate::volumes::{OpenedVolume, is_shown, open_volume};
+use crate::volumes::{OpenedVolume, open_volume, opens_as_volume};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -151,7 +151,7 @@ impl Openings {
         let to_open = path.to_owned();
         let open = move || {
             #[cfg(feature = "volumes")]
-            if is_shown(&to_open, &args) {
+            if opens_as_volume(&to_open, &args) {
                 let opened = catch_unwind(AssertUnwindSafe(|| open_volume_of(&to_open, &args)));
                 return (reporter.send)(opened.unwrap_or_else(|panic| by_fault(&to_open, &*panic)));
             }

@@ -1,11 +1,11 @@
-//! What a volume in the window needs read: channels at times, levels that are made, and values at places. All
-//! of it on threads, so that the window never waits; levels on one of their own, so that nothing that is read
-//! waits for them.
+//! What a volume in the window needs read: channels and labels at times, levels that are made, and values at
+//! places. All of it on threads, so that the window never waits; levels on one of their own, so that nothing
+//! that is read waits for them. Of no kind of work there are more than a few threads, however much is asked.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 
 use anyhow::{Context, Result};
@@ -15,13 +15,14 @@ use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume_scene::{PointAnswer, PointAsked, VolumeLook};
 use vastex_volume::{VolumeError, VolumeSource};
 
+use super::one_search::{OneSearch, guarded};
 use crate::made_levels::LevelMaker;
 use crate::volumes::{
-    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, labels, point, read_channel, read_labels,
+    LabelsBelow, OpenedVolume, ReadChannel, ReadLabels, find_label, point, read_channel, read_labels,
     usual_range, values_of,
 };
 
-/// Channels that are read at once.
+/// Channels and labels that are read at once.
 const AT_ONCE: usize = 2;
 /// Faults of levels that are told, at most.
 const MOST_FAULTS: usize = 4;
@@ -44,8 +45,12 @@ pub(super) enum Done {
         channel: usize,
         values: Result<Option<VolumeValues>>,
     },
-    /// A place that a label of a number lies at, if there is any.
-    Label(i128, Result<Option<DVec3>>),
+    /// A place that a label of a number lies at, if there is any, of the labels that were asked.
+    Label {
+        label: i128,
+        nth: usize,
+        found: Result<Option<DVec3>>,
+    },
     Range {
         channel: usize,
         range: Result<[f64; 2]>,
@@ -64,6 +69,8 @@ pub(super) struct VolumeWork {
     /// What waits to be read, the last first, and how many threads read.
     queue: Arc<Mutex<Queue>>,
     stop: Arc<AtomicBool>,
+    /// Looks for labels.
+    search: OneSearch<Option<DVec3>>,
     /// The channels that were read, with their times.
     sources: Vec<((usize, u64), Arc<VolumeSource>)>,
     /// And the labels.
@@ -74,9 +81,23 @@ pub(super) struct VolumeWork {
     told: Vec<VolumeError>,
 }
 
+/// What is to be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Wanted {
+    Channel(usize, u64),
+    Labels(usize, u64),
+}
+
+impl Wanted {
+    fn time(self) -> u64 {
+        let (Wanted::Channel(_, time) | Wanted::Labels(_, time)) = self;
+        time
+    }
+}
+
 #[derive(Default)]
 struct Queue {
-    waiting: Vec<(usize, u64)>,
+    waiting: Vec<Wanted>,
     reading: usize,
     /// Channels whose values are looked at once nothing waits to be read, and all of which that was asked.
     to_value: Vec<(usize, Arc<VolumeSource>)>,
@@ -85,14 +106,45 @@ struct Queue {
 
 /// What a thread does next.
 enum Next {
-    Channel(usize, u64),
+    Read(Wanted),
     Values(usize, Arc<VolumeSource>),
+}
+
+/// A thread that reads, or is about to: it counts as one until it is dropped, also by a panic, and where no
+/// thread could be started.
+struct Reader {
+    queue: Arc<Mutex<Queue>>,
+    /// Whether it is counted.
+    counts: bool,
+}
+
+impl Reader {
+    /// What is next; once there is nothing, or all of it is to stop, it counts no more.
+    fn next(&mut self, stop: &AtomicBool) -> Option<Next> {
+        let mut queue = lock(&self.queue);
+        let next = queue.next().filter(|_| !stop.load(Ordering::Relaxed));
+        if next.is_none() {
+            queue.reading -= usize::from(std::mem::replace(&mut self.counts, false));
+        }
+        next
+    }
+}
+
+impl Drop for Reader {
+    fn drop(&mut self) {
+        lock(&self.queue).reading -= usize::from(self.counts);
+    }
+}
+
+/// What is locked is whole at any moment.
+fn lock(queue: &Mutex<Queue>) -> MutexGuard<'_, Queue> {
+    queue.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Queue {
     fn next(&mut self) -> Option<Next> {
-        let channel = self.waiting.pop().map(|(channel, time)| Next::Channel(channel, time));
-        channel.or_else(|| self.to_value.pop().map(|(channel, source)| Next::Values(channel, source)))
+        let wanted = self.waiting.pop().map(Next::Read);
+        wanted.or_else(|| self.to_value.pop().map(|(channel, source)| Next::Values(channel, source)))
     }
 
     /// The values of a channel are to be looked at, of the time that is read first: what is seen beside the
@@ -108,13 +160,15 @@ impl Queue {
 impl VolumeWork {
     pub(super) fn new(opened: OpenedVolume, wake: WakeWindow) -> VolumeWork {
         let (sender, receiver) = channel();
+        let stop: Arc<AtomicBool> = Arc::default();
         VolumeWork {
             opened: Arc::new(opened),
             wake,
             sender,
             receiver,
             queue: Arc::default(),
-            stop: Arc::default(),
+            search: OneSearch::new(stop.clone()),
+            stop,
             sources: Vec::new(),
             labels: Vec::new(),
             levels: LevelMaker::default(),
@@ -127,59 +181,59 @@ impl VolumeWork {
         Path::new(&self.opened.volume.about().path)
     }
 
-    /// Begins to read a channel at a time.
-    pub(super) fn read(&self, of: (usize, u64), preparer: Preparer) -> Result<()> {
-        let queue = self.queue.clone();
-        let is_new = {
-            let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-            queue.waiting.insert(0, of);
-            let is_new = queue.reading < AT_ONCE;
-            queue.reading += usize::from(is_new);
-            is_new
+    fn told_path(&self) -> &str {
+        &self.opened.volume.about().path
+    }
+
+    /// Begins to read a channel at a time. Where that fails nobody reads it.
+    pub(super) fn read(&self, (channel, time): (usize, u64), preparer: Preparer) -> Result<()> {
+        self.want(Wanted::Channel(channel, time), preparer)
+    }
+
+    /// Begins to read labels at a time. Where that fails nobody reads them.
+    pub(super) fn read_labels(&self, (nth, time): (usize, u64), preparer: Preparer) -> Result<()> {
+        self.want(Wanted::Labels(nth, time), preparer)
+    }
+
+    fn want(&self, wanted: Wanted, preparer: Preparer) -> Result<()> {
+        let mut reader = {
+            let mut queue = lock(&self.queue);
+            queue.waiting.insert(0, wanted);
+            if queue.reading >= AT_ONCE {
+                return Ok(());
+            }
+            queue.reading += 1;
+            Reader { queue: self.queue.clone(), counts: true }
         };
-        if !is_new {
-            return Ok(());
-        }
         let (opened, sender, wake, stop) =
             (self.opened.clone(), self.sender.clone(), self.wake.clone(), self.stop.clone());
-        let read = move || {
-            loop {
-                let next = {
-                    let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-                    let next = queue.next().filter(|_| !stop.load(Ordering::Relaxed));
-                    queue.reading -= usize::from(next.is_none());
-                    next
-                };
+        let begun = spawn("vastex-reader", move || {
+            while let Some(next) = reader.next(&stop) {
                 let done = match next {
-                    None => return,
-                    Some(Next::Channel(channel, time)) => {
-                        let read = read_channel(&opened.volume, (channel, time), &preparer);
-                        if let Ok(read) = &read {
-                            let mut queue = queue.lock().unwrap_or_else(PoisonError::into_inner);
-                            queue.value(channel, &read.source);
-                        }
-                        Done::Channel { channel, time, read: read.map(Box::new) }
-                    }
-                    Some(Next::Values(channel, source)) => {
-                        Done::Values { channel, values: values_of(&source) }
+                    Next::Read(wanted) => read_now(&opened, wanted, &preparer),
+                    Next::Values(channel, source) => {
+                        let path = &opened.volume.about().path;
+                        Done::Values { channel, values: guarded(path, || values_of(&source)) }
                     }
                 };
+                if let Done::Channel { channel, read: Ok(read), .. } = &done {
+                    lock(&reader.queue).value(*channel, &read.source);
+                }
                 drop(sender.send(done));
                 wake();
             }
-        };
-        spawn("vastex-channel", read)
-    }
-
-    /// Begins to read labels at a time.
-    pub(super) fn read_labels(&self, (nth, time): (usize, u64), preparer: Preparer) -> Result<()> {
-        let name = self.opened.facts.labels.get(nth).cloned().unwrap_or_default();
-        let (opened, sender, wake) = (self.opened.clone(), self.sender.clone(), self.wake.clone());
-        spawn("vastex-labels", move || {
-            let read = read_labels(&opened, (&name, time), &preparer);
-            drop(sender.send(Done::Labels { nth, time, read: read.map(Box::new) }));
-            wake();
-        })
+        });
+        if begun.is_err() {
+            let mut queue = lock(&self.queue);
+            // Others that read come to it.
+            if queue.reading == 0
+                && let Some(at) = queue.waiting.iter().position(|other| *other == wanted)
+            {
+                queue.waiting.remove(at);
+                return begun;
+            }
+        }
+        Ok(())
     }
 
     /// Begins to find out what lies at a place.
@@ -191,42 +245,50 @@ impl VolumeWork {
         sources.sort_by_key(|(channel, _)| *channel);
         let (opened, look, sender, wake) =
             (self.opened.clone(), look.clone(), self.sender.clone(), self.wake.clone());
-        let is_shown = |(of, _): &&((usize, u64), LabelsBelow)| Some(of.0) == look.labels.shown;
+        let is_shown = |(of, _): &&((usize, u64), LabelsBelow)| Some(of.0) == asked.labels;
         let labels = self.labels.iter().filter(is_shown).find(|((_, time), _)| *time == asked.time);
         let labels = labels.map(|(_, labels)| labels.clone());
         spawn("vastex-value", move || {
-            let told = point(&opened.facts, &look, (&sources, labels.as_ref()), &asked);
+            let told = guarded(&opened.volume.about().path, || {
+                point(&opened.facts, &look, (&sources, labels.as_ref()), &asked)
+            });
             drop(sender.send(Done::Point(told, asked.number)));
             wake();
         })
     }
 
-    /// Begins to find out where a label of a number is, at a time. Says whether such labels are there.
+    /// Begins to find out where a label of a number is, at a time. What is looked for already is not any
+    /// more. Fails where such labels are not there.
     pub(super) fn find_label(&self, label: i128, (nth, time): (usize, u64)) -> Result<()> {
         let Some((_, below)) = self.labels.iter().find(|(of, _)| *of == (nth, time)) else {
             anyhow::bail!("label {label}: the labels are being read; ask again when they are shown");
         };
         let (below, sender, wake) = (below.clone(), self.sender.clone(), self.wake.clone());
-        spawn("vastex-label", move || {
-            drop(sender.send(Done::Label(label, labels::find(&below, label))));
+        let look = move |is_over: &dyn Fn() -> bool| find_label(&below, label, is_over);
+        self.search.begin(self.told_path(), look, move |found| {
+            drop(sender.send(Done::Label { label, nth, found }));
             wake();
         })
     }
 
-    /// Begins to find the usual ranges of channels.
-    pub(super) fn find_ranges(&self, channels: &[usize]) -> Result<()> {
-        let is_asked = |channel: &usize| channels.contains(channel);
-        let mut sources: Vec<_> =
-            self.sources.iter().map(|((channel, _), source)| (*channel, source.clone())).collect();
-        sources.retain(|(channel, _)| is_asked(channel));
-        sources.dedup_by_key(|(channel, _)| *channel);
-        let (sender, wake) = (self.sender.clone(), self.wake.clone());
+    /// Begins to find the usual ranges of channels, of the time that is seen.
+    pub(super) fn find_ranges(&self, channels: &[usize], seen: u64) -> Result<()> {
+        let sources = self.sources_at(channels, seen);
+        let (opened, sender, wake) = (self.opened.clone(), self.sender.clone(), self.wake.clone());
         spawn("vastex-range", move || {
             for (channel, source) in sources {
-                drop(sender.send(Done::Range { channel, range: usual_range(&source, channel) }));
+                let range = guarded(&opened.volume.about().path, || usual_range(&source, channel));
+                drop(sender.send(Done::Range { channel, range }));
             }
             wake();
         })
+    }
+
+    /// What channels are read from at a time, as far as they are.
+    fn sources_at(&self, channels: &[usize], seen: u64) -> Vec<(usize, Arc<VolumeSource>)> {
+        let is_asked = |(channel, time): &(usize, u64)| *time == seen && channels.contains(channel);
+        let sources = self.sources.iter().filter(|(of, _)| is_asked(of));
+        sources.map(|((channel, _), source)| (*channel, source.clone())).collect()
     }
 
     /// What has been read since that was asked last.
@@ -245,7 +307,7 @@ impl VolumeWork {
         done
     }
 
-    /// The levels that a channel lacks are made from here on, for the texture that shows it.
+    /// The levels that a channel or labels lack are made from here on, for the texture that shows it.
     pub(super) fn make_levels(&mut self, texture: TextureId, source: Arc<VolumeSource>) -> Result<()> {
         self.levels.add(texture, source).context("no thread can be started to make levels of the volume")
     }
@@ -269,14 +331,32 @@ impl VolumeWork {
         new
     }
 
-    /// Only these times, and these textures, are wanted any more.
-    pub(super) fn keep(&mut self, times: &[u64], is_shown: impl Fn(TextureId) -> bool) {
+    /// Only these times, and these textures, are wanted any more, and one of the times is seen.
+    pub(super) fn keep(&mut self, times: &[u64], seen: u64, is_shown: impl Fn(TextureId) -> bool) {
         self.sources.retain(|((_, time), _)| times.contains(time));
         self.labels.retain(|((_, time), _)| times.contains(time));
-        let mut queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
-        queue.waiting.retain(|(_, time)| times.contains(time));
-        drop(queue);
+        lock(&self.queue).waiting.retain(|wanted| times.contains(&wanted.time()));
         self.levels.retain(is_shown);
+        let labels = self.labels.iter().map(|(of, (source, _))| (of, source));
+        let all = self.sources.iter().map(|(of, source)| (of, source)).chain(labels);
+        let seen: Vec<_> = all.filter(|(of, _)| of.1 == seen).map(|(_, source)| source).collect();
+        self.levels.prefer(|source| seen.iter().any(|other| Arc::ptr_eq(other, source)));
+    }
+}
+
+/// Reads channels or labels at a time.
+fn read_now(opened: &OpenedVolume, wanted: Wanted, preparer: &Preparer) -> Done {
+    let path = &opened.volume.about().path;
+    match wanted {
+        Wanted::Channel(channel, time) => {
+            let read = guarded(path, || read_channel(&opened.volume, (channel, time), preparer));
+            Done::Channel { channel, time, read: read.map(Box::new) }
+        }
+        Wanted::Labels(nth, time) => {
+            let name = opened.facts.labels.get(nth).cloned().unwrap_or_default();
+            let read = guarded(path, || read_labels(opened, (&name, time), preparer));
+            Done::Labels { nth, time, read: read.map(Box::new) }
+        }
     }
 }
 
@@ -296,65 +376,4 @@ fn spawn(name: &str, work: impl FnOnce() + Send + 'static) -> Result<()> {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::time::{Duration, Instant};
-
-    use vastex::{Settings, Textures};
-    use vastex_scenes::headless_gpu;
-
-    use super::*;
-    use crate::volumes::open_volume;
-
-    /// Four channels, each of one level that is larger than what is made at opening.
-    fn large(directory: &Path) -> OpenedVolume {
-        let path = directory.join("large.raw");
-        let file = std::fs::File::create(&path).unwrap();
-        // Nothing is written of it: the file has holes.
-        file.set_len(4 * 420 * 410 * 400).unwrap();
-        let about =
-            "width = 420\nheight = 410\ndepth = 400\nsample = \"u8\"\nchannels = 4\norder = \"planar\"\n";
-        std::fs::write(directory.join("large.raw.toml"), about).unwrap();
-        open_volume(&path).unwrap()
-    }
-
-    #[test]
-    fn every_channel_is_read_before_any_level_is_made() {
-        let directory = tempfile::tempdir().unwrap();
-        let gpu = headless_gpu().unwrap();
-        let mut textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
-        let mut work = VolumeWork::new(large(directory.path()), Arc::new(|| {}));
-        for channel in 0..4 {
-            work.read((channel, 0), textures.preparer()).unwrap();
-        }
-        let (mut read, begun) = (Vec::new(), Instant::now());
-        while read.len() < 4 {
-            assert!(begun.elapsed() < Duration::from_secs(120), "{} of 4 channels were read", read.len());
-            for done in work.take_done() {
-                match done {
-                    Done::Channel { read: Ok(one), .. } => read.push(*one),
-                    Done::Values { values: Ok(Some(_)), .. } => {}
-                    _ => panic!("a channel cannot be read"),
-                }
-            }
-            thread::sleep(Duration::from_millis(5));
-        }
-        assert!(read.iter().all(|read| read.source.has_levels_to_make()) && !work.is_making());
-        // They are made beside that, of those that are shown.
-        let mut sources = Vec::new();
-        for ReadChannel { source, prepared, .. } in read {
-            let texture = textures.add(prepared).unwrap_or_else(|refused| panic!("{}", refused.error));
-            work.make_levels(texture, source.clone()).unwrap();
-            sources.push((texture, source));
-        }
-        assert!(work.is_making());
-        let [(first, made), (_, gone), ..] = &sources[..] else { panic!("four") };
-        work.keep(&[0], |texture| texture == *first);
-        while work.is_making() {
-            assert!(begun.elapsed() < Duration::from_secs(240), "levels of one channel are not made");
-            thread::sleep(Duration::from_millis(5));
-        }
-        assert!(!made.has_levels_to_make() && gone.has_levels_to_make());
-        work.keep(&[], |_| false);
-        assert!(work.sources.is_empty() && work.take_faults().is_empty());
-    }
-}
+mod tests;

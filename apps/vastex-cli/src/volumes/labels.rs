@@ -1,5 +1,4 @@
-//! Labels over a volume in the window: which one lies at a place, where a ray meets one, and where one of a
-//! number is.
+//! Labels over a volume in the window: which one lies at a place, and where a ray meets one.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +9,7 @@ use pollster::block_on;
 use vastex::{Preparer, TextureSettings, TileSource};
 use vastex_viewer::volume::{LabelColors, OtherLabels};
 use vastex_viewer::volume_scene::{LabelsPlace, VolumeFacts, VolumeLook};
-use vastex_volume::{Opened, SliceAxis, VolumeAbout, VolumeOptions, VolumeSource};
+use vastex_volume::{Opened, VolumeAbout, VolumeOptions, VolumeSource};
 
 use super::{LabelsBelow, OpenedVolume, ReadLabels};
 use crate::args::LabelArgs;
@@ -18,8 +17,6 @@ use crate::commands::render_labels::place;
 
 /// Places along a ray that are looked at, at most.
 const MOST_SAMPLES: f64 = 2048.0;
-/// Voxels of the finest level in which a label is looked for.
-const MOST_VOXELS: u64 = 1 << 30;
 
 /// Has labels shown at first that are asked for.
 pub(crate) fn shown_at_first(asked: &LabelArgs, facts: &VolumeFacts, look: &mut VolumeLook) -> Result<()> {
@@ -116,53 +113,6 @@ pub(crate) fn first_along(
     for nth in 0..count as u32 {
         let place = from + toward * (begin + (end - begin) * (f64::from(nth) + 0.5) / count);
         if at(labels, place)?.is_some_and(|label| selected.is_none_or(|selected| label == selected)) {
-            return Ok(Some(place));
-        }
-    }
-    Ok(None)
-}
-
-/// A place that a label lies at: of the coarsest level that has it, in the plane that has most of it. `None`
-/// where no level of up to a milliard voxels has it.
-pub(crate) fn find(labels: &LabelsBelow, label: i128) -> Result<Option<DVec3>> {
-    let (source, of) = labels;
-    let dtype = source.volume().about().dtype;
-    // The bytes that are compared are all of its bits only where it is one of what values can be.
-    if dtype.bounds().is_none_or(|(least, most)| !(least..=most).contains(&label)) {
-        return Ok(None);
-    }
-    let (levels, width) = (source.levels(), dtype.bytes());
-    let bytes = &label.to_le_bytes()[..width];
-    for (nth, level) in levels.levels().iter().enumerate().rev() {
-        let voxels: u64 = level.size.iter().map(|side| u64::from(*side)).product();
-        if voxels > MOST_VOXELS {
-            return Ok(None);
-        }
-        let [columns, rows, planes] = level.size;
-        let mut most: Option<(usize, DVec3)> = None;
-        for plane in 0..planes {
-            let middle = level.world_from_voxel([0.5, 0.5, f64::from(plane) + 0.5]);
-            let index = levels.level(0).voxel_from_world(middle)[2].max(0.0) as u32;
-            let index = index.min(levels.level(0).size[2].saturating_sub(1));
-            let slice = source.slice(nth as u8, SliceAxis::Z, index, [0, 0], [columns, rows]);
-            let slice = block_on(slice)?;
-            let has = |value: &(usize, &[u8])| value.1 == bytes;
-            let count = slice.chunks_exact(width).enumerate().filter(has).count();
-            if count == 0 || most.is_some_and(|(before, _)| before >= count) {
-                continue;
-            }
-            // One in the middle of them, which surely is one.
-            let middle = slice.chunks_exact(width).enumerate().filter(has).nth(count / 2);
-            let at = middle.map_or(0, |(at, _)| at);
-            let (x, y) = (at % columns as usize, at / columns as usize);
-            let world = level.world_from_voxel([x as f64 + 0.5, y as f64 + 0.5, f64::from(plane) + 0.5]);
-            let voxel = DVec3::from_array(levels.level(0).voxel_from_world(world));
-            most = Some((count, DVec3::from_array(of.begin) + voxel * of.of.voxel));
-        }
-        // A coarse voxel stands for finer ones of which most have the label; and what is said is so.
-        if let Some((_, place)) = most
-            && at(labels, place)? == Some(label)
-        {
             return Ok(Some(place));
         }
     }

@@ -1,6 +1,7 @@
 //! Which textures hold the channels of a volume at a time, and which are still to come.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use vastex::{TextureId, Textures};
 
@@ -12,6 +13,9 @@ use crate::volume::{
 };
 
 use super::picture::{PASSES, PICTURE};
+
+/// Counts renderers of all scenes.
+static NEXT: AtomicU64 = AtomicU64::new(1);
 
 /// A channel at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +70,7 @@ pub(super) struct Channels {
     /// Of each of the labels beside them.
     labels: Vec<(Held, Option<LabelsPlace>)>,
     renderer: Option<VolumeRenderer>,
-    /// How many there have been.
+    /// Which it is of all that there have been.
     made: u64,
 }
 
@@ -109,9 +113,10 @@ impl Channels {
         }
     }
 
-    /// How many renderers there have been: cameras of another one are no longer good.
-    pub(super) fn made(&self) -> u64 {
-        self.made
+    /// What draws those that are shown, if any is here, and which renderer that is of all that there have
+    /// been of any time: a camera of another one may be bound by another layout, and must not be used.
+    pub(super) fn drawn_by(&self) -> Option<(u64, &VolumeRenderer)> {
+        self.renderer.as_ref().map(|renderer| (self.made, renderer))
     }
 
     fn labels_wait(&self, look: &VolumeLook) -> bool {
@@ -242,7 +247,7 @@ impl Channels {
                     None => VolumeRenderer::new(gpu, textures, desc, PICTURE)?,
                 };
                 self.renderer = Some(renderer);
-                self.made += 1;
+                self.made = NEXT.fetch_add(1, Ordering::Relaxed);
                 Ok(())
             }
         }

@@ -46,6 +46,7 @@ impl VolumeScene {
             self.quiet = 0;
         }
         self.look.tidy();
+        self.follow_labels();
         self.look.time = self.look.time.min(self.facts.times.saturating_sub(1));
         self.play_on(now);
         self.follow_time(now);
@@ -56,7 +57,6 @@ impl VolumeScene {
         {
             coming.channels.show(&self.gpu, &mut self.textures, shown, self.current.renderer())?;
         }
-        self.renew_cameras();
         self.note_look()?;
         // No more is asked of a slow device than it answers.
         match pictures == VolumePictures::Parts && self.is_asking_still(now) {
@@ -80,15 +80,13 @@ impl VolumeScene {
         }
     }
 
-    /// Cameras are of the renderer that draws.
-    fn renew_cameras(&mut self) {
-        let of = (self.current.time, self.current.made());
-        if let Some(renderer) = self.current.renderer().filter(|_| self.cameras_of != of) {
-            self.cameras.iter_mut().for_each(|camera| *camera = None);
-            for picture in self.pictures.iter_mut().flatten() {
-                picture.set_camera(renderer.new_camera(0));
-            }
-            self.cameras_of = of;
+    /// The number of a selected label says nothing of other labels than those that it was selected of, unless
+    /// it was chosen with them.
+    fn follow_labels(&mut self) {
+        let Some(nth) = self.look.labels.shown else { return };
+        let before = self.looked.as_ref().and_then(|look| look.labels.selected);
+        if self.hands.note_labels(nth) != nth && self.look.labels.selected == before {
+            self.look.labels.selected = None;
         }
     }
 
@@ -213,15 +211,17 @@ impl VolumeScene {
         if self.has_all() && self.next.is_none() {
             return Ok(());
         }
-        let next = self.next.as_ref().and_then(|coming| coming.channels.renderer());
-        let Some(renderer) = next.or(self.current.renderer()) else { return Ok(()) };
+        let next = self.next.as_ref().and_then(|coming| coming.channels.drawn_by());
+        let Some((of, renderer)) = next.or(self.current.drawn_by()) else { return Ok(()) };
         let panes = self.panes();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         for pane in &panes {
             let (nth, view) = (pane.pane.number(), self.views[pane.pane.number()]);
             let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
             let number = self.textures.view(view)?.number();
-            let camera = self.cameras[nth].get_or_insert_with(|| renderer.new_camera(number));
+            // Of another time's renderer it may be bound by another layout.
+            self.cameras[nth].take_if(|(other, _)| *other != of);
+            let (_, camera) = self.cameras[nth].get_or_insert_with(|| (of, renderer.new_camera(number)));
             renderer.place(camera, &self.gpu.queue, &self.textures, &sight.view(1), pane.size);
             let camera = &*camera;
             self.textures.view_mut(view)?.set_bricks_of_a_ray(renderer.bricks_of_a_ray(camera));
@@ -286,7 +286,7 @@ impl VolumeScene {
             let key = self.key(&sight);
             let (has_all, is_early) = (self.has_all(), now.saturating_sub(self.drawn_at) < EVERY);
             let nth = pane.pane.number();
-            let Some(renderer) = self.current.renderer() else {
+            let Some((of, renderer)) = self.current.drawn_by() else {
                 if let Some(picture) = &mut self.pictures[nth] {
                     picture.resize(&self.gpu, pane.size);
                     picture.clear(&mut encoder, key);
@@ -296,8 +296,9 @@ impl VolumeScene {
             };
             let picture = self.pictures[nth].get_or_insert_with(|| {
                 self.painted += 1;
-                PanePicture::new(&self.gpu, renderer.new_camera(0), pane.size)
+                PanePicture::new(&self.gpu, (of, renderer.new_camera(0)), pane.size)
             });
+            picture.see_through(of, || renderer.new_camera(0));
             let before = picture.seen().clone();
             picture.resize(&self.gpu, pane.size);
             // Where only bricks have come there is time.

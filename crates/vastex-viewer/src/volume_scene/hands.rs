@@ -77,6 +77,8 @@ pub struct VolumeHands {
     fingers: Vec<(u64, DVec2)>,
     /// The slice that was seen alone last.
     slice: Option<VolumePane>,
+    /// The labels that were shown last.
+    labels: usize,
 }
 
 /// A button that is down.
@@ -113,6 +115,11 @@ impl VolumeHands {
     /// Whether a button is down.
     pub fn is_held(&self) -> bool {
         self.held.is_some() || !self.fingers.is_empty()
+    }
+
+    /// These labels are shown. Gives back those that were shown last.
+    pub(super) fn note_labels(&mut self, nth: usize) -> usize {
+        std::mem::replace(&mut self.labels, nth)
     }
 
     /// Changes what is shown as an event says.
@@ -336,9 +343,18 @@ impl VolumeHands {
             Key::Char(',') => look.time = look.time.saturating_sub(1),
             Key::Char('.') => look.time = (look.time + 1).min(room.facts.times.saturating_sub(1)),
             Key::Char('l' | 'L') if !room.facts.labels.is_empty() => {
-                look.labels.shown = if look.labels.shown.is_some() { None } else { Some(0) };
+                // The same ones again, so that the one that is selected is one of them.
+                look.labels.shown = match look.labels.shown {
+                    Some(nth) => {
+                        self.labels = nth;
+                        None
+                    }
+                    None => Some(self.labels.min(room.facts.labels.len() - 1)),
+                };
             }
-            Key::Escape if look.labels.selected.is_some() => look.labels.selected = None,
+            Key::Escape if look.labels.shown.is_some() && look.labels.selected.is_some() => {
+                look.labels.selected = None;
+            }
             Key::Char('k' | 'K') => return VolumeHeard::Play,
             Key::Char('c' | 'C') => return VolumeHeard::UsualRanges,
             Key::Char('+' | '=' | 'i' | 'I') => self.zoom(WHEEL_FACTOR, look, room),

@@ -53,7 +53,8 @@ impl VolumeScene {
             let look = &self.look;
             asked.extend(self.ahead.channels().flat_map(|channels| asked_of(channels, look)));
         }
-        asked.extend(self.points.ask(self.current.time).map(VolumeAsked::Point));
+        let labels = self.look.labels.shown;
+        asked.extend(self.points.ask(self.current.time, labels).map(VolumeAsked::Point));
         if std::mem::take(&mut self.wants_ranges) {
             asked.push(VolumeAsked::Ranges(self.look.shown().collect()));
         }
@@ -107,14 +108,15 @@ impl VolumeScene {
         Ok(Some(texture))
     }
 
-    /// Labels that were asked for were read. Fails where the textures refuse them; then they are left out.
+    /// Labels that were asked for were read. Gives back the texture that they are; `None` where that time is
+    /// not wanted any more. Fails where the textures refuse them; then they are left out.
     pub fn add_labels(
         &mut self,
         (nth, time): (usize, u64),
         prepared: Prepared,
         place: LabelsPlace,
-    ) -> Result<(), vastex::Error> {
-        let Some(channels) = self.channels_at(time) else { return Ok(()) };
+    ) -> Result<Option<TextureId>, vastex::Error> {
+        let Some(channels) = self.channels_at(time) else { return Ok(None) };
         channels.refuse_labels(nth);
         let texture = self.textures.add(prepared).map_err(|refused| refused.error)?;
         if let Ok(mut named) = self.textures.texture_mut(texture) {
@@ -125,7 +127,7 @@ impl VolumeScene {
             self.textures.remove(before);
         }
         self.note_change_of(time);
-        Ok(())
+        Ok(Some(texture))
     }
 
     /// Labels that were asked for cannot be had.
@@ -176,13 +178,15 @@ impl VolumeScene {
     }
 
     /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a
-    /// click is selected, or none where there is none.
+    /// click is selected, or none where there is none, unless other labels are shown by now.
     pub fn tell(&mut self, told: PointAnswer) {
         let heard = self.points.tell(told);
         if let Some(place) = heard.cross {
             self.look.put_cross(&self.facts.of, place);
         }
-        if let Some(label) = heard.label {
+        if let Some((of, label)) = heard.label
+            && of == self.look.labels.shown
+        {
             self.look.labels.selected = label;
         }
     }

@@ -61,9 +61,10 @@ pub struct VolumeScene {
     pub look: VolumeLook,
     hands: VolumeHands,
     points: Points,
-    /// The views of the panes, by their numbers, and what feedback sees through.
+    /// The views of the panes, by their numbers, and what feedback sees through, with the renderer that each
+    /// is of.
     views: [ViewId; 4],
-    cameras: Vec<Option<VolumeCameraBinding>>,
+    cameras: [Option<(u64, VolumeCameraBinding)>; 4],
     pictures: [Option<PanePicture>; 4],
     /// A number that changes with each other texture that is to be painted.
     painted: u64,
@@ -92,8 +93,6 @@ pub struct VolumeScene {
     is_playing: bool,
     /// What the device is drawing.
     under_way: Option<UnderWay>,
-    /// Which renderer the cameras are of.
-    cameras_of: (u64, u64),
     /// What the device is asked of what views want: since when, and whether it has answered.
     asking: Option<(Duration, Arc<AtomicBool>)>,
     wants_ranges: bool,
@@ -132,7 +131,7 @@ impl VolumeScene {
             hands: VolumeHands::default(),
             points: Points::default(),
             views,
-            cameras: (0..4).map(|_| None).collect(),
+            cameras: [const { None }; 4],
             pictures: [const { None }; 4],
             painted: 0,
             current,
@@ -151,7 +150,6 @@ impl VolumeScene {
             played_at: Duration::ZERO,
             is_playing: false,
             under_way: None,
-            cameras_of: (0, 0),
             asking: None,
             wants_ranges: false,
             faults: Vec::new(),
@@ -344,8 +342,8 @@ impl VolumeScene {
             coming.channels.forget_device(&mut self.textures);
         }
         self.ahead.clear(&mut self.textures);
-        self.cameras.iter_mut().for_each(|camera| *camera = None);
-        (self.pictures, self.asking) = ([const { None }; 4], None);
+        (self.cameras, self.pictures) = ([const { None }; 4], [const { None }; 4]);
+        self.asking = None;
         (self.under_way, self.looked, self.drawn, self.quiet) = (None, None, None, 0);
         self.painted += 1;
         Ok(())

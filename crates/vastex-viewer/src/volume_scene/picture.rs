@@ -54,7 +54,8 @@ pub(super) struct PanePicture {
     /// How many times smaller it is drawn while it changes, and how many pixels at once where it stays.
     times: u32,
     pixels: f64,
-    camera: VolumeCameraBinding,
+    /// What it is drawn through, and the number of the renderer that this is of.
+    camera: (u64, VolumeCameraBinding),
     /// The mean of several pictures of what is in the full one, what it is of, and how many seconds it took.
     still: Option<VolumeStill>,
     still_of: Option<Key>,
@@ -66,7 +67,7 @@ pub(super) struct PanePicture {
 
 impl PanePicture {
     /// For a pane of so many pixels. A device that is a processor begins with little at once.
-    pub(super) fn new(gpu: &Gpu, camera: VolumeCameraBinding, size: [u32; 2]) -> PanePicture {
+    pub(super) fn new(gpu: &Gpu, camera: (u64, VolumeCameraBinding), size: [u32; 2]) -> PanePicture {
         let is_slow = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         PanePicture {
             full: Canvas::new(gpu, size, PICTURE, TargetKind::Direct),
@@ -85,10 +86,12 @@ impl PanePicture {
         }
     }
 
-    /// What it is drawn through from here on.
-    pub(super) fn set_camera(&mut self, camera: VolumeCameraBinding) {
-        self.camera = camera;
-        (self.still, self.still_of, self.rested) = (None, None, None);
+    /// It is drawn by the renderer of this number from here on, through a camera of that.
+    pub(super) fn see_through(&mut self, of: u64, camera: impl FnOnce() -> VolumeCameraBinding) {
+        if self.camera.0 != of {
+            self.camera = (of, camera());
+            (self.still, self.still_of, self.rested) = (None, None, None);
+        }
     }
 
     /// Of another size from here on.
@@ -167,8 +170,8 @@ impl PanePicture {
                 self.small = Some((Canvas::new(gpu, size, PICTURE, TargetKind::Direct), self.times));
             }
             let (small, times) = self.small.as_ref()?;
-            renderer.place(&self.camera, &gpu.queue, textures, &sight.view(*times), size);
-            renderer.draw_rows(&self.camera, encoder, group, &small.target(), (size, 0..size[1]));
+            renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(*times), size);
+            renderer.draw_rows(&self.camera.1, encoder, group, &small.target(), (size, 0..size[1]));
             (self.seen_small, self.drawing) = (Some(key), None);
             return Some(true);
         }
@@ -180,8 +183,8 @@ impl PanePicture {
         };
         let rows = if is_whole_asked { size[1] } else { self.rows() };
         let to = from.saturating_add(rows).min(size[1]);
-        renderer.place(&self.camera, &gpu.queue, textures, &sight.view(1), size);
-        renderer.draw_rows(&self.camera, encoder, group, &self.full.target(), (size, from..to));
+        renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(1), size);
+        renderer.draw_rows(&self.camera.1, encoder, group, &self.full.target(), (size, from..to));
         match to == size[1] {
             true => (self.drawn, self.drawing, self.seen_small) = (Some(key), None, None),
             false => {
@@ -233,7 +236,7 @@ impl PanePicture {
             return Some(is_shown);
         }
         let of = (&sight.view(1), key.content);
-        let step = renderer.go_on(still, encoder, (&self.camera, textures), of, rows);
+        let step = renderer.go_on(still, encoder, (&self.camera.1, textures), of, rows);
         let is_shown = step == StillStep::Shows;
         if is_shown {
             renderer.draw_mean(still, encoder, &self.full.target());

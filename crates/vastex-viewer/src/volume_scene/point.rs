@@ -25,6 +25,8 @@ pub struct PointAsked {
     pub number: u64,
     /// The time, from 0.
     pub time: u64,
+    /// Which of [`super::VolumeFacts::labels`] are asked, if any are shown.
+    pub labels: Option<usize>,
     /// The place.
     pub place: PointPlace,
 }
@@ -60,8 +62,8 @@ pub struct PointAnswer {
 pub(super) struct Heard {
     /// The crosshair goes there.
     pub(super) cross: Option<DVec3>,
-    /// This label is selected, or none any more.
-    pub(super) label: Option<Option<i128>>,
+    /// This label is selected, or none any more, of the labels that were asked.
+    pub(super) label: Option<(Option<usize>, Option<i128>)>,
 }
 
 /// What a question is for.
@@ -82,8 +84,8 @@ pub struct Points {
     /// What waits for the question that is out: below the pointer, and of a click, which is not lost for what
     /// comes after it.
     wanted: [Option<(PointPlace, Purpose)>; 2],
-    /// The question that is out.
-    out: Option<(u64, Purpose, PointPlace)>,
+    /// The question that is out, and what it is for.
+    out: Option<(PointAsked, Purpose)>,
     clicked: Option<PointAnswer>,
     below: Option<PointAnswer>,
 }
@@ -108,16 +110,17 @@ impl Points {
         (self.wanted[0], self.below) = (None, None);
     }
 
-    /// The next question, where none is out.
-    pub(super) fn ask(&mut self, time: u64) -> Option<PointAsked> {
+    /// The next question, of a time and of labels that are shown, where none is out.
+    pub(super) fn ask(&mut self, time: u64, labels: Option<usize>) -> Option<PointAsked> {
         if self.out.is_some() {
             return None;
         }
         let is_click = self.wanted[1].is_some();
         let (place, purpose) = self.wanted[usize::from(is_click)].take()?;
         self.asked += 1;
-        self.out = Some((self.asked, purpose, place));
-        Some(PointAsked { number: self.asked, time, place })
+        let asked = PointAsked { number: self.asked, time, labels, place };
+        self.out = Some((asked, purpose));
+        Some(asked)
     }
 
     /// Whether a question can be asked.
@@ -127,17 +130,17 @@ impl Points {
 
     /// There is no answer.
     pub(super) fn give_up(&mut self, number: u64) {
-        self.out.take_if(|(out, ..)| *out == number);
+        self.out.take_if(|(out, _)| out.number == number);
     }
 
     /// The answer. Says what follows from it: where a click along a ray has hit something, which label it is.
     pub(super) fn tell(&mut self, told: PointAnswer) -> Heard {
-        let Some((_, purpose, place)) = self.out.take_if(|(number, ..)| *number == told.number) else {
+        let Some((asked, purpose)) = self.out.take_if(|(out, _)| out.number == told.number) else {
             return Heard::default();
         };
         let is_click = purpose > Purpose::Below;
-        let cross = told.place.filter(|_| is_click && matches!(place, PointPlace::Along { .. }));
-        let label = (purpose == Purpose::Select).then_some(told.label);
+        let cross = told.place.filter(|_| is_click && matches!(asked.place, PointPlace::Along { .. }));
+        let label = (purpose == Purpose::Select).then_some((asked.labels, told.label));
         let has_place = told.place.is_some();
         let keeps = if is_click { &mut self.clicked } else { &mut self.below };
         *keeps = Some(told).filter(|_| has_place);
@@ -156,22 +159,22 @@ mod tests {
         let told =
             |number, place| PointAnswer { number, place, voxel: [0; 3], values: Vec::new(), label: None };
         points.want(at(1.0), Purpose::Below);
-        let first = points.ask(2).unwrap();
+        let first = points.ask(2, None).unwrap();
         assert_eq!((first.place, first.time), (at(1.0), 2));
         points.want(at(2.0), Purpose::Below);
         points.want(at(3.0), Purpose::Click);
         points.want(at(4.0), Purpose::Below);
-        assert_eq!(points.ask(2), None, "one is out");
+        assert_eq!(points.ask(2, None), None, "one is out");
         assert_eq!(points.tell(told(99, None)), Heard::default(), "another's");
-        assert_eq!(points.ask(2), None);
+        assert_eq!(points.ask(2, None), None);
         points.tell(told(first.number, Some(DVec3::X)));
         assert!(points.below().is_some() && points.clicked().is_none());
-        let click = points.ask(2).unwrap();
+        let click = points.ask(2, None).unwrap();
         assert_eq!(click.place, at(3.0), "the click before what came after it");
         let heard = points.tell(told(click.number, Some(DVec3::X)));
         assert_eq!(heard, Heard::default(), "a slice's crosshair is there already");
         assert!(points.clicked().is_some());
-        assert_eq!(points.ask(2).unwrap().place, at(4.0), "the newest of the others");
+        assert_eq!(points.ask(2, None).unwrap().place, at(4.0), "the newest of the others");
         points.leave();
         assert!(points.below().is_none());
     }
@@ -182,11 +185,11 @@ mod tests {
         let place = PointPlace::Along { from: DVec3::ZERO, toward: DVec3::X, pixel: 1.0 };
         for (purpose, label, selected) in [
             (Purpose::Click, Some(7), None),
-            (Purpose::Select, Some(7), Some(Some(7))),
-            (Purpose::Select, None, Some(None)),
+            (Purpose::Select, Some(7), Some((Some(1), Some(7)))),
+            (Purpose::Select, None, Some((Some(1), None))),
         ] {
             points.want(place, purpose);
-            let number = points.ask(0).unwrap().number;
+            let number = points.ask(0, Some(1)).unwrap().number;
             let told =
                 PointAnswer { number, place: Some(DVec3::Y), voxel: [0; 3], values: Vec::new(), label };
             assert_eq!(points.tell(told), Heard { cross: Some(DVec3::Y), label: selected }, "{purpose:?}");

@@ -16,6 +16,7 @@ mod volume_feedback;
 mod volume_life;
 mod volume_reference;
 mod volume_rest;
+mod volume_scene_labels;
 mod volume_scenes;
 mod volume_world;
 mod volumes;

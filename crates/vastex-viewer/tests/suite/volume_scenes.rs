@@ -58,6 +58,8 @@ pub(crate) struct Host {
     /// Channels that are not read, until they are.
     held: Vec<(usize, u64)>,
     holds: bool,
+    /// Times that have no labels.
+    pub(crate) bare: Vec<u64>,
 }
 
 impl Host {
@@ -75,8 +77,8 @@ impl Host {
             unit_length: 1.0,
             unit: None,
             channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
-            labels: vec!["things".into()],
-            label_bounds: vec![[0, i128::from(u32::MAX)]],
+            labels: vec!["things".into(), "parts".into()],
+            label_bounds: vec![[0, i128::from(u32::MAX)]; 2],
             times,
             base: 0.0,
             gain: 255.0,
@@ -88,7 +90,7 @@ impl Host {
         let pools = PoolSettings { default_pool, ..PoolSettings::default() };
         let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
         let scene = VolumeScene::new(&gpu, facts, settings, clock).unwrap();
-        Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false }
+        Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false, bare: Vec::new() }
     }
 
     pub(crate) fn lockstep(channels: usize, times: u64) -> Host {
@@ -129,6 +131,9 @@ impl Host {
             match asked {
                 VolumeAsked::Channel { channel, time } if self.holds => self.held.push((channel, time)),
                 VolumeAsked::Channel { channel, time } => self.read((channel, time)),
+                VolumeAsked::Labels { nth, time } if self.bare.contains(&time) => {
+                    self.scene.refuse_labels(nth, time);
+                }
                 VolumeAsked::Labels { nth, time } => self.read_labels((nth, time)),
                 VolumeAsked::Point(_) | VolumeAsked::Ranges(_) => {}
             }
@@ -165,7 +170,7 @@ impl Host {
     }
 
     /// What is seen at a pixel in the middle of a pane.
-    fn middle(&self, pane: VolumePane) -> u8 {
+    pub(crate) fn middle(&self, pane: VolumePane) -> u8 {
         let (rect, pixels) = self.picture(pane);
         let [width, height] = rect.size.map(|side| side as usize);
         assert_eq!(pixels.len(), width * height, "the whole picture");

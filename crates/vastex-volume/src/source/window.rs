@@ -58,8 +58,10 @@ impl VolumeSource {
             Some([least, most]) => window.map(|value| value.clamp(least, most)),
             None => window,
         });
-        let is_all =
-            |window: &[f64; 2]| bounds.is_some_and(|bounds| *window == bounds) && about.dtype.bytes() > 1;
+        // Writers that know nothing of the values name all that they can be; of colours that is what is
+        // meant.
+        let says_nothing = about.dtype.bytes() > 1 && about.kind != "tiff-stack";
+        let is_all = |window: &[f64; 2]| says_nothing && bounds.is_some_and(|bounds| *window == bounds);
         if let Some(window) = named.filter(|window| window[0] < window[1] && !is_all(window)) {
             return Ok(window);
         }

@@ -49,6 +49,12 @@ pub(super) struct StackAbout {
     pub(super) names: Vec<VolumeChannel>,
 }
 
+/// Whether a description is OME's or ImageJ's: pages without one may be anything.
+pub(super) fn says_stack(description: &str) -> bool {
+    let trimmed = description.trim_start_matches('\u{feff}').trim_start();
+    trimmed.starts_with("ImageJ=") || trimmed.contains("<OME")
+}
+
 /// Elements of OME-XML that are looked at: the first image comes first.
 const MOST_ELEMENTS: usize = 100_000;
 /// Channels whose names are kept.

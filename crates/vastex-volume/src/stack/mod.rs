@@ -13,9 +13,10 @@ use pages::Pages;
 use crate::chunks::Grid;
 use crate::fault::VolumeError;
 use crate::flat::{FlatArray, Place};
-use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeLevel};
+use crate::values::DType;
+use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
 
-pub(crate) use pages::is_stack;
+pub(crate) use pages::{are_pictures, is_stack};
 
 /// Opens a stack.
 pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
@@ -32,8 +33,10 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         chunk: grid.chunk_size(),
     };
     let dtype = pages.dtype();
-    let channel_info =
-        names.into_iter().take(usize::try_from(grid.channels()).unwrap_or(usize::MAX)).collect();
+    let channel_info = match pages.has_colors() {
+        true => colors(grid.channels(), dtype),
+        false => names.into_iter().take(usize::try_from(grid.channels()).unwrap_or(usize::MAX)).collect(),
+    };
     let about = VolumeAbout {
         path: path.display().to_string(),
         kind: "tiff-stack",
@@ -61,4 +64,23 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         None => LevelArray { dtype, source: Arc::new(pages.source(&grid)), grid },
     };
     Ok(Volume::new(about, vec![level]))
+}
+
+/// Channels that are the colours of each page, with all that their type can be as their range.
+fn colors(channels: u64, dtype: DType) -> Vec<VolumeChannel> {
+    let named = [("red", [255, 0, 0]), ("green", [0, 255, 0]), ("blue", [0, 0, 255])];
+    let window = dtype.bounds().map(|(least, most)| [least as f64, most as f64]);
+    let color = |(name, color): (&str, [u8; 3])| VolumeChannel {
+        name: Some(name.into()),
+        color: Some(color),
+        window,
+        is_active: Some(true),
+        is_inverted: false,
+    };
+    let mut all: Vec<VolumeChannel> = named.into_iter().map(color).collect();
+    if channels > 3 {
+        let (name, is_active) = (Some("alpha".into()), Some(false));
+        all.push(VolumeChannel { name, window, is_active, ..VolumeChannel::default() });
+    }
+    all
 }

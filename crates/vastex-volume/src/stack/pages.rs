@@ -9,7 +9,7 @@ use tiff::decoder::{Decoder, DecodingSampleType, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
 use tiff::{ColorType, TiffResult};
 
-use super::about::PageOrder;
+use super::about::{PageOrder, says_stack};
 use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged, unsupported};
 use crate::flat::Layout;
@@ -81,6 +81,13 @@ pub(crate) fn is_stack(path: &Path) -> bool {
     let is_tiff = File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok()
         && [&b"II\x2a\0"[..], b"II\x2b\0", b"MM\0\x2a", b"MM\0\x2b"].contains(&&start[..]);
     is_tiff && Pages::open_first(path, FIRST_PAGES, &mut Vec::new()).is_ok_and(|pages| pages.count() > 1)
+}
+
+/// Whether a file is TIFF with several pages of colours, of which nothing says that they are a stack.
+pub(crate) fn are_pictures(path: &Path) -> bool {
+    is_stack(path)
+        && Pages::open_first(path, FIRST_PAGES, &mut Vec::new())
+            .is_ok_and(|pages| pages.has_colors() && !says_stack(&pages.description) && pages.run.is_none())
 }
 
 /// A decoder that reads so many bytes at most.
@@ -192,6 +199,11 @@ impl Pages {
 
     pub(super) fn description(&self) -> &str {
         &self.description
+    }
+
+    /// Whether each page has red, green and blue of its own.
+    pub(super) fn has_colors(&self) -> bool {
+        matches!(self.page.color, ColorType::RGB(_) | ColorType::RGBA(_))
     }
 
     pub(super) fn dtype(&self) -> DType {
@@ -315,6 +327,43 @@ impl ChunkSource for PageChunks {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Writes two pages of red, green and blue, and what the first one says.
+    fn colored(path: &Path, says: Option<&str>) {
+        let mut encoder = tiff::encoder::TiffEncoder::new(File::create(path).unwrap()).unwrap();
+        for page in 0..2 {
+            let mut image = encoder.new_image::<tiff::encoder::colortype::RGB16>(5, 4).unwrap();
+            if let Some(says) = says {
+                image.encoder().write_tag(Tag::ImageDescription, says).unwrap();
+            }
+            image.write_data(&[page; 60]).unwrap();
+        }
+    }
+
+    #[test]
+    fn pages_of_colours_are_pictures_unless_something_calls_them_a_stack() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("pages.tif");
+        for (says, are) in [
+            (None, true),
+            (Some("scanned on a Monday"), true),
+            (Some("ImageJ=1.54f\nimages=2\nslices=2\n"), false),
+            (Some("<?xml version=\"1.0\"?><OME xmlns=\"x\"/>"), false),
+        ] {
+            colored(&path, says);
+            assert!(is_stack(&path), "{says:?}");
+            assert_eq!(crate::open::are_pictures(&path), are, "{says:?}");
+            let crate::Opened::Volume(volume) = crate::open(&path).unwrap() else { panic!("no volume") };
+            let told: Vec<_> =
+                volume.about().channel_info.iter().map(|channel| (channel.color, channel.window)).collect();
+            let whole = Some([0.0, 65535.0]);
+            let codes = [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(|color| (Some(color), whole));
+            assert_eq!(told, codes, "{says:?}");
+            let source = crate::VolumeSource::open(volume.into(), &crate::VolumeOptions::default()).unwrap();
+            assert_eq!(pollster::block_on(source.usual_window()).unwrap(), [0.0, 65535.0]);
+        }
+        assert!(!are_pictures(&Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/layers.tif")));
+    }
 
     #[test]
     fn directories_are_read_up_to_a_number_of_bytes() {

@@ -273,7 +273,10 @@ impl Viewer {
                     Err(error)
                 }
                 Done::Labels { nth, time, read: Ok(read) } => {
-                    volume.scene.add_labels((nth, time), read.prepared, read.place).map_err(Into::into)
+                    match volume.scene.add_labels((nth, time), read.prepared, read.place) {
+                        Ok(Some(texture)) => volume.work.make_levels(texture, read.source),
+                        other => other.map(drop).map_err(Into::into),
+                    }
                 }
                 Done::Labels { nth, time, read: Err(error) } => {
                     volume.scene.refuse_labels(nth, time);
@@ -293,14 +296,18 @@ impl Viewer {
                     Ok(())
                 }
                 Done::Values { values: Err(error), .. } => Err(error),
-                Done::Label(_, Ok(Some(place))) => {
+                // Others are shown by now.
+                Done::Label { nth, .. } if volume.scene.look.labels.shown != Some(nth) => Ok(()),
+                Done::Label { found: Ok(Some(place)), .. } => {
                     let of = volume.scene.facts().of;
                     volume.scene.look.put_cross(&of, place);
                     volume.scene.look.centre = volume.scene.look.cross;
                     Ok(())
                 }
-                Done::Label(label, Ok(None)) => Err(anyhow!("{}: has no label {label}", volume.name)),
-                Done::Label(_, Err(error)) => Err(error),
+                Done::Label { label, found: Ok(None), .. } => {
+                    Err(anyhow!("{}: has no label {label}", volume.name))
+                }
+                Done::Label { found: Err(error), .. } => Err(error),
                 Done::Range { channel, range } => range.map(|range| volume.scene.set_range(channel, range)),
             };
             if let Err(error) = outcome {
@@ -308,7 +315,8 @@ impl Viewer {
             }
         }
         let textures = volume.scene.textures();
-        volume.work.keep(&volume.scene.times_kept(), |texture| textures.texture(texture).is_ok());
+        let (times, seen) = (volume.scene.times_kept(), volume.scene.seen_time());
+        volume.work.keep(&times, seen, |texture| textures.texture(texture).is_ok());
         volume.work.take_faults().into_iter().for_each(|fault| self.tell_of_volume(&fault.into()));
         is_any
     }
@@ -321,17 +329,24 @@ impl Viewer {
 
     fn begin_what_is_asked(&mut self, volume: &mut VolumeShown) {
         for asked in volume.scene.take_asked() {
-            let begun = match asked {
-                VolumeAsked::Channel { channel, time } => {
+            let begun = match &asked {
+                &VolumeAsked::Channel { channel, time } => {
                     volume.work.read((channel, time), volume.scene.preparer())
                 }
-                VolumeAsked::Labels { nth, time } => {
+                &VolumeAsked::Labels { nth, time } => {
                     volume.work.read_labels((nth, time), volume.scene.preparer())
                 }
-                VolumeAsked::Point(asked) => volume.work.ask(asked, &volume.scene.look),
-                VolumeAsked::Ranges(channels) => volume.work.find_ranges(&channels),
+                VolumeAsked::Point(asked) => volume.work.ask(*asked, &volume.scene.look),
+                VolumeAsked::Ranges(channels) => volume.work.find_ranges(channels, volume.scene.seen_time()),
             };
             if let Err(error) = begun {
+                // Nobody waits for what is not read.
+                match asked {
+                    VolumeAsked::Channel { channel, time } => volume.scene.refuse(channel, time),
+                    VolumeAsked::Labels { nth, time } => volume.scene.refuse_labels(nth, time),
+                    VolumeAsked::Point(asked) => volume.scene.tell_nothing(asked.number),
+                    VolumeAsked::Ranges(_) => {}
+                }
                 self.messages.add("volume", report::message(&error));
             }
         }
@@ -415,7 +430,8 @@ impl Viewer {
             volume.is_stale = true;
             match change {
                 VolumeChange::UsualRanges(channels) => {
-                    if let Err(error) = volume.work.find_ranges(&channels) {
+                    let seen = volume.scene.seen_time();
+                    if let Err(error) = volume.work.find_ranges(&channels, seen) {
                         self.messages.add("volume", report::message(&error));
                     }
                 }

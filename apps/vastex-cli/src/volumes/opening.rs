@@ -1,0 +1,105 @@
+//! Which paths the window shows as volumes, and what of one is more than it shows.
+
+use std::path::Path;
+
+use anyhow::{Result, bail};
+use vastex_volume::VolumeAbout;
+
+use crate::args::ViewArgs;
+use crate::commands::volume;
+use crate::open;
+
+/// Channels of a volume that is shown, at most.
+const MOST_CHANNELS: u64 = 4096;
+
+/// Whether the window shows a path as a volume: what cannot be an image, and of TIFF files the stacks that
+/// `vastex info` tells of as volumes, unless something is asked for that images alone have. Pages in red,
+/// green and blue of which nothing says that they are a stack are images.
+pub(crate) fn opens_as_volume(path: &Path, args: &ViewArgs) -> bool {
+    let is_stack = || volume::is_described_as_volume(path) && !vastex_volume::are_pictures(path);
+    open::is_volume(path) || (is_stack() && args.check_of_volume().is_ok())
+}
+
+/// What is set of each channel takes memory, and metadata may name any number of them.
+pub(super) fn check_channels(about: &VolumeAbout) -> Result<()> {
+    if about.channels > MOST_CHANNELS && !about.is_label {
+        bail!(
+            "{}: has {} channels, and the window shows a volume of up to {MOST_CHANNELS}; write it with fewer",
+            about.path,
+            about.channels
+        );
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::args::{Args, Command};
+
+    /// TIFF with two pages of 4x4 texels in red, green and blue.
+    fn colored_pages(says: &str) -> Vec<u8> {
+        let text = format!("{says}\0");
+        let mut file = b"II\x2a\0\x08\0\0\0".to_vec();
+        for page in 0..2 {
+            // The directory, bits of each sample, the values, the text.
+            let begin = file.len() as u32;
+            let (bits, texels, words) = (begin + 126, begin + 132, begin + 180);
+            let next = if page == 0 { words + text.len() as u32 } else { 0 };
+            let entries = [
+                (256, 3, 1, 4),
+                (257, 3, 1, 4),
+                (258, 3, 3, bits),
+                (259, 3, 1, 1),
+                (262, 3, 1, 2),
+                (270, 2, text.len() as u32, words),
+                (273, 4, 1, texels),
+                (277, 3, 1, 3),
+                (278, 3, 1, 4),
+                (279, 4, 1, 48),
+            ];
+            file.extend(10_u16.to_le_bytes());
+            for (tag, kind, count, value) in entries {
+                file.extend([tag, kind].map(u16::to_le_bytes).concat());
+                file.extend([count, value].map(u32::to_le_bytes).concat());
+            }
+            file.extend(next.to_le_bytes());
+            file.extend([8_u16; 3].map(u16::to_le_bytes).concat());
+            file.extend([page * 90; 48]);
+            file.extend(text.bytes());
+        }
+        file
+    }
+
+    #[test]
+    fn pages_of_colours_are_an_image_in_the_window_unless_they_are_called_a_stack() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("pages.tif");
+        let words = ["vastex", "view", path.to_str().unwrap()];
+        let Command::View(args) = Args::try_parse_from(words).unwrap().command else { panic!("no view") };
+        for (says, is_volume) in [("two photographs", false), ("ImageJ=1.54f\nimages=2\nslices=2\n", true)] {
+            std::fs::write(&path, colored_pages(says)).unwrap();
+            assert!(volume::is_described_as_volume(&path), "{says}");
+            assert_eq!(opens_as_volume(&path, &args), is_volume, "{says}");
+        }
+        let opened = super::super::open_volume(&path).unwrap();
+        let colors: Vec<_> = opened.facts.channels.iter().map(|channel| channel.color).collect();
+        assert_eq!(colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(Some));
+    }
+
+    #[test]
+    fn more_channels_than_can_be_set_are_refused() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
+        let vastex_volume::Opened::Volume(volume) = vastex_volume::open(&path).unwrap() else {
+            panic!("no volume")
+        };
+        let mut about = volume.about().clone();
+        about.channels = MOST_CHANNELS;
+        check_channels(&about).unwrap();
+        about.channels = 1 << 31;
+        let error = check_channels(&about).unwrap_err().to_string();
+        assert!(error.contains("head.zip") && error.contains("2147483648 channels"), "{error}");
+    }
+}
