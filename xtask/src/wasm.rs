@@ -15,7 +15,8 @@ use crate::outcome::Outcome;
 use crate::{setup, shell};
 
 const TARGET: &str = "wasm32-unknown-unknown";
-const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex", "vastex-viewer"];
+const CRATES: &[&str] =
+    &["vastex-core", "vastex-tiles", "vastex-wgpu", "vastex", "vastex-viewer", "vastex-browser"];
 
 const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/std";

@@ -21,7 +21,7 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// GPU memory for bricks.
 const POOL_BYTES: u64 = 48 << 20;
 /// Frames after which a picture must have converged, and then have come back.
-const PATIENCE: u32 = 60_000;
+const PATIENCE: u32 = 30_000;
 /// The colours of the channels, in turn.
 const COLORS: [[u8; 3]; 3] = [[255, 255, 255], [255, 90, 30], [40, 130, 255]];
 /// How much light each adds, so that all together are seldom more than a picture can show.

@@ -89,14 +89,17 @@ mod tests {
                 .with_size(size)
                 .build_ui_state(|ui, is_open| keys_window(ui.ctx(), is_open), true);
             harness.run();
+            let mut seen = 0;
             for (_, controls) in CONTROLS {
                 for words in controls.iter().flat_map(|(keys, meaning)| [keys, meaning]) {
                     for found in harness.query_all_by_label(words) {
                         let rect = found.rect();
+                        seen += 1;
                         assert!(rect.left() >= 0.0 && rect.right() <= size[0], "{words}: {rect:?} {size:?}");
                     }
                 }
             }
+            assert!(seen > 0, "{size:?}");
         }
     }
 }

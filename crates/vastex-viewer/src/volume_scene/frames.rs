@@ -45,6 +45,7 @@ impl VolumeScene {
         if std::mem::replace(&mut self.area, area) != area {
             self.quiet = 0;
         }
+        self.draws_parts = pictures == VolumePictures::Parts;
         self.look.tidy();
         self.follow_labels();
         self.look.time = self.look.time.min(self.facts.times.saturating_sub(1));

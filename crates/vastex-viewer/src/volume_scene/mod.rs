@@ -91,6 +91,8 @@ pub struct VolumeScene {
     drawn_at: Duration,
     played_at: Duration,
     is_playing: bool,
+    /// Whether the last frame drew pictures in parts: only then means of several pictures are made.
+    draws_parts: bool,
     /// What the device is drawing.
     under_way: Option<UnderWay>,
     /// What the device is asked of what views want: since when, and whether it has answered.
@@ -149,6 +151,7 @@ impl VolumeScene {
             drawn_at: Duration::ZERO,
             played_at: Duration::ZERO,
             is_playing: false,
+            draws_parts: false,
             under_way: None,
             asking: None,
             wants_ranges: false,

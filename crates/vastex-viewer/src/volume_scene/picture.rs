@@ -90,7 +90,7 @@ impl PanePicture {
     pub(super) fn see_through(&mut self, of: u64, camera: impl FnOnce() -> VolumeCameraBinding) {
         if self.camera.0 != of {
             self.camera = (of, camera());
-            (self.still, self.still_of, self.rested) = (None, None, None);
+            self.begin_mean_anew();
         }
     }
 
@@ -99,8 +99,13 @@ impl PanePicture {
         if self.full.size() != size {
             self.full = Canvas::new(gpu, size, PICTURE, TargetKind::Direct);
             (self.small, self.drawn, self.drawing, self.seen_small) = (None, None, None, None);
-            (self.still, self.still_of, self.rested) = (None, None, None);
+            self.begin_mean_anew();
         }
+    }
+
+    /// A single picture is in the full one, also where a mean of the same view was there before.
+    fn begin_mean_anew(&mut self) {
+        (self.still, self.still_of, self.rested) = (None, None, None);
     }
 
     /// What is to be painted, over the whole of the pane.
@@ -146,6 +151,7 @@ impl PanePicture {
     /// Draws black, where there is nothing to be seen.
     pub(super) fn clear(&mut self, encoder: &mut wgpu::CommandEncoder, key: Key) {
         drop(self.full.target().begin(encoder, glam::Vec4::W));
+        self.begin_mean_anew();
         (self.drawn, self.drawing, self.seen_small) = (Some(key), None, None);
     }
 
@@ -185,6 +191,7 @@ impl PanePicture {
         let to = from.saturating_add(rows).min(size[1]);
         renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(1), size);
         renderer.draw_rows(&self.camera.1, encoder, group, &self.full.target(), (size, from..to));
+        self.begin_mean_anew();
         match to == size[1] {
             true => (self.drawn, self.drawing, self.seen_small) = (Some(key), None, None),
             false => {
@@ -219,7 +226,9 @@ impl PanePicture {
         if self.is_rested(renderer, &key) {
             return None;
         }
-        if self.still_of != Some(key) {
+        // The first part does not count: shaders may have to be compiled for it.
+        let is_first = self.still_of != Some(key);
+        if is_first {
             (self.still_of, self.still_seconds) = (Some(key), 0.0);
         }
         let (size, rows) = (self.full.size(), self.rows());
@@ -244,8 +253,9 @@ impl PanePicture {
         if still.passes() >= renderer.desc().passes || step == StillStep::Rests {
             self.rested = Some(key);
         }
-        self.is_still_under_way = step != StillStep::Rests;
-        self.is_still_under_way.then_some(is_shown)
+        let has_drawn = step != StillStep::Rests;
+        self.is_still_under_way = has_drawn && !is_first;
+        has_drawn.then_some(is_shown)
     }
 
     /// How many rows are drawn at once.

@@ -17,7 +17,9 @@ impl VolumeScene {
 
     /// Whether such pictures are to come.
     pub(super) fn goes_on(&self) -> bool {
-        let Some(renderer) = self.current.renderer().filter(|_| self.is_resting()) else { return false };
+        let Some(renderer) = self.current.renderer().filter(|_| self.draws_parts && self.is_resting()) else {
+            return false;
+        };
         let panes = self.panes();
         panes.iter().any(|pane| {
             let key = self.key(&PaneSight::of(&self.look, &self.facts.of, &panes, pane));

@@ -99,7 +99,13 @@ impl Decoded {
     /// To be shared; memory of its own comes back to what is spare with the last who has it.
     pub(crate) fn share(self, spare: &Arc<Spare>) -> Bytes {
         match self {
-            Decoded::Own(bytes) => spare.lend(bytes),
+            Decoded::Own(mut bytes) => {
+                // What is kept is counted by its bytes.
+                if bytes.capacity() / 2 > bytes.len() {
+                    bytes.shrink_to_fit();
+                }
+                spare.lend(bytes)
+            }
             Decoded::Read(bytes) => bytes,
         }
     }

@@ -74,7 +74,7 @@ impl Zip {
             && let Some((header, all)) = &*self.inflated()
             && *header == entry.header
         {
-            return Ok(Some(all.slice(offset as usize..offset as usize + len)));
+            return Ok(Some(Bytes::copy_from_slice(&all[offset as usize..offset as usize + len])));
         }
         let local = self.file.read(entry.header, LOCAL_BYTES).map_err(at)?;
         let begin = data_offset(entry.header, &local).ok_or_else(|| {
@@ -89,10 +89,15 @@ impl Zip {
             Method::Deflated => {
                 let packed = self.file.read(begin, entry.packed as usize).map_err(at)?;
                 let all = Bytes::from(inflate(&packed, entry.size).map_err(at)?);
-                if len < all.len() {
-                    *self.inflated() = Some((entry.header, all.clone()));
+                // Of a part a copy: who keeps a chunk is not to keep all of its shard.
+                match len < all.len() {
+                    true => {
+                        let part = Bytes::copy_from_slice(&all[offset as usize..offset as usize + len]);
+                        *self.inflated() = Some((entry.header, all));
+                        part
+                    }
+                    false => all,
                 }
-                all.slice(offset as usize..offset as usize + len)
             }
         }))
     }
