@@ -83,7 +83,8 @@ pub(crate) fn check() -> Result<Outcome> {
     Ok(Outcome::Passed)
 }
 
-/// Writes what starts the program, where the program is newer; false where the tool that does it cannot be fetched.
+/// Writes what starts the program, where the program is newer; false where the tool that does it cannot be
+/// fetched.
 fn write_script(program: &Path, directory: &Path) -> Result<bool> {
     let time = |path: &Path| fs::metadata(path).and_then(|data| data.modified());
     let written = directory.join(PROGRAM);

@@ -260,7 +260,48 @@ fn make(lacking: &Lacking, stop: &AtomicBool) {
 
 #[cfg(test)]
 mod tests {
+    use vastex_volume::VolumeOptions;
+
     use super::*;
+
+    #[test]
+    fn sources_take_turns_and_what_is_not_seen_waits() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("large.raw");
+        // Larger than what is made at opening. Nothing is written of it: the file has holes.
+        std::fs::File::create(&path).unwrap().set_len(3 * 420 * 410 * 400).unwrap();
+        let about =
+            "width = 420\nheight = 410\ndepth = 400\nsample = \"u8\"\nchannels = 3\norder = \"planar\"\n";
+        std::fs::write(directory.path().join("large.raw.toml"), about).unwrap();
+        let volume = match vastex_volume::open(&path).unwrap() {
+            vastex_volume::Opened::Volume(volume) => Arc::new(*volume),
+            other => panic!("{other:?}"),
+        };
+        let open =
+            |channel| VolumeSource::open(volume.clone(), &VolumeOptions { channel, ..Default::default() });
+        let all: Vec<_> = (0..3).map(|channel| Arc::new(open(channel).unwrap())).collect();
+        let of = |(nth, source): (usize, &Arc<VolumeSource>)| LackingSource {
+            source: source.clone(),
+            stop: Arc::default(),
+            is_seen: nth < 2,
+            turn: 0,
+        };
+        let mut turns = Turns { sources: all.iter().enumerate().map(of).collect(), ..Turns::default() };
+        let next = |turns: &mut Turns| {
+            let (source, is_over) = turns.next()?;
+            assert!(!is_over.load(Ordering::Relaxed));
+            turns.end();
+            assert!(is_over.load(Ordering::Relaxed));
+            all.iter().position(|one| Arc::ptr_eq(one, &source))
+        };
+        assert_eq!((0..4).map(|_| next(&mut turns)).collect::<Vec<_>>(), [0, 1, 0, 1].map(Some));
+        all[0].make_levels(&AtomicBool::new(false));
+        assert_eq!((0..2).map(|_| next(&mut turns)).collect::<Vec<_>>(), [1, 1].map(Some));
+        all[1].make_levels(&AtomicBool::new(false));
+        assert_eq!(next(&mut turns), Some(2));
+        all[2].make_levels(&AtomicBool::new(false));
+        assert_eq!(next(&mut turns), None);
+    }
 
     #[test]
     fn faults_are_few_and_each_is_kept_once() {

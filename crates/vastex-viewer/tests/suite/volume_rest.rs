@@ -51,6 +51,15 @@ fn a_picture_that_rests_becomes_the_mean_of_several() {
     assert_eq!(host.scene.passes(VolumePane::Space), 1);
     rest(&mut host);
     assert_eq!(host.scene.passes(VolumePane::Space), 16);
+    // After a detour it is made anew, and no single picture is taken for it.
+    let mean = host.picture(VolumePane::Space);
+    host.scene.look.mode = VolumeMode::Mip;
+    (0..3).for_each(|_| host.frame(VolumePictures::Parts));
+    host.scene.look.mode = VolumeMode::Emission;
+    host.frame(VolumePictures::Parts);
+    assert_eq!(host.scene.passes(VolumePane::Space), 1);
+    rest(&mut host);
+    assert!(host.scene.passes(VolumePane::Space) == 16 && host.picture(VolumePane::Space) == mean);
     // What is drawn whole, for a file, is one picture as ever.
     let mut whole = Host::lockstep(1, 1);
     whole.scene.look.mode = VolumeMode::Emission;

@@ -61,10 +61,6 @@ impl Host {
     }
 }
 
-fn done(source: &VolumeSource) -> u64 {
-    source.level_states().iter().find_map(|level| level.made).unwrap().done
-}
-
 #[test]
 fn channels_are_read_while_levels_are_made_and_those_that_are_gone_are_made_no_more() {
     let mut host = Host::new();
@@ -92,48 +88,6 @@ fn channels_are_read_while_levels_are_made_and_those_that_are_gone_are_made_no_m
     assert!(!made.has_levels_to_make() && gone.has_levels_to_make());
     host.work.keep(&[], 0, |_| false);
     assert!(host.work.sources.is_empty() && host.work.take_faults().is_empty());
-}
-
-#[test]
-fn sources_take_turns_and_what_is_not_seen_waits() {
-    let mut host = Host::new();
-    for channel in 0..3 {
-        host.work.read((channel, 0), host.textures.preparer()).unwrap();
-    }
-    let mut read = Vec::new();
-    while read.len() < 3 {
-        read.extend(host.read());
-        host.rest("channels are not read");
-    }
-    let mut read = read.into_iter().map(|(_, read)| read);
-    let (_, first) = host.show(read.next().unwrap());
-    while done(&first) == 0 {
-        host.rest("nothing is made");
-    }
-    // The next one does not wait for the whole of the first.
-    let (_, second) = host.show(read.next().unwrap());
-    while done(&second) == 0 {
-        host.work.changes();
-        host.rest("the second waits");
-    }
-    assert!(first.has_levels_to_make(), "it is not finished first");
-    // Of a time that is not seen nothing is made meanwhile.
-    let (_, ahead) = host.show(read.next().unwrap());
-    let of_ahead = host.work.sources.iter_mut().find(|(_, source)| Arc::ptr_eq(source, &ahead));
-    of_ahead.unwrap().0.1 = 1;
-    host.work.keep(&[0, 1], 0, |_| true);
-    let made = done(&ahead);
-    loop {
-        let of_ahead = done(&ahead);
-        if !first.has_levels_to_make() && !second.has_levels_to_make() {
-            break;
-        }
-        // One brick may have been in hand.
-        assert!(of_ahead <= made + 1, "{of_ahead} bricks of what nobody sees, after {made}");
-        host.work.changes();
-        host.rest("those that are seen are not made");
-    }
-    host.work.keep(&[], 0, |_| false);
 }
 
 #[test]
