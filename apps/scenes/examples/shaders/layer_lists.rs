@@ -43,6 +43,14 @@ pub(super) fn each(visit: &mut Visit<'_>) {
             let of = format!("{}-{layer}", atlas_name(heights));
             visit(&format!("layered-relief-one-{of}-{}", name_of(options)), text);
         }
+        // One or two layers of a texture over heights that are of another.
+        for (heights, count) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|count| (atlas, count))) {
+            let mut members: Vec<_> = (0..count).map(|n| member(options, NAMES[n], 0, n as u8)).collect();
+            members.push(of_atlas(heights, member(options, "height", 1, 0)));
+            let text = shaders::relief(&group(options, members), LayersText::list(count));
+            let of = format!("{count}-{}", atlas_name(heights));
+            visit(&format!("layered-relief-other-{of}-{}", name_of(options)), text);
+        }
         for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
             for first in [Atlas::Float, heights] {
                 let members = vec![
