@@ -51,6 +51,13 @@ pub(super) fn each(visit: &mut Visit<'_>) {
             let of = format!("{count}-{}", atlas_name(heights));
             visit(&format!("layered-relief-other-{of}-{}", name_of(options)), text);
         }
+        // And one layer twice over heights that are of another texture.
+        for heights in Atlas::ALL {
+            let mut members: Vec<_> = NAMES[..2].iter().map(|name| member(options, name, 0, 0)).collect();
+            members.push(of_atlas(heights, member(options, "height", 1, 0)));
+            let text = shaders::relief(&group(options, members), LayersText::list(2));
+            visit(&format!("layered-relief-again-{}-{}", atlas_name(heights), name_of(options)), text);
+        }
         for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
             for first in [Atlas::Float, heights] {
                 let members = vec![
