@@ -2,7 +2,7 @@
 //! about their values.
 
 mod find;
-mod first_look;
+mod initial_look;
 pub(crate) mod labels;
 mod opening;
 

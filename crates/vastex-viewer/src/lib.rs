@@ -25,6 +25,7 @@ pub mod volume;
 pub mod volume_scene;
 #[cfg(feature = "egui")]
 pub mod widget;
+mod words;
 
 pub use camera::{CameraPath, CameraPathError, Path, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};

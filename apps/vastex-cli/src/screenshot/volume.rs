@@ -76,7 +76,7 @@ impl VolumeShot {
         let mut scene = VolumeScene::new(&gpu, opened.facts.clone(), settings, clock)?;
         scene.look = match &self.look {
             Some(look) => look.clone(),
-            None => opened.first_look(args)?,
+            None => opened.initial_look(args)?,
         };
         let is_whole = self.play(&mut scene, &opened).context(source)?;
         output.write_picture(&self.painted(&gpu, &scene)?)?;

@@ -136,7 +136,7 @@ impl App {
                 let oddities = opened.oddities();
                 // What the command line and links say is of the first file.
                 let look = match first == self.args_of {
-                    true => opened.first_look(&self.args),
+                    true => opened.initial_look(&self.args),
                     false => Ok(VolumeLook::first(&opened.facts)),
                 };
                 let shown = look

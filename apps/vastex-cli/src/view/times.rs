@@ -8,6 +8,9 @@ use serde::Serialize;
 /// How long the window stays when nothing happens any more, so that it can be measured what that costs.
 const IDLE: Duration = Duration::from_secs(3);
 
+/// How long the window waits for as long a pause between frames. A message that goes may ask for a frame.
+const IDLE_AT_LAST: Duration = Duration::from_secs(12);
+
 /// Times of one file.
 pub(super) struct Times {
     /// When the program began, and when it began to open the file: by then it has a device.
@@ -19,8 +22,9 @@ pub(super) struct Times {
     last: Option<Instant>,
     /// Between frames that followed one another without a pause, from the first to the one that was sharp.
     frames: Vec<Duration>,
-    /// When the last frame was drawn that was drawn all the same, and the processor time of the program by
-    /// then.
+    /// When the picture was sharp, and the processor time of the program by then.
+    settled: Option<(Instant, Duration)>,
+    /// The same of the last frame that was drawn all the same.
     idle: Option<(Instant, Duration)>,
 }
 
@@ -49,6 +53,7 @@ impl Times {
             sharp: None,
             last: None,
             frames: Vec::new(),
+            settled: None,
             idle: None,
         }
     }
@@ -68,13 +73,16 @@ impl Times {
         first.get_or_insert(now);
         if is_source && is_settled {
             self.sharp = Some(now);
-            self.idle = processor_time().map(|spent| (now, spent));
+            self.settled = processor_time().map(|spent| (now, spent));
+            self.idle = self.settled;
         }
     }
 
     /// When there is nothing left to measure, once that is known.
     pub(super) fn end(&self) -> Option<Instant> {
-        Some(self.sharp? + IDLE)
+        let sharp = self.sharp?;
+        let last = self.idle.map_or(sharp, |(at, _)| at);
+        Some((last + IDLE).min(sharp + IDLE_AT_LAST))
     }
 
     /// The times as one JSON object.
@@ -98,7 +106,8 @@ impl Times {
             frames: frames.len(),
             frame_p95_ms: nth(0.95).copied().map_or(0.0, ms),
             frame_worst_ms: frames.last().copied().map_or(0.0, ms),
-            idle: self.idle.and_then(spent),
+            // Where there was no such pause, nothing idled: all is counted.
+            idle: self.idle.filter(|(at, _)| at.elapsed() >= IDLE).or(self.settled).and_then(spent),
         })
     }
 }

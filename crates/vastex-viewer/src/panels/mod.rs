@@ -5,11 +5,11 @@
 //! A panel is told what there is, shows it, changes the host's values in place and says that it did; the host
 //! shows the change. Nothing here knows a window or a device.
 
+mod bookmarks;
 mod compare;
 mod display;
 mod guides;
 mod info;
-mod kept_views;
 mod keys;
 mod lengths;
 mod map_place;
@@ -27,15 +27,15 @@ mod status;
 #[cfg(test)]
 mod unnamed;
 mod volume;
+mod volume_histogram;
 mod volume_panes;
-mod volume_values;
 mod volume_words;
 
+pub use bookmarks::{Bookmark, Bookmarks, ViewsChange};
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
 pub use guides::{ImageView, paint_guides};
 pub use info::InfoPanel;
-pub use kept_views::{Bookmark, KeptViews, ViewsChange};
 pub use keys::{keys_window, keys_window_of};
 pub use lengths::TexelSize;
 pub use map_place::MapPlace;
@@ -50,6 +50,6 @@ pub use status::{StatusPlace, foot_rise, status_line, status_text};
 #[cfg(test)]
 pub(crate) use unnamed::unnamed;
 pub use volume::{VolumeChange, VolumePanel, VolumeStatus};
+pub use volume_histogram::VolumeValues;
 pub use volume_panes::VolumePanes;
-pub use volume_values::VolumeValues;
 pub use volume_words::volume_status_text;

@@ -3,7 +3,7 @@
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
 use glam::DVec2;
 
-use super::kept_views::{Bookmark, KeptViews, ViewsChange, readable};
+use super::bookmarks::{Bookmark, Bookmarks, ViewsChange, readable};
 use super::map_place::MapPlace;
 use crate::camera::{Move, Pose};
 use crate::view_text::ViewText;
@@ -35,7 +35,7 @@ pub struct PositionPanel {
     /// What was wrong with what was written last.
     error: Option<String>,
     /// Bookmarks, and what becomes of the view as a text.
-    kept: KeptViews,
+    kept: Bookmarks,
     /// Whether two numbers are coordinates of the file's own system, where it has one.
     is_by_map: bool,
 }

@@ -5,7 +5,7 @@ use egui::{
 };
 
 use super::palettes::palette_controls;
-use super::volume_values::{VolumeValues, volume_histogram};
+use super::volume_histogram::{VolumeValues, volume_histogram};
 use super::volume_words::{place_text, point_rows};
 use crate::layers::Palette;
 use crate::volume::{MOST_END, OtherLabels, VolumeMode, least_apart, parse_label};

@@ -12,6 +12,7 @@ use vastex::Filter;
 
 use super::display_options::LayerOptions;
 use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, ParsePaletteError};
+use crate::words::{color_of, escaped, unescaped};
 
 /// What a text may say of a layer, as errors have it.
 const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:nodata-color=RRGGBB][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
@@ -75,7 +76,7 @@ impl FromStr for LayerOptions {
             let why = format!("'{setting}' stands where the layer's name does; write {SHAPE}");
             return Err(ParseLayerError(why));
         }
-        let mut layer = LayerOptions { name: name.map(plain), ..LayerOptions::default() };
+        let mut layer = LayerOptions { name: name.map(unescaped), ..LayerOptions::default() };
         let mut told: Vec<&str> = Vec::new();
         for word in words {
             let (key, value) = word.split_once('=').unwrap_or((word, ""));
@@ -98,7 +99,10 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         "file" => layer.texture = file_of_text(value)?,
         "bands" => layer.bands = value.parse::<Bands>().map_err(|error| error.to_string())?,
         "nodata" => layer.nodata = value.parse::<Nodata>().map_err(|error| error.to_string())?,
-        "nodata-color" => layer.nodata_color = Some(color_of(value)?),
+        "nodata-color" => {
+            let why = "write red, green and blue by two hexadecimal digits each, as in nodata-color=ff0080";
+            layer.nodata_color = Some(color_of(value).ok_or(why)?);
+        }
         "range" => layer.range = Some(range_of(value, "..")?),
         "map" => {
             layer.palette = value.parse().map_err(|error: ParsePaletteError| error.to_string())?;
@@ -123,21 +127,6 @@ pub(crate) fn file_of_text(text: &str) -> Result<usize, String> {
     }
 }
 
-/// A colour by two hexadecimal digits each for red, green and blue.
-fn color_of(text: &str) -> Result<[u8; 3], String> {
-    let channel = |n: usize| {
-        let digits = text.get(2 * n..2 * n + 2)?;
-        u8::from_str_radix(digits, 16).ok().filter(|_| !digits.starts_with('+'))
-    };
-    let color = [channel(0), channel(1), channel(2)];
-    match color {
-        [Some(red), Some(green), Some(blue)] if text.len() == 6 => Ok([red, green, blue]),
-        _ => {
-            Err("write red, green and blue by two hexadecimal digits each, as in nodata-color=ff0080".into())
-        }
-    }
-}
-
 /// The values for black and white, with a word between them: two different numbers. The first may be the
 /// larger one, which turns black and white round.
 pub fn range_of(text: &str, between: &str) -> Result<[f32; 2], String> {
@@ -153,42 +142,4 @@ pub fn range_of(text: &str, between: &str) -> Result<[f32; 2], String> {
         Some(_) => Err("both must be numbers, and not the same".into()),
         None => Err(format!("write the values for black and white, as in 0{between}0.5")),
     }
-}
-
-/// A name without what has a meaning in texts.
-pub(crate) fn escaped(name: &str) -> String {
-    let is_plain = |c: char| !c.is_whitespace() && !c.is_control() && !":;=%#".contains(c);
-    let mut text = String::with_capacity(name.len());
-    for character in name.chars() {
-        if is_plain(character) {
-            text.push(character);
-        } else {
-            let mut bytes = [0; 4];
-            for byte in character.encode_utf8(&mut bytes).bytes() {
-                text += &format!("%{byte:02X}");
-            }
-        }
-    }
-    text
-}
-
-/// The name that was escaped. A percent sign without two digits after it is one.
-pub(crate) fn plain(text: &str) -> String {
-    let (bytes, mut name) = (text.as_bytes(), Vec::with_capacity(text.len()));
-    let mut at = 0;
-    while at < bytes.len() {
-        let code = bytes.get(at + 1..at + 3).filter(|_| bytes[at] == b'%');
-        let code = code.and_then(|digits| std::str::from_utf8(digits).ok());
-        match code.filter(|digits| digits.bytes().all(|digit| digit.is_ascii_hexdigit())) {
-            Some(digits) => {
-                name.push(u8::from_str_radix(digits, 16).unwrap_or(b'%'));
-                at += 3;
-            }
-            None => {
-                name.push(bytes[at]);
-                at += 1;
-            }
-        }
-    }
-    String::from_utf8(name).unwrap_or_else(|_| text.to_owned())
 }

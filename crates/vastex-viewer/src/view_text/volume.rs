@@ -17,9 +17,9 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::layers::Palette;
-use crate::surface::escaped;
 use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeMode};
 use crate::volume_scene::{LabelsLook, VolumeFacts, VolumeLayout, VolumeLook};
+use crate::words::escaped;
 use parts::{camera_of, channel_of, clip_of, labels_of, name_of, number, numbers, panes_of, slices_of};
 
 /// What the text of a view of a volume begins with.

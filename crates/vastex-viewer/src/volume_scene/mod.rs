@@ -12,7 +12,7 @@ mod ahead;
 mod channels;
 mod frames;
 mod hands;
-mod hosted;
+mod host;
 mod look;
 mod picture;
 mod point;
@@ -36,7 +36,7 @@ use channels::Channels;
 pub use channels::LabelsPlace;
 pub use frames::VolumePictures;
 pub use hands::{VOLUME_CONTROLS, VolumeHands, VolumeHeard, VolumeRoom};
-pub use hosted::VolumeAsked;
+pub use host::VolumeAsked;
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{

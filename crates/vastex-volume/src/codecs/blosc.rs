@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::shuffle::{join_planes, unshuffle, unshuffle_bits};
-use super::{blosclz, lz4, memory, unpack};
+use super::{blosclz, memory, unpack};
 use crate::spare::Spare;
 
 const HEADER_BYTES: usize = 16;
@@ -200,7 +200,7 @@ fn next_stream<'a>(streams: &mut &'a [u8]) -> Result<&'a [u8], String> {
 fn read_stream(header: &Header, packed: &[u8], stream: &mut [u8]) -> Result<(), String> {
     match header.within {
         Within::BloscLz => blosclz::decode_into(packed, stream),
-        Within::Lz4 => lz4::decode_into(packed, stream),
+        Within::Lz4 => unpack::lz4_into(packed, stream),
         Within::Zlib => unpack::zlib_into(packed, stream),
         Within::Zstd => unpack::zstd_into(packed, stream),
     }

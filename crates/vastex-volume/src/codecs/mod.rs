@@ -6,7 +6,6 @@
 
 mod blosc;
 mod blosclz;
-mod lz4;
 mod shuffle;
 mod unpack;
 

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 
-use super::{lz4, memory};
+use super::memory;
 use crate::spare::Spare;
 
 /// Decodes by the thread's own decoder, which takes longer to make than a small chunk takes to decode.
@@ -85,6 +85,15 @@ pub(super) fn zlib_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
     flate2::read::ZlibDecoder::new(input).read_exact(output).map_err(|error| error.to_string())
 }
 
+/// Decodes a block of LZ4 into exactly the bytes of a buffer.
+pub(super) fn lz4_into(input: &[u8], output: &mut [u8]) -> Result<(), String> {
+    match lz4_flex::block::decompress_into(input, output) {
+        Ok(len) if len == output.len() => Ok(()),
+        Ok(len) => Err(format!("has {len} bytes, where {} are expected", output.len())),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
 /// Decodes a block of LZ4 that follows its size.
 pub(super) fn sized_lz4(input: &[u8], most: usize, spare: &Spare) -> Result<Vec<u8>, String> {
     let (size, block) = input.split_first_chunk().ok_or("ends within its size")?;
@@ -93,7 +102,7 @@ pub(super) fn sized_lz4(input: &[u8], most: usize, spare: &Spare) -> Result<Vec<
         return Err(format!("claims {size} bytes, where at most {most} are expected"));
     }
     let mut output = memory(size, spare);
-    lz4::decode_into(block, &mut output)?;
+    lz4_into(block, &mut output)?;
     Ok(output)
 }
 
@@ -199,5 +208,12 @@ mod tests {
         let twice = [&frame[..], &frame].concat();
         assert_eq!(zstd(&twice, 10_000), Ok(vec![9; 10_000]));
         assert!(sized_lz4(&[0xff; 12], 100, &Spare::default()).unwrap_err().contains("claims"));
+        let block = lz4_flex::block::compress(&[9; 5000]);
+        let mut output = vec![0; 5000];
+        assert_eq!(lz4_into(&block, &mut output), Ok(()));
+        assert!(output.iter().all(|value| *value == 9));
+        assert!(lz4_into(&block, &mut [0; 4999]).is_err());
+        assert_eq!(lz4_into(&block, &mut [0; 5001]).unwrap_err(), "has 5000 bytes, where 5001 are expected");
+        assert!(lz4_into(&block[..block.len() - 1], &mut output).is_err());
     }
 }

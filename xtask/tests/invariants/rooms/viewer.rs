@@ -4,6 +4,7 @@ use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
     ("gpu", &[]),
+    ("words", &[]),
     ("figures", &[]),
     ("scene", &[]),
     ("picture", &[]),
@@ -11,12 +12,12 @@ pub(super) const ROOMS: &[Room] = &[
     ("layers", &[]),
     ("input", &["camera", "scene"]),
     ("stage", &["gpu"]),
-    ("surface", &["camera", "gpu", "layers", "picture", "scene", "stage"]),
+    ("surface", &["camera", "gpu", "layers", "picture", "scene", "stage", "words"]),
     ("volume", &["gpu", "layers", "stage"]),
     ("volume_scene", &["gpu", "input", "layers", "stage", "volume"]),
     ("overlay", &["camera", "gpu", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
-    ("view_text", &["camera", "layers", "overlay", "scene", "surface", "volume", "volume_scene"]),
+    ("view_text", &["camera", "layers", "overlay", "scene", "surface", "volume", "volume_scene", "words"]),
     ("link", &["view_text"]),
     (
         "panels",

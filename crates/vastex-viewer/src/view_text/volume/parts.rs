@@ -1,9 +1,9 @@
 //! The parts of a text of a view of a volume, each read by itself.
 
 use super::{SCHEME, ViewChannel, ViewLabels, ViewSlices, VolumeViewText};
-use crate::surface::plain;
 use crate::volume::{OtherLabels, parse_label};
 use crate::volume_scene::{LabelsLook, VolumeLayout, VolumePane};
+use crate::words::{color_of, unescaped};
 
 /// Where the camera is.
 pub(super) fn camera_of(text: &str) -> Result<VolumeViewText, String> {
@@ -94,7 +94,7 @@ pub(super) fn labels_of(text: &str) -> Result<ViewLabels, String> {
     let name = words.next().filter(|name| !name.is_empty()).ok_or("the name of labels comes first")?;
     let usual = LabelsLook::default();
     let LabelsLook { opacity, outlines, selected, others, .. } = usual;
-    let mut said = ViewLabels { name: plain(name), opacity, outlines, selected, others };
+    let mut said = ViewLabels { name: unescaped(name), opacity, outlines, selected, others };
     for word in words {
         match word.split_once('=').unwrap_or((word, "")) {
             ("opacity", value) => said.opacity = number(value, 0.0, 1.0)? as f32,
@@ -125,12 +125,6 @@ pub(super) fn clip_of(text: &str) -> Result<[[f64; 2]; 3], String> {
         *share = ends;
     }
     words.next().map_or(Ok(shares), |_| Err(shape.into()))
-}
-
-fn color_of(text: &str) -> Option<[u8; 3]> {
-    let is_hex = text.len() == 6 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
-    let code = u32::from_str_radix(text, 16).ok().filter(|_| is_hex)?;
-    Some([code >> 16, code >> 8, code].map(|code| code as u8))
 }
 
 pub(super) fn number(text: &str, least: f64, most: f64) -> Result<f64, String> {

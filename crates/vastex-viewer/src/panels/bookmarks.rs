@@ -36,12 +36,12 @@ pub enum ViewsChange {
 
 /// The part of a panel that keeps views. The same goes on from frame to frame.
 #[derive(Clone, Debug, Default)]
-pub struct KeptViews {
+pub struct Bookmarks {
     /// What the next bookmark is to be called.
     name: String,
 }
 
-impl KeptViews {
+impl Bookmarks {
     /// Shows what can be done with the view, and the bookmarks. Gives back what a person wants.
     pub fn show(&mut self, ui: &mut Ui, bookmarks: &[Bookmark]) -> Option<ViewsChange> {
         let mut change = None;

@@ -10,7 +10,7 @@ use crate::args::ViewArgs;
 
 impl OpenedVolume {
     /// How it is shown at first: as the command line says, else as the file does.
-    pub(crate) fn first_look(&self, args: &ViewArgs) -> Result<VolumeLook> {
+    pub(crate) fn initial_look(&self, args: &ViewArgs) -> Result<VolumeLook> {
         let facts = &self.facts;
         let mut look = VolumeLook::first(facts);
         if let Some(view) = args.scene.volume_view() {
