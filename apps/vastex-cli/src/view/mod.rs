@@ -199,7 +199,7 @@ struct Open {
 impl Open {
     /// What the window is like now.
     fn remembered(&self) -> Remembered {
-        self.viewer.remembered(&Remembered::of(&self.window, self.viewer.size()))
+        self.viewer.remembered(&Remembered::of(&self.window, self.viewer.window_size()))
     }
 }
 

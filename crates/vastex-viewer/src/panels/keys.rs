@@ -1,6 +1,8 @@
 //! The list of keys and gestures.
 
-use egui::{Align2, Color32, Context, Grid, Label, RichText, ScrollArea, TextStyle, Ui, Window};
+use egui::{
+    Align2, Color32, Context, Frame, Grid, Label, Margin, RichText, ScrollArea, TextStyle, Ui, Window,
+};
 
 use crate::input::CONTROLS;
 
@@ -27,13 +29,23 @@ pub fn keys_window_of(context: &Context, is_open: &mut bool, controls: &Controls
         let height = (content.height() - 80.0).max(100.0);
         let width = (content.width() - BESIDE).max(100.0);
         ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-            let left = width - widest_keys(ui, controls) - GAP;
-            match left >= LEAST {
-                true => beside(ui, controls, left),
-                false => below(ui, controls, width),
-            }
+            // The bar lies over what is scrolled.
+            let bar = bar_width(ui);
+            let left = width - widest_keys(ui, controls) - GAP - bar;
+            Frame::new().inner_margin(Margin { right: bar.ceil() as i8, ..Margin::ZERO }).show(ui, |ui| {
+                match left >= LEAST {
+                    true => beside(ui, controls, left),
+                    false => below(ui, controls, width - bar),
+                }
+            });
         });
     });
+}
+
+/// How wide the scroll bar is at most, with what is left beside it.
+fn bar_width(ui: &Ui) -> f32 {
+    let scroll = ui.spacing().scroll;
+    scroll.bar_width + scroll.bar_inner_margin + scroll.bar_outer_margin
 }
 
 /// How wide the widest keys are.
@@ -89,13 +101,20 @@ mod tests {
                 .with_size(size)
                 .build_ui_state(|ui, is_open| keys_window(ui.ctx(), is_open), true);
             harness.run();
+            // The bar lies at the right of what is widest, which nothing may reach into.
+            let bar = harness.ctx.global_style().spacing.scroll.bar_width;
+            let edge = harness.ctx.memory(|memory| memory.area_rect(egui::Id::unique("Keys and gestures")));
+            let edge = edge.map_or(f32::NAN, |rect| rect.right()) - bar;
             let mut seen = 0;
             for (_, controls) in CONTROLS {
                 for words in controls.iter().flat_map(|(keys, meaning)| [keys, meaning]) {
                     for found in harness.query_all_by_label(words) {
                         let rect = found.rect();
                         seen += 1;
-                        assert!(rect.left() >= 0.0 && rect.right() <= size[0], "{words}: {rect:?} {size:?}");
+                        assert!(
+                            rect.left() >= 0.0 && rect.right() <= edge.min(size[0]),
+                            "{words}: {rect:?} {size:?}"
+                        );
                     }
                 }
             }

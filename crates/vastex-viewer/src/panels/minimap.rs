@@ -32,6 +32,12 @@ struct Taken {
 }
 
 impl Minimap {
+    /// How much of a width a map takes at most with its margins, in points.
+    pub(super) fn corner(width: f32) -> f32 {
+        // Where it would be wider than a third, none is shown.
+        SIDE.min(width / 3.0) + 2.0 * MARGIN
+    }
+
     /// The picture or what is in memory of it is another from here on.
     pub fn age(&mut self) {
         self.taken.iter_mut().for_each(|taken| taken.is_last = false);

@@ -4,6 +4,8 @@
 use egui::{Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
+use super::Minimap;
+
 /// Points between the edge of a pane and its title, and of half a cross.
 const MARGIN: f32 = 8.0;
 const CROSS: f32 = 7.0;
@@ -69,14 +71,21 @@ impl Panes {
     }
 }
 
+/// A title, in the middle of its pane's top, or as far to the right of the map as it must be.
 fn paint_title(painter: &Painter, rect: Rect, title: &str) {
-    // In the middle: the corners have the map, the scale and the panel's button.
-    let room = (rect.width() - 2.0 * MARGIN).max(1.0);
-    let text = painter.layout(title.to_owned(), FontId::proportional(14.0), Color32::WHITE, room);
-    let place = pos2(rect.center().x - text.size().x / 2.0, rect.top() + MARGIN);
+    let [left, right] = room_of_title(rect);
+    let text = painter.layout(title.to_owned(), FontId::proportional(14.0), Color32::WHITE, right - left);
+    let middle = rect.center().x - text.size().x / 2.0;
+    let place = pos2(middle.min(right - text.size().x).max(left), rect.top() + MARGIN);
     let ground = Rect::from_min_size(place, text.size()).expand(4.0);
     painter.rect_filled(ground, 4.0, Color32::from_black_alpha(170));
     painter.galley(place, text, Color32::WHITE);
+}
+
+/// From where to where the title of a pane may reach: beside the map in the corner.
+fn room_of_title(rect: Rect) -> [f32; 2] {
+    let left = rect.left() + Minimap::corner(rect.width());
+    [left, (rect.right() - MARGIN).max(left + 1.0)]
 }
 
 fn paint_cross(painter: &Painter, at: Pos2) {
@@ -90,6 +99,17 @@ fn paint_cross(painter: &Painter, at: Pos2) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_title_leaves_the_map_in_the_corner() {
+        let pane = |width| Rect::from_min_max(pos2(100.0, 0.0), pos2(100.0 + width, 80.0));
+        for width in [640.0, 480.0, 300.0, 60.0] {
+            let [left, right] = room_of_title(pane(width));
+            assert_eq!([left, right], [100.0 + Minimap::corner(width), 92.0 + width]);
+        }
+        let [left, right] = room_of_title(pane(3.0));
+        assert!(left < right);
+    }
 
     #[test]
     fn a_pixel_lies_in_one_pane_at_the_place_that_it_has_in_all() {

@@ -159,13 +159,6 @@ impl Viewer {
             let free = |pane: u32| panes.rect(pane, all, ui.pixels_per_point());
             // What lies over the image lies over it in each pane that a panel leaves something of.
             let seen = || (0..panes.count).filter(|pane| free(*pane).is_positive());
-            if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
-                for pane in seen() {
-                    let view = ImageView { left: pane * panes.width, ..view };
-                    measure.paint(ui.painter(), free(pane), &view, texel_size);
-                }
-            }
-            panes.paint(ui.painter(), all, &titles, pointer);
             if is_compared {
                 swipe_line(ui.ctx(), free(0), view.picture[0], &mut compare_mode);
             }
@@ -179,6 +172,14 @@ impl Viewer {
                     asked.extend(guided.show(ui, pane, free(pane), minimap).map(Asked::Go));
                 }
             }
+            // What is measured, and what panes are called, is read over values of texels and a map.
+            if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
+                for pane in seen() {
+                    let view = ImageView { left: pane * panes.width, ..view };
+                    measure.paint(ui.painter(), free(pane), &view, texel_size);
+                }
+            }
+            panes.paint(ui.painter(), all, &titles, pointer);
             // Titles of panes stay to be read.
             let top = if panes.count > 1 { all.top() + TITLES } else { all.top() };
             messages.show(ui.ctx(), all.with_min_y(top));

@@ -28,6 +28,11 @@ impl Viewer {
         [self.panes().width, self.surface.size()[1]]
     }
 
+    /// Width and height of the window in pixels, however it is divided.
+    pub(in super::super) fn window_size(&self) -> [u32; 2] {
+        self.surface.size()
+    }
+
     /// A pixel of the picture as the camera sees it. Where a button or a finger is down, it belongs to the
     /// pane in which that went down; else to the one below it.
     fn in_pane(&mut self, pixel: DVec2) -> DVec2 {
