@@ -1,5 +1,4 @@
-//! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do. The suite's step
-//! hands it a sample that stands for all of them, `cargo xtask campaign shaders` every text.
+//! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of
 //! each kind, and posts back what it was told. A browser checks shaders on one thread, so several run at
@@ -9,13 +8,12 @@
 
 pub(crate) mod site;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use anyhow::{Result, bail};
 
 use crate::outcome::Outcome;
-use crate::shell::Usage;
-use crate::{cover, setup, shaders, shell};
+use crate::{setup, shaders, shell};
 use site::{Answer, Site};
 
 const PAGE: &str = include_str!("browser.html");
@@ -32,22 +30,8 @@ const BROWSERS: usize = 4;
 /// Faults that are shown.
 const SHOWN: usize = 20;
 
-/// The step: a sample in which any two options of a text meet as they do in all texts.
+/// The step: a module of every text, and every pipeline. Takes about a minute of two processors.
 pub(crate) fn check() -> Result<Outcome> {
-    check_texts(|texts| cover::of_pairs(texts.keys().map(String::as_str)))
-}
-
-/// `cargo xtask campaign shaders`: every text, some minutes of two processors.
-pub(crate) fn campaign(options: &[&str]) -> Result<()> {
-    if let [option, ..] = options {
-        return Err(Usage(format!("campaign shaders takes no argument '{option}'")).into());
-    }
-    shaders::write_anew()?;
-    check_texts(|texts| texts.keys().map(String::as_str).collect()).map(drop)
-}
-
-/// Has modules made of the texts that are chosen by their names, and every pipeline.
-fn check_texts(choose: impl FnOnce(&BTreeMap<String, String>) -> BTreeSet<&str>) -> Result<Outcome> {
     if let Err(error) = setup::ensure(&setup::BROWSER) {
         if shell::is_ci() {
             return Err(error);
@@ -59,24 +43,22 @@ fn check_texts(choose: impl FnOnce(&BTreeMap<String, String>) -> BTreeSet<&str>)
         shaders::write(&shaders::written())?;
     }
     let texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
-    let chosen = choose(&texts);
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
-    let mut told = Told::new(&texts, &chosen, at_once);
+    let mut told = Told::new(&texts, at_once);
     site::show(&mut told, at_once)?;
     if !told.wrong.is_empty() {
         let shown: Vec<&str> = told.wrong.iter().take(SHOWN).map(String::as_str).collect();
         bail!("the browser has {} complaints, such as\n{}", told.wrong.len(), shown.join("\n"));
     }
-    if told.modules != chosen.len() {
-        bail!("the browser has made {} modules of {} texts", told.modules, chosen.len());
+    if told.modules != texts.len() {
+        bail!("the browser has made {} modules of {} texts", told.modules, texts.len());
     }
-    let to_be_refused = chosen.iter().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
+    let to_be_refused = texts.keys().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
     if to_be_refused == 0 || told.refused != to_be_refused {
         bail!("the browser has refused {} of {to_be_refused} texts that it is to refuse", told.refused);
     }
     println!(
-        "{at_once} browsers took {} of {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
-        chosen.len(),
+        "{at_once} browsers took {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
         texts.len()
     );
     told.done.iter().for_each(|done| println!("  {done}"));
@@ -100,10 +82,10 @@ struct Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    /// Of all texts, which pipelines are made of, those that are chosen are taken in batches.
-    fn new(texts: &'a BTreeMap<String, String>, chosen: &BTreeSet<&str>, pages: usize) -> Told<'a> {
+    /// The texts are taken in batches.
+    fn new(texts: &'a BTreeMap<String, String>, pages: usize) -> Told<'a> {
         let (mut batches, mut bytes) = (vec![Vec::new()], 0);
-        for (name, text) in texts.iter().filter(|(name, _)| chosen.contains(name.as_str())) {
+        for (name, text) in texts {
             if bytes > BATCH {
                 batches.push(Vec::new());
                 bytes = 0;
@@ -158,11 +140,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_chosen_text_is_taken_once_and_every_text_can_be_had() {
+    fn every_text_is_taken_once_and_can_be_had() {
         let texts: BTreeMap<String, String> =
             (0..40).map(|n| (format!("{n}.wgsl"), "x".repeat(BATCH / 7))).collect();
-        let chosen: BTreeSet<&str> = texts.keys().skip(1).map(String::as_str).collect();
-        let mut told = Told::new(&texts, &chosen, 1);
+        let mut told = Told::new(&texts, 1);
         let asked = |told: &mut Told<'_>, path: &str| {
             let Answer { status, body, .. } = told.respond(path, "");
             (status, String::from_utf8(body).unwrap())
@@ -176,7 +157,7 @@ mod tests {
             taken.extend(batch.split('\u{1}').step_by(2).filter(|name| !name.is_empty()).map(str::to_owned));
         }
         taken.sort();
-        assert_eq!(taken, chosen.into_iter().collect::<Vec<_>>());
+        assert_eq!(taken, texts.keys().cloned().collect::<Vec<_>>());
         assert_eq!(asked(&mut told, "/text/0.wgsl").0, "200 OK");
         assert_eq!(asked(&mut told, "/take/pipeline").1, "0");
         assert_eq!(asked(&mut told, "/take/pipeline").1, "1");

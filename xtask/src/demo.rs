@@ -89,7 +89,7 @@ fn plan(has_display: bool) -> String {
     let [(image, container), ..] = IMAGES;
     format!(
         "This shows the Earth of {image} and three more images as virtual textures. It\n\
-         1. compiles the program: about 5 minutes on two processor cores the first time, at once from then on\n\
+         1. compiles the program: about 3 minutes on two processor cores the first time, at once from then on\n\
          2. makes {container} and the containers of the others: some seconds\n{shown}\n"
     )
 }

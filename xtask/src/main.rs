@@ -12,7 +12,6 @@ mod bench_volumes;
 mod block_speed;
 mod browser;
 mod campaign;
-mod cover;
 mod damage;
 mod demo;
 mod demo_program;
@@ -76,7 +75,6 @@ Commands:
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
       --count N              bits [default: 10000]
-  campaign shaders         every shader text in a browser, of which the suite takes a sample
   campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
       --minutes M            for each target [default: 30]
       --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
@@ -137,7 +135,6 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
-        ["campaign", "shaders", options @ ..] => browser::campaign(options),
         ["campaign", options @ ..] => campaign::run(options),
         ["demo", other, ..] => Err(Usage(format!("demo takes no argument '{other}'")).into()),
         [other, ..] => Err(Usage(format!("no command is called '{other}'")).into()),

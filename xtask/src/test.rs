@@ -25,17 +25,17 @@ const STEPS: &[Step] = &[
     Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
     Step { name: "drivers", what: "a second driver draws the same", run: drivers::check },
+    Step { name: "window", what: "the program's window opens", run: window::check },
     Step {
         name: "shaders",
-        what: "every shader is WGSL, and every one that a test used is known",
+        what: "every shader is WGSL, and every one that a test or the window used is known",
         run: shaders::check,
     },
     Step {
         name: "browser",
-        what: "a browser takes a sample of the shaders, and pipelines of every kind",
+        what: "a browser takes every shader, and pipelines of every kind",
         run: browser::check,
     },
-    Step { name: "window", what: "the program's window opens", run: window::check },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
     Step { name: "web", what: "a browser draws volumes as they are drawn natively", run: web::check },
 ];

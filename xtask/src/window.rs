@@ -17,7 +17,7 @@ use std::process::Command;
 use anyhow::{Result, ensure};
 
 use crate::outcome::Outcome;
-use crate::{setup, shell};
+use crate::{setup, shaders, shell};
 
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
 const JPEG: &str = "assets/earth-color-10800x5400.jpg";
@@ -91,6 +91,7 @@ fn heights_of_a_file(place: &Path) -> Result<()> {
 /// A window on a virtual display, which closes after some frames of what it is to show.
 fn view(place: &Path, source: &Path) -> Command {
     let mut command = shell::command("xvfb-run");
+    command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
     command.args(["-a", "-s", "-screen 0 1280x800x24"]).arg(program()).arg("view").arg(source);
     command.args(["--exit-after-frames", FRAMES]);

@@ -32,6 +32,7 @@ pub use container::{
     WriterOptions, Written, merge, remove_abandoned, resolved, write_advice,
 };
 pub use exchange::{npy_header, raw_description, raw_file};
+pub use ground::advice::read_advice;
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{

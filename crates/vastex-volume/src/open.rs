@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pollster::block_on;
+use vastex_tiles::read_advice;
 
 use crate::chunks::Grid;
 use crate::fault::{Oddities, VolumeError, VolumeFault};
@@ -84,7 +85,7 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     }
     let found = std::fs::metadata(path);
     Err(match found {
-        Err(error) => VolumeFault::Read(error.to_string()),
+        Err(error) => VolumeFault::Read(read_advice(&error)),
         Ok(_) => VolumeFault::NoVolume(
             "is no volume: no Zarr, no NIfTI, no raw file with a depth, no TIFF stack, no container of a volume".into(),
         ),

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 
 use super::display::{Display, SIZE};
-use crate::shell;
+use crate::{shaders, shell};
 pub(super) use volume::use_volume;
 
 /// As long something may take.
@@ -72,6 +72,7 @@ impl<'a> Window<'a> {
         let mut command = Command::new(program);
         // Pictures of the window are written where it runs.
         command.current_dir(place).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+        command.env(shaders::LOG, shaders::handed_over());
         command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
         command.arg("view").arg(image).args(options);
         let program = command.stderr(File::create(place.join("hands.txt"))?).spawn()?;

@@ -7,9 +7,8 @@ use memchr::memmem::Finder;
 #[path = "../../examples/shaders/list.rs"]
 mod list;
 
-/// One text of so many is validated here, more of the library's; a browser takes a sample in a step of its
-/// own, and all of them in `cargo xtask campaign shaders`. Neighbours in the list differ in one option, and
-/// no option has a multiple of so many values.
+/// One text of so many is validated here, more of the library's; a browser takes all of them in a step of its
+/// own. Neighbours in the list differ in one option, and no option has a multiple of so many values.
 const ONE_OF: usize = 37;
 const ONE_OF_LIBRARY: usize = 7;
 

@@ -4,10 +4,11 @@ use std::io::Read;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, anyhow, bail};
 use serde::Serialize;
 use vastex::prefetch::Trace;
 use vastex_core::{Replay, ReplaySettings, replay};
+use vastex_tiles::read_advice;
 
 use crate::args::ReplayArgs;
 use crate::report;
@@ -40,9 +41,9 @@ pub(crate) fn read(file: &Path) -> Result<Trace> {
 
 /// The bytes of a recorded file.
 pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
-    let unreadable = "it cannot be read; check the name and who may read it";
+    let unreadable = |error: std::io::Error| anyhow!("it cannot be read: {}", read_advice(&error));
     // Looked at before it is opened: opening a pipe would wait for a writer, and a device need not end.
-    let found = std::fs::metadata(file).context(unreadable)?;
+    let found = std::fs::metadata(file).map_err(unreadable)?;
     if !found.is_file() {
         let what = if found.is_dir() { "a directory" } else { "a device or a pipe" };
         bail!("it cannot be read: this is {what}; name a file");
@@ -50,7 +51,7 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let opened = std::fs::File::open(file);
     let read = opened.and_then(|opened| opened.take(MAX_BYTES + 1).read_to_end(&mut bytes));
-    read.context(unreadable)?;
+    read.map_err(unreadable)?;
     if bytes.len() as u64 > MAX_BYTES {
         bail!("more than {}; record fewer frames", report::bytes(MAX_BYTES));
     }

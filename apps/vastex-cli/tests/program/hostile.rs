@@ -31,6 +31,39 @@ fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
 }
 
 #[test]
+fn a_pipe_beside_a_raw_file_is_not_waited_for() {
+    let sandbox = Sandbox::new();
+    sandbox.write("x.raw", &[7; 64]);
+    assert!(Command::new("mkfifo").arg(sandbox.path("x.raw.toml")).status().unwrap().success());
+    for args in
+        [&["info", "x.raw"][..], &["build", "x.raw", "-o", "a.vastex"], &["render", "x.raw", "-o", "a.png"]]
+    {
+        let ended = sandbox.run(args).expect_code(1);
+        assert!(ended.stderr.contains("x.raw"), "{args:?}: {ended}");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_said_in_plain_words_wherever_it_is_named() {
+    let sandbox = Sandbox::with_container();
+    let cases: [&[&str]; 8] = [
+        &["info", "none"],
+        &["merge", "none", "-o", "a.vastex"],
+        &["replay", "none"],
+        &["learn", "none", "-o", "sets"],
+        &["render", "image.vastex", "--settings", "none", "-o", "a.png"],
+        &["render", "image.vastex", "--camera-path", "none.path", "--frames", "2", "-o", "a.png"],
+        &["render", "none", "--on", "volume", "-o", "a.png"],
+        &["build", "none", "-o", "a.vastex"],
+    ];
+    for args in cases {
+        let ended = sandbox.run(args).expect_code(1);
+        assert!(ended.stderr.contains("none") && ended.stderr.contains("there is no such file"), "{ended}");
+        assert!(!ended.stderr.contains("os error"), "{ended}");
+    }
+}
+
+#[test]
 fn a_mosaic_of_more_columns_than_open_files_is_built_all_the_same() {
     let sandbox = Sandbox::new();
     let columns = 60;

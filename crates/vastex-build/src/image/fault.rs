@@ -5,12 +5,14 @@
 use std::io;
 use std::path::PathBuf;
 
+use vastex_tiles::read_advice;
+
 /// What is wrong with an input file.
 #[derive(Debug, thiserror::Error)]
 pub enum InputFault {
     /// The file cannot be opened or read.
     #[error("{}", unreadable(.0))]
-    Io(#[from] io::Error),
+    Io(io::Error),
     /// It is a device or a pipe, of which nobody knows whether it ever ends.
     #[error("is a device or a pipe; name an image file")]
     NotAFile,
@@ -118,6 +120,13 @@ pub enum InputFault {
     },
 }
 
+impl From<io::Error> for InputFault {
+    /// The message says all that a person needs, so that the error is no source to be told behind it.
+    fn from(error: io::Error) -> InputFault {
+        InputFault::Io(error)
+    }
+}
+
 impl InputFault {
     /// A tile directory, a mosaic or a raw file is not laid out as its reader expects.
     pub(crate) fn layout(why: impl Into<String>, remedy: &'static str) -> InputFault {
@@ -132,13 +141,9 @@ pub(crate) fn near_row(row: u32, height: u32) -> String {
 
 /// What a person can do about a file that the system does not give.
 fn unreadable(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::NotFound => "there is no such file; check the path".into(),
-        io::ErrorKind::PermissionDenied => "the file may not be read; change its permissions".into(),
-        _ if is_too_many_open(error) => {
-            format!("cannot be read: {error}; let the program open more files (`ulimit -n`)")
-        }
-        _ => format!("cannot be read: {error}"),
+    match is_too_many_open(error) {
+        true => format!("cannot be read: {error}; let the program open more files (`ulimit -n`)"),
+        false => format!("cannot be read: {}", read_advice(error)),
     }
 }
 

@@ -26,7 +26,7 @@ const SIDE: u32 = 4096;
 pub(crate) fn measure() {
     println!("\n## Many textures, many failures\n");
     println!(
-        "{FAILED} pages that could not be had, some 2,000 pages wanted, {} of them new in each frame, as many evictions; textures of\n\
+        "{FAILED} pages that could not be had, some 2,000 pages wanted, {} of them new in each frame; textures of\n\
          {SIDE}x{SIDE} texels in a pool of {SLOTS} tiles beside the tails. The two take turns; medians of {DECISIONS} decisions.\n",
         Crowded::few().new_pages()
     );

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use super::{ReadLimit, Store, StoreError, StoreFuture};
+use crate::ground::advice::read_advice;
 
 /// A local file, read at positions: any number of threads at once, without a lock.
 #[derive(Debug)]
@@ -24,7 +25,7 @@ impl FileStore {
         let name = path.display().to_string();
         let refuse = |error: String| StoreError::Open { name: name.clone(), error };
         // Looked at before it is opened: opening a pipe would wait for a writer.
-        let metadata = std::fs::metadata(path).map_err(|e| refuse(advice(&e)))?;
+        let metadata = std::fs::metadata(path).map_err(|e| refuse(read_advice(&e)))?;
         if metadata.is_dir() {
             return Err(refuse("this is a directory; name a file in it".into()));
         }
@@ -34,7 +35,7 @@ impl FileStore {
         if metadata.len() == 0 {
             return Err(refuse("the file is empty; build it again, or copy it anew".into()));
         }
-        let file = File::open(path).map_err(|e| refuse(advice(&e)))?;
+        let file = File::open(path).map_err(|e| refuse(read_advice(&e)))?;
         Ok(FileStore { len: metadata.len(), name, file })
     }
 
@@ -64,14 +65,6 @@ impl FileStore {
 /// Memory for a read. A file may be sparse, so that a length within it is no promise of memory.
 pub(super) fn reserve(bytes: &mut Vec<u8>, len: usize) -> Result<(), String> {
     bytes.try_reserve_exact(len).map_err(|error| format!("{error}; the file is damaged, copy it anew"))
-}
-
-fn advice(error: &io::Error) -> String {
-    match error.kind() {
-        io::ErrorKind::NotFound => "there is no such file; check the path".into(),
-        io::ErrorKind::PermissionDenied => "the file may not be read; change its permissions".into(),
-        _ => error.to_string(),
-    }
 }
 
 #[deny(clippy::missing_trait_methods)]

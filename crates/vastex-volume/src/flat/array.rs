@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use bytes::Bytes;
+use vastex_tiles::read_advice;
 
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
 use crate::fault::{VANISHED, VolumeError, VolumeFault, damaged};
@@ -129,7 +130,7 @@ fn read_range(path: &std::path::Path, offset: u64, len: usize) -> Result<Bytes, 
 
 fn inflate(path: &std::path::Path, layout: &Layout) -> Result<Bytes, VolumeError> {
     let at = |fault: VolumeFault| fault.at(path.display().to_string());
-    let file = File::open(path).map_err(|error| at(VolumeFault::Read(error.to_string())))?;
+    let file = File::open(path).map_err(|error| at(VolumeFault::Read(read_advice(&error))))?;
     let mut stream = flate2::read::MultiGzDecoder::new(io::BufReader::with_capacity(1 << 18, file));
     let wrong = |error: io::Error| at(damaged(format!("cannot be inflated: {error}; copy it anew")));
     let skipped = io::copy(&mut (&mut stream).take(layout.offset), &mut io::sink()).map_err(wrong)?;

@@ -6,6 +6,8 @@ use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use vastex_tiles::read_advice;
+
 use super::array::{FlatArray, Layout, Place};
 use crate::chunks::{AxisMap, Grid};
 use crate::fault::{VolumeError, VolumeFault, damaged, unsupported};
@@ -123,7 +125,7 @@ fn words(bytes: &[u8]) -> String {
 /// Opens a file of NIfTI, or the header of a pair.
 pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
     let at = |fault: VolumeFault| fault.at(path.display().to_string());
-    let (start, is_gzip) = start_of(path).map_err(|error| at(VolumeFault::Read(error.to_string())))?;
+    let (start, is_gzip) = start_of(path).map_err(|error| at(VolumeFault::Read(read_advice(&error))))?;
     let header =
         read_header(&start).ok_or_else(|| at(damaged("is no file of NIfTI: its header is cut off")))?;
     let mut oddities = Vec::new();
@@ -149,7 +151,8 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         return Err(at(VolumeFault::TooLarge(why)));
     }
     if !is_gzip {
-        let len = std::fs::metadata(&values).map_err(|error| at(VolumeFault::Read(error.to_string())))?.len();
+        let len =
+            std::fs::metadata(&values).map_err(|error| at(VolumeFault::Read(read_advice(&error))))?.len();
         if len < layout.offset.saturating_add(bytes) {
             return Err(damaged(format!(
                 "has {len} bytes, where its header announces {} of values behind {}; copy it anew",

@@ -18,7 +18,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde::Deserialize;
-use vastex_tiles::{raw_description, raw_file};
+use vastex_tiles::{raw_description, raw_file, read_advice};
 
 use super::array::{FlatArray, Layout, Place};
 use crate::chunks::{AxisMap, Grid};
@@ -73,8 +73,10 @@ fn one() -> u64 {
 }
 
 fn text_of(raw: &Path) -> Option<String> {
-    let mut text = String::new();
-    std::fs::File::open(raw_description(raw)).ok()?.take(MAX_TEXT).read_to_string(&mut text).ok()?;
+    let (path, mut text) = (raw_description(raw), String::new());
+    // Looked at before it is opened: opening a pipe waits for somebody who writes to it.
+    std::fs::metadata(&path).ok().filter(std::fs::Metadata::is_file)?;
+    std::fs::File::open(&path).ok()?.take(MAX_TEXT).read_to_string(&mut text).ok()?;
     Some(text)
 }
 
@@ -121,7 +123,7 @@ pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
     };
     let layout = Layout { offset: said.offset, dtype, is_big_endian: said.endian == Endian::Big, shape };
     let len = std::fs::metadata(&raw)
-        .map_err(|error| VolumeFault::Read(error.to_string()).at(raw.display().to_string()))?
+        .map_err(|error| VolumeFault::Read(read_advice(&error)).at(raw.display().to_string()))?
         .len();
     let expected = layout.bytes().map(|bytes| bytes + said.offset);
     if expected != Some(len) {

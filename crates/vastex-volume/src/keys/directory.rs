@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use bytes::Bytes;
+use vastex_tiles::read_advice;
 
 use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts};
 use crate::fault::{VolumeError, VolumeFault, damaged};
@@ -38,7 +39,8 @@ impl Directory {
 
     fn read_now(&self, key: &str, span: Span) -> Result<Option<Bytes>, VolumeError> {
         let path = self.path(key)?;
-        let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(path.display().to_string());
+        let refused =
+            |error: io::Error| VolumeFault::Read(read_advice(&error)).at(path.display().to_string());
         // What is no file is not opened: opening a pipe waits for somebody who writes to it.
         let mut file = match fs::metadata(&path)
             .and_then(|found| found.is_file().then(|| File::open(&path)).transpose())
@@ -117,7 +119,8 @@ fn is_absent(error: &io::Error) -> bool {
 /// The names in a directory in order, and which of them are directories; none where there is no such
 /// directory. After `most` of them no more are looked at; the last is whether there are more.
 fn entries(directory: &Path, most: usize) -> Result<(Vec<(String, bool)>, bool), VolumeError> {
-    let refused = |error: io::Error| VolumeFault::Read(error.to_string()).at(directory.display().to_string());
+    let refused =
+        |error: io::Error| VolumeFault::Read(read_advice(&error)).at(directory.display().to_string());
     let found = match fs::read_dir(directory) {
         Ok(found) => found,
         Err(error) if is_absent(&error) => return Ok((Vec::new(), false)),

@@ -7,6 +7,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use bytes::Bytes;
+use vastex_tiles::read_advice;
 
 use super::positioned::read_exact_at;
 use super::zip_directory::{
@@ -44,7 +45,7 @@ impl Zip {
     pub(crate) fn open(path: &Path) -> Result<Zip, VolumeError> {
         let name = path.display().to_string();
         let at = |fault: VolumeFault| fault.at(&name);
-        let refused = |error: io::Error| at(VolumeFault::Read(error.to_string()));
+        let refused = |error: io::Error| at(VolumeFault::Read(read_advice(&error)));
         let file = File::open(path).map_err(refused)?;
         let len = file.metadata().map_err(refused)?.len();
         let file = Bytewise { file, len };

@@ -8,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use tiff::decoder::{Decoder, DecodingSampleType, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
 use tiff::{ColorType, TiffResult};
+use vastex_tiles::read_advice;
 
 use super::about::{PageOrder, says_stack};
 use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
@@ -179,7 +180,7 @@ impl Pages {
                 "{left_out} pages have another size or other values than the first one, and are left out"
             ));
         }
-        let len = std::fs::metadata(path).map_err(|error| at(VolumeFault::Read(error.to_string())))?.len();
+        let len = std::fs::metadata(path).map_err(|error| at(VolumeFault::Read(read_advice(&error))))?.len();
         let page_bytes = u64::from(page.size.0) * u64::from(page.size.1) * page.dtype.bytes() as u64;
         let run = run.filter(|_| places.len() == 1).and_then(|(offset, count)| {
             let fit = len.saturating_sub(offset) / page_bytes.max(1);

@@ -14,13 +14,12 @@ pub(super) const ROOMS: &[Room] = &[
     ("python", &["setup", "shell"]),
     ("wgsl", &[]),
     ("shaders", &["outcome", "shell", "wgsl"]),
-    ("cover", &[]),
-    ("browser", &["cover", "outcome", "setup", "shaders", "shell"]),
+    ("browser", &["outcome", "setup", "shaders", "shell"]),
     ("drivers", &["outcome", "setup", "shaders", "shell"]),
     ("wasm", &["outcome", "setup", "shell"]),
     ("web", &["browser", "outcome", "setup", "shell", "wasm"]),
     ("test_programs", &["shell"]),
-    ("window", &["outcome", "setup", "shell"]),
+    ("window", &["outcome", "setup", "shaders", "shell"]),
     (
         "test",
         &[
@@ -56,7 +55,6 @@ pub(super) const ROOMS: &[Room] = &[
             "bench",
             "bench_view",
             "bench_volumes",
-            "browser",
             "campaign",
             "damage",
             "demo",

@@ -16,6 +16,7 @@ use super::tile_head::TileHead;
 use super::writer::{ContainerWriter, WriterOptions, Written};
 use crate::container::format::description::{self, Contents};
 use crate::container::format::layout::PART_MAGIC;
+use crate::ground::advice::read_advice;
 use crate::ground::hash::checksum;
 use crate::tile::{Compression, EncodedTile};
 
@@ -23,7 +24,7 @@ use crate::tile::{Compression, EncodedTile};
 #[derive(Debug, thiserror::Error)]
 pub enum MergeError {
     /// A part cannot be read.
-    #[error("{path}: cannot be read: {error}; check the path and your rights to it", path = path.display())]
+    #[error("{path}: cannot be read: {}", read_advice(.error), path = path.display())]
     Io {
         /// The part.
         path: PathBuf,

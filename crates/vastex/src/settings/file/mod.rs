@@ -29,7 +29,7 @@ const MAX_FACTOR: f64 = 1024.0;
 #[derive(Debug, thiserror::Error)]
 pub enum SettingsError {
     /// It cannot be read.
-    #[error("{file}: the settings cannot be read: {error}")]
+    #[error("{file}: the settings cannot be read: {}", vastex_tiles::read_advice(.error))]
     Unreadable {
         /// The file.
         file: String,
