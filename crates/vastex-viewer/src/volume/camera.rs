@@ -169,7 +169,8 @@ pub struct VolumeRays {
     pub origin: [DVec3; 3],
     /// Where it goes, in the world, not of unit length; and what is added.
     pub toward: [DVec3; 3],
-    /// The smaller side of a pixel at the beginning, in units of the world.
+    /// The smaller side of a pixel at the beginning, in units of the world, which levels follow from; where
+    /// the picture has as many pixels as the face has voxels, the smallest side of a voxel.
     pub pixel: f64,
     /// What that side grows by along a ray, per unit of the world.
     pub growth: f64,
@@ -232,13 +233,16 @@ fn parallel(of: &VolumeBox, picture: [u32; 2], axes: [DVec3; 3], middle: DVec3) 
     // Sides of the face, in voxels and in the world.
     let along = |sizes: DVec3| DVec2::new(right.dot(sizes).abs(), down.dot(sizes).abs());
     let (voxels, sides) = (along(size), along(of.extent()));
-    let pixel = if voxels == pixels { sides / voxels } else { DVec2::splat((sides / pixels).max_element()) };
+    let is_own_size = voxels == pixels;
+    let pixel = if is_own_size { sides / voxels } else { DVec2::splat((sides / pixels).max_element()) };
     let (right, down) = (right * pixel.x, down * pixel.y);
     let corner = middle - right * (pixels.x / 2.0) - down * (pixels.y / 2.0);
     VolumeRays {
         origin: [corner, right, down],
         toward: [forward, DVec3::ZERO, DVec3::ZERO],
-        pixel: pixel.min_element(),
+        // A pixel is a voxel there: no level is fine enough that has larger ones along any axis, also along
+        // one that the picture does not have.
+        pixel: if is_own_size { of.voxel.min_element() } else { pixel.x },
         growth: 0.0,
         middle,
     }
@@ -380,6 +384,11 @@ mod tests {
         assert!((rays.origin[0].y - (7.5 - 10.0)).abs() < 1e-12, "centred");
         let slice = VolumeView::Slice { axis: 2, voxel: 7 }.rays(&BOX, [40, 30]);
         assert_eq!(slice.origin[0], DVec3::new(0.0, 0.0, 15.0));
+        // At the face's own size no voxel of a level may be larger than the smallest side of one.
+        for view in [VolumeView::Face(VolumeFace::PlusX), VolumeView::Slice { axis: 0, voxel: 3 }] {
+            let flat = VolumeBox { voxel: DVec3::new(0.5, 1.0, 2.0), ..BOX };
+            assert_eq!((view.rays(&flat, [30, 20]).pixel, view.rays(&flat, [60, 40]).pixel), (0.5, 1.0));
+        }
     }
 
     #[test]

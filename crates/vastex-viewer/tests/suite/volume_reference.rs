@@ -1,6 +1,7 @@
 //! What pictures of volumes must be, in `f64` over whole arrays, as docs/volumes.md says it: nothing here is
 //! shared with what draws them but the numbers that a person sets.
 
+use std::cell::Cell;
 use std::collections::BTreeSet;
 
 use glam::DVec3;
@@ -32,18 +33,23 @@ impl ArrayLevel {
 
     /// Trilinear, at a place in voxels of level 0.
     pub(crate) fn sample(&self, place: DVec3) -> f64 {
-        let at: [f64; 3] = std::array::from_fn(|a| (place[a] - self.origin[a]) / self.scale[a] - 0.5);
-        let first = at.map(f64::floor);
+        let (mut first, mut share) = ([0; 3], [0.0; 3]);
+        for a in 0..3 {
+            let at = (place[a] - self.origin[a]) / self.scale[a] - 0.5;
+            (first[a], share[a]) = (at.floor() as i64, at - at.floor());
+        }
         let mut value = 0.0;
         for corner in 0..8 {
-            let of = |a: usize| f64::from((corner >> a & 1) as u8);
-            let weight: f64 = (0..3)
-                .map(|a| {
-                    let share = at[a] - first[a];
-                    if of(a) == 1.0 { share } else { 1.0 - share }
-                })
-                .product();
-            value += weight * self.voxel(std::array::from_fn(|a| (first[a] + of(a)) as i64));
+            let (mut weight, mut at) = (1.0, first);
+            for a in 0..3 {
+                let is_next = corner >> a & 1 == 1;
+                weight *= if is_next { share[a] } else { 1.0 - share[a] };
+                at[a] += i64::from(is_next);
+            }
+            // What weighs nothing need not be looked at, as where samples are the middles of voxels.
+            if weight > 1e-9 {
+                value += weight * self.voxel(at);
+            }
         }
         value
     }
@@ -67,26 +73,52 @@ pub(crate) fn picture(
     view: &VolumeView,
     size: [u32; 2],
 ) -> Vec<[f64; 3]> {
-    let rays = view.rays(&desc.of, size);
-    let mut pixels = Vec::new();
-    for y in 0..size[1] {
-        for x in 0..size[0] {
-            let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let along = |of: [DVec3; 3]| of[0] + of[1] * x + of[2] * y;
-            let (origin, direction) = (along(rays.origin), along(rays.toward).normalize());
-            let light = match view.is_slice() {
-                true => slice(desc, channels, origin, rays.pixel),
-                false => {
-                    let (begin, end) = within(&desc.of, origin, direction);
-                    let ray = Ray { origin, direction, begin, end };
-                    let pixel = |way: f64| rays.pixel + rays.growth * way;
-                    if begin < end { light(desc, channels, &ray, &pixel) } else { DVec3::ZERO }
-                }
+    let levels: Vec<&[ArrayLevel]> = channels.iter().map(|(_, levels)| *levels).collect();
+    pictures(std::slice::from_ref(desc), &levels, view, size).remove(0)
+}
+
+/// Pictures of one volume by several modes and looks, with one box and one step: what is sampled along a ray
+/// is sampled once for all of them. `levels` are those of the channels.
+pub(crate) fn pictures(
+    descs: &[VolumeDesc],
+    levels: &[&[ArrayLevel]],
+    view: &VolumeView,
+    size: [u32; 2],
+) -> Vec<Vec<[f64; 3]>> {
+    let of = &descs[0].of;
+    assert!(descs.iter().all(|desc| desc.of == *of && desc.step == descs[0].step));
+    let rays = view.rays(of, size);
+    let pixel = |way: f64| rays.pixel + rays.growth * way;
+    let mut pictures = vec![Vec::new(); descs.len()];
+    for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
+        let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let along = |of: [DVec3; 3]| of[0] + of[1] * x + of[2] * y;
+        let (origin, direction) = (along(rays.origin), along(rays.toward).normalize());
+        let (begin, end) = within(of, origin, direction);
+        let ray = Ray { origin, direction, begin, end };
+        let is_seen = !view.is_slice() && begin < end;
+        let sampled = is_seen.then(|| Sampled::new(&descs[0], levels, &ray, &pixel));
+        for (desc, pixels) in descs.iter().zip(&mut pictures) {
+            let light = match &sampled {
+                Some(sampled) => sampled.light(desc),
+                None if view.is_slice() => slice(desc, levels, origin, rays.pixel),
+                None => DVec3::ZERO,
             };
             pixels.push(light.to_array().map(|light| 255.0 * display(light)));
         }
     }
-    pixels
+    pictures
+}
+
+/// How far the ray of each pixel goes through the box, in the world: 0 where it misses it.
+pub(crate) fn ways_through(of: &VolumeBox, view: &VolumeView, size: [u32; 2]) -> Vec<f64> {
+    let rays = view.rays(of, size);
+    let way = |(x, y): (u32, u32)| {
+        let along = |of: [DVec3; 3]| of[0] + of[1] * (f64::from(x) + 0.5) + of[2] * (f64::from(y) + 0.5);
+        let (begin, end) = within(of, along(rays.origin), along(rays.toward).normalize());
+        (end - begin).max(0.0)
+    };
+    (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).map(way).collect()
 }
 
 /// The bricks of `page` voxels a side that samples of the rays of some pixels lie in, where more than 1/256
@@ -155,15 +187,15 @@ fn at_level(of: &VolumeBox, levels: &[ArrayLevel], world: DVec3, pixel: f64) -> 
     levels[level_of(of, levels, pixel)].sample(world / of.voxel)
 }
 
-fn slice(desc: &VolumeDesc, channels: &[ArrayChannel<'_>], at: DVec3, pixel: f64) -> DVec3 {
+fn slice(desc: &VolumeDesc, levels: &[&[ArrayLevel]], at: DVec3, pixel: f64) -> DVec3 {
     let extent = desc.of.extent();
     if !(0..3).all(|a| (0.0..extent[a]).contains(&at[a])) {
         return DVec3::ZERO;
     }
-    let of = |(channel, levels): &ArrayChannel<'_>| {
+    let of = |(channel, levels): (&VolumeChannel, &&[ArrayLevel])| {
         shown(channel, at_level(&desc.of, levels, at, pixel)) * f64::from(channel.opacity)
     };
-    channels.iter().map(of).sum()
+    desc.channels.iter().zip(levels).map(of).sum()
 }
 
 /// The light of a channel in full at a value.
@@ -184,15 +216,17 @@ fn of_map(map: Palette, x: f64) -> DVec3 {
     map.color(x as f32).map(f64::from).into()
 }
 
-/// The middles of the samples of a ray, and how long the part of each is.
+/// The middles of the samples of a ray, and how long the part of each is: together as long as the ray.
 fn samples(
     desc: &VolumeDesc,
     levels: &[ArrayLevel],
     ray: &Ray,
     pixel: &dyn Fn(f64) -> f64,
 ) -> Vec<(f64, f64)> {
-    let mut found = Vec::new();
+    let mut found: Vec<(f64, f64)> = Vec::new();
     let (mut base, mut nth, mut level, mut step) = (ray.begin, 0.0, usize::MAX, 0.0);
+    // Where the part of the last sample begins.
+    let mut last = ray.begin;
     loop {
         let front = base + nth * step;
         let wanted = level_of(&desc.of, levels, pixel(front));
@@ -206,109 +240,154 @@ fn samples(
         }
         let middle = base + (nth + 0.5) * step;
         if middle >= ray.end {
+            // The last one stands for all that is left of the ray.
+            if let Some((_, length)) = found.last_mut() {
+                *length = ray.end - last;
+            }
             return found;
         }
         found.push((middle, step));
-        nth += 1.0;
+        (last, nth) = (base + nth * step, nth + 1.0);
     }
 }
 
-fn light(desc: &VolumeDesc, channels: &[ArrayChannel<'_>], ray: &Ray, pixel: &dyn Fn(f64) -> f64) -> DVec3 {
-    let of = &desc.of;
-    let steps = samples(desc, channels[0].1, ray, pixel);
-    let value =
-        |levels: &[ArrayLevel], way: f64| at_level(of, levels, ray.origin + ray.direction * way, pixel(way));
-    let reduced = |reduce: &dyn Fn(&[f64]) -> f64| {
-        let of_channel = |(channel, levels): &ArrayChannel<'_>| {
-            let values: Vec<f64> = steps.iter().map(|(way, _)| value(levels, *way)).collect();
-            if values.is_empty() {
-                return DVec3::ZERO;
-            }
-            shown(channel, reduce(&values)) * f64::from(channel.opacity)
+/// What lies along a ray, sampled as far as anybody asks.
+struct Sampled<'a> {
+    of: &'a VolumeBox,
+    levels: &'a [&'a [ArrayLevel]],
+    ray: &'a Ray,
+    pixel: &'a dyn Fn(f64) -> f64,
+    steps: Vec<(f64, f64)>,
+    values: Vec<Vec<Cell<Option<f64>>>>,
+}
+
+impl<'a> Sampled<'a> {
+    fn new(
+        desc: &'a VolumeDesc,
+        levels: &'a [&'a [ArrayLevel]],
+        ray: &'a Ray,
+        pixel: &'a dyn Fn(f64) -> f64,
+    ) -> Sampled<'a> {
+        let steps = samples(desc, levels[0], ray, pixel);
+        let values = vec![vec![Cell::new(None); steps.len()]; levels.len()];
+        Sampled { of: &desc.of, levels, ray, pixel, steps, values }
+    }
+
+    /// The value of a channel at a place, of the level that is wanted at a way.
+    fn at(&self, channel: usize, world: DVec3, way: f64) -> f64 {
+        at_level(self.of, self.levels[channel], world, (self.pixel)(way))
+    }
+
+    /// The value of a channel at a way along the ray.
+    fn value(&self, channel: usize, way: f64) -> f64 {
+        self.at(channel, self.ray.origin + self.ray.direction * way, way)
+    }
+
+    /// That of a sample.
+    fn sample(&self, channel: usize, nth: usize) -> f64 {
+        let known = &self.values[channel][nth];
+        let value = known.get().unwrap_or_else(|| self.value(channel, self.steps[nth].0));
+        known.set(Some(value));
+        value
+    }
+
+    fn light(&self, desc: &VolumeDesc) -> DVec3 {
+        let reduced = |reduce: &dyn Fn(&[f64]) -> f64| {
+            let of_channel = |(nth, channel): (usize, &VolumeChannel)| {
+                let values: Vec<f64> = (0..self.steps.len()).map(|step| self.sample(nth, step)).collect();
+                if values.is_empty() {
+                    return DVec3::ZERO;
+                }
+                shown(channel, reduce(&values)) * f64::from(channel.opacity)
+            };
+            desc.channels.iter().enumerate().map(of_channel).sum::<DVec3>()
         };
-        channels.iter().map(of_channel).sum::<DVec3>()
-    };
-    match desc.mode {
-        VolumeMode::Mip => reduced(&|values| values.iter().copied().fold(f64::MIN, f64::max)),
-        VolumeMode::Minip => reduced(&|values| values.iter().copied().fold(f64::MAX, f64::min)),
-        VolumeMode::Average => reduced(&|values| values.iter().sum::<f64>() / values.len() as f64),
-        VolumeMode::Emission => {
-            let density = desc.density * 100.0 / of.extent().max_element();
-            let (mut light, mut through) = (DVec3::ZERO, 1.0);
-            for (way, step) in steps {
-                let (mut tau, mut gathered) = (0.0, DVec3::ZERO);
-                for (channel, levels) in channels {
-                    let value = value(levels, way);
-                    let x = channel.shown(value);
-                    let own = -(1.0 - (f64::from(channel.opacity) * x).min(0.999)).ln() * density;
-                    (tau, gathered) = (tau + own, gathered + glow(channel, value) * own);
-                }
-                let passed = (-tau * step).exp();
-                if tau > 0.0 {
-                    light += through * (1.0 - passed) * gathered / tau;
-                }
-                through *= passed;
-                if through < 1e-6 {
+        match desc.mode {
+            VolumeMode::Mip => reduced(&|values| values.iter().copied().fold(f64::MIN, f64::max)),
+            VolumeMode::Minip => reduced(&|values| values.iter().copied().fold(f64::MAX, f64::min)),
+            VolumeMode::Average => reduced(&|values| values.iter().sum::<f64>() / values.len() as f64),
+            VolumeMode::Emission => self.emission(desc),
+            VolumeMode::Iso => self.surface(desc),
+        }
+    }
+
+    fn emission(&self, desc: &VolumeDesc) -> DVec3 {
+        let density = desc.density * 100.0 / self.of.extent().max_element();
+        let plain: Vec<DVec3> = desc.channels.iter().map(|channel| glow(channel, 0.0)).collect();
+        let (mut light, mut through) = (DVec3::ZERO, 1.0);
+        for (step, (_, length)) in self.steps.iter().enumerate() {
+            let (mut tau, mut gathered) = (0.0, DVec3::ZERO);
+            for (nth, channel) in desc.channels.iter().enumerate() {
+                let value = self.sample(nth, step);
+                let x = channel.shown(value);
+                let own = -(1.0 - (f64::from(channel.opacity) * x).min(0.999)).ln() * density;
+                let color = if channel.map.is_some() { glow(channel, value) } else { plain[nth] };
+                (tau, gathered) = (tau + own, gathered + color * own);
+            }
+            let passed = (-tau * length).exp();
+            if tau > 0.0 {
+                light += through * (1.0 - passed) * gathered / tau;
+            }
+            through *= passed;
+            if through < 1e-6 {
+                break;
+            }
+        }
+        light
+    }
+
+    fn surface(&self, desc: &VolumeDesc) -> DVec3 {
+        let iso = f64::from(desc.iso);
+        let mut nearest: Option<(f64, DVec3)> = None;
+        for (nth, channel) in desc.channels.iter().enumerate() {
+            let mut last = (self.ray.begin, self.value(nth, self.ray.begin));
+            let mut crossing = (last.1 >= iso).then_some(self.ray.begin);
+            for (step, (way, _)) in self.steps.iter().enumerate() {
+                if crossing.is_some() {
                     break;
                 }
-            }
-            light
-        }
-        VolumeMode::Iso => surface(desc, channels, ray, pixel, &steps),
-    }
-}
-
-fn surface(
-    desc: &VolumeDesc,
-    channels: &[ArrayChannel<'_>],
-    ray: &Ray,
-    pixel: &dyn Fn(f64) -> f64,
-    steps: &[(f64, f64)],
-) -> DVec3 {
-    let (of, iso) = (&desc.of, f64::from(desc.iso));
-    let mut nearest: Option<(f64, DVec3)> = None;
-    for (channel, levels) in channels {
-        let at = |world: DVec3, way: f64| at_level(of, levels, world, pixel(way));
-        let value = |way: f64| at(ray.origin + ray.direction * way, way);
-        let mut last = (ray.begin, value(ray.begin));
-        let mut crossing = (last.1 >= iso).then_some(ray.begin);
-        for &(way, _) in steps.iter().take_while(|_| crossing.is_none()).collect::<Vec<_>>() {
-            let now = value(way);
-            if crossing.is_none() && now >= iso {
-                let (mut before, mut after) = (last, (way, now));
-                for _ in 0..4 {
-                    let middle = (before.0 + after.0) / 2.0;
-                    let found = (middle, value(middle));
-                    if found.1 >= iso { after = found } else { before = found }
+                let now = (*way, self.sample(nth, step));
+                if now.1 >= iso {
+                    crossing = Some(self.refined(nth, iso, last, now));
                 }
-                let found = before.0 + (after.0 - before.0) * (iso - before.1) / (after.1 - before.1);
-                crossing = Some(found);
+                last = now;
             }
-            last = (way, now);
+            let Some(way) = crossing.filter(|way| nearest.is_none_or(|(nearest, _)| *way < nearest)) else {
+                continue;
+            };
+            let world = self.ray.origin + self.ray.direction * way;
+            let levels = self.levels[nth];
+            let scale = levels[level_of(self.of, levels, (self.pixel)(way))].scale;
+            let slope = DVec3::from_array(std::array::from_fn(|a| {
+                let side = scale[a] * self.of.voxel[a];
+                let half = DVec3::AXES[a] * (side / 2.0);
+                (self.at(nth, world + half, way) - self.at(nth, world - half, way)) / side
+            }));
+            let lit = match slope.length() {
+                0.0 => 1.0,
+                steepness => 0.2 + 0.8 * (slope / steepness).dot(self.ray.direction).abs(),
+            };
+            nearest = Some((way, glow(channel, iso) * lit * f64::from(channel.opacity)));
         }
-        let Some(way) = crossing.filter(|way| nearest.is_none_or(|(nearest, _)| *way < nearest)) else {
-            continue;
-        };
-        let world = ray.origin + ray.direction * way;
-        let scale = levels[level_of(of, levels, pixel(way))].scale;
-        let slope = DVec3::from_array(std::array::from_fn(|a| {
-            let half = DVec3::AXES[a] * (scale[a] * of.voxel[a] / 2.0);
-            (at(world + half, way) - at(world - half, way)) / (scale[a] * of.voxel[a])
-        }));
-        let lit = match slope.length() {
-            0.0 => 1.0,
-            steepness => 0.2 + 0.8 * (slope / steepness).dot(ray.direction).abs(),
-        };
-        nearest = Some((way, glow(channel, iso) * lit * f64::from(channel.opacity)));
+        nearest.map_or(DVec3::ZERO, |(_, light)| light)
     }
-    nearest.map_or(DVec3::ZERO, |(_, light)| light)
+
+    /// Where a channel reaches a value between two samples.
+    fn refined(&self, nth: usize, iso: f64, mut before: (f64, f64), mut after: (f64, f64)) -> f64 {
+        for _ in 0..4 {
+            let middle = (before.0 + after.0) / 2.0;
+            let found = (middle, self.value(nth, middle));
+            if found.1 >= iso { after = found } else { before = found }
+        }
+        before.0 + (after.0 - before.0) * (iso - before.1) / (after.1 - before.1)
+    }
 }
 
-fn light_of(display: f64) -> f64 {
+pub(crate) fn light_of(display: f64) -> f64 {
     if display <= 0.04045 { display / 12.92 } else { ((display + 0.055) / 1.055).powf(2.4) }
 }
 
-fn display(light: f64) -> f64 {
+pub(crate) fn display(light: f64) -> f64 {
     let light = light.clamp(0.0, 1.0);
     if light <= 0.0031308 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }

@@ -5,13 +5,17 @@ use std::sync::Arc;
 use glam::{DVec3, Vec3};
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::{
-    Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Settings,
-    StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId, VolumeFilters,
-    VoxelLevels,
+    Description, Geometry, GeometrySpec, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning, Region,
+    Settings, StoredLevel, TableChoice, TextureId, TextureSettings, Textures, TileSource, ViewId,
+    VolumeFilters, VoxelLevels,
 };
 use vastex_viewer::Gpu;
-use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
-use vastex_viewer::volume::{VolumeBox, VolumeChannel, VolumeDesc, VolumeMode, VolumeRenderer, VolumeView};
+use vastex_viewer::stage::{
+    Canvas, Frame, Pictures, StageScene, StageView, TargetKind, TextureRead, draw_again,
+};
+use vastex_viewer::volume::{
+    VolumeBox, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
+};
 
 use super::volume_reference::{ArrayChannel, ArrayLevel, picture};
 
@@ -189,6 +193,18 @@ impl World {
         table: TableChoice,
         volume_filters: Option<VolumeFilters>,
     ) -> World {
+        let tiles = volumes.iter().map(|volume| volume.clone() as Arc<dyn TileSource>).collect();
+        World::read_from(tiles, volumes, slots, table, volume_filters)
+    }
+
+    /// Whose bricks come from other sources than the arrays.
+    pub(crate) fn read_from(
+        tiles: Vec<Arc<dyn TileSource>>,
+        volumes: Vec<Arc<ArrayVolume>>,
+        slots: u64,
+        table: TableChoice,
+        volume_filters: Option<VolumeFilters>,
+    ) -> World {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let size = volumes[0].description.geometry.size();
         let bytes = Some(slots * volumes[0].description.tile_bytes() as u64);
@@ -199,13 +215,13 @@ impl World {
         let pace = Pace::LockStep { latency_frames: 1 };
         let settings = Settings { pools, pace, whole_bytes: 0, volume_filters, ..Settings::default() };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let mut add = |volume: &Arc<ArrayVolume>| {
+        let mut add = |(volume, tiles): (&Arc<ArrayVolume>, Arc<dyn TileSource>)| {
             let voxels = volume.voxels.clone();
             let own = TextureSettings { page_table: table, voxels, ..TextureSettings::default() };
-            let prepared = textures.preparer().read_blocking(volume.clone(), own).unwrap();
+            let prepared = textures.preparer().read_blocking(tiles, own).unwrap();
             textures.add(prepared).unwrap()
         };
-        let ids = volumes.iter().map(&mut add).collect();
+        let ids = volumes.iter().zip(tiles).map(&mut add).collect();
         let of = VolumeBox { size, voxel: DVec3::new(1.0, 1.0, 1.5) };
         World { gpu, textures, volumes, ids, of }
     }
@@ -252,6 +268,39 @@ impl World {
         }
     }
 
+    /// Loads every brick of every level, whatever is seen, for pictures of which none is to wait.
+    pub(crate) fn load_all(&mut self) {
+        let whole = Region::whole();
+        let tickets: Vec<_> =
+            self.ids.iter().map(|id| self.textures.ahead().pin(*id, &whole).unwrap()).collect();
+        for _ in 0..PATIENCE {
+            self.textures.update().unwrap();
+            if tickets.iter().all(|ticket| ticket.progress().resident == ticket.progress().pages) {
+                return;
+            }
+        }
+        panic!("not loaded: {:?}", tickets.iter().map(|ticket| ticket.progress()).collect::<Vec<_>>());
+    }
+
+    /// What draws pictures one after the other by one set of shaders.
+    pub(crate) fn renderer(&mut self, desc: VolumeDesc) -> VolumeRenderer {
+        VolumeRenderer::new(&self.gpu, &mut self.textures, desc, PICTURE).unwrap()
+    }
+
+    /// A picture of the bricks that are there; nothing is loaded for it.
+    pub(crate) fn shot(&self, renderer: &VolumeRenderer, view: VolumeView, size: [u32; 2]) -> Vec<[u8; 4]> {
+        renderer.place(renderer.camera(), &self.gpu.queue, &self.textures, &view, size);
+        let canvas = Canvas::new(&self.gpu, size, PICTURE, TargetKind::Direct);
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        draw_again(&mut encoder, &self.textures, renderer, renderer.camera(), &canvas.target());
+        read(&self.gpu, encoder, &canvas)
+    }
+
+    /// The levels of all channels.
+    pub(crate) fn levels(&self) -> Vec<&[ArrayLevel]> {
+        self.volumes.iter().map(|volume| &*volume.levels).collect()
+    }
+
     pub(crate) fn arrays(&self, desc: &VolumeDesc) -> Vec<ArrayChannel<'_>> {
         desc.channels.iter().zip(&self.volumes).map(|(channel, volume)| (*channel, &*volume.levels)).collect()
     }
@@ -266,12 +315,34 @@ impl World {
     ) -> (f64, f64) {
         let (drawn, _) = self.drawn(desc.clone(), view, size);
         let expected = picture(desc, &self.arrays(desc), &view, size);
-        let difference = |(drawn, expected): (&[u8; 4], &[f64; 3])| {
-            (0..3).map(|c| (f64::from(drawn[c]) - expected[c]).abs()).fold(0.0, f64::max)
-        };
-        let differences: Vec<f64> = drawn.iter().zip(&expected).map(difference).collect();
-        let within = differences.iter().filter(|d| **d <= most).count() as f64 / drawn.len() as f64;
         assert!(expected.iter().any(|p| p[0] > 60.0), "there is something to be seen");
-        (within, differences.iter().copied().fold(0.0, f64::max))
+        within(&drawn, &expected, most)
     }
+}
+
+/// The share of pixels within so many codes of what they must be, and the largest difference.
+pub(crate) fn within(drawn: &[[u8; 4]], expected: &[[f64; 3]], most: f64) -> (f64, f64) {
+    let difference = |(drawn, expected): (&[u8; 4], &[f64; 3])| {
+        (0..3).map(|c| (f64::from(drawn[c]) - expected[c]).abs()).fold(0.0, f64::max)
+    };
+    let differences: Vec<f64> = drawn.iter().zip(expected).map(difference).collect();
+    let within = differences.iter().filter(|d| **d <= most).count() as f64 / drawn.len() as f64;
+    (within, differences.iter().copied().fold(0.0, f64::max))
+}
+
+/// How near a picture is to what it must be, in dB.
+pub(crate) fn psnr(drawn: &[[u8; 4]], expected: &[[f64; 3]]) -> f64 {
+    let squares: f64 = drawn
+        .iter()
+        .zip(expected)
+        .flat_map(|(d, e)| (0..3).map(move |c| (f64::from(d[c]) - e[c]).powi(2)))
+        .sum();
+    10.0 * (255.0f64.powi(2) / (squares / (3 * drawn.len()) as f64).max(1e-9)).log10()
+}
+
+/// The pixels of a face, or of a slice seen as it is, of so many voxels each.
+pub(crate) fn face_size(of: &VolumeBox, face: VolumeFace, voxels: f64) -> [u32; 2] {
+    let [right, down, _] = face.axes();
+    let size = glam::UVec3::from_array(of.size).as_dvec3();
+    [right, down].map(|axis| (axis.dot(size).abs() / voxels).round() as u32)
 }

@@ -9,22 +9,25 @@ use vastex_viewer::Palette;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
 use vastex_viewer::volume::{VolumeCamera, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView};
 
-use super::volume_reference::{level_of, picture};
-use super::volume_world::{ArrayVolume, PICTURE, World, geometry, read, waves};
+use super::volume_reference::{level_of, pictures};
+use super::volume_world::{ArrayVolume, PICTURE, World, face_size, geometry, psnr, read, waves, within};
 
 #[test]
 fn every_mode_from_every_face_is_the_reference() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
-    for (nth, face) in VolumeFace::ALL.into_iter().enumerate() {
-        let mode = VolumeMode::ALL[nth % 5];
-        let [right, down, _] = face.axes();
-        let size = glam::UVec3::from_array(world.of.size).as_dvec3();
-        let size = [right, down].map(|axis| axis.dot(size).abs() as u32);
-        let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
-        let (within, most) = world.compare(&desc, VolumeView::Face(face), size, 2.0);
-        assert!(within >= 0.999, "{face} {mode:?}, blended exactly: {within}, up to {most}");
-        let (within, most) = world.compare(&world.desc(mode), VolumeView::Face(face), size, 4.0);
-        assert!(within >= 0.99, "{face} {mode:?} by the device's filter: {within}, up to {most}");
+    world.load_all();
+    for (is_exact, codes, share) in [(true, 2.0, 0.999), (false, 4.0, 0.99)] {
+        let descs = VolumeMode::ALL.map(|mode| VolumeDesc { is_exact, ..world.desc(mode) });
+        let mut renderer = world.renderer(descs[0].clone());
+        for face in VolumeFace::ALL {
+            let (view, size) = (VolumeView::Face(face), face_size(&world.of, face, 1.0));
+            let expected = pictures(&descs, &world.levels(), &view, size);
+            for (desc, expected) in descs.iter().zip(&expected) {
+                renderer.set(desc.clone());
+                let (is, most) = within(&world.shot(&renderer, view, size), expected, codes);
+                assert!(is >= share, "{face} {:?}, exact: {is_exact}: {is}, up to {most}", desc.mode);
+            }
+        }
     }
 }
 
@@ -101,6 +104,72 @@ fn levels_of_any_ratio_lie_where_the_file_says() {
     }
 }
 
+/// At the face's own size a pixel is a voxel, also where the next level has larger ones along the finest axis
+/// alone, which may be one that the picture has or the one that is looked along.
+#[test]
+fn a_picture_as_large_as_the_face_shows_level_0_in_every_mode() {
+    for fine in 0..3 {
+        let (mut size, mut coarse, mut voxel, mut scale) = ([20, 18, 16], [20, 18, 16], [1.0; 3], [1.0; 3]);
+        (size[fine], coarse[fine], voxel[fine], scale[fine]) = (40, 20, 0.25, 0.5);
+        let level =
+            |size: [u32; 3], scale| StoredLevel { size: size.map(u64::from), scale, origin: [0.0; 3] };
+        let stored = [level(size, voxel), level(coarse, scale)];
+        // Every other voxel is bright.
+        let value = |at: [f64; 3]| {
+            let wave = waves(0.3)(at);
+            0.25 + 0.5 * wave + if at[fine] as u64 % 2 == 0 { 0.25 } else { -0.25 }
+        };
+        let volume = Arc::new(ArrayVolume::stored(&stored, LayerFormat::R16, value));
+        let mut world = World::of(vec![volume.clone()], 200, TableChoice::BySize);
+        world.of.voxel = voxel.into();
+        world.load_all();
+        let finest = &volume.levels[0];
+        let desc = world.desc(VolumeMode::Mip);
+        let codes = |value: f64| [255.0 * desc.channels[0].shown(value); 3];
+        let mut renderer = world.renderer(desc.clone());
+        for (axis, face) in [VolumeFace::PlusX, VolumeFace::MinusY, VolumeFace::PlusZ].into_iter().enumerate()
+        {
+            let [right, down, _] = face.axes();
+            let pixels = face_size(&world.of, face, 1.0);
+            // The voxel of a pixel, so far away from the viewer.
+            let voxel = |x: u32, y: u32, away: u32| {
+                let mut at = [0_i64; 3];
+                for (way, n) in [(right, x), (down, y)] {
+                    let along = (0..3).find(|a| way[*a] != 0.0).unwrap();
+                    let last = i64::from(size[along]) - 1;
+                    at[along] = if way[along] > 0.0 { n.into() } else { last - i64::from(n) };
+                }
+                at[axis] = away.into();
+                finest.voxel(at)
+            };
+            let all = |x, y| (0..size[axis]).map(move |away| voxel(x, y, away));
+            let of_pixels = |pixel: &dyn Fn(u32, u32) -> f64| {
+                let places = (0..pixels[1]).flat_map(|y| (0..pixels[0]).map(move |x| (x, y)));
+                places.map(|(x, y)| codes(pixel(x, y))).collect::<Vec<_>>()
+            };
+            for (mode, expected) in [
+                (VolumeMode::Mip, of_pixels(&|x, y| all(x, y).fold(f64::MIN, f64::max))),
+                (VolumeMode::Minip, of_pixels(&|x, y| all(x, y).fold(f64::MAX, f64::min))),
+                (VolumeMode::Average, of_pixels(&|x, y| all(x, y).sum::<f64>() / f64::from(size[axis]))),
+            ] {
+                renderer.set(VolumeDesc { mode, ..desc.clone() });
+                let (share, most) =
+                    within(&world.shot(&renderer, VolumeView::Face(face), pixels), &expected, 1.0);
+                assert_eq!(share, 1.0, "{mode:?} from {face}, fine along {fine}: up to {most}");
+            }
+            if face == VolumeFace::MinusY {
+                continue; // Its slices are seen the other way round.
+            }
+            for nth in [0, 5, size[axis] - 1] {
+                let slice = VolumeView::Slice { axis: axis as u8, voxel: nth };
+                let expected = of_pixels(&|x, y| voxel(x, y, nth));
+                let (share, most) = within(&world.shot(&renderer, slice, pixels), &expected, 1.0);
+                assert_eq!(share, 1.0, "slice {nth} across {axis}, fine along {fine}: up to {most}");
+            }
+        }
+    }
+}
+
 #[test]
 fn slices_are_the_voxels() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R8, 1, 200, TableChoice::BySize);
@@ -155,18 +224,15 @@ fn a_slice_beside_it_changes_no_other_view() {
 fn a_camera_around_it_sees_the_reference() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
     let camera = VolumeCamera::around(&world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
-    for mode in [VolumeMode::Emission, VolumeMode::Mip] {
-        let (view, size) = (VolumeView::Around(camera), [64, 48]);
-        let desc = VolumeDesc { is_exact: true, ..world.desc(mode) };
-        let (drawn, _) = world.drawn(desc.clone(), view, size);
-        let expected = picture(&desc, &world.arrays(&desc), &view, size);
-        let squares: f64 = drawn
-            .iter()
-            .zip(&expected)
-            .flat_map(|(d, e)| (0..3).map(move |c| (f64::from(d[c]) - e[c]).powi(2)))
-            .sum();
-        let psnr = 10.0 * (255.0f64.powi(2) / (squares / (3 * drawn.len()) as f64)).log10();
-        assert!(psnr >= 40.0, "{mode:?}: {psnr} dB");
+    let (view, size) = (VolumeView::Around(camera), [64, 48]);
+    let descs = VolumeMode::ALL.map(|mode| VolumeDesc { is_exact: true, ..world.desc(mode) });
+    let expected = pictures(&descs, &world.levels(), &view, size);
+    world.drawn(descs[0].clone(), view, size);
+    let mut renderer = world.renderer(descs[0].clone());
+    for (desc, expected) in descs.iter().zip(&expected) {
+        renderer.set(desc.clone());
+        let db = psnr(&world.shot(&renderer, view, size), expected);
+        assert!(db >= 40.0, "{:?}: {db} dB", desc.mode);
     }
 }
 

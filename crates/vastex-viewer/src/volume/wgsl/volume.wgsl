@@ -223,6 +223,8 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
     let first = volume_scene.of_channel[0].id;
     var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
     var count = 0u;
+    // Tau and light of the last sample.
+    var last = vec4<f32>(0.0);
     while count < VOLUME_SAMPLES && volume_front(steps) < ray.end && through > 0.0001 {
         let level = vastex_volume_level(first, volume_pixel(volume_front(steps)));
         steps = volume_steps_on(steps, ray, first, vastex_volume_whole_level(first, level));
@@ -271,20 +273,30 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
             samples = min(volume_samples_to(steps, all_exit), VOLUME_SAMPLES - count);
             steps.nth += samples;
             count += samples;
+            last = vec4<f32>(0.0);
             continue;
         }
         for (var sample = 0u; sample < samples; sample++) {
-            let tau = gathered[sample].a;
-            let passed = exp(-tau * steps.step);
-            if tau > 0.0 {
-                light += through * (1.0 - passed) * gathered[sample].rgb / tau;
-            }
-            through *= passed;
+            // The last part ends where the ray does.
+            let length = min(steps.step, ray.end - volume_front(steps));
+            let over = volume_glowing(gathered[sample], length, through);
+            light += over.rgb;
+            through *= over.a;
+            last = gathered[sample];
+            steps.nth++;
         }
-        steps.nth += samples;
         count += samples;
     }
-    return vec4<f32>(light, through);
+    // What is left is too short for a sample in the middle of its part: the last one stands for it.
+    let over = volume_glowing(last, clamp(ray.end - volume_front(steps), 0.0, steps.step), through);
+    return vec4<f32>(light + over.rgb, through * over.a);
+}
+
+// The light that a part of a ray adds behind what lets so much through, and what it lets through itself; of its light times tau, and tau.
+fn volume_glowing(gathered: vec4<f32>, length: f32, through: f32) -> vec4<f32> {
+    let passed = exp(-gathered.a * length);
+    let light = through * (1.0 - passed) * gathered.rgb / max(gathered.a, 1e-30);
+    return vec4<f32>(light, passed);
 }
 
 // What lies at a place of a brick.
