@@ -141,13 +141,24 @@ def without_machine(name):
     ome.write_bytes(re.sub(rb"urn:uuid:[0-9a-f-]{36}", b"urn:uuid:" + b"0" * 8 + b"-0000" * 3 + b"-" + b"0" * 12, ome.read_bytes()))
 
 
+def vips_numbers():
+    """Pyramids of floats and of signed numbers, of which libvips says that they are such in the first directory alone."""
+    numbers = dict(f32=(heights() / 16 - 500).astype(np.float32) / 8, i16=heights().astype(np.int16) - 9000)
+    options = ["--tile", "--pyramid", "--tile-width", "64", "--tile-height", "64", "--compression", "deflate"]
+    for (name, texels), more in zip(numbers.items(), [["--predictor", "float"], ["--predictor", "horizontal", "--subifd"]]):
+        tifffile.imwrite("numbers.tmp.tif", texels)
+        subprocess.run(["vips", "tiffsave", "numbers.tmp.tif", f"vips-{name}.tif", *options, *more], check=True)
+    Path("numbers.tmp.tif").unlink()
+
+
 def main():
     if sys.argv[1:]:
         for function in sys.argv[1:]:
-            dict(slides_ycbcr=slides_ycbcr, ome_slide=ome_slide)[function]()
+            dict(slides_ycbcr=slides_ycbcr, ome_slide=ome_slide, vips_numbers=vips_numbers)[function]()
         return
     slides_ycbcr()
     ome_slide()
+    vips_numbers()
     rgb, grey = picture(), heights()
     bands = np.moveaxis(rgb, -1, 0)
     mask = np.where(np.hypot(*np.mgrid[-70:71, -101:102]) < 95, 255, 0).astype(np.uint8)

@@ -34,6 +34,8 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("slide-jpeg2000-ycbcr.svs", &[0, 2], &["thumbnail", "label", "macro"]),
     ("slide-jpeg2000-ycbcr-420.svs", &[0, 2], &["thumbnail", "label", "macro"]),
     ("vips-chained.tif", &[0, 1, 2], &[]),
+    ("vips-f32.tif", &[0, 1, 2], &[]),
+    ("vips-i16.tif", &[0, 1, 2], &[]),
     ("vips-rgb-jpeg.tif", &[0, 1, 2], &[]),
     ("vips-subifd-jpeg.tif", &[0, 1, 2], &[]),
 ];

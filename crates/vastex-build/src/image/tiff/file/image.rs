@@ -98,6 +98,16 @@ pub(crate) struct TiffImage {
 impl TiffImage {
     /// Reads what a directory says, but neither texels nor lists of strips and tiles.
     pub(super) fn read(file: &Arc<TiffFile>, directory: &Directory) -> Result<TiffImage, InputFault> {
+        TiffImage::read_beside(file, directory, None)
+    }
+
+    /// The same of an image that may be a level of another one: libvips says in the first directory alone
+    /// that samples are signed or floats, so where it is not said, they are as the other's of as many bits.
+    pub(super) fn read_beside(
+        file: &Arc<TiffFile>,
+        directory: &Directory,
+        first: Option<&TiffImage>,
+    ) -> Result<TiffImage, InputFault> {
         let place = directory.place.clone();
         let number = |tag, missing| Ok::<u64, InputFault>(directory.number(file, tag)?.unwrap_or(missing));
         let size = [number(WIDTH, 0)?, number(HEIGHT, 0)?];
@@ -131,7 +141,9 @@ impl TiffImage {
             }
             Ok(first)
         };
-        let (bits, sample_format) = (all_equal(BITS, 1)?, all_equal(SAMPLE_FORMAT, 1)?);
+        let bits = all_equal(BITS, 1)?;
+        let unsaid = first.filter(|first| first.bits == bits).map_or(1, |first| first.sample_format);
+        let sample_format = all_equal(SAMPLE_FORMAT, unsaid)?;
         if number(FILL_ORDER, 1)? != 1 {
             return Err(unsupported("bytes whose lowest bit comes first".into()));
         }

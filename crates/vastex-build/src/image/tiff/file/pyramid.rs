@@ -224,7 +224,7 @@ impl TiffPyramid {
         if self.levels.get(level).is_some_and(Option::is_some) {
             return None;
         }
-        let image = TiffImage::read(file, directory).ok()?.cut();
+        let image = TiffImage::read_beside(file, directory, Some(first)).ok()?.cut();
         let is_alike = image.samples == first.samples && image.number == first.number;
         let is_shown_alike = match (image.pixel_format(), first.pixel_format()) {
             (Ok(format), Ok(other)) => format == other,
