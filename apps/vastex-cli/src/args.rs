@@ -380,6 +380,12 @@ impl SceneArgs {
         self.view_text(size).map(|view| view.pose)
     }
 
+    /// Whether black and white of what is shown are nobody's choice: neither options nor a view say them.
+    pub(crate) fn range_is_free(&self) -> bool {
+        let named = self.view_text([1; 2]).is_some_and(|view| view.names_layers());
+        self.layers.range_is_free() && !named
+    }
+
     /// The overlay that is drawn in the place of the picture.
     pub(crate) fn overlay(&self) -> Option<Overlay> {
         self.view_text([1; 2]).map_or(self.overlay, |view| match self.overlay {

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use vastex::diagnostics::PageState;
 use vastex::{Filter, PoolSettings, Settings, TileSource};
-use vastex_scenes::{Offscreen, Overlay, Path, Picture, Scene, Until};
+use vastex_scenes::{DisplayOptions, Offscreen, Overlay, Path, Picture, Scene, Until};
+use vastex_viewer::layers::CompareMode;
 
 use crate::common::{Image, gpu, settings};
 
@@ -111,6 +112,48 @@ fn overlays_of_levels_say_what_is_shown_and_wanted() {
         }
     }
     assert!(met.len() > 2 && short > 10, "levels {met:?}, {short} places that lack some");
+}
+
+/// Of layers side by side each pane has the overlay of its own layer, as it would be alone in that pane.
+#[test]
+fn panes_have_overlays_of_their_own() {
+    const PANE: [u32; 2] = [SIZE[0] / 2, SIZE[1]];
+    let settings = || settings(16, Filter::Trilinear);
+    let (_first, large) = Image::new(2000, 1500, 64).build();
+    let (_second, small) = Image::new(500, 375, 64).build();
+    let open = |file| vastex::open(file).unwrap();
+    let options = DisplayOptions { compare_mode: CompareMode::Beside, ..DisplayOptions::default() };
+    let over = [open(&small)];
+    let mut beside =
+        Offscreen::showing_together(&options, gpu(), open(&large), &over, Scene::Image, SIZE, settings())
+            .unwrap();
+    beside.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
+    let pixels = |picture: &Picture, left: u32| -> Vec<[u8; 3]> {
+        let rows = picture.rgba.chunks_exact(4 * picture.size[0] as usize);
+        let row = |row: &[u8]| row[4 * left as usize..][..4 * PANE[0] as usize].to_vec();
+        rows.flat_map(row).collect::<Vec<u8>>().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
+    };
+    let is_drawn = |pixel: &[u8; 3]| pixel.iter().any(|channel| *channel > 40);
+    for (pane, file) in [&large, &small].into_iter().enumerate() {
+        let mut alone = Offscreen::new(gpu(), open(file), Scene::Image, PANE, settings()).unwrap();
+        alone.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
+        for overlay in [Overlay::Levels, Overlay::Table] {
+            let found = pixels(&beside.overlay(overlay).unwrap(), pane as u32 * PANE[0]);
+            let expected = pixels(&alone.overlay(overlay).unwrap(), 0);
+            let drawn = expected.iter().filter(|pixel| is_drawn(pixel)).count();
+            assert!(drawn > 1000, "{overlay:?} of pane {pane}: {drawn}");
+            let is_same = |(a, b): &(&[u8; 3], &[u8; 3])| {
+                is_drawn(a) == is_drawn(b) && (!is_drawn(a) || level_of(*a) == level_of(*b))
+            };
+            let same = found.iter().zip(&expected).filter(is_same).count();
+            assert!(same * 100 > found.len() * 97, "{overlay:?} of pane {pane}: {same} of {}", found.len());
+        }
+        // What feedback sees is one view for all of them, and lies where the picture does.
+        let feedback = pixels(&beside.overlay(Overlay::Feedback).unwrap(), pane as u32 * PANE[0]);
+        let picture = pixels(&alone.overlay(Overlay::Levels).unwrap(), 0);
+        let both = feedback.iter().zip(&picture).filter(|(a, b)| is_drawn(a) == is_drawn(b)).count();
+        assert!(both * 100 > picture.len() * 85, "{both} of {}", picture.len());
+    }
 }
 
 /// What plans and lines have to show, and nothing but that.

@@ -312,7 +312,7 @@ fn the_histogram_of_a_globe_is_that_of_what_is_seen_of_it() {
         let (textures, renderer) = (offscreen.textures(), offscreen.renderer());
         let map = renderer.color_map();
         let asked = (renderer.layer(), &map);
-        let found = Histogram::of_view(textures, renderer, asked, &pose, (PICTURE, SIZE)).unwrap();
+        let found = Histogram::of_view(textures, renderer, asked, &pose, (PICTURE, SIZE), None).unwrap();
 
         let mut counts = [[0usize; 256]; 3];
         let (eye, axes) = camera(&pose);
@@ -348,7 +348,7 @@ fn the_histogram_of_a_globe_is_that_of_what_is_seen_of_it() {
     let (textures, renderer) = (offscreen.textures(), offscreen.renderer());
     let height = textures.texture(renderer.layer().texture()).unwrap().layer("height").unwrap();
     let map = vastex_scenes::ColorMap::new(&Layer::new("height", LayerFormat::R16), None);
-    let found = Histogram::of_view(textures, renderer, (height, &map), &pose, (PICTURE, SIZE)).unwrap();
+    let found = Histogram::of_view(textures, renderer, (height, &map), &pose, (PICTURE, SIZE), None).unwrap();
     let mut expected: Vec<f64> = offscreen.places(&pose).into_iter().flatten().map(Ground::height).collect();
     expected.sort_unstable_by(f64::total_cmp);
     for share in [0.1, 0.5, 0.9] {

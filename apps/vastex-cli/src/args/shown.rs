@@ -9,14 +9,15 @@ use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
 use vastex_viewer::surface::{ParseLayerError, range_of};
 
 /// Which layers are shown.
-#[derive(Clone, Debug, ClapArgs)]
+#[derive(Clone, Debug, Default, ClapArgs)]
 pub(crate) struct ShownArgs {
     /// The layer to show, by its name; the first where none is named
     #[arg(long, value_name = "NAME")]
     pub(crate) layer_shown: Option<String>,
-    /// The values that are black and white, in 0 to 1 where the format holds whole numbers
-    #[arg(long, default_value = "0,1", value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
-    pub(crate) range: [f32; 2],
+    /// The values that are black and white, in 0 to 1 where the format holds whole numbers. By default 0,1;
+    /// for grey of 16 bits and for floats, `vastex view` takes the values of a coarse level
+    #[arg(long, value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
+    pub(crate) range: Option<[f32; 2]>,
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the
     /// texture. After it, each after a colon and in any order: file=N, which file it is of, 1 being the
     /// source and 2 the first of --over; bands=B, one of its channels, or bands=R,G,B, those that are red,
@@ -46,19 +47,6 @@ pub(crate) struct ShownArgs {
     pub(crate) compare_mode: CompareMode,
 }
 
-/// As where nothing is said.
-impl Default for ShownArgs {
-    fn default() -> ShownArgs {
-        ShownArgs {
-            layer_shown: None,
-            range: [0.0, 1.0],
-            layers: Vec::new(),
-            over: Vec::new(),
-            compare_mode: CompareMode::Off,
-        }
-    }
-}
-
 impl ShownArgs {
     /// In the words of the scenes.
     pub(crate) fn layers(&self) -> Vec<LayerOptions> {
@@ -66,7 +54,7 @@ impl ShownArgs {
         if layers.is_empty() {
             layers.push(LayerOptions {
                 name: self.layer_shown.clone(),
-                range: Some(self.range),
+                range: self.range,
                 ..LayerOptions::default()
             });
         }
@@ -80,7 +68,14 @@ impl ShownArgs {
 
     /// Whether layers are named, or a range of the first one.
     pub(super) fn are_named(&self) -> bool {
-        !self.layers.is_empty() || self.layer_shown.is_some() || self.range != [0.0, 1.0]
+        !self.layers.is_empty()
+            || self.layer_shown.is_some()
+            || self.range.is_some_and(|range| range != [0.0, 1.0])
+    }
+
+    /// Whether black and white of what is shown are nobody's choice.
+    pub(super) fn range_is_free(&self) -> bool {
+        self.layers.is_empty() && self.range.is_none()
     }
 }
 
@@ -189,7 +184,7 @@ mod tests {
     fn every_file_is_shown_over_those_before_it() {
         let args = |layers: &[&str], over: usize, compare_mode| ShownArgs {
             layer_shown: None,
-            range: [0.0, 1.0],
+            range: None,
             layers: layers.iter().map(|layer| parse_layer(layer).unwrap()).collect(),
             over: vec![PathBuf::from("b.png"); over],
             compare_mode,

@@ -18,14 +18,20 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
+use glam::DVec2;
 use vastex::{Filter, Pace, Settings, Textures, TileSource};
 use vastex_scenes::{
-    DisplayOptions, Gpu, LayerOptions, Offscreen, Overlay, Pose, Scene, Until, headless_gpu,
+    DisplayOptions, Gpu, LayerOptions, Offscreen, Overlay, PlanetOptions, Pose, Scene, ShownLayer, Until,
+    headless_gpu,
 };
+use vastex_viewer::hud::Hud;
+use vastex_viewer::layers::Tone;
+use vastex_viewer::panels::{Panes, free_in_panes};
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
 use crate::commands::render::{self, Troubles};
+use crate::first_range::first_range;
 use crate::open::{self, FileAbout, Looked};
 use crate::output::{Output, PngRows};
 use crate::parts::{self, MOST_SIDE, Part, Parts};
@@ -46,6 +52,8 @@ pub(crate) struct Shot {
     pub(crate) overlay: Option<Overlay>,
     /// Whether large texels are shown as they are, where no filter is asked for.
     pub(crate) may_be_crisp: bool,
+    /// Whether black and white are nobody's choice, and so those of the values.
+    pub(crate) range_is_free: bool,
     /// Width and height in pixels.
     pub(crate) size: [u32; 2],
     pub(crate) pixels_per_point: f32,
@@ -86,6 +94,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         options: scene.shown(),
         overlay: scene.overlay(),
         may_be_crisp: scene.filter() == Filter::default(),
+        range_is_free: scene.range_is_free(),
         size: scene.size(),
         pixels_per_point: 1.0,
         has_guides: true,
@@ -131,10 +140,18 @@ impl Shot {
     fn draw(&self, args: &ViewArgs, sources: &Sources, rows: &mut PngRows) -> Result<bool> {
         let gpu = headless_gpu()?;
         let said = || args.scene.pose(sources.image);
-        let pose = self.pose.or_else(said).unwrap_or_else(|| Pose::first(self.scene));
+        let panes = parts::panes(&self.options, 1 + sources.over.len());
+        let pane = [(self.size[0] / panes).max(1), self.size[1]];
+        let fitted = || match self.scene {
+            Scene::Image => {
+                let panes = Panes { count: panes, width: pane[0] };
+                Pose::fitted(pane, sources.image, free_in_panes(&panes, self.size[1], self.free()))
+            }
+            scene => Pose::first(scene),
+        };
+        let pose = self.pose.or_else(said).unwrap_or_else(fitted);
         let most = gpu.device.limits().max_texture_dimension_2d.min(MOST_SIDE);
         let most = args.scene.part_side.map_or(most, |side| side.min(most));
-        let panes = parts::panes(&self.options, 1 + sources.over.len());
         let is_whole = self.size.iter().all(|side| *side <= most);
         let has_clouds = self.scene == Scene::Planet && self.options.planet.clouds.is_some();
         let parts = Parts::new(self.size, panes, most, has_clouds);
@@ -142,8 +159,10 @@ impl Shot {
             parts::check_overlay(self.overlay)?;
         }
         let drawn_size = if is_whole { self.size } else { parts.drawn_size() };
-        let pane = [(self.size[0] / panes).max(1), self.size[1]];
         let mut drawn = self.offscreen(args, &gpu, sources, (&pose, pane, drawn_size))?;
+        if self.range_is_free {
+            self.take_first_ranges(&mut drawn)?;
+        }
         let mut troubles = Troubles::default();
         let mut over = Over::new(self, &gpu, &drawn, pose, sources);
         let outcome = match is_whole {
@@ -174,6 +193,30 @@ impl Shot {
         let source = self.source.display().to_string();
         troubles.texts(&source, drawn.textures()).iter().for_each(|said| report::say(said));
         Ok(outcome.converged)
+    }
+
+    /// The corners of what no panel covers, in pixels.
+    fn free(&self) -> [DVec2; 2] {
+        let hud = if self.has_hud { f64::from((Hud::WIDTH * self.pixels_per_point).round()) } else { 0.0 };
+        [DVec2::new(hud, 0.0), DVec2::from(self.size.map(f64::from))]
+    }
+
+    /// Gives layers the ranges of their values, as the window does at first.
+    fn take_first_ranges(&self, drawn: &mut Offscreen) -> Result<()> {
+        let shown: Vec<_> =
+            drawn.renderer().layers().iter().map(|shown| (shown.layer, shown.color_map)).collect();
+        let PlanetOptions { night, clouds, .. } = &self.options.planet;
+        let parts = [night, clouds].into_iter().flatten().filter(|_| self.scene == Scene::Planet);
+        let count = shown.len().saturating_sub(parts.count());
+        for (n, (layer, map)) in shown.into_iter().enumerate().take(count) {
+            let Some((range, text)) = first_range(drawn.textures(), (layer, &map), 1.0) else { continue };
+            report::say(&format!("{}: {text}", self.source.display()));
+            drawn.change_layer(n, |shown| {
+                let tone = Tone { range, ..shown.color_map.tone() };
+                ShownLayer { color_map: shown.color_map.with_tone(tone), ..shown }
+            })?;
+        }
+        Ok(())
     }
 
     /// What draws pictures of `size` pixels, of a camera that shows the whole in panes of `pane`.

@@ -29,6 +29,8 @@ pub(super) struct DisplaySettings {
     pub(super) overlay: Option<Overlay>,
     /// Whether large texels are shown as they are, where no filter is asked for.
     pub(super) may_be_crisp: bool,
+    /// Whether black and white of layers are nobody's choice, and so those of their values at first.
+    pub(super) range_is_free: bool,
 }
 
 /// Pixels a texel below which texels that are shown as they are are blended again: between this and [`CRISP`]
@@ -302,6 +304,11 @@ impl Displayed {
     /// Whether all of its rows are there.
     pub(super) fn is_whole(&self) -> bool {
         matches!(self.growth, Growth::Whole)
+    }
+
+    /// The share of its rows that has been looked at: all but of a preview that grows.
+    pub(super) fn rows_there(&self) -> f64 {
+        if self.is_whole() { 1.0 } else { f64::from(self.rows_seen) / f64::from(self.texels[1].max(1)) }
     }
 
     /// Takes the source out of the textures.

@@ -118,6 +118,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         begun: Instant::now(),
         scene: args.scene.scene(),
         cameras: Scene::ALL.map(|scene| Controller::new(Pose::first(scene))),
+        fitted: Some(Pose::first(Scene::Image)),
         open: None,
         openings: Openings::default(),
         over: Over::new(args.scene.files_over()),
@@ -170,6 +171,8 @@ struct App {
     scene: Scene,
     /// Where the camera is in each scene, in the order of [`Scene::ALL`].
     cameras: [Controller; Scene::ALL.len()],
+    /// The pose that showed all of an image, which is followed while the camera is there.
+    fitted: Option<Pose>,
     open: Option<Open>,
     openings: Openings,
     over: Over,
@@ -247,6 +250,7 @@ impl App {
         if let Some(file) = self.to_play.take_if(|_| self.shown.path().is_some()) {
             self.play_file(events, &file)?;
         }
+        self.keep_fitted();
         let camera = &mut self.cameras[self.scene as usize];
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
         let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());

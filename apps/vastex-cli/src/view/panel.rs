@@ -11,6 +11,7 @@ use egui::{
     Align2, Area, Button, CollapsingHeader, Color32, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
     TextStyle, ThemePreference, Ui, Vec2,
 };
+use glam::DVec2;
 use vastex_scenes::{PlanetOptions, Pose, Scene};
 use vastex_viewer::ViewText;
 use vastex_viewer::camera::Move;
@@ -104,6 +105,8 @@ pub(super) struct Panel {
     pub(super) display: DisplayPanel,
     pub(super) recent: Recent,
     pub(super) bookmarks: Bookmarks,
+    /// The corners of what was covered by nothing in the last frame, in pixels; `None` before the first.
+    pub(super) free: Option<[DVec2; 2]>,
 }
 
 impl Panel {
@@ -122,6 +125,7 @@ impl Panel {
             display: DisplayPanel::default(),
             recent,
             bookmarks,
+            free: None,
         }
     }
 

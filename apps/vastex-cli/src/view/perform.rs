@@ -41,7 +41,10 @@ impl App {
                 self.cameras[scene_index].magnify(magnification, point, view, image);
             }
             Action::Reset => {
-                self.cameras[scene_index] = Controller::new(Pose::first(self.scene));
+                let fitted = viewer.fitted().filter(|_| self.scene == Scene::Image);
+                let pose = fitted.unwrap_or(Pose::first(self.scene));
+                self.cameras[scene_index] = Controller::new(pose);
+                self.fitted = Some(pose);
                 viewer.jumped();
             }
             Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),

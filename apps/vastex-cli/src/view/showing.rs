@@ -170,15 +170,32 @@ impl App {
         if self.shown.turn_to(opening, path) {
             if !std::mem::take(&mut self.keeps_camera) {
                 self.cameras = Scene::ALL.map(|scene| Controller::new(Pose::first(scene)));
+                self.fitted = Some(Pose::first(Scene::Image));
             }
             // What the command line says of the camera is of the first file that is opened, and what a link
             // says is of its own.
             let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
             if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == self.args_of) {
                 self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
+                self.fitted = None;
             }
             self.input.rest();
             self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(path));
+        }
+    }
+
+    /// Where all of an image is shown and nobody has moved it since, keeps all of it beside what covers the
+    /// picture.
+    pub(super) fn keep_fitted(&mut self) {
+        let camera = &mut self.cameras[Scene::Image as usize];
+        if self.fitted != Some(camera.pose()) {
+            return;
+        }
+        let Some(open) = &mut self.open else { return };
+        if let Some(pose) = open.viewer.fitted().filter(|pose| *pose != camera.pose()) {
+            *camera = Controller::new(pose);
+            self.fitted = Some(pose);
+            open.viewer.wake();
         }
     }
 

@@ -37,7 +37,8 @@ impl OpenedVolume {
             Some([least, most]) => [low, high].map(|share| least + share * (most - least)),
             None => [low, high],
         };
-        let range = Some(args.scene.layers.range.map(f64::from)).filter(|range| *range != [0.0, 1.0]);
+        let range = args.scene.layers.range.map(|range| range.map(f64::from));
+        let range = range.filter(|range| *range != [0.0, 1.0]);
         if asked.is_empty() {
             // A channel of a view may have one of its own.
             let view = args.scene.volume_view().and_then(|view| view.channels).unwrap_or_default();

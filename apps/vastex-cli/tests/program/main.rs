@@ -11,6 +11,8 @@ mod disk_cache;
 mod estimates;
 mod export;
 mod feedback_modes;
+#[cfg(feature = "view")]
+mod first_range;
 mod heights;
 #[cfg(unix)]
 mod hostile;

@@ -179,6 +179,18 @@ impl Pose {
         Some(zoom * fitting(0).min(fitting(1)))
     }
 
+    /// The pose in which all of an image of so many columns and rows fits into a part of a picture, upright
+    /// and in its middle: into `free`, the part's corners in pixels from the top left, and not beyond.
+    pub fn fitted(picture: [u32; 2], image: [u32; 2], [low, high]: [DVec2; 2]) -> Pose {
+        let sides = |sides: [u32; 2]| DVec2::from(sides.map(|side| f64::from(side.max(1))));
+        let (picture, image) = (sides(picture), sides(image));
+        // Pixels a texel.
+        let scale = ((high - low).max(DVec2::ONE) / image).min_element();
+        let beside = (picture - (low + high)) / 2.0;
+        let centre = (DVec2::splat(0.5) + beside / (scale * image)).clamp(DVec2::ZERO, DVec2::ONE);
+        Pose::image(centre, scale / (picture / image).min_element())
+    }
+
     /// Height of the view of an image, in widths of the image; 0 in scenes with perspective. `view` and
     /// `image` are width over height.
     pub(super) fn view_height(&self, view: f64, image: f64) -> f64 {
@@ -393,6 +405,22 @@ mod tests {
         let halves = on_screen(pose(3.0), 4.0, 2.0, DVec3::new(1.0, 0.5, 0.0)).y; // half the image, in half views
         assert!((halves * 250.0 / 1000.0 - 0.75).abs() < 1e-5, "as the matrix has it: {halves}");
         assert_eq!(Pose::first(Scene::Globe).magnification([1000, 1000], [2000, 1000]), None);
+    }
+
+    #[test]
+    fn an_image_fits_into_the_part_of_a_picture_that_is_free() {
+        let (picture, image) = ([1280, 800], [4000, 2000]);
+        let corners = |low: [f64; 2], high: [f64; 2]| [DVec2::from(low), DVec2::from(high)];
+        let whole = Pose::fitted(picture, image, corners([0.0; 2], [1280.0, 800.0]));
+        assert_eq!(whole, Pose::first(Scene::Image), "nothing is covered");
+        let pose = Pose::fitted(picture, image, corners([348.0, 0.0], [960.0, 800.0]));
+        let pixel = |x: f64, y: f64| {
+            let clip = on_screen(pose, 1.6, 2.0, DVec3::new(x, y / 2.0, 0.0));
+            (clip * DVec2::new(0.5, -0.5) + 0.5) * DVec2::new(1280.0, 800.0)
+        };
+        let (first, last) = (pixel(-1.0, 1.0), pixel(1.0, -1.0));
+        assert!((first - DVec2::new(348.0, 400.0 - 153.0)).length() < 0.1, "{first}");
+        assert!((last - DVec2::new(960.0, 400.0 + 153.0)).length() < 0.1, "{last}");
     }
 
     #[test]

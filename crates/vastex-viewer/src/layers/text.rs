@@ -83,7 +83,7 @@ impl LayersText {
         };
         format!(
             "fn shown_{way}(look: Look, at: vec2<f32>) -> vec4<f32> {{\n{shown}}}\n\
-             fn inspected_{way}(look: Look) -> VastexInspection {{\n{inspected}}}\n"
+             fn inspected_{way}(look: Look, at: vec2<f32>) -> VastexInspection {{\n{inspected}}}\n"
         )
     }
 
@@ -112,7 +112,7 @@ impl LayersText {
     fn several(self, way: &str) -> (String, String) {
         let overs = self.sum(way, "light_of_ground");
         let call = |n| self.call("inspect", way, n, &format!("layered[{n}].id"));
-        let inspected = |n| where_seen(n, "", &format!("return {}", call(n)));
+        let inspected = |n| where_seen(n, &is_there(n), &format!("return {}", call(n)));
         let inspecteds: String = (1..self.over_one_another()).rev().map(inspected).collect();
         (
             format!(
@@ -127,9 +127,7 @@ impl LayersText {
         let over = |n| {
             let sampled = self.call("sample", way, n, &format!("layered[{n}].id"));
             let then = format!("sum = layered_over(sum, {sampled}, {n}u, {light})");
-            let begins = format!("(at.x + scene.origin.x) >= (layered[{n}].begins * scene.picture.x)");
-            let ends = format!("(at.x + scene.origin.x) < (layered[{n}].ends * scene.picture.x)");
-            where_seen(n, &format!(" && {begins} && {ends}"), &then)
+            where_seen(n, &is_there(n), &then)
         };
         let overs: String = (0..self.over_one_another()).map(over).collect();
         format!("    var sum = scene.background.rgb;\n{overs}")
@@ -164,6 +162,14 @@ impl LayersText {
         ]
         .concat()
     }
+}
+
+/// Whether a pixel lies where a layer that is compared, or has a pane of its own, is seen; to be added to
+/// other conditions.
+fn is_there(n: usize) -> String {
+    let begins = format!("(at.x + scene.origin.x) >= (layered[{n}].begins * scene.picture.x)");
+    let ends = format!("(at.x + scene.origin.x) < (layered[{n}].ends * scene.picture.x)");
+    format!(" && {begins} && {ends}")
 }
 
 /// A statement for a layer that is seen. It is asked of the pixel first, so that the condition does not

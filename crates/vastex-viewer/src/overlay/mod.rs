@@ -6,10 +6,11 @@
 mod small;
 
 use vastex::diagnostics::{FeedbackTarget, SlotUsage};
-use vastex::{Error, LayerId, Textures};
+use vastex::{Error, Textures};
 
+use crate::layers::ShownLayer;
 use crate::stage::{StageScene, Target};
-use crate::surface::{ScenePipelines, SceneRenderer};
+use crate::surface::{CameraBinding, ScenePipelines, SceneRenderer};
 pub use small::SmallOverlay;
 
 /// What is drawn.
@@ -79,25 +80,40 @@ impl Overlay {
 /// Texels in a row of the texture that tells the state of the slots.
 const TEXELS_IN_A_ROW: u32 = 1024;
 
-/// What draws an overlay: on the surface, or as a plan.
+/// What draws an overlay: on the surface, or as a plan in each pane.
 #[derive(Debug)]
 enum Drawn {
     OnSurface(ScenePipelines),
-    Plan(wgpu::RenderPipeline),
+    Plans(Vec<Plan>),
 }
 
-/// Draws one overlay of a scene; of several layers, for the one that is inspected
-/// ([`crate::Layers::inspected`]). Made anew where the scene's renderer is, and where another layer is
-/// inspected: until then it draws nothing.
+/// The plan of a pane.
+#[derive(Debug)]
+struct Plan {
+    /// What it is of.
+    shown: ShownLayer,
+    camera: CameraBinding,
+    pipeline: wgpu::RenderPipeline,
+    /// A texture of its own, where it reads one.
+    read: Option<wgpu::BindGroup>,
+}
+
+impl Plan {
+    /// Whether it is drawn by what was made for it.
+    fn is_of(&self, shown: &ShownLayer) -> bool {
+        self.shown.layer == shown.layer && self.shown.color_map.shares_pipelines(&shown.color_map)
+    }
+}
+
+/// Draws one overlay of a scene; of several layers, for the one that is inspected at each place
+/// ([`crate::Layers::inspected_at`]), so that of layers side by side each pane has its own. Made anew where
+/// the scene's renderer is.
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
     drawn: Drawn,
-    /// That it is of.
-    layer: LayerId,
-    /// Where it reads a texture of its own.
+    /// Where plans read a texture of their own.
     layout: Option<wgpu::BindGroupLayout>,
-    read: Option<wgpu::BindGroup>,
 }
 
 impl OverlayRenderer {
@@ -111,16 +127,11 @@ impl OverlayRenderer {
         let (entry, is_on_surface) = overlay.entry();
         let reads_texture = matches!(overlay, Overlay::Feedback | Overlay::Atlas);
         let layout = reads_texture.then(|| texture_layout(device));
-        let drawn = if is_on_surface {
-            Drawn::OnSurface(renderer.pipelines(entry, None, &[renderer.format()]))
-        } else {
-            Drawn::Plan(renderer.plan_pipeline(
-                textures,
-                entry,
-                reads_texture.then_some(&TEXTURE_ENTRIES[..]),
-            )?)
+        let drawn = match is_on_surface {
+            true => Drawn::OnSurface(renderer.pipelines(entry, None, &[renderer.format()])),
+            false => Drawn::Plans(plans(device, textures, renderer, overlay)?),
         };
-        Ok(OverlayRenderer { overlay, drawn, layer: renderer.layer(), layout, read: None })
+        Ok(OverlayRenderer { overlay, drawn, layout })
     }
 
     /// Which overlay it is.
@@ -128,8 +139,10 @@ impl OverlayRenderer {
         self.overlay
     }
 
-    /// Takes in what the overlay shows of this frame beside the bind group of its texture. Before the frame's
-    /// own feedback is drawn, or after it is submitted, with the scene's eye where it is in this frame.
+    /// Takes in what the overlay shows of this frame beside the bind group of its texture: to be called
+    /// before each [`OverlayRenderer::draw`]. Before the frame's own feedback is drawn, or after it is
+    /// submitted, with the scene's eye where it is in this frame. Compiles pipelines where other layers are
+    /// in the panes than before.
     pub fn look(
         &mut self,
         device: &wgpu::Device,
@@ -138,33 +151,52 @@ impl OverlayRenderer {
         renderer: &SceneRenderer,
         picture: [u32; 2],
     ) -> Result<(), Error> {
-        let Some(layout) = &self.layout else { return Ok(()) };
-        let layer = self.layer;
-        let view = if self.overlay == Overlay::Feedback {
-            let target: FeedbackTarget =
-                textures.inspect().feedback_to_look_at(picture, |pass, groups| {
-                    if let Some(group) = groups.get(renderer.sampled()) {
-                        renderer.draw_wanted(renderer.camera(), pass, group);
-                    }
-                })?;
-            target.raw().view().clone()
-        } else {
-            let slots = textures.inspect().slots_beside(layer.texture());
-            let [width, height, _] = textures.texture(layer.texture())?.description().geometry.tile();
-            slots_texture(device, queue, &slots, columns(slots.len(), picture, [width, height]))
+        let Drawn::Plans(drawn) = &mut self.drawn else { return Ok(()) };
+        let layers = renderer.layers();
+        let is_same = drawn.len() == layers.in_panes().count()
+            && drawn.iter().zip(layers.in_panes()).all(|(plan, shown)| plan.is_of(shown));
+        if !is_same {
+            *drawn = plans(device, textures, renderer, self.overlay)?;
+        }
+        let feedback = match self.overlay {
+            Overlay::Feedback => {
+                let target: FeedbackTarget =
+                    textures.inspect().feedback_to_look_at(picture, |pass, groups| {
+                        if let Some(group) = groups.get(renderer.sampled()) {
+                            renderer.draw_wanted(renderer.camera(), pass, group);
+                        }
+                    })?;
+                Some(target.raw().view().clone())
+            }
+            _ => None,
         };
-        self.read = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("overlay"),
-            layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(&view),
-            }],
-        }));
+        for (plan, shown) in drawn.iter_mut().zip(layers.in_panes()) {
+            plan.shown = *shown;
+            renderer.place_plan(&plan.camera, queue, textures, shown, picture);
+            let Some(layout) = &self.layout else { continue };
+            let view = match &feedback {
+                Some(view) => view.clone(),
+                None => {
+                    let texture = shown.layer.texture();
+                    let slots = textures.inspect().slots_beside(texture);
+                    let [width, height, _] = textures.texture(texture)?.description().geometry.tile();
+                    let columns = columns(slots.len(), layers.pane_size(picture), [width, height]);
+                    slots_texture(device, queue, &slots, columns)
+                }
+            };
+            plan.read = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("overlay"),
+                layout,
+                entries: &[wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&view),
+                }],
+            }));
+        }
         Ok(())
     }
 
-    /// Draws it; `None` if the texture was removed.
+    /// Draws it; nothing where the texture was removed.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -173,25 +205,39 @@ impl OverlayRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, renderer.background());
-        if renderer.layer() != self.layer {
-            return;
-        }
-        if let Some(read) = &self.read {
-            pass.set_bind_group(2, read, &[]);
-        }
         match &self.drawn {
             Drawn::OnSurface(pipelines) => {
                 if let Ok(group) = textures.bind_group(renderer.sampled()) {
                     renderer.draw(&mut pass, pipelines, group);
                 }
             }
-            Drawn::Plan(pipeline) => {
-                if let Ok(group) = textures.bind_group(renderer.layer()) {
-                    renderer.draw_plan(&mut pass, pipeline, group);
+            Drawn::Plans(plans) => {
+                for (pane, plan) in (0..).zip(plans) {
+                    let Ok(group) = textures.bind_group(plan.shown.layer) else { continue };
+                    if let Some(read) = &plan.read {
+                        pass.set_bind_group(2, read, &[]);
+                    }
+                    renderer.draw_plan(&mut pass, (&plan.camera, pane), &plan.pipeline, group);
                 }
             }
         }
     }
+}
+
+/// The plan of each pane. Fails where a texture was removed.
+fn plans(
+    device: &wgpu::Device,
+    textures: &Textures,
+    renderer: &SceneRenderer,
+    overlay: Overlay,
+) -> Result<Vec<Plan>, Error> {
+    let (entry, _) = overlay.entry();
+    let group = matches!(overlay, Overlay::Feedback | Overlay::Atlas).then_some(&TEXTURE_ENTRIES[..]);
+    let plan = |shown: &ShownLayer| {
+        let pipeline = renderer.plan_pipeline(textures, shown, entry, group)?;
+        Ok(Plan { shown: *shown, camera: renderer.new_camera(device), pipeline, read: None })
+    };
+    renderer.layers().in_panes().map(plan).collect()
 }
 
 /// A texture of whole numbers.

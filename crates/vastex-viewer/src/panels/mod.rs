@@ -8,6 +8,7 @@
 mod bookmarks;
 mod compare;
 mod display;
+mod free_part;
 mod guides;
 mod info;
 mod keys;
@@ -34,6 +35,7 @@ mod volume_words;
 pub use bookmarks::{Bookmark, Bookmarks, ViewsChange};
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
+pub use free_part::free_in_panes;
 pub use guides::{ImageView, paint_guides};
 pub use info::InfoPanel;
 pub use keys::{keys_window, keys_window_of};

@@ -28,7 +28,8 @@ struct SceneUniform {
     nodata: f32,
     part: Vec4,
     origin: [f32; 2],
-    unused: [f32; 2],
+    panes: f32,
+    unused: f32,
     nodata_color: Vec4,
     /// The first of each counts; see `scene_zero` in surface.wgsl.
     relief: [ReliefUniform; 2],
@@ -97,14 +98,15 @@ impl CameraBinding {
 
     /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
     /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
-    /// become colours; which part of a pane of the picture is drawn, and which part of what the camera sees.
+    /// become colours; which part of a pane of the picture is drawn, which part of what the camera sees, and
+    /// how many panes there are.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
         (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
-        (part, seen): (PicturePart, PicturePart),
+        (part, seen, panes): (PicturePart, PicturePart, u32),
     ) {
         let pane = part.whole;
         let [scale, offset] = seen.whole_from_part();
@@ -118,6 +120,7 @@ impl CameraBinding {
             nodata_color: color_map.nodata_color(),
             part: scale.as_vec2().extend(offset.x as f32).extend(offset.y as f32),
             origin: part.at.map(|at| at as f32),
+            panes: panes as f32,
             ids: [all, color, height, self.view],
             places,
             planet: planet.unwrap_or(Zeroable::zeroed()),

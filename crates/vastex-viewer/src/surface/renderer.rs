@@ -18,7 +18,7 @@ use super::scene_pipelines::{PipelineMaker, ScenePipelines};
 use super::tiling::Tiling;
 use crate::camera::Pose;
 use crate::gpu::Gpu;
-use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, background};
+use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, ShownLayer, background};
 use crate::picture::PicturePart;
 use crate::scene::Scene;
 use crate::stage::{StageScene, Target, TargetKind, Uniform, filled_buffer, takes_light};
@@ -216,14 +216,25 @@ impl SceneRenderer {
         &self.camera
     }
 
-    /// Draws by pipelines of [`SceneRenderer::pipelines`], through its own camera.
+    /// Draws by pipelines of [`SceneRenderer::pipelines`], through its own camera, in every pane.
     pub fn draw(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
         pipelines: &ScenePipelines,
         texture_group: &wgpu::BindGroup,
     ) {
-        self.draw_through(&self.camera, pass, pipelines, texture_group);
+        for pane in 0..self.layers.panes() {
+            self.turn_to_pane(&self.camera, pass, pane);
+            self.draw_through(&self.camera, pass, pipelines, texture_group);
+        }
+    }
+
+    /// What is drawn next is in a pane, where there are several.
+    fn turn_to_pane(&self, camera: &CameraBinding, pass: &mut wgpu::RenderPass<'_>, pane: u32) {
+        if self.layers.panes() > 1 {
+            let [width, height] = camera.pane();
+            pass.set_viewport(pane as f32 * width, 0.0, width, height, 0.0, 1.0);
+        }
     }
 
     /// Draws the surface as a camera sees it: as a mesh or in fixed point.
@@ -357,27 +368,48 @@ impl SceneRenderer {
         self.relief.is_some()
     }
 
-    /// A pipeline that draws a plan over the whole picture in the place of the scene, of the layer that is
-    /// inspected; one more bind group, if any. Fails where its texture was removed.
+    /// A pipeline that draws a plan of a layer over the whole of a pane in the place of the scene; one more
+    /// bind group, if any. Fails where its texture was removed.
     pub fn plan_pipeline(
         &self,
         textures: &Textures,
+        shown: &ShownLayer,
         entry: &str,
         group: Option<&[wgpu::BindGroupLayoutEntry]>,
     ) -> Result<wgpu::RenderPipeline, Error> {
-        self.maker.plan(textures, self.layer(), self.color_map(), (entry, group))
+        self.maker.plan(textures, shown.layer, shown.color_map, (entry, group))
     }
 
-    /// Draws a plan. Of a list the bind group is that of the layer that is inspected.
+    /// Tells a camera of [`SceneRenderer::new_camera`] what a plan of a layer is drawn by, in a picture of so
+    /// many pixels.
+    pub fn place_plan(
+        &self,
+        camera: &CameraBinding,
+        queue: &wgpu::Queue,
+        textures: &Textures,
+        shown: &ShownLayer,
+        picture: [u32; 2],
+    ) {
+        // What was removed has no id; shaders show what they show for any texture that is not there.
+        let id = textures.shader_id(shown.layer).unwrap_or(u32::MAX);
+        let pane = PicturePart::all(self.layers.pane_size(picture));
+        let placed = (&Placed::Mesh(glam::Mat4::IDENTITY), bytemuck::Zeroable::zeroed(), None);
+        camera.set(queue, placed, [id; 3], &shown.color_map, (pane, pane, self.layers.panes()));
+    }
+
+    /// Draws a plan in a pane, through a camera that was told of it. The bind group is that of the plan's
+    /// layer.
     pub fn draw_plan(
         &self,
         pass: &mut wgpu::RenderPass<'_>,
+        (camera, pane): (&CameraBinding, u32),
         pipeline: &wgpu::RenderPipeline,
         texture_group: &wgpu::BindGroup,
     ) {
+        self.turn_to_pane(camera, pass, pane);
         pass.set_pipeline(pipeline);
         pass.set_bind_group(0, texture_group, &[]);
-        pass.set_bind_group(1, self.camera.group(), &[]);
+        pass.set_bind_group(1, camera.group(), &[]);
         pass.draw(0..3, 0..1);
     }
 
@@ -427,7 +459,8 @@ impl StageScene for SceneRenderer {
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
         let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, part.whole, relief.sea()));
-        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), (part, seen));
+        let seen = (part, seen, self.layers.panes());
+        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), seen);
     }
 
     fn draw_wanted(
@@ -451,11 +484,8 @@ impl StageScene for SceneRenderer {
             self.bind(camera, &mut pass, sky.get_or_init(|| self.maker.sky()), textures);
             pass.draw(0..3, 0..1);
         }
-        let (panes, [width, height]) = (self.layers.panes(), camera.pane());
-        for pane in 0..panes {
-            if panes > 1 {
-                pass.set_viewport(pane as f32 * width, 0.0, width, height, 0.0, 1.0);
-            }
+        for pane in 0..self.layers.panes() {
+            self.turn_to_pane(camera, &mut pass, pane);
             self.draw_through(camera, &mut pass, &self.picture, textures);
         }
     }

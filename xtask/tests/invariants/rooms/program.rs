@@ -11,6 +11,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("gpu", &["report"]),
     ("shortage", &["report"]),
     ("explained", &[]),
+    ("first_range", &[]),
     ("telemetry", &["args", "output"]),
     ("parts", &[]),
     ("pictures", &["args", "output"]),
@@ -38,7 +39,10 @@ pub(super) const ROOMS: &[Room] = &[
         ],
     ),
     ("volumes", &["args", "commands", "open"]),
-    ("screenshot", &["args", "commands", "made_levels", "open", "output", "parts", "report", "volumes"]),
+    (
+        "screenshot",
+        &["args", "commands", "first_range", "made_levels", "open", "output", "parts", "report", "volumes"],
+    ),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (
         "view",
@@ -46,6 +50,7 @@ pub(super) const ROOMS: &[Room] = &[
             "args",
             "commands",
             "explained",
+            "first_range",
             "gpu",
             "link",
             "made_levels",

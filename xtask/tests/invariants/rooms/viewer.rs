@@ -15,7 +15,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("surface", &["camera", "gpu", "layers", "picture", "scene", "stage", "words"]),
     ("volume", &["gpu", "layers", "stage"]),
     ("volume_scene", &["gpu", "input", "layers", "stage", "volume"]),
-    ("overlay", &["camera", "gpu", "stage", "surface"]),
+    ("overlay", &["camera", "gpu", "layers", "stage", "surface"]),
     ("inspect", &["camera", "gpu", "layers", "stage", "surface"]),
     ("view_text", &["camera", "layers", "overlay", "scene", "surface", "volume", "volume_scene", "words"]),
     ("link", &["view_text"]),

@@ -371,6 +371,7 @@ mod tests {
             options: DisplayOptions::default(),
             overlay: None,
             may_be_crisp: true,
+            range_is_free: false,
         };
         let sources = vec![("earth".to_owned(), tiles.clone()), ("over it".to_owned(), tiles.clone())];
         Maker {

@@ -238,7 +238,7 @@ impl Viewer {
     }
 
     /// The layers that are shown, where nobody has chosen any the first of each texture.
-    fn layers_or_first(&self) -> Vec<LayerOptions> {
+    pub(super) fn layers_or_first(&self) -> Vec<LayerOptions> {
         let chosen = self.settings.options.layers.clone();
         let count = self.display.displayed().map_or(0, |displayed| displayed.textures().len());
         if chosen.is_empty() { (0..count).map(first_of).collect() } else { chosen }

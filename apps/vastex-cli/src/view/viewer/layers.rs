@@ -79,7 +79,8 @@ impl Viewer {
         let options = args.shown();
         let (scene, overlay) = (args.scene(), args.overlay());
         let first_layers = options.layers.clone();
-        let settings = DisplaySettings { scene, options, overlay, ..self.settings.clone() };
+        let range_is_free = args.range_is_free();
+        let settings = DisplaySettings { scene, options, overlay, range_is_free, ..self.settings.clone() };
         let before = AskedBefore {
             first_layers: self.first_layers.clone(),
             settings: self.settings.clone(),

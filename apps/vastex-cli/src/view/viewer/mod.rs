@@ -5,6 +5,7 @@ mod anew;
 mod below;
 mod chosen;
 mod drawing;
+mod first_range;
 mod hud;
 mod layers;
 mod measuring;
@@ -49,6 +50,7 @@ use anew::Anew;
 pub(super) use anew::MadeAnew;
 use below::Below;
 use chosen::Chosen;
+use first_range::FirstRanges;
 use hud::WindowHud;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
@@ -122,6 +124,7 @@ pub(super) struct Viewer {
     /// which somebody may have.
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
+    first_ranges: FirstRanges,
     /// Whether the files beside it that are asked for are those of the file that is displayed next, as the
     /// command line and links name them; else they went with the one before.
     is_asked: bool,
@@ -167,6 +170,7 @@ impl Viewer {
             anew: Anew::default(),
             first_layers: args.shown().layers,
             layers_of: 0,
+            first_ranges: FirstRanges::default(),
             is_asked: true,
             begun: Instant::now(),
             values: None,
@@ -182,6 +186,7 @@ impl Viewer {
                 options: args.shown(),
                 overlay: args.overlay(),
                 may_be_crisp: args.filter() == Filter::default(),
+                range_is_free: args.range_is_free(),
             },
             display: Display::Empty,
             #[cfg(feature = "volumes")]

@@ -26,6 +26,7 @@ impl Viewer {
             pose: Some(pose),
             options: self.settings.options.clone(),
             overlay: self.settings.overlay,
+            range_is_free: false,
             may_be_crisp: self.settings.may_be_crisp,
             size: self.surface.size().map(|side| side.saturating_mul(times)),
             pixels_per_point: self.window.scale_factor() as f32 * times as f32,

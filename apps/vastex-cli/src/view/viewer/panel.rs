@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use glam::DVec2;
 use vastex_scenes::{LayerOptions, Pose, Scene};
 use vastex_viewer::inspect::Histogram;
 use vastex_viewer::layers::StoredScale;
@@ -15,7 +16,7 @@ use super::Viewer;
 use crate::screenshot::Guided;
 
 /// Between two looks at the values of a view that changes.
-const EVERY: Duration = Duration::from_millis(300);
+pub(super) const EVERY: Duration = Duration::from_millis(300);
 
 /// Points that the titles of panes take at the top.
 const TITLES: f32 = 32.0;
@@ -36,6 +37,12 @@ impl Values {
     pub(super) fn age(&mut self) {
         self.are_last = false;
     }
+}
+
+/// The corners of a part of the window, in whole pixels.
+fn corners_of(part: egui::Rect, pixels_per_point: f32) -> [DVec2; 2] {
+    [part.min, part.max]
+        .map(|corner| (DVec2::new(corner.x.into(), corner.y.into()) * f64::from(pixels_per_point)).round())
 }
 
 impl Viewer {
@@ -95,6 +102,7 @@ impl Viewer {
     /// Runs the panel for the frame that comes, and displays what was changed in it.
     pub(super) fn run_panel(&mut self, pose: Pose) {
         self.title.expire(Instant::now());
+        self.look_for_first_ranges();
         self.look_at_values(pose);
         let is_settled = self.is_settled(&self.textures.stats());
         let name = self.name().to_owned();
@@ -122,7 +130,7 @@ impl Viewer {
         let map = self.display.displayed().and_then(|source| source.about.map.as_ref());
         let rows = self.display.displayed().map_or(&[][..], |source| &source.about.rows);
         let is_compared = guided.is_some_and(|renderer| renderer.layers().can_compare());
-        let before = panel.display.clone();
+        let (before, free_before) = (panel.display.clone(), panel.free);
         let (opening, notice) = (self.opening.as_ref(), self.title.notice());
         self.shown_notice = notice.map(str::to_owned);
         let (minimaps, is_hidden) = (&mut self.minimaps, self.is_hidden);
@@ -156,6 +164,7 @@ impl Viewer {
             };
             let (asks, changes) = panel.show(ui, &mut told);
             let all = ui.available_rect_before_wrap();
+            panel.free = Some(corners_of(all, ui.pixels_per_point()));
             let free = |pane: u32| panes.rect(pane, all, ui.pixels_per_point());
             // What lies over the image lies over it in each pane that a panel leaves something of.
             let seen = || (0..panes.count).filter(|pane| free(*pane).is_positive());
@@ -187,6 +196,10 @@ impl Viewer {
             is_changed |= changes;
         });
         self.asked.extend(asked);
+        if self.panel.free != free_before {
+            // All of an image is somewhere else, and other values are in view.
+            self.wake();
+        }
         if self.panel.display != before {
             // Another layer's values, or others of them, count from the next frame on.
             self.values = None;
@@ -222,9 +235,9 @@ impl Viewer {
             return;
         }
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let sizes = (self.size(), displayed.size);
+        let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));
         let histogram = shown.as_ref().and_then(|(layer, map)| {
-            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes)
+            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes, free)
         });
         let range = histogram.as_ref().filter(|_| self.panel.display.follows());
         let range = range.and_then(|values| self.automatic_range(shown?.0, values));
@@ -244,9 +257,9 @@ impl Viewer {
         };
         let layer = self.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let sizes = (self.size(), displayed.size);
+        let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));
         let values = shown.as_ref().and_then(|(layer, map)| {
-            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes)
+            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes, free)
         });
         let range = values.and_then(|values| self.automatic_range(shown?.0, &values));
         range.into_iter().for_each(|range| self.set_range(layer, range));

@@ -9,7 +9,7 @@ use vastex_scenes::Pose;
 use vastex_viewer::input::InputEvent;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::{Panes, Shapes};
+use vastex_viewer::panels::{Panes, Shapes, free_in_panes};
 
 use super::Viewer;
 
@@ -31,6 +31,18 @@ impl Viewer {
     /// Width and height of the window in pixels, however it is divided.
     pub(in super::super) fn window_size(&self) -> [u32; 2] {
         self.surface.size()
+    }
+
+    /// The corners of the part of what a camera sees that no panel covers, in pixels from the top left.
+    pub(super) fn free(&self) -> [DVec2; 2] {
+        let [width, height] = self.surface.size();
+        let whole = [DVec2::ZERO, DVec2::new(width.into(), height.into())];
+        free_in_panes(&self.panes(), height, self.panel.free.unwrap_or(whole))
+    }
+
+    /// The pose in which all of the image is seen beside what covers the picture; `None` before there is one.
+    pub(in super::super) fn fitted(&self) -> Option<Pose> {
+        (!self.is_empty()).then(|| Pose::fitted(self.size(), self.image_size(), self.free()))
     }
 
     /// A pixel of the picture as the camera sees it. Where a button or a finger is down, it belongs to the

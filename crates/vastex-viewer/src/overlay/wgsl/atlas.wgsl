@@ -16,7 +16,7 @@ fn shade_atlas(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     let tile = vec2<f32>(vastex_inspect_slot_size());
     let columns = atlas_state(1u);
     let cell = scene.picture.x / f32(columns) * vec2<f32>(1.0, tile.y / tile.x);
-    let place = at.xy / cell;
+    let place = plan_at(at) / cell;
     let slot = u32(place.y) * columns + u32(place.x);
     if slot >= atlas_state(0u) || u32(place.x) >= columns {
         return vec4<f32>(PLAN_PAPER, 1.0);

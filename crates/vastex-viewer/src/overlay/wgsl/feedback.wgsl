@@ -13,7 +13,9 @@ fn overlay_page(id: vec2<u32>) -> vec3<f32> {
 
 @fragment
 fn shade_feedback(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
-    let pixel = textureLoad(overlay_feedback, vec2<u32>(at.xy) / VASTEX_FEEDBACK_SCALE, 0);
+    // It is of one pane, as wide as all of the picture.
+    let wide = plan_at(at) * vec2<f32>(scene.panes, 1.0);
+    let pixel = textureLoad(overlay_feedback, vec2<u32>(wide) / VASTEX_FEEDBACK_SCALE, 0);
     if pixel.w == VASTEX_FEEDBACK_DEGENERATE {
         return vec4<f32>(1.0, 0.0, 1.0, 1.0);
     }

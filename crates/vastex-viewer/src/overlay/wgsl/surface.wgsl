@@ -10,7 +10,7 @@ fn shade_levels_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if !look.is_met {
         return scene_beside();
     }
-    return overlay_over(overlay_picture_WAY(seen, look), overlay_level(inspected_WAY(look).shown));
+    return overlay_over(overlay_picture_WAY(seen, look), overlay_level(inspected_WAY(look, seen.clip.xy).shown));
 }
 
 @fragment
@@ -19,7 +19,7 @@ fn shade_wanted_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if !look.is_met {
         return scene_beside();
     }
-    let wanted = inspected_WAY(look).wanted;
+    let wanted = inspected_WAY(look, seen.clip.xy).wanted;
     let finer = u32(wanted);
     let color = mix(overlay_level(finer), overlay_level(finer + 1u), wanted - f32(finer));
     return overlay_over(overlay_picture_WAY(seen, look), color);
@@ -31,7 +31,7 @@ fn shade_deficit_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if !look.is_met {
         return scene_beside();
     }
-    let inspected = inspected_WAY(look);
+    let inspected = inspected_WAY(look, seen.clip.xy);
     return overlay_over(overlay_picture_WAY(seen, look), overlay_deficit(f32(inspected.shown) - floor(inspected.wanted)));
 }
 
@@ -42,7 +42,7 @@ fn shade_pages_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     if !look.is_met {
         return scene_beside();
     }
-    let inspected = inspected_WAY(look);
+    let inspected = inspected_WAY(look, seen.clip.xy);
     let texels_per_pixel = overlay_texels_WAY(look, inspected.level_size);
     let page = inspected.page_size;
     let from_edge = min(inspected.page_texel, page - inspected.page_texel) / max(texels_per_pixel, vec2<f32>(1e-9));

@@ -12,7 +12,7 @@ fn shade_table(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
     var left = 0.0;
     var side = vec2<f32>(width, height);
     for (var level = 0u; level <= vastexi_texture(scene.ids.color).tail_level; level++) {
-        let place = (at.xy - vec2<f32>(left, 0.0)) / side;
+        let place = (plan_at(at) - vec2<f32>(left, 0.0)) / side;
         if all(place >= vec2<f32>(0.0)) && all(place < vec2<f32>(1.0)) {
             return vec4<f32>(table_page(place, level), 1.0);
         }

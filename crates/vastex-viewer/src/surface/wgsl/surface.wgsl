@@ -96,12 +96,13 @@ struct Scene {
     clip_from_world: mat4x4<f32>,
     background: vec4<f32>,
     tone: Tone,
-    picture: vec2<f32>, // size in pixels, of the whole where parts are drawn
+    picture: vec2<f32>, // size in pixels, of the whole where parts are drawn, of a pane where there are several
     map: u32,           // 1 where the palette makes colours of a single channel
     nodata: f32,        // the value that stands for no data
     part: vec4<f32>,    // of a picture that is drawn in parts: from places of the part, -1 to 1, to those of the whole, a factor and an offset
     origin: vec2<f32>,  // the part's first pixel in the whole
-    unused: vec2<f32>,
+    panes: f32,         // beside each other
+    unused: f32,
     nodata_colour: vec4<f32>, // of what is without data, as the layer's values are; alpha 0 where it is not drawn
     relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
