@@ -218,14 +218,15 @@ fn look(file: &Path, directory: &Path, is_restless: bool) -> Result<Seen> {
         command.arg("--restless");
     }
     let said = shell::output(command.stderr(Stdio::inherit()))?;
-    let figure = |name: &str| number(&said, name).with_context(|| format!("{name} is not in {said}"));
+    let figure =
+        |name: &str| measure::number(&said, name).with_context(|| format!("{name} is not in {said}"));
     let source_ms = figure("source_ms")?;
     let peak = std::fs::read_to_string(&report)?;
     let peak_mb =
         peak.trim().parse::<f64>().with_context(|| format!("{GNU_TIME} wrote {peak}"))? * 1024.0 / 1e6;
     Ok(Seen {
         start_ms: figure("start_ms")?,
-        first_ms: number(&said, "preview_ms").unwrap_or(source_ms),
+        first_ms: measure::number(&said, "preview_ms").unwrap_or(source_ms),
         source_ms,
         sharp_ms: figure("sharp_ms")?,
         p95_ms: figure("frame_p95_ms")?,
@@ -233,12 +234,6 @@ fn look(file: &Path, directory: &Path, is_restless: bool) -> Result<Seen> {
         idle: figure("idle")?,
         peak_mb,
     })
-}
-
-/// A number of a flat JSON object.
-fn number(json: &str, name: &str) -> Option<f64> {
-    let rest = json.split_once(&format!("\"{name}\":"))?.1;
-    rest.split([',', '}']).next()?.trim().parse().ok()
 }
 
 /// Milliseconds that libvips takes for a thumbnail.
@@ -336,7 +331,10 @@ mod tests {
     #[test]
     fn figures_are_found_in_what_the_window_says() {
         let said = r#"{"start_ms":12.5,"preview_ms":null,"idle":0.001}"#;
-        assert_eq!([number(said, "start_ms"), number(said, "idle")], [Some(12.5), Some(0.001)]);
-        assert_eq!([number(said, "preview_ms"), number(said, "sharp_ms")], [None, None]);
+        assert_eq!(
+            [measure::number(said, "start_ms"), measure::number(said, "idle")],
+            [Some(12.5), Some(0.001)]
+        );
+        assert_eq!([measure::number(said, "preview_ms"), measure::number(said, "sharp_ms")], [None, None]);
     }
 }

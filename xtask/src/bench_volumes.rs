@@ -1,10 +1,11 @@
 //! `cargo xtask bench volumes`: pyramids of volumes by `vastex build` beside ome-zarr-py, at equal codec,
 //! chunks and levels, in the same run; what was written is read by zarr-python, value by value. Then what
-//! reading costs ([`reading`]).
+//! reading costs ([`reading`]), and what pictures do ([`pictures`]).
 //!
 //! CPU seconds of all threads are compared: both programs may use every core, and how well they do depends on
 //! what else runs. The figures that are kept stand in docs/bench-volumes.md.
 
+mod pictures;
 mod reading;
 
 use std::fmt::Write as _;
@@ -43,6 +44,7 @@ ratios within a round.
 const INPUT: &str = include_str!("volumes/input.py");
 const PEER: &str = include_str!("volumes/peer.py");
 const CHECK: &str = include_str!("volumes/check.py");
+const PSNR: &str = include_str!("volumes/psnr.py");
 
 struct Options {
     runs: usize,
@@ -56,16 +58,18 @@ struct Options {
 enum Part {
     Levels,
     Reading,
+    Pictures,
 }
 
 impl Part {
-    const ALL: [Part; 2] = [Part::Levels, Part::Reading];
+    const ALL: [Part; 3] = [Part::Levels, Part::Reading, Part::Pictures];
 
     /// As it is named.
     fn name(self) -> &'static str {
         match self {
             Part::Levels => "levels",
             Part::Reading => "reading",
+            Part::Pictures => "pictures",
         }
     }
 
@@ -74,6 +78,7 @@ impl Part {
         match self {
             Part::Levels => "\n## Pyramids",
             Part::Reading => "\n## Bricks",
+            Part::Pictures => "\n## Pictures",
         }
     }
 
@@ -107,6 +112,7 @@ pub(crate) fn volumes(options: &[&str]) -> Result<()> {
                 let reading = reading::Reading::new(&scripts.python, has, &directory, (&input, SIZE))?;
                 reading.page(options.runs)?
             }
+            Part::Pictures => pictures::page(&scripts, &input, &directory, options.runs)?,
         };
         page.push_str(&text);
     }
@@ -160,7 +166,7 @@ fn words(path: &Path) -> String {
 
 impl Scripts {
     fn new(directory: &Path, python: PathBuf) -> Result<Scripts> {
-        for (name, text) in [("input.py", INPUT), ("peer.py", PEER), ("check.py", CHECK)] {
+        for (name, text) in [("input.py", INPUT), ("peer.py", PEER), ("check.py", CHECK), ("psnr.py", PSNR)] {
             let path = directory.join(name);
             std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
         }

@@ -63,8 +63,8 @@ Commands:
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
   bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, bricks beside decoding alone, boxes beside zarr-python and tensorstore;
-                           into docs/bench-volumes.md
-      levels, reading        only one of both; what the page has of the other is kept
+                           what pictures cost; into docs/bench-volumes.md
+      levels, reading, pictures  only these; what the page has of the others is kept
       --runs N               interleaved runs of each program [default: 3]
       --write                put the figures there
   record DIR               what must stay while code moves, as plain files: decisions, pictures, hashes of what is built, help, names

@@ -65,6 +65,12 @@ fn size(path: &Path) -> std::io::Result<u64> {
     std::fs::read_dir(path)?.map(|entry| size(&entry?.path())).sum()
 }
 
+/// A number of a JSON object, the first of its name.
+pub(crate) fn number(json: &str, name: &str) -> Option<f64> {
+    let rest = json.split_once(&format!("\"{name}\":"))?.1;
+    rest.split([',', '}']).next()?.trim().parse().ok()
+}
+
 /// The median of every column by itself. `runs` must not be empty.
 pub(crate) fn medians(runs: &[Run]) -> Run {
     let column = |of: fn(&Run) -> f64| median(runs.iter().map(of).collect());

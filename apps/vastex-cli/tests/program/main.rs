@@ -34,6 +34,8 @@ mod settings;
 mod telemetry;
 mod tool;
 #[cfg(feature = "volumes")]
+mod volume_gallery;
+#[cfg(feature = "volumes")]
 mod volume_labels;
 #[cfg(feature = "volumes")]
 mod volume_pictures;
