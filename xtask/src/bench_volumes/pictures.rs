@@ -1,5 +1,5 @@
-//! The part of `cargo xtask bench volumes` that draws: what a picture of each mode costs, how near it is to one
-//! of ordinary textures, how good it is in how much memory, and how soon there is one in a window.
+//! The part of `cargo xtask bench volumes` that draws: what a picture of each mode costs, how near it is to
+//! one of ordinary textures, how good it is in how much memory, and how soon there is one in a window.
 //!
 //! Drawing is on whatever adapter there is: a software driver's times are a processor's.
 
