@@ -9,7 +9,8 @@
 //! Where nothing is to be made there is no thread. Who drops it stops the thread within a brick. Sources may
 //! be added and forgotten at any time, as a window does. They take turns, each for a slice of time in which
 //! it makes what was asked for before all else, so that none waits for the whole levels of another; those
-//! that nobody sees yet wait for all others.
+//! that nobody sees yet wait for all others. Where a source makes only what is read, who draws says whether its
+//! coarsest levels are seen ([`LevelMaker::want_coarsest`]).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -17,8 +18,10 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use vastex::{Region, TextureId, Textures};
+use vastex::{PageId, Region, TextureId, Textures, TileSource};
 use vastex_volume::{MadeProgress, VolumeError, VolumeSource};
+
+use crate::report;
 
 /// How long the thread rests where nothing is asked for: bricks that were forgotten may be asked for again.
 const REST: Duration = Duration::from_millis(50);
@@ -31,6 +34,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// How long a source has the thread to itself, at least, where others lack levels, too.
 const TURN: Duration = Duration::from_millis(150);
+/// How long who waits is told nothing, and how often then.
+const TELL_AFTER: Duration = Duration::from_secs(1);
+const TELL_EVERY: Duration = Duration::from_secs(2);
 /// Faults that are kept.
 const MOST_FAULTS: usize = 16;
 
@@ -94,6 +100,8 @@ pub(crate) struct LevelMaker {
     lacking: Lacking,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+    /// When who waits is told next how far it is.
+    next_told: Option<Instant>,
     /// Faults of sources that are not shown any more.
     faults: Vec<VolumeError>,
 }
@@ -108,7 +116,7 @@ impl LevelMaker {
 
     /// Makes those of another source, too, which is seen. It has the next turn.
     pub(crate) fn add(&mut self, texture: TextureId, source: Arc<VolumeSource>) -> Result<()> {
-        if source.has_levels_to_make() {
+        if source.makes_levels() {
             let mut lacking = lock(&self.lacking);
             lacking.end();
             let source = source.clone();
@@ -169,6 +177,38 @@ impl LevelMaker {
     /// Gives it some time, for who has nothing to draw meanwhile.
     pub(crate) fn wait() {
         std::thread::sleep(LOOK_EVERY);
+    }
+
+    /// The same, and says how far it is now and then.
+    pub(crate) fn wait_and_tell(&mut self) {
+        LevelMaker::wait();
+        let now = Instant::now();
+        if now >= *self.next_told.get_or_insert(now + TELL_AFTER) {
+            self.next_told = Some(now + TELL_EVERY);
+            let MadeProgress { done, total } = self.progress();
+            report::say(&format!(
+                "note: levels that the file lacks are made: {done} of at most {total} bricks so far"
+            ));
+        }
+    }
+
+    /// Has the coarsest levels made of those that are seen at them, or for which they stand since a pool is too
+    /// small ([`VolumeSource::want_coarsest`]). Returns whether anything is to be made for it.
+    pub(crate) fn want_coarsest(&self, textures: &Textures) -> bool {
+        let mut waiting = self.shown.iter().filter(|(_, source)| source.waits_for_want()).peekable();
+        if waiting.peek().is_none() {
+            return false;
+        }
+        let (inspect, is_coarser) = (textures.inspect(), textures.stats().pager.bias_eighths > 0);
+        let wanted = inspect.wanted().pages;
+        let is_wanted = |(texture, source): &&(TextureId, Arc<VolumeSource>)| {
+            let tail = source.description().geometry.tail().first_level();
+            let is_tail =
+                |page: PageId| page.level() >= tail && inspect.id_of(page.texture()) == Some(*texture);
+            is_coarser || wanted.iter().any(|wanted| is_tail(wanted.page))
+        };
+        // Each of them: the first that is to be made ends nothing.
+        waiting.filter(is_wanted).fold(false, |is_any, (_, source)| source.want_coarsest() | is_any)
     }
 
     /// How far it is: bricks of the finest levels that are made, of all sources together.

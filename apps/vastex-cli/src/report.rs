@@ -1,6 +1,8 @@
 //! What is said: results on stdout, everything else on stderr. A reader that has gone away is no error.
 
 use std::io::{self, Write};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -24,6 +26,26 @@ pub(crate) fn print_json(value: &impl Serialize) -> Result<()> {
 /// Says something on stderr; where that cannot be written, there is nobody to tell.
 pub(crate) fn say(text: &str) {
     let _ = writeln!(io::stderr(), "vastex: {text}");
+}
+
+/// Does something, and says a text where it takes longer than a second.
+pub(crate) fn say_if_slow<T>(text: &str, work: impl FnOnce() -> T) -> T {
+    if_slow(Duration::from_secs(1), || say(text), work)
+}
+
+/// Does something, and something else beside it where it takes longer than that.
+fn if_slow<T>(patience: Duration, tell: impl FnOnce() + Send, work: impl FnOnce() -> T) -> T {
+    let (working, ended) = mpsc::channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            if ended.recv_timeout(patience) == Err(RecvTimeoutError::Timeout) {
+                tell();
+            }
+        });
+        let done = work();
+        drop(working);
+        done
+    })
 }
 
 /// Says what was left out of an image, or what it cost.
@@ -64,6 +86,17 @@ pub(crate) fn file_of(textures: &vastex::Textures, page: vastex_core::PageId) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_slow_is_told_and_what_is_not_is_not() {
+        let (said, told) = mpsc::channel();
+        let slow = || told.recv_timeout(Duration::from_secs(60)).is_ok();
+        assert!(if_slow(Duration::ZERO, move || drop(said.send(())), slow));
+        let is_told = std::sync::atomic::AtomicBool::new(false);
+        let tell = || is_told.store(true, std::sync::atomic::Ordering::Relaxed);
+        assert_eq!(if_slow(Duration::from_secs(600), tell, || 7), 7);
+        assert!(!is_told.into_inner());
+    }
 
     #[test]
     fn no_cause_is_told_twice() {

@@ -36,9 +36,9 @@ pub use ground::advice::read_advice;
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{
-    ImageOptions, ImageSource, ImageSourceError, LimitedSource, PlanetError, PlanetImage, PlanetSource,
-    PropertySource, ReadError, ReadFuture, Reduction, Room, SourceKey, Staged, StagedSource, Staging,
-    StoreCounter, StoreStats, TierStats, Tiers, TileSource,
+    ChunkStats, ImageOptions, ImageSource, ImageSourceError, LimitedSource, PlanetError, PlanetImage,
+    PlanetSource, PropertySource, ReadError, ReadFuture, Reduction, Room, SourceKey, Staged, StagedSource,
+    Staging, StoreCounter, StoreStats, TierStats, Tiers, TileSource,
 };
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};

@@ -165,10 +165,36 @@ fn ends_of<const WIDTH: usize>(bytes: &[u8], row: usize) -> [Vec<u8>; 2] {
 pub(crate) enum Presence {
     /// All of them.
     All,
-    /// These, by their coordinates.
-    These(Vec<Vec<u64>>),
+    /// These.
+    These(ChunkList),
     /// Finding out takes more than was allowed.
     Unknown,
+}
+
+/// Chunks of an array, or cells of as many chunks along each axis, as shards are.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct ChunkList {
+    /// The coordinates of one cell after the other, along all axes.
+    pub(crate) coords: Vec<u32>,
+    /// Chunks of a cell along each axis.
+    pub(crate) cell: Vec<u64>,
+}
+
+impl ChunkList {
+    /// An empty list of an array of so many axes.
+    pub(crate) fn new(axes: usize) -> ChunkList {
+        ChunkList { coords: Vec::new(), cell: vec![1; axes] }
+    }
+
+    /// The coordinates of each cell.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
+        self.coords.chunks_exact(self.cell.len().max(1))
+    }
+
+    /// Whether it has chunks, and not shards of which it is not known what they hold.
+    pub(crate) fn is_of_chunks(&self) -> bool {
+        self.cell.iter().all(|count| *count == 1)
+    }
 }
 
 /// A chunk on its way; `None` if it is absent.
@@ -196,6 +222,8 @@ pub(crate) trait ChunkSource: Send + Sync {
     /// The value of absent chunks, little-endian, in as many bytes as a value has.
     fn fill(&self) -> [u8; 8];
 
-    /// Which chunks are stored, with at most `most` keys listed and as many indices of shards read.
+    /// Which chunks are stored, with at most `most` keys listed: those of directories; of what is in memory
+    /// already, and of entries in indices of shards, 16 times as many. Where indices of shards have more
+    /// entries, only which shards there are.
     fn presence(&self, most: usize) -> PresenceFuture<'_>;
 }

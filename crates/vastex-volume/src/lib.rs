@@ -22,6 +22,7 @@ mod reduce;
 mod source;
 mod spare;
 mod stack;
+mod stored;
 mod tiled;
 mod values;
 mod volume;

@@ -158,7 +158,7 @@ pub mod diagnostics {
         Explanation, History, Integrator, PageState, PoolEstimate, PoolFrame, SlotUsage, Stats, Step,
         TexturePages, TimeToSharp, Wait,
     };
-    pub use vastex_tiles::{StoreStats, TierStats, Tiers};
+    pub use vastex_tiles::{ChunkStats, StoreStats, TierStats, Tiers};
     pub use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawTexture, Views};
 }
 

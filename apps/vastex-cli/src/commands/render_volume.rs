@@ -155,9 +155,12 @@ fn source_of(
         channel: asked.channel,
         time: args.look.time(),
         cache: args.cache(),
+        // What is kept serves other runs, whatever they look at.
+        makes_all: args.cache().is_some(),
         ..VolumeOptions::default()
     };
-    Ok(Arc::new(VolumeSource::open(volume.clone(), &options)?))
+    let text = format!("note: {}: its coarsest stored level is read", volume.about().path);
+    Ok(Arc::new(report::say_if_slow(&text, || VolumeSource::open(volume.clone(), &options))?))
 }
 
 /// What is drawn, and what it is drawn with.
@@ -254,6 +257,7 @@ impl<'a> Drawing<'a> {
         let mut is_made = self.maker.is_done();
         loop {
             if quiet >= held {
+                is_made &= !self.maker.want_coarsest(&self.textures);
                 if is_made && self.maker.is_done() {
                     let faults = self.maker.faults();
                     self.faults.extend(faults.iter().map(|fault| format!("{fault}; made levels lack it")));
@@ -293,7 +297,7 @@ impl<'a> Drawing<'a> {
                 self.renderer.set(VolumeDesc { channels, ..desc });
                 return Ok(false);
             }
-            LevelMaker::wait();
+            self.maker.wait_and_tell();
         }
     }
 
@@ -392,7 +396,7 @@ struct Summary {
     pool_slots: u32,
     pool_bytes: u64,
     bytes_uploaded: u64,
-    /// Bytes of decoded chunks.
+    /// Bytes that were read for chunks, as they are stored.
     bytes_read: u64,
     chunks_decoded: u64,
     /// Bricks of the finest levels that were made meanwhile; 0 where all are stored or were made at opening.
@@ -428,7 +432,7 @@ impl Summary {
             pool_slots: pager.slots,
             pool_bytes: stats.pool_bytes,
             bytes_uploaded: pager.uploaded_bytes,
-            bytes_read: work.bytes_decoded,
+            bytes_read: work.bytes_read,
             chunks_decoded: work.decoded,
             levels_made: drawing.maker.progress().done,
             mip_bias: f64::from(pager.bias_eighths) / 8.0,

@@ -86,6 +86,9 @@ fn a_picture_is_that_of_ordinary_textures() {
         let least = if view == "+y" { 60.0 } else { 40.0 };
         assert!(compared["psnr_db"].as_f64().unwrap() > least, "{view}: {summary}");
         assert_eq!(compared["reference_mip_bias"], summary["mip_bias"]);
+        // What was read lies in the file: chunks there are compressed.
+        let read = summary["bytes_read"].as_u64().unwrap();
+        assert!(0 < read && read < std::fs::metadata(HEAD).unwrap().len(), "{summary}");
     }
 }
 

@@ -209,7 +209,7 @@ impl Sharing {
     pub(crate) fn leave(&mut self, page: PageId) {
         self.release_representative(page);
         if let Some(Some(shares)) = self.textures.get_mut(usize::from(page.texture().number()))
-            && let Some(place) = shares.place_of_shared(page)
+            && let Some((place, _)) = shares.shared(page)
         {
             shares.left.add(place);
         }
@@ -237,15 +237,15 @@ impl Sharing {
 impl Shares {
     #[inline]
     fn of(&self, page: PageId) -> ContentId {
-        let place = self.place_of_shared(page);
-        let content = place.and_then(|place| self.pages.at(place));
+        let content = self.shared(page).map(|(_, content)| content);
         content.map_or(ContentId::NONE, |content| self.ids[content as usize])
     }
 
-    /// The place of a page that is like others, in the order of all.
+    /// The place of a page that is like others, in the order of all, and the number of its content.
     #[inline]
-    fn place_of_shared(&self, page: PageId) -> Option<usize> {
-        let place = self.pages.place(page.pos(self.dims))?;
-        (self.pages.at(place).is_some() && !self.left.has(place)).then_some(place)
+    fn shared(&self, page: PageId) -> Option<(usize, u32)> {
+        let pos = page.pos(self.dims);
+        let (place, content) = (self.pages.place(pos)?, self.pages.of(pos)?);
+        (!self.left.has(place)).then_some((place, content))
     }
 }

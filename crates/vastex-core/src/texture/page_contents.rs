@@ -4,13 +4,17 @@
 //! such pages share one load and one slot ([`crate::Pager`]); of pages that it says nothing of, each has a
 //! content of its own. What the bytes are is the source's business; here only which are the same.
 
+use std::fmt;
+use std::sync::Arc;
+
 use bytes::Bytes;
 
 use crate::texture::geometry::Geometry;
 use crate::texture::numbering::PageNumbering;
 use crate::texture::page::PagePos;
 
-/// The content of each page finer than the tail, as a number: 1, 2 or 4 bytes a page, as the contents need.
+/// The content of each page finer than the tail, as a number: 1, 2 or 4 bytes a page, as the contents need,
+/// or a rule that is asked about each ([`PageContents::of_rule`]).
 ///
 /// Contents are numbered from 0, those of one constant colour first.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,7 +31,29 @@ enum Numbers {
     One(Vec<u8>),
     Two(Vec<u16>),
     Four(Vec<u32>),
+    Rule(Rule),
 }
+
+/// Says the number of a page's content.
+type NumberOf = dyn Fn(PagePos) -> Option<u32> + Send + Sync;
+
+/// Says which content a page has. Two are the same if they are one.
+#[derive(Clone)]
+struct Rule(Arc<NumberOf>);
+
+impl fmt::Debug for Rule {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Rule")
+    }
+}
+
+impl PartialEq for Rule {
+    fn eq(&self, other: &Rule) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Eq for Rule {}
 
 impl Numbers {
     fn new(pages: usize, count: u32) -> Numbers {
@@ -38,8 +64,9 @@ impl Numbers {
         }
     }
 
-    fn get(&self, at: usize) -> Option<u32> {
+    fn get(&self, at: usize, pos: PagePos) -> Option<u32> {
         let number = match self {
+            Numbers::Rule(rule) => return (rule.0)(pos),
             Numbers::One(numbers) => numbers.get(at).copied().map(u32::from),
             Numbers::Two(numbers) => numbers.get(at).copied().map(u32::from),
             Numbers::Four(numbers) => numbers.get(at).copied(),
@@ -53,6 +80,8 @@ impl Numbers {
             Numbers::One(numbers) => numbers[at] = stored as u8,
             Numbers::Two(numbers) => numbers[at] = stored as u16,
             Numbers::Four(numbers) => numbers[at] = stored,
+            // Made of a rule alone, which says it.
+            Numbers::Rule(_) => {}
         }
     }
 }
@@ -80,6 +109,19 @@ impl PageContents {
         PageContents { numbering, numbers, constants, count }
     }
 
+    /// The same where pages are too many to list: `number_of` is asked about a page whenever its content is
+    /// looked up, several times a frame for each page in view, and always answers the same.
+    pub fn of_rule(
+        geometry: &Geometry,
+        constants: Vec<Bytes>,
+        count: u32,
+        number_of: Arc<dyn Fn(PagePos) -> Option<u32> + Send + Sync>,
+    ) -> PageContents {
+        let of_count = move |pos| number_of(pos).filter(|&number| number < count);
+        let numbers = Numbers::Rule(Rule(Arc::new(of_count)));
+        PageContents { numbering: PageNumbering::new(geometry), numbers, constants, count }
+    }
+
     /// These contents without constants: pages of one colour are told from others of the same texture alone.
     pub fn without_constants(&self) -> PageContents {
         PageContents { constants: Vec::new(), ..self.clone() }
@@ -87,7 +129,7 @@ impl PageContents {
 
     /// The content of a page that exists, finer than the tail or the tail; `None` if it is like no other.
     pub fn of(&self, pos: PagePos) -> Option<u32> {
-        self.numbers.get(self.place(pos)?)
+        self.numbers.get(self.place(pos)?, pos)
     }
 
     /// Contents.
@@ -100,14 +142,10 @@ impl PageContents {
         self.constants.get(content as usize)
     }
 
-    /// Pages that have one of the contents.
+    /// Pages that have one of the contents. Looks at each page.
     pub fn pages(&self) -> u64 {
-        (0..self.numbering.entries() as usize).filter(|&at| self.numbers.get(at).is_some()).count() as u64
-    }
-
-    /// The content of the page at a place.
-    pub(crate) fn at(&self, place: usize) -> Option<u32> {
-        self.numbers.get(place)
+        let finer = (0..self.numbering.pages()).filter_map(|number| self.numbering.pos_of(number));
+        finer.filter(|&pos| self.of(pos).is_some()).count() as u64
     }
 
     /// The place of a page that exists in the order of all; nothing for the tail.
@@ -133,7 +171,7 @@ mod tests {
             };
             let geometry = Geometry::new(spec).unwrap();
             // Some pages are like no other, and some numbers are too large.
-            let said = |pos: PagePos| {
+            let said = move |pos: PagePos| {
                 let place = pos.coords().iter().fold(u32::from(pos.level), |n, &c| n.wrapping_mul(31).wrapping_add(c * 7));
                 (place % 3 > 0).then_some(place.wrapping_mul(40_503) % (count + 2))
             };
@@ -145,9 +183,12 @@ mod tests {
             prop_assert_eq!(contents.pages(), geometry.pages().filter(|&pos| kept(pos).is_some()).count() as u64);
             prop_assert!(contents.constant(0).is_some() && contents.constant(1).is_none());
             prop_assert!(contents.without_constants().constant(0).is_none());
+            let rule = PageContents::of_rule(&geometry, vec![Bytes::from_static(b"red")], count, Arc::new(said));
             for pos in geometry.pages() {
-                prop_assert_eq!(contents.place(pos).and_then(|place| contents.at(place)), kept(pos));
+                prop_assert_eq!(rule.of(pos), kept(pos), "{}", pos);
             }
+            prop_assert_eq!(rule.pages(), contents.pages());
+            prop_assert!(rule == rule.clone() && rule != contents);
         }
     }
 }

@@ -26,7 +26,7 @@ pub use limited::LimitedSource;
 pub use planet::{PlanetError, PlanetImage, PlanetSource};
 pub use property::PropertySource;
 pub use staged::{Room, Staged, StagedSource, Staging};
-pub use tiers::{StoreCounter, StoreStats, TierStats, Tiers};
+pub use tiers::{ChunkStats, StoreCounter, StoreStats, TierStats, Tiers};
 
 /// Why a tile could not be read. The error concerns this tile alone; another read of the same tile may
 /// succeed.

@@ -50,6 +50,8 @@ pub struct Tiers {
     pub disk: TierStats,
     /// What was read of the stores from which tiles come.
     pub store: StoreStats,
+    /// What was decoded of which tiles are put together.
+    pub chunks: ChunkStats,
 }
 
 /// What has been read of stores.
@@ -59,6 +61,20 @@ pub struct StoreStats {
     /// source was opened needs none.
     pub reads: u64,
     /// Bytes that these reads brought.
+    pub bytes: u64,
+}
+
+/// Chunks of which tiles are put together, each decoded for all tiles that want a part of it: those of a
+/// volume. Sources whose tiles are decoded one by one have none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ChunkStats {
+    /// Chunks that were read and decoded.
+    pub decoded: u64,
+    /// Bytes that these had, decoded.
+    pub bytes_decoded: u64,
+    /// How often a chunk was had without decoding it: it was kept, or another read had begun with it.
+    pub shared: u64,
+    /// Bytes of decoded chunks that are kept for other tiles.
     pub bytes: u64,
 }
 
@@ -72,6 +88,7 @@ impl Tiers {
                 reads: self.store.reads.saturating_sub(earlier.store.reads),
                 bytes: self.store.bytes.saturating_sub(earlier.store.bytes),
             },
+            chunks: self.chunks.since(&earlier.chunks),
         }
     }
 
@@ -80,7 +97,20 @@ impl Tiers {
         for tier in [&mut self.ram, &mut self.disk] {
             (tier.tiles, tier.bytes) = (0, 0);
         }
+        self.chunks.bytes = 0;
         self
+    }
+}
+
+impl ChunkStats {
+    /// The figures since `earlier`: what was done since then, and what is kept now.
+    pub fn since(self, earlier: &ChunkStats) -> ChunkStats {
+        ChunkStats {
+            decoded: self.decoded.saturating_sub(earlier.decoded),
+            bytes_decoded: self.bytes_decoded.saturating_sub(earlier.bytes_decoded),
+            shared: self.shared.saturating_sub(earlier.shared),
+            bytes: self.bytes,
+        }
     }
 }
 
@@ -105,6 +135,17 @@ impl AddAssign for Tiers {
         self.ram += other.ram;
         self.disk += other.disk;
         self.store += other.store;
+        self.chunks += other.chunks;
+    }
+}
+
+impl AddAssign for ChunkStats {
+    fn add_assign(&mut self, other: ChunkStats) {
+        let ChunkStats { decoded, bytes_decoded, shared, bytes } = other;
+        self.decoded += decoded;
+        self.bytes_decoded += bytes_decoded;
+        self.shared += shared;
+        self.bytes += bytes;
     }
 }
 
@@ -179,12 +220,16 @@ mod tests {
         let counter = StoreCounter::default();
         counter.note(70);
         let ram = TierStats { hits: 3, misses: 1, tiles: 2, bytes: 50, ..TierStats::default() };
-        let mut now = Tiers { ram, store: counter.stats(), ..Tiers::default() };
+        let chunks = ChunkStats { decoded: 2, bytes_decoded: 30, shared: 5, bytes: 20 };
+        let mut now = Tiers { ram, store: counter.stats(), chunks, ..Tiers::default() };
         let earlier = now;
         now += Tiers { ram: TierStats { hits: 4, bytes: 9, ..TierStats::default() }, ..Tiers::default() };
         counter.note(5);
         now.store = counter.stats();
+        now.chunks += ChunkStats { decoded: 1, bytes_decoded: 7, shared: 2, bytes: 7 };
         let since = now.since(&earlier);
+        assert_eq!(since.chunks, ChunkStats { decoded: 1, bytes_decoded: 7, shared: 2, bytes: 27 });
+        assert_eq!(now.done().chunks, ChunkStats { decoded: 3, bytes_decoded: 37, shared: 7, bytes: 0 });
         let expected = TierStats { hits: 4, tiles: 2, bytes: 59, ..TierStats::default() };
         assert_eq!((since.ram, since.store), (expected, StoreStats { reads: 1, bytes: 5 }));
         assert_eq!(now.done().ram, TierStats { hits: 7, misses: 1, ..TierStats::default() });

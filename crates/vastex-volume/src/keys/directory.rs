@@ -8,7 +8,7 @@ use std::sync::Arc;
 use bytes::Bytes;
 use vastex_tiles::read_advice;
 
-use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts};
+use super::{KeyFuture, KeyStore, Span, bounds, parts};
 use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::spare::Spare;
 
@@ -76,8 +76,8 @@ impl Directory {
         Ok(Some(self.spare.lend(bytes)))
     }
 
-    fn list_now(&self, prefix: &str, most: usize) -> Result<Listing, VolumeError> {
-        let mut listing = Listing::default();
+    fn list_now(&self, prefix: &str, most: usize, found: &mut dyn FnMut(&str)) -> Result<bool, VolumeError> {
+        let mut count = 0;
         let root = self.path(prefix)?;
         let mut open = vec![(root, String::new(), 0)];
         let mut opened = 0;
@@ -86,22 +86,21 @@ impl Directory {
             let (names, is_cut) = entries(&directory, most.saturating_add(MOST_EMPTY))?;
             // Links can lead round in circles.
             if is_cut || open.len().saturating_add(opened) > most.saturating_add(MOST_EMPTY) {
-                listing.is_cut = true;
-                return Ok(listing);
+                return Ok(true);
             }
             for (name, is_directory) in names {
                 let key = format!("{before}{name}");
                 if is_directory && depth < MOST_DEEP {
                     open.push((directory.join(&name), format!("{key}/"), depth + 1));
-                } else if !is_directory && listing.keys.len() == most {
-                    listing.is_cut = true;
-                    return Ok(listing);
+                } else if !is_directory && count == most {
+                    return Ok(true);
                 } else if !is_directory {
-                    listing.keys.push(key);
+                    count += 1;
+                    found(&key);
                 }
             }
         }
-        Ok(listing)
+        Ok(false)
     }
 }
 
@@ -157,8 +156,17 @@ impl KeyStore for Directory {
         Box::pin(async move { self.read_now(key, span) })
     }
 
-    fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing> {
-        Box::pin(async move { self.list_now(prefix, most) })
+    fn list<'a>(
+        &'a self,
+        prefix: &'a str,
+        most: usize,
+        found: &'a mut (dyn FnMut(&str) + Send),
+    ) -> KeyFuture<'a, bool> {
+        Box::pin(async move { self.list_now(prefix, most, found) })
+    }
+
+    fn is_listed(&self) -> bool {
+        false
     }
 
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>> {
@@ -181,7 +189,11 @@ mod tests {
         }
         let found = |most| entries(directory.path(), most).map(|(names, is_cut)| (names.len(), is_cut));
         assert_eq!([found(10), found(30), found(31)], [Ok((10, true)), Ok((30, false)), Ok((30, false))]);
-        let listing = Directory::new(directory.path()).list_now("", 29).unwrap();
-        assert!(listing.is_cut);
+        let listed = |most| {
+            let mut count = 0;
+            let is_cut = Directory::new(directory.path()).list_now("", most, &mut |_| count += 1).unwrap();
+            (count, is_cut)
+        };
+        assert_eq!([listed(29), listed(30)], [(29, true), (30, false)]);
     }
 }

@@ -42,15 +42,6 @@ pub(crate) enum Span {
 /// A read or a listing under way.
 pub(crate) type KeyFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, VolumeError>> + Send + 'a>>;
 
-/// What lies under a prefix.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Listing {
-    /// Keys below the prefix, without it.
-    pub(crate) keys: Vec<String>,
-    /// Whether there are more than were asked for.
-    pub(crate) is_cut: bool,
-}
-
 /// Values by keys, which are names with slashes between them. Shared by threads.
 pub(crate) trait KeyStore: Send + Sync {
     /// The directory or the archive, for messages.
@@ -62,8 +53,17 @@ pub(crate) trait KeyStore: Send + Sync {
     /// Bytes of a value; `None` if there is no such key.
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>>;
 
-    /// Keys of values below a prefix, at any depth, at most `most` of them.
-    fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing>;
+    /// Hands out the keys of values below a prefix, without it, at any depth, at most `most` of them. Returns
+    /// whether there are more.
+    fn list<'a>(
+        &'a self,
+        prefix: &'a str,
+        most: usize,
+        found: &'a mut (dyn FnMut(&str) + Send),
+    ) -> KeyFuture<'a, bool>;
+
+    /// Whether all keys are in memory, so that a listing reads nothing.
+    fn is_listed(&self) -> bool;
 
     /// The names right below a prefix that have something below them in turn, in order: those among the first
     /// `most` names that the store finds, whichever these are. More are not looked at.

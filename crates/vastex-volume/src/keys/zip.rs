@@ -14,7 +14,7 @@ use super::zip_directory::{
     END_BYTES, Entry, LARGE_END_BYTES, LOCAL_BYTES, LOCATOR_BYTES, MOST_COMMENT, Method, Place, begins,
     check, data_offset, find_end, read_end, read_entries, read_large_end, read_locator,
 };
-use super::{KeyFuture, KeyStore, Listing, Span, bounds, parts, shown};
+use super::{KeyFuture, KeyStore, Span, bounds, parts, shown};
 use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::spare::Spare;
 
@@ -176,13 +176,21 @@ impl KeyStore for Zip {
         Box::pin(async move { self.read_now(key, span) })
     }
 
-    fn list<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Listing> {
+    fn list<'a>(
+        &'a self,
+        prefix: &'a str,
+        most: usize,
+        found: &'a mut (dyn FnMut(&str) + Send),
+    ) -> KeyFuture<'a, bool> {
         let before = below(prefix);
-        let mut keys: Vec<String> =
-            self.keys_below(&before).take(most.saturating_add(1)).map(str::to_owned).collect();
-        let is_cut = keys.len() > most;
-        keys.truncate(most);
-        Box::pin(async move { Ok(Listing { keys, is_cut }) })
+        let mut keys = self.keys_below(&before);
+        keys.by_ref().take(most).for_each(found);
+        let is_cut = keys.next().is_some();
+        Box::pin(async move { Ok(is_cut) })
+    }
+
+    fn is_listed(&self) -> bool {
+        true
     }
 
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>> {
@@ -264,7 +272,10 @@ mod tests {
         assert_eq!(read(Span::Last(3)), &b"ent"[..]);
         assert!(block_on(zip.read("a/b", Span::Range { offset: 6, len: 2 })).is_err());
         assert_eq!(block_on(zip.read("a", Span::Last(0))), Ok(None));
-        assert_eq!(block_on(zip.list("a", 9)).unwrap().keys, ["b"]);
+        let mut keys = Vec::new();
+        assert!(!block_on(zip.list("a", 9, &mut |key| keys.push(key.to_owned()))).unwrap());
+        assert_eq!(keys, ["b"]);
+        assert!(block_on(zip.list("a", 0, &mut |_| panic!("none is asked for"))).unwrap());
         assert_eq!(block_on(zip.groups("", 9)).unwrap(), ["a"]);
     }
 

@@ -1,16 +1,20 @@
 //! Levels that are not stored: each is made of the one before it, from the coarsest stored level down to one
 //! voxel, chunk by chunk.
 //!
-//! A chunk of a made level is *kept* (in memory, or in a file), or *cheap*: made of stored voxels where it is
-//! asked for. What is neither is answered by a *preview*, voxels of every n-th stored chunk, and is asked
-//! for: a thread of the caller's that [works](Made::work) makes it, the finest first, and then says what has
-//! changed. While it makes a coarse one it attends to finer ones that are asked for meanwhile.
+//! A chunk below which nothing is stored is *absent*, where it is known which chunks are stored, and is
+//! neither made nor asked for. Another one is *kept* (in memory, or in a file), or *cheap*: made of stored
+//! voxels where it is asked for. What is neither is answered by a *preview*, voxels of every n-th stored
+//! chunk, and is asked for: a thread of the caller's that [works](Made::work) makes it, the finest first, and
+//! then says what has changed. While it makes a coarse one it attends to finer ones that are asked for
+//! meanwhile.
 //!
 //! A stored chunk that cannot be read counts as absent here, so that it costs the coarser levels its own
 //! voxels and nothing else.
 
+mod chunks;
 mod files;
 mod preview;
+mod sparse;
 mod worker;
 
 use std::collections::BTreeSet;
@@ -22,12 +26,16 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use rustc_hash::FxHashSet;
 
-use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
+use crate::chunks::{AxisMap, Chunk, ChunkSource, Grid};
 use crate::fault::{VolumeError, VolumeFault};
 use crate::reduce::{Reduction, reduce_into, reduced_size};
-use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Shared, Volume, VolumeAbout, VoxelBox, paste};
+use crate::stored::StoredChunks;
+use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Volume, VolumeAbout, VoxelBox, filled, paste};
+use chunks::Lenient;
+pub(crate) use chunks::MadeChunks;
 use files::Files;
 use preview::Preview;
+pub(crate) use sparse::count_made;
 
 /// Voxels along each side of a chunk of a made level.
 const SIDE: u64 = 64;
@@ -38,6 +46,8 @@ const CHEAP_CHUNKS: u64 = 1 << 14;
 /// Bytes that coarse levels may come to which are kept apart from finer ones, of all channels together: what
 /// fits is made again only where many times are open.
 const COARSE_BYTES: u64 = COARSE_MADE_KEPT as u64 - (16 << 20);
+/// One of how many stored chunks a preview is made of at most where all will not be read anyway.
+const LAZY_SHARE: u64 = 8;
 /// Channels that are taken to be shown at once.
 const MOST_CHANNELS: u64 = 16;
 /// Counts what is made.
@@ -63,6 +73,12 @@ pub(crate) struct Made {
     base: Base,
     rule: Reduction,
     levels: Vec<MadeLevel>,
+    /// Which chunks of the base are stored, where that is known.
+    stored: Option<Arc<StoredChunks>>,
+    /// Whether all was made at opening.
+    is_whole: bool,
+    /// One of how many stored chunks a preview is made of at most.
+    share: u64,
     /// Tells its chunks from those of others that the volume keeps.
     number: u64,
     /// The first of the levels that fit whole.
@@ -107,13 +123,14 @@ pub struct MadeProgress {
 
 impl Made {
     /// Levels whose voxels are so many of the level before each, the first of them of the base. At once where
-    /// the base is small; else what is there already is used, and the coarsest is asked for. `directory`
-    /// keeps chunks for other runs, under the name that `identity` gives.
+    /// the base is small; else what is there already is used, and with `makes_all` the coarsest is asked for.
+    /// `directory` keeps chunks for other runs, under the name that `identity` gives.
     pub(crate) async fn new(
         base: Base,
         rule: Reduction,
         factors: &[[u32; 3]],
         directory: Option<(&Path, &str)>,
+        makes_all: bool,
     ) -> Result<Made, VolumeError> {
         let size = base.volume.about().levels[base.level].size;
         let mut levels: Vec<MadeLevel> = Vec::new();
@@ -149,10 +166,16 @@ impl Made {
             left > 0
         };
         let first_coarse = levels.len() - levels.iter().rev().take_while(fits).count();
-        let total = levels.first().map_or(0, chunks_of);
+        let stored = base.volume.stored_chunks(base.level).await;
+        let plane = (base.channel, base.time);
+        let total =
+            levels.first().map_or(0, |level| count_made(stored.as_deref(), plane, size, level.factor));
         let made = Made {
             base,
             rule,
+            stored,
+            is_whole: is_small || levels.is_empty(),
+            share: if makes_all { 1 } else { LAZY_SHARE },
             number: NEXT.fetch_add(1, Ordering::Relaxed),
             first_coarse,
             files,
@@ -163,18 +186,34 @@ impl Made {
             total,
             levels,
         };
-        if let Some(last) = made.levels.len().checked_sub(1) {
-            match is_small {
-                true => drop(made.exact(last, [0; 3], false).await?),
-                false => drop(made.lock().asked.insert((last, [0; 3]))),
-            }
+        match made.levels.len().checked_sub(1) {
+            Some(last) if is_small => drop(made.exact(last, [0; 3], false).await?),
+            Some(_) if makes_all => drop(made.want_coarsest()),
+            _ => {}
         }
         Ok(made)
     }
 
-    /// The chunks of a made level.
-    pub(crate) fn chunks(&self, level: usize) -> MadeChunks<'_> {
-        MadeChunks { made: self, level }
+    /// Asks for the coarsest chunk, and so for all that the levels are made of. Returns whether it has to be
+    /// made.
+    pub(crate) fn want_coarsest(&self) -> bool {
+        let coarsest = (self.levels.len().saturating_sub(1), [0; 3]);
+        let is_there = self.is_whole
+            || self.is_absent(coarsest.0, coarsest.1)
+            || self.is_cheap(coarsest.0, coarsest.1)
+            || self.cache(coarsest.0).find(&self.key(coarsest.0, coarsest.1)).is_some();
+        !is_there && self.lock().asked.insert(coarsest)
+    }
+
+    /// Whether all of them were made at opening, so that none will have to be.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.is_whole
+    }
+
+    /// The chunks of a made level. Where one of them is not made, a preview of it is given; `asks` has it
+    /// made, too.
+    pub(crate) fn chunks(&self, level: usize, asks: bool) -> MadeChunks<'_> {
+        MadeChunks { made: self, level, asks }
     }
 
     /// The values of a made level, to be read as those of stored ones are.
@@ -236,36 +275,31 @@ impl Made {
         (level, vec![self.number, x, y, z])
     }
 
-    /// Whether a chunk of a level is made where it is asked for.
-    fn is_cheap(&self, level: usize) -> bool {
-        let size = self.base.volume.about().levels[self.base.level].size;
-        let scale = self.levels[level].scale;
-        let of = std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis]));
-        is_cheap(self.base.volume.about(), self.base.level, Some(of))
-    }
-
-    /// A chunk of a level, or a preview of it.
-    async fn chunk(&self, level: usize, at: [u64; 3]) -> Result<Chunk, VolumeError> {
+    /// A chunk of a level, or a preview of it; `None` if it is absent.
+    async fn chunk(&self, level: usize, at: [u64; 3], asks: bool) -> Result<Option<Chunk>, VolumeError> {
         if let Some(Some(chunk)) = self.cache(level).find(&self.key(level, at)) {
-            return Ok(chunk);
+            return Ok(Some(chunk));
         }
-        if self.is_cheap(level) {
-            return self.exact(level, at, false).await;
+        if self.is_absent(level, at) {
+            return Ok(None);
+        }
+        if self.is_whole || self.is_cheap(level, at) {
+            return self.exact(level, at, false).await.map(Some);
         }
         if let Some(chunk) = self.filed(level, at) {
-            return Ok(chunk);
+            return Ok(Some(chunk));
         }
         let preview = self.preview().await?;
         let mut state = self.lock();
-        if state.asked.len() < MOST_ASKED {
+        if asks && state.asked.len() < MOST_ASKED {
             state.asked.insert((level, at));
         }
         state.previewed.insert((level, at));
         drop(state);
         // It may have come between the looks.
         match self.cache(level).find(&self.key(level, at)) {
-            Some(Some(chunk)) => Ok(chunk),
-            _ => Ok(preview.chunk(&self.base, &self.levels[level], at)),
+            Some(Some(chunk)) => Ok(Some(chunk)),
+            _ => Ok(Some(preview.chunk(&self.base, &self.levels[level], at))),
         }
     }
 
@@ -324,9 +358,8 @@ impl Made {
         let memory = || {
             VolumeFault::TooLarge("there is no memory for a brick".into()).at(&self.base.volume.about().path)
         };
-        let mut values = Vec::new();
-        values.try_reserve_exact(size.iter().product::<usize>() * self.width()).map_err(|_| memory())?;
-        values.resize(size.iter().product::<usize>() * self.width(), 0);
+        let fill = self.base.volume.shared(self.base.level).fill();
+        let mut values = filled(&fill[..self.width()], size.iter().product::<usize>()).ok_or_else(memory)?;
         if level == 0 {
             if yields {
                 worker::pause().await;
@@ -342,13 +375,11 @@ impl Made {
             self.reduce(&found, of.map(|side| side as usize), factor, &mut values)?;
             return Ok(values);
         }
-        let before = self.levels[level - 1].grid.size();
-        for n in 0..factor.iter().product() {
-            let within = [n % factor[0], n / factor[0] % factor[1], n / factor[0] / factor[1]];
-            let child: [u64; 3] = std::array::from_fn(|axis| at[axis] * factor[axis] + within[axis]);
-            if (0..3).any(|axis| child[axis] * SIDE >= before[axis]) {
+        for child in self.children(level, at) {
+            if self.is_absent(level - 1, child) {
                 continue;
             }
+            let within: [u64; 3] = std::array::from_fn(|axis| child[axis] - at[axis] * factor[axis]);
             let chunk = self.exact(level - 1, child, yields).await?;
             let of = self.chunk_size(level - 1, child);
             let reduced = reduced_size(of, factor.map(|factor| factor as usize));
@@ -386,19 +417,19 @@ impl Made {
         Chunk::new(values, strides, 0)
     }
 
-    /// Counts what a chunk covers of the finest made level as done.
-    fn count(&self, level: usize, at: [u64; 3]) {
-        let (finest, this) = (&self.levels[0], &self.levels[level]);
-        let covered = (0..3).map(|axis| {
-            let chunks = this.scale[axis] / finest.scale[axis];
-            let all = finest.grid.size()[axis].div_ceil(SIDE);
-            chunks.min(all.saturating_sub(at[axis] * chunks))
-        });
-        self.done.fetch_add(covered.product(), Ordering::Relaxed);
+    /// The chunks of the level before that a chunk of a coarser level is made of.
+    fn children(&self, level: usize, at: [u64; 3]) -> Vec<[u64; 3]> {
+        let (factor, before) = (self.levels[level].factor, self.levels[level - 1].grid.size());
+        let child = |n: u64| {
+            let within = [n % factor[0], n / factor[0] % factor[1], n / factor[0] / factor[1]];
+            std::array::from_fn(|axis| at[axis] * factor[axis] + within[axis])
+        };
+        let is_there = |child: &[u64; 3]| (0..3).all(|axis| child[axis] * SIDE < before[axis]);
+        (0..factor.iter().product()).map(child).filter(is_there).collect()
     }
 
     async fn preview(&self) -> Result<Preview, VolumeError> {
-        let plan = preview::Plan::of(&self.base);
+        let plan = preview::Plan::of(&self.base, self.share);
         let lenient = Lenient { made: self, shared: self.base.volume.shared(self.base.level) };
         let plane = lenient.shared.plane_of(&lenient, self.base.channel, self.base.time);
         let key = (0, Vec::new());
@@ -408,9 +439,8 @@ impl Made {
     }
 }
 
-/// How many chunks of the finest made level, of so many voxels, lie in files for a volume of that name.
-pub(crate) fn kept_in_files(directory: &Path, identity: &str, size: [u64; 3]) -> MadeProgress {
-    let total = size.iter().fold(1, |chunks: u64, side| chunks.saturating_mul(side.div_ceil(SIDE)));
+/// How many chunks of the finest made level lie in files for a volume of that name, of so many.
+pub(crate) fn kept_in_files(directory: &Path, identity: &str, total: u64) -> MadeProgress {
     let found = Files::find(directory, identity).map_or(0, |files| files.count(0, total));
     MadeProgress { done: found, total }
 }
@@ -434,58 +464,4 @@ fn bytes_of(size: [u64; 3], width: u64) -> u64 {
 
 fn chunks_of(level: &MadeLevel) -> u64 {
     level.grid.size().iter().fold(1, |chunks: u64, side| chunks.saturating_mul(side.div_ceil(SIDE)))
-}
-
-/// The chunks of a made level.
-pub(crate) struct MadeChunks<'a> {
-    made: &'a Made,
-    level: usize,
-}
-
-impl ChunkSource for MadeChunks<'_> {
-    fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a> {
-        let at = [coords[2], coords[1], coords[0]];
-        Box::pin(async move { self.made.chunk(self.level, at).await.map(Some) })
-    }
-
-    fn fill(&self) -> [u8; 8] {
-        self.made.base.volume.shared(self.made.base.level).fill()
-    }
-
-    fn presence(&self, _: usize) -> PresenceFuture<'_> {
-        Box::pin(async { Ok(Presence::All) })
-    }
-}
-
-/// Stored chunks, of which those that cannot be read are absent.
-struct Lenient<'a> {
-    made: &'a Made,
-    shared: Shared<'a>,
-}
-
-impl ChunkSource for Lenient<'_> {
-    fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a> {
-        Box::pin(async move {
-            Ok(self.shared.read(coords).await.unwrap_or_else(|error| {
-                self.made.fault(error);
-                None
-            }))
-        })
-    }
-
-    fn at_hand(&self, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
-        self.shared.at_hand(coords, axes)
-    }
-
-    fn is_under_way(&self, coords: &[u64]) -> bool {
-        self.shared.is_under_way(coords)
-    }
-
-    fn fill(&self) -> [u8; 8] {
-        self.shared.fill()
-    }
-
-    fn presence(&self, most: usize) -> PresenceFuture<'_> {
-        self.shared.presence(most)
-    }
 }

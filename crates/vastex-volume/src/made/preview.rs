@@ -24,13 +24,14 @@ pub(super) struct Preview {
 }
 
 impl Plan {
-    pub(super) fn of(base: &Base) -> Plan {
+    /// Of one of `share` stored chunks at most, and of one at least.
+    pub(super) fn of(base: &Base, share: u64) -> Plan {
         let about = base.volume.about();
         let level = &about.levels[base.level];
         let chunks: [u64; 3] = std::array::from_fn(|axis| level.size[axis].div_ceil(level.chunk[axis]));
         let bytes =
             level.chunk.iter().fold(about.dtype.bytes() as u64, |bytes, side| bytes.saturating_mul(*side));
-        let most = (MOST_BYTES / bytes.max(1)).clamp(1, MOST_CHUNKS);
+        let most = (MOST_BYTES / bytes.max(1)).min(MOST_CHUNKS).min(product(chunks) / share).max(1);
         let mut picked = chunks;
         while product(picked) > most {
             // The axis with the most chunks gives half of them up.

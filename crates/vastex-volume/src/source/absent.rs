@@ -1,14 +1,18 @@
 //! Which pages are known to hold the fill value alone, before anything of them is read: those none of whose
 //! chunks is stored, the chunks that their borders reach into among them.
+//!
+//! A volume of up to 4 Mi pages has a list of them; of a larger one each page is looked up among the chunks
+//! that are stored.
+
+use std::ops::Range;
+use std::sync::Arc;
 
 use bytes::Bytes;
-use vastex_core::{Geometry, PageContents, PageNumbering, VoxelLevel};
+use vastex_core::{Geometry, PageContents, PageNumbering, PagePos, VoxelLevel};
 
-use crate::chunks::{Grid, Presence};
+use crate::stored::StoredChunks;
 use crate::volume::Volume;
 
-/// Keys that are listed for a level, or chunks in indices of shards.
-const MOST_KEYS: usize = 1 << 16;
 /// Pages of a volume up to which each has a bit and a byte here.
 const MOST_PAGES: u64 = 1 << 22;
 /// Pages that are marked for a level, those included that were marked before.
@@ -24,46 +28,110 @@ pub(super) struct Asked<'a> {
     pub(super) scale: [u64; 3],
 }
 
+/// What is known of a level.
+struct Known {
+    stored: Arc<StoredChunks>,
+    level: VoxelLevel,
+    pages: [u32; 3],
+    tile: [i64; 3],
+    /// Voxels of the stored level, and of one of this one.
+    size: [u64; 3],
+    scale: [u64; 3],
+    plane: (u64, u64),
+}
+
+impl Known {
+    /// The stored voxels that a page needs along an axis, borders included.
+    fn need(&self, axis: usize, page: u32) -> Range<u64> {
+        let last = i64::from(self.level.size[axis]) - 1;
+        let mut coords = [0; 3];
+        coords[axis] = page;
+        let first = self.level.first_voxel(coords)[axis];
+        let (begin, end) =
+            (first.clamp(0, last) as u64, (first + self.tile[axis] - 1).clamp(0, last) as u64 + 1);
+        let (scale, size) = (self.scale[axis], self.size[axis]);
+        begin.saturating_mul(scale).min(size - 1)..end.saturating_mul(scale).min(size)
+    }
+
+    fn is_absent(&self, coords: [u32; 3]) -> bool {
+        let voxels = [0, 1, 2].map(|axis| self.need(axis, coords[axis]));
+        !self.stored.has_any(&self.stored.chunks_of(&voxels), self.plane)
+    }
+
+    /// Hands out boxes of pages that need a stored chunk, all of them; false where these come to too many
+    /// pages.
+    fn each_present(&self, mut found: impl FnMut([Range<u32>; 3])) -> bool {
+        let needs =
+            [0, 1, 2].map(|axis| (0..self.pages[axis]).map(|page| self.need(axis, page)).collect::<Vec<_>>());
+        let mut marks = 0_u64;
+        self.stored.each(self.plane, |chunks| {
+            let voxels = self.stored.voxels_of(&chunks);
+            let pages: [Range<u32>; 3] = std::array::from_fn(|axis| {
+                let first = needs[axis].partition_point(|need| need.end <= voxels[axis].start);
+                let after = needs[axis].partition_point(|need| need.start < voxels[axis].end);
+                first as u32..after.max(first) as u32
+            });
+            marks = marks.saturating_add(pages.iter().map(|pages| pages.len() as u64).product());
+            if marks <= MOST_MARKS {
+                found(pages);
+            }
+            marks <= MOST_MARKS
+        })
+    }
+}
+
 /// The pages of one content, the fill value; `None` if no page is known to have it. `constant` is a texel of
-/// it. What takes more than some ten thousand keys to find out is not found out.
+/// it.
 pub(super) async fn contents(
     volume: &Volume,
     geometry: &Geometry,
     levels: &[Asked<'_>],
-    (channel, time): (u64, u64),
+    plane: (u64, u64),
     constant: Bytes,
 ) -> Option<PageContents> {
-    if geometry.page_count() > MOST_PAGES {
+    let numbering = PageNumbering::new(geometry);
+    let mut known: Vec<Option<Known>> = geometry.levels().iter().map(|_| None).collect();
+    for asked in levels.iter().filter(|asked| numbering.is_finer(asked.number)) {
+        known[usize::from(asked.number)] = volume.stored_chunks(asked.stored).await.map(|stored| Known {
+            stored,
+            level: *asked.level,
+            pages: geometry.level(asked.number).pages,
+            tile: geometry.tile().map(i64::from),
+            size: volume.grid(asked.stored).size(),
+            scale: asked.scale,
+            plane,
+        });
+    }
+    if known.iter().all(Option::is_none) {
         return None;
     }
-    let numbering = PageNumbering::new(geometry);
+    if geometry.page_count() <= MOST_PAGES
+        && let Some(is_stored) = listed(geometry, &numbering, &known)
+    {
+        let is_absent = |pos: PagePos| {
+            known[usize::from(pos.level)].is_some()
+                && numbering
+                    .entry_if_finer(pos)
+                    .is_some_and(|entry| is_stored[(entry / 64) as usize] & (1 << (entry % 64)) == 0)
+        };
+        let contents = PageContents::new(geometry, vec![constant], 1, |pos| is_absent(pos).then_some(0));
+        return (contents.pages() > 0).then_some(contents);
+    }
+    let is_absent = move |pos: PagePos| {
+        let known = known.get(usize::from(pos.level))?.as_ref()?;
+        known.is_absent(pos.coords()).then_some(0)
+    };
+    Some(PageContents::of_rule(geometry, vec![constant], 1, Arc::new(is_absent)))
+}
+
+/// A bit for each page that needs a stored chunk, by its entry; `None` where marking them takes too long.
+fn listed(geometry: &Geometry, numbering: &PageNumbering, known: &[Option<Known>]) -> Option<Vec<u64>> {
     let mut is_stored = vec![0_u64; numbering.entries().div_ceil(64) as usize];
-    let mut is_known = vec![false; geometry.levels().len()];
-    for asked in levels {
-        if !numbering.is_finer(asked.number) {
-            continue;
-        }
-        let listed = volume.stored_chunks(asked.stored, MOST_KEYS).await;
-        let Presence::These(chunks) = &*listed else { continue };
-        let grid = volume.grid(asked.stored);
-        let needs = [0, 1, 2].map(|axis| needs(geometry, asked, grid, axis));
-        let of_this = chunks.iter().filter(|coords| is_of(grid, coords, channel, time));
-        let mut marks = 0_u64;
-        for coords in of_this {
-            let pages = [0, 1, 2].map(|axis| {
-                let at = grid.space()[axis].map_or(0, |axis| coords[axis]);
-                let side = grid.chunk_size()[axis];
-                let (begin, end) = (at * side, (at + 1) * side);
-                let first = needs[axis].partition_point(|(_, last)| *last <= begin);
-                let after = needs[axis].partition_point(|(begin, _)| *begin < end);
-                first as u32..after.max(first) as u32
-            });
-            marks = marks.saturating_add(pages.iter().map(|pages| pages.len() as u64).product());
-            if marks > MOST_MARKS {
-                break;
-            }
-            let [across, down, _] = geometry.level(asked.number).pages.map(u64::from);
-            let begin = numbering.first_entry(asked.number);
+    for (number, of_level) in (0_u8..).zip(known) {
+        let Some(of_level) = of_level else { continue };
+        let [across, down, _] = geometry.level(number).pages.map(u64::from);
+        let begin = numbering.first_entry(number);
+        let is_whole = of_level.each_present(|pages| {
             for z in pages[2].clone() {
                 for y in pages[1].clone() {
                     let row = begin + (u64::from(z) * down + u64::from(y)) * across;
@@ -72,38 +140,10 @@ pub(super) async fn contents(
                     }
                 }
             }
+        });
+        if !is_whole {
+            return None;
         }
-        is_known[usize::from(asked.number)] = marks <= MOST_MARKS;
     }
-    let is_absent = |pos: vastex_core::PagePos| {
-        is_known[usize::from(pos.level)]
-            && numbering
-                .entry_if_finer(pos)
-                .is_some_and(|entry| is_stored[(entry / 64) as usize] & (1 << (entry % 64)) == 0)
-    };
-    let contents = PageContents::new(geometry, vec![constant], 1, |pos| is_absent(pos).then_some(0));
-    (contents.pages() > 0).then_some(contents)
-}
-
-/// Whether a chunk has values of a channel and a time. Axes without a meaning are read at 0.
-fn is_of(grid: &Grid, coords: &[u64], channel: u64, time: u64) -> bool {
-    let wanted = grid.coords([0; 3], channel, time);
-    let space = grid.space();
-    (0..coords.len()).all(|axis| space.contains(&Some(axis)) || coords[axis] == wanted[axis])
-}
-
-/// The stored voxels that pages need along an axis, borders included: the first, and the one past the last.
-fn needs(geometry: &Geometry, asked: &Asked<'_>, grid: &Grid, axis: usize) -> Vec<(u64, u64)> {
-    let pages = geometry.level(asked.number).pages[axis];
-    let (tile, size) = (i64::from(geometry.tile()[axis]), grid.size()[axis]);
-    let last = i64::from(asked.level.size[axis]) - 1;
-    let need = |page: u32| {
-        let mut coords = [0; 3];
-        coords[axis] = page;
-        let first = asked.level.first_voxel(coords)[axis];
-        let (begin, end) = (first.clamp(0, last) as u64, (first + tile - 1).clamp(0, last) as u64 + 1);
-        let scale = asked.scale[axis];
-        (begin.saturating_mul(scale).min(size - 1), end.saturating_mul(scale).min(size))
-    };
-    (0..pages).map(need).collect()
+    Some(is_stored)
 }

@@ -2,14 +2,17 @@
 
 use std::sync::Arc;
 
+use pollster::block_on;
+
 use super::{VolumeOptions, VolumeSourceError, identity, levels_of};
-use crate::made::{MadeProgress, kept_in_files};
+use crate::made::{MadeProgress, count_made, kept_in_files};
 use crate::reduce::Reduction;
 use crate::volume::Volume;
 
 /// How many bricks of the finest made level lie in the directory of `options` for its channel and time, of
 /// how many: what [`VolumeSource::make_levels`](super::VolumeSource::make_levels) need not make again. `None`
-/// where no directory is named or no level is to be made. Reads a listing, and writes nothing.
+/// where no directory is named or no level is to be made. Bricks of which nothing is stored do not count.
+/// Reads listings, and writes nothing.
 pub fn made_levels_kept(
     volume: &Arc<Volume>,
     options: &VolumeOptions,
@@ -24,7 +27,8 @@ pub fn made_levels_kept(
     let is_labels = options.labels.unwrap_or(about.is_label);
     let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
     let identity = identity(volume, options, coarsest, options.reduction.unwrap_or(usual));
-    let size: [u64; 3] =
-        std::array::from_fn(|axis| about.levels[coarsest].size[axis].div_ceil(finest.factor[axis].into()));
-    Ok(Some(kept_in_files(cache, &identity, size)))
+    let stored = block_on(volume.stored_chunks(coarsest));
+    let (plane, size) = ((options.channel, options.time), about.levels[coarsest].size);
+    let total = count_made(stored.as_deref(), plane, size, finest.factor.map(u64::from));
+    Ok(Some(kept_in_files(cache, &identity, total)))
 }

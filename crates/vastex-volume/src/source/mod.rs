@@ -10,104 +10,31 @@ mod groups;
 #[cfg(test)]
 mod huge;
 mod kept;
+mod options;
 mod sample;
 mod stats;
 mod window;
 
-use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use bytes::Bytes;
 use pollster::block_on;
 use vastex_core::{
-    Description, Geometry, Layer, LayerError, PageContents, PagePos, Region, StoredLevel, VoxelLevel,
-    VoxelLevels, VoxelLevelsError,
+    Description, Geometry, Layer, PageContents, PagePos, Region, StoredLevel, VoxelLevel, VoxelLevels,
 };
-use vastex_tiles::{Codec, ReadError, ReadFuture, StoreStats, Tiers, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, Tiers, Tile, TileSource};
 
 use crate::chunks::ChunkSource;
 use crate::fault::{VolumeError, VolumeFault};
-use crate::made::{Base, Made, MadeChunks, MadeProgress, is_cheap};
+use crate::made::{Base, Made, MadeChunks, is_cheap};
 use crate::reduce::Reduction;
-use crate::volume::{BoxValues, Plane, Shared, Volume, VolumeAbout, VoxelBox, filled, paste};
+use crate::volume::{BoxValues, Plane, Shared, Telling, Volume, VolumeAbout, VoxelBox, filled, paste};
 pub use codes::{ValueCodes, VoxelValue};
 pub use kept::made_levels_kept;
+pub use options::{LevelState, VolumeOptions, VolumeSourceError};
 pub use sample::{PointValue, SliceAxis, VolumePlane};
 pub use stats::{BINS, BrickStats};
-
-/// What of a volume is a source, and how.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct VolumeOptions {
-    /// The channel, from 0.
-    pub channel: u64,
-    /// The time, from 0.
-    pub time: u64,
-    /// Voxels of a brick along each side, without its borders: 64, or 32 where the pool is small.
-    pub brick: u32,
-    /// Voxels of border on each side; one is enough for filters and gradients.
-    pub border: u32,
-    /// Whether values are labels, which are never mixed; `None` for what the volume says.
-    pub labels: Option<bool>,
-    /// How levels are made that are not stored; `None` for the mean, and of labels for the most frequent.
-    pub reduction: Option<Reduction>,
-    /// A directory that keeps levels that are made in the background, a seventh of the coarsest stored one at
-    /// most; `None` for 256 MiB of main memory, which all sources of a volume share.
-    pub cache: Option<PathBuf>,
-}
-
-impl Default for VolumeOptions {
-    fn default() -> VolumeOptions {
-        VolumeOptions {
-            channel: 0,
-            time: 0,
-            brick: 64,
-            border: 1,
-            labels: None,
-            reduction: None,
-            cache: None,
-        }
-    }
-}
-
-/// Why a volume is no source of tiles.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum VolumeSourceError {
-    /// The volume cannot be read, or has no such channel or time.
-    #[error(transparent)]
-    Volume(#[from] VolumeError),
-    /// Its levels are no texture.
-    #[error("{path}: {error}")]
-    Levels {
-        /// The volume.
-        path: String,
-        /// What is wrong with them.
-        error: VoxelLevelsError,
-    },
-    /// Its bricks are none.
-    #[error("{path}: {error}")]
-    Layer {
-        /// The volume.
-        path: String,
-        /// What is wrong with them.
-        error: LayerError,
-    },
-}
-
-/// A level of a source, as it is told to people.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelState {
-    /// Voxels along x, y and z.
-    pub size: [u32; 3],
-    /// Sides of a voxel in the world.
-    pub scale: [f64; 3],
-    /// The corner of the first voxel in the world.
-    pub origin: [f64; 3],
-    /// Whether it is made and not stored.
-    pub is_made: bool,
-    /// How far levels are that are made; of those that are stored, and of those made at opening, all is done.
-    pub made: Option<MadeProgress>,
-}
 
 /// One channel of a volume at one time, as a source of tiles with three axes.
 ///
@@ -126,18 +53,20 @@ pub struct VolumeSource {
     is_labels: bool,
     contents: Option<Arc<PageContents>>,
     made: Made,
+    /// Whether the tail is wanted as it is.
+    is_coarsest_wanted: AtomicBool,
     /// The level of the geometry from which on levels are made.
     first_made: u8,
     /// How many bricks of each level are read at once.
     groups: Vec<groups::Group>,
     stats: stats::Kept,
-    /// What it has told of reads.
-    reads: Mutex<StoreStats>,
+    /// What it tells of reads.
+    telling: Telling,
 }
 
 impl VolumeSource {
-    /// A source of a channel and a time. Lists which chunks are stored where that takes no more than some ten
-    /// thousand keys, and reads the coarsest stored level where it has up to 64 MiB.
+    /// A source of a channel and a time. Lists which chunks are stored, of directories where that takes no more
+    /// than 262,144 keys a level, and reads the coarsest stored level where it has up to 64 MiB.
     pub fn open(volume: Arc<Volume>, options: &VolumeOptions) -> Result<VolumeSource, VolumeSourceError> {
         let about = volume.about().clone();
         volume.check_plane(options.channel, options.time)?;
@@ -165,7 +94,7 @@ impl VolumeSource {
         let directory = options.cache.as_deref().zip(identity.as_deref());
         let base =
             Base { volume: volume.clone(), level: coarsest, channel: options.channel, time: options.time };
-        let made = block_on(Made::new(base, rule, &factors, directory))?;
+        let made = block_on(Made::new(base, rule, &factors, directory, options.makes_all))?;
         let fill = volume.shared(0).fill()[..about.dtype.bytes()].to_vec();
         let constant = Bytes::from(codes.encode(fill));
         let asked: Vec<absent::Asked<'_>> = (0..levels.levels().len())
@@ -197,9 +126,10 @@ impl VolumeSource {
             is_labels,
             contents: contents.map(Arc::new),
             made,
+            is_coarsest_wanted: AtomicBool::new(options.makes_all),
             first_made: first_made as u8,
             stats: stats::Kept::default(),
-            reads: Mutex::default(),
+            telling: Telling::new(volume.clone()),
             volume,
         })
     }
@@ -247,6 +177,24 @@ impl VolumeSource {
         self.contents.as_ref().is_some_and(|contents| contents.of(pos).is_some())
     }
 
+    /// Whether levels that are not stored may have to be made by [`VolumeSource::make_levels`]: all were made
+    /// at opening if not, or all are stored.
+    pub fn makes_levels(&self) -> bool {
+        !self.made.is_whole()
+    }
+
+    /// Has the coarsest levels made, those of the tail, and so all that they are made of, where
+    /// [`VolumeOptions::makes_all`] did not. Returns whether anything is to be made for it that was not asked
+    /// for before.
+    pub fn want_coarsest(&self) -> bool {
+        !self.is_coarsest_wanted.swap(true, Ordering::Relaxed) && self.made.want_coarsest()
+    }
+
+    /// Whether the coarsest levels are, or may stay, a preview until [`VolumeSource::want_coarsest`].
+    pub fn waits_for_want(&self) -> bool {
+        self.makes_levels() && !self.is_coarsest_wanted.load(Ordering::Relaxed)
+    }
+
     /// Whether levels that are made wait for [`VolumeSource::make_levels`], or are being made by it.
     pub fn has_levels_to_make(&self) -> bool {
         self.made.has_work()
@@ -288,16 +236,22 @@ impl VolumeSource {
         Region { texels, levels: level..=level }
     }
 
-    fn chunks(&self, level: u8) -> LevelChunks<'_> {
+    /// `asks` has chunks made that are not yet.
+    fn chunks(&self, level: u8, asks: bool) -> LevelChunks<'_> {
         match self.levels.level(level).stored {
             Some(stored) => LevelChunks::Stored(self.volume.shared_for_bricks(stored.into())),
-            None => LevelChunks::Made(self.made.chunks((level - self.first_made).into()), &self.made),
+            None => LevelChunks::Made(self.made.chunks((level - self.first_made).into(), asks), &self.made),
         }
     }
 
     /// The values of a box of a level, wherever it lies.
     async fn read_box(&self, level: u8, of: &VoxelBox) -> Result<BoxValues, VolumeError> {
-        let chunks = self.chunks(level);
+        self.read_box_of(level, of, true).await
+    }
+
+    /// The same; `asks` has levels made that are not yet.
+    async fn read_box_of(&self, level: u8, of: &VoxelBox, asks: bool) -> Result<BoxValues, VolumeError> {
+        let chunks = self.chunks(level, asks);
         let plane = chunks.plane(self.options.channel, self.options.time);
         Plane { spare: Some(self.volume.spare()), ..plane }.read(of).await
     }
@@ -326,6 +280,8 @@ impl VolumeSource {
         let geometry = &self.description.geometry;
         let width = self.volume.about().dtype.bytes();
         let size = geometry.tile();
+        // The tail is read in any case, whatever is in view.
+        let asks = !geometry.is_tail(pos) || !self.waits_for_want();
         let mut tile = None;
         let mut is_absent = true;
         for (level, level_box, place) in geometry.tile_boxes(pos) {
@@ -335,7 +291,7 @@ impl VolumeSource {
                 group if group != groups::ALONE && !geometry.is_tail(pos) => {
                     self.read_of_group(pos, group).await?
                 }
-                _ => self.read_box(level, &of).await?,
+                _ => self.read_box_of(level, &of, asks).await?,
             };
             is_absent &= found.is_absent;
             if level == pos.level {
@@ -419,9 +375,7 @@ impl TileSource for VolumeSource {
     /// Adds what was read of the volume: sources that share one add each read once between them, whichever of
     /// them it was for.
     fn add_tiers(&self, tiers: &mut Tiers) {
-        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
-        *reads += self.volume.take_reads();
-        tiers.store += *reads;
+        self.telling.add_to(tiers);
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {

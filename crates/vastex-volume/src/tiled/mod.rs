@@ -12,7 +12,7 @@ use bytes::Bytes;
 use vastex_core::PagePos;
 use vastex_tiles::{Container, ContainerVolume, ReadError, TileSource};
 
-use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
+use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkList, ChunkSource, Grid, Presence, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::values::DType;
 use crate::volume::{LevelArray, Volume, VolumeAbout};
@@ -153,20 +153,21 @@ impl TiledLevel {
         let sides = self.grid.shape.iter().zip(&self.grid.chunk);
         let counts: Vec<u64> = sides.map(|(side, chunk)| side.div_ceil(*chunk)).collect();
         let count = counts.iter().fold(1, |product: u64, count| product.saturating_mul(*count));
-        if count > most as u64 {
+        // All is in memory.
+        if count > most.saturating_mul(16) as u64 {
             return Presence::Unknown;
         }
-        let mut present = Vec::new();
+        let mut present = ChunkList::new(counts.len());
+        let mut coords = vec![0; counts.len()];
         for number in 0..count {
             let mut rest = number;
-            let mut coords = vec![0; counts.len()];
             for axis in (0..counts.len()).rev() {
                 coords[axis] = rest % counts[axis];
                 rest /= counts[axis];
             }
             let (texture, pos) = self.place(&coords);
             if !self.is_absent(texture, pos) {
-                present.push(coords);
+                present.coords.extend(coords.iter().map(|at| *at as u32));
             }
         }
         Presence::These(present)

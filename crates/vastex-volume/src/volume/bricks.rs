@@ -4,11 +4,14 @@
 use rustc_hash::FxHashSet;
 
 use super::{LevelArray, Volume};
-use crate::chunks::Presence;
+use crate::chunks::{ChunkList, Presence};
 use crate::fault::VolumeError;
 
 /// Voxels along each side of a brick.
 pub const BRICK: u64 = 64;
+
+/// Keys of directories that are listed for a level where somebody waits: a quarter of a second, as a rule.
+pub(crate) const KEYS_AT_HAND: usize = 1 << 18;
 
 /// What may be looked at for one level.
 #[derive(Clone, Copy)]
@@ -22,7 +25,7 @@ struct Effort {
     bits: u64,
 }
 
-const AT_HAND: Effort = Effort { keys: 1 << 16, marks: 1 << 22, bits: 1 << 26 };
+const AT_HAND: Effort = Effort { keys: KEYS_AT_HAND, marks: 1 << 24, bits: 1 << 26 };
 const THOROUGH: Effort = Effort { keys: 1 << 26, marks: 1 << 34, bits: 1 << 31 };
 /// Numbers of bricks that are kept at most.
 const MOST_NUMBERS: usize = 1 << 24;
@@ -37,8 +40,8 @@ pub struct BrickCount {
 }
 
 impl Volume {
-    /// Counts bricks of 64x64x64 voxels. Listings and indices of shards are read up to some ten thousand
-    /// chunks a level; `thorough` reads them whatever their number, up to some ten millions.
+    /// Counts bricks of 64x64x64 voxels. Directories are listed up to some hundred thousand keys a level, archives
+    /// and indices of shards up to 4 million chunks; `thorough` reads them whatever their number, up to some ten millions.
     pub async fn count_bricks(&self, thorough: bool) -> Result<BrickCount, VolumeError> {
         let effort = if thorough { THOROUGH } else { AT_HAND };
         let mut count = BrickCount { bricks: 0, absent: Some(0) };
@@ -50,6 +53,7 @@ impl Volume {
                 Some(before) => match array.source.presence(effort.keys).await? {
                     Presence::All => Some(before),
                     Presence::Unknown => None,
+                    Presence::These(chunks) if !chunks.is_of_chunks() => None,
                     Presence::These(chunks) => present(array, &chunks, effort)
                         .map(|present| before.saturating_add(all.saturating_sub(present))),
                 },
@@ -97,7 +101,7 @@ impl Marks {
 }
 
 /// Bricks that overlap one of these chunks; `None` if that takes more than was allowed.
-fn present(array: &LevelArray, chunks: &[Vec<u64>], effort: Effort) -> Option<u64> {
+fn present(array: &LevelArray, chunks: &ChunkList, effort: Effort) -> Option<u64> {
     let grid = &array.grid;
     let axes = [Some(grid.axes.x), Some(grid.axes.y), grid.axes.z, grid.axes.channel, grid.axes.time];
     let all = bricks_of(array);
@@ -112,13 +116,13 @@ fn present(array: &LevelArray, chunks: &[Vec<u64>], effort: Effort) -> Option<u6
     let mut marked: u64 = 0;
     // Axes without a meaning are read at 0.
     let is_read =
-        |coords: &&Vec<u64>| (0..coords.len()).all(|axis| axes.contains(&Some(axis)) || coords[axis] == 0);
+        |coords: &&[u32]| (0..coords.len()).all(|axis| axes.contains(&Some(axis)) || coords[axis] == 0);
     for coords in chunks.iter().filter(is_read) {
         let range = |n: usize| match axes[n] {
             None => 0..1,
             Some(axis) => {
                 let side = if n < 3 { BRICK } else { 1 };
-                let begin = coords[axis] * grid.chunk[axis];
+                let begin = u64::from(coords[axis]) * grid.chunk[axis];
                 let end = (begin + grid.chunk[axis]).min(grid.shape[axis]);
                 begin / side..end.div_ceil(side)
             }

@@ -45,6 +45,8 @@ pub struct ChunkWork {
     pub shared: u64,
     /// Chunks that could not be read or decoded.
     pub failed: u64,
+    /// Bytes of decoded chunks that are kept now.
+    pub bytes_kept: u64,
 }
 
 /// How a chunk was had.
@@ -168,6 +170,7 @@ impl ChunkCache {
             absent: of(&counts.absent),
             shared: of(&counts.shared),
             failed: of(&counts.failed),
+            bytes_kept: self.with(|kept| kept.bytes as u64),
         }
     }
 
@@ -380,6 +383,7 @@ mod tests {
         let work = cache.work();
         assert_eq!((work.decoded, work.absent, work.shared, work.failed), (30, 1, 0, 0));
         assert_eq!((work.bytes_decoded, work.bytes_read), (30 * (20 << 20), 30 * 3));
+        assert!(work.bytes_kept > 40 << 20 && work.bytes_kept <= 50 << 20, "{work:?}");
     }
 
     #[test]

@@ -8,23 +8,26 @@ mod cache;
 mod crop;
 mod gather;
 mod region;
+mod told;
 
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
-use vastex_tiles::StoreStats;
 
 use crate::chunks::{ChunkSource, Grid, Presence};
 use crate::spare::Spare;
+use crate::stored::StoredChunks;
 use crate::values::DType;
 pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
 pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
 pub(crate) use boxes::{BoxValues, Plane, Shared, VoxelBox, filled, paste};
+use bricks::KEYS_AT_HAND;
 pub use bricks::{BRICK, BrickCount};
 pub(crate) use cache::ChunkCache;
 pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
 pub use region::VolumeRegion;
+pub(crate) use told::{Telling, Told};
 
 /// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
@@ -50,10 +53,10 @@ pub struct Volume {
     made: [ChunkCache; 2],
     /// Memory of bricks.
     spare: Arc<Spare>,
-    /// What was told of reads.
-    told: Mutex<StoreStats>,
+    /// What its sources have told of this.
+    pub(crate) told: Mutex<Told>,
     /// Which chunks are stored, of levels that were asked about.
-    presence: Mutex<FxHashMap<usize, Arc<Presence>>>,
+    stored: Mutex<FxHashMap<usize, Option<Arc<StoredChunks>>>>,
 }
 
 impl std::fmt::Debug for Volume {
@@ -74,7 +77,7 @@ impl Volume {
             made: [COARSE_MADE_KEPT, FINE_MADE_KEPT].map(ChunkCache::new),
             spare: Arc::default(),
             told: Mutex::default(),
-            presence: Mutex::default(),
+            stored: Mutex::default(),
         }
     }
 
@@ -91,19 +94,6 @@ impl Volume {
         self.boxes.keep_at_most(bytes);
     }
 
-    /// What was read of the store since this was last asked, so that sources that share the volume tell each
-    /// read once between them.
-    pub(crate) fn take_reads(&self) -> StoreStats {
-        let work = self.cache.work();
-        let now = StoreStats { reads: work.decoded, bytes: work.bytes_read };
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        let before = std::mem::replace(&mut *told, now);
-        StoreStats {
-            reads: now.reads.saturating_sub(before.reads),
-            bytes: now.bytes.saturating_sub(before.bytes),
-        }
-    }
-
     /// What keeps chunks of levels that are made, for all channels and times: of coarse ones, and of finer
     /// ones.
     pub(crate) fn made(&self) -> &[ChunkCache; 2] {
@@ -115,17 +105,21 @@ impl Volume {
         &self.spare
     }
 
-    /// Which chunks of a level that exists are stored, as far as `most` keys tell: listed once, and kept.
-    pub(crate) async fn stored_chunks(&self, level: usize, most: usize) -> Arc<Presence> {
-        let kept = || self.presence.lock().unwrap_or_else(PoisonError::into_inner);
+    /// Which chunks of a level that exists are stored, where not all are and a look at what is at hand tells:
+    /// listed once, and kept.
+    pub(crate) async fn stored_chunks(&self, level: usize) -> Option<Arc<StoredChunks>> {
+        let kept = || self.stored.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(found) = kept().get(&level) {
             return found.clone();
         }
-        match self.arrays[level].source.presence(most).await {
-            Ok(found) => kept().entry(level).or_insert(Arc::new(found)).clone(),
+        let array = &self.arrays[level];
+        let found = match array.source.presence(KEYS_AT_HAND).await {
+            Ok(Presence::These(list)) => StoredChunks::new(&array.grid, &list).map(Arc::new),
+            Ok(Presence::All | Presence::Unknown) => None,
             // A listing that fails tells nothing; reading will say what is wrong.
-            Err(_) => Arc::new(Presence::Unknown),
-        }
+            Err(_) => return None,
+        };
+        kept().entry(level).or_insert(found).clone()
     }
 
     /// The value of voxels of the finest level that nothing is stored of: the bytes of one value,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::metadata::{ArrayMeta, ShardMeta};
 use super::shards::{ShardIndices, checked};
 use super::{v2, v3};
-use crate::chunks::{Chunk, ChunkFuture, ChunkSource, Presence, PresenceFuture};
+use crate::chunks::{Chunk, ChunkFuture, ChunkList, ChunkSource, Presence, PresenceFuture};
 use crate::fault::{Oddities, VANISHED, VolumeError, VolumeFault};
 use crate::json::{read_json, text};
 use crate::keys::{KeyStore, Span, join, shown};
@@ -13,6 +13,8 @@ use crate::values::swap_bytes;
 
 /// Names that are looked at to find out how keys are separated: what is not a chunk's is a handful.
 const MOST_PROBED: usize = 256;
+/// Keys that are in memory, and entries in indices of shards, that are looked at for one key that is listed.
+const AT_HAND: usize = 16;
 
 /// An array.
 pub(crate) struct ZarrArray {
@@ -120,29 +122,40 @@ impl ZarrArray {
     }
 
     async fn find_present(&self, most: usize) -> Result<Presence, VolumeError> {
-        let listing = self.keys.list(&self.prefix, most).await?;
-        if listing.is_cut {
-            return Ok(Presence::Unknown);
-        }
         let counts = self.counts();
-        let is_within = |coords: &Vec<u64>| coords.iter().zip(&counts).all(|(at, count)| at < count);
-        let stored = listing.keys.iter().filter_map(|key| self.meta.keys.coords(key, self.meta.shape.len()));
-        let stored: Vec<Vec<u64>> = stored.filter(is_within).collect();
-        let Some(shard) = &self.meta.shard else { return Ok(Presence::These(stored)) };
-        // Every chunk of an index is looked at, whether it is stored or not.
-        if (stored.len() as u64).saturating_mul(shard.chunks()) > most as u64 {
+        let axes = counts.len();
+        let mut found = ChunkList::new(axes);
+        let mut keep = |key: &str| {
+            let coords = self.meta.keys.coords(key, axes);
+            let is_within = |coords: &Vec<u64>| coords.iter().zip(&counts).all(|(at, count)| at < count);
+            // Counts are of sides up to 2^31.
+            found.coords.extend(coords.filter(is_within).iter().flatten().map(|at| *at as u32));
+        };
+        let keys = if self.keys.is_listed() { most.saturating_mul(AT_HAND) } else { most };
+        if self.keys.list(&self.prefix, keys, &mut keep).await? {
             return Ok(Presence::Unknown);
         }
-        let mut present = Vec::new();
-        for of in stored {
-            let key = join(&self.prefix, &self.meta.keys.key(&of));
-            let Some(index) = self.shards.get(&*self.keys, &key, shard).await? else { continue };
-            present.extend(index.stored().map(|place| joined(&of, place, shard)));
+        let Some(shard) = &self.meta.shard else { return Ok(Presence::These(found)) };
+        // Every chunk of an index is looked at, whether it is stored or not.
+        let entries = (found.iter().count() as u64).saturating_mul(shard.chunks());
+        if entries > most.saturating_mul(AT_HAND) as u64 {
+            return Ok(Presence::These(ChunkList { cell: shard.counts.clone(), ..found }));
         }
+        let mut present = ChunkList::new(axes);
         // Chunks of a shard may lie beyond the array's edge.
         let sides = self.meta.shape.iter().zip(&self.meta.chunk);
         let chunks: Vec<u64> = sides.map(|(side, chunk)| side.div_ceil(*chunk)).collect();
-        present.retain(|coords| coords.iter().zip(&chunks).all(|(at, count)| at < count));
+        for of in found.iter() {
+            let of: Vec<u64> = of.iter().map(|at| u64::from(*at)).collect();
+            let key = join(&self.prefix, &self.meta.keys.key(&of));
+            let Some(index) = self.shards.get(&*self.keys, &key, shard).await? else { continue };
+            for place in index.stored() {
+                let coords = joined(&of, place, shard);
+                if coords.iter().zip(&chunks).all(|(at, count)| at < count) {
+                    present.coords.extend(coords.iter().map(|at| *at as u32));
+                }
+            }
+        }
         Ok(Presence::These(present))
     }
 
@@ -209,8 +222,19 @@ mod tests {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/v05-shards.zip");
         let keys: Arc<dyn KeyStore> = Arc::new(crate::keys::Zip::open(&path).unwrap());
         let array = pollster::block_on(open_array(&keys, "0")).unwrap().unwrap();
-        let found = |most| pollster::block_on(array.find_present(most)).unwrap();
-        let Presence::These(stored) = found(1 << 16) else { panic!() };
-        assert!(matches!(found(stored.len()), Presence::Unknown));
+        let found = |most| match pollster::block_on(array.find_present(most)).unwrap() {
+            Presence::These(stored) => stored,
+            other => panic!("{other:?}"),
+        };
+        let (all, shards) = (found(1 << 16), found(1));
+        assert!(all.is_of_chunks() && !shards.is_of_chunks());
+        let shard = array.meta.shard.as_ref().unwrap();
+        let of_shards: std::collections::BTreeSet<Vec<u32>> = all
+            .iter()
+            .map(|at| at.iter().zip(&shard.counts).map(|(at, count)| at / *count as u32).collect())
+            .collect();
+        let listed = shards.iter().map(<[u32]>::to_vec).collect();
+        assert!(of_shards.is_subset(&listed) && !of_shards.is_empty());
+        assert_eq!(pollster::block_on(array.find_present(0)).unwrap(), Presence::Unknown);
     }
 }

@@ -11,4 +11,5 @@ mod made;
 mod messages;
 mod sampling;
 mod source;
+mod sparse;
 mod values;

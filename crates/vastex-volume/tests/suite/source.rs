@@ -366,4 +366,14 @@ fn sources_of_one_volume_tell_each_read_once() {
     let work = volume.chunk_work();
     assert!(work.decoded > 18 && work.bytes_read > 0 && work.bytes_read < work.bytes_decoded * 2, "{work:?}");
     assert_eq!((told.store.reads, told.store.bytes), (work.decoded, work.bytes_read));
+    let chunks = told.chunks;
+    assert_eq!((chunks.decoded, chunks.bytes_decoded), (work.decoded, work.bytes_decoded));
+    assert_eq!((chunks.shared, chunks.bytes), (work.shared, work.bytes_kept));
+    assert!(chunks.shared > 0 && chunks.bytes > chunks.bytes_decoded / 2, "{chunks:?}");
+    // Where the one that tells what is kept is gone, another does.
+    let [first, second] = sources;
+    drop(first);
+    let mut told = Tiers::default();
+    second.add_tiers(&mut told);
+    assert_eq!(told.chunks.bytes, work.bytes_kept);
 }

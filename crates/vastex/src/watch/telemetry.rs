@@ -119,7 +119,7 @@ impl Serialize for Cell {
 type Column = (&'static str, fn(&PoolRecord) -> Cell);
 
 /// In the order of the file. Scripts rely on these names.
-const COLUMNS: [Column; 42] = [
+const COLUMNS: [Column; 46] = [
     ("frame", |record| Cell::Count(record.pager.frame)),
     ("pool", |record| Cell::Count(record.pager.pool.number().into())),
     ("slots", |record| Cell::Count(record.pager.stats.slots.into())),
@@ -162,6 +162,10 @@ const COLUMNS: [Column; 42] = [
     ("store_bytes", |record| Cell::Count(record.tiers.store.bytes)),
     ("resident", |record| Cell::Count(record.pager.stats.resident.into())),
     ("shared", |record| Cell::Count(record.pager.stats.shared)),
+    ("chunks_decoded", |record| Cell::Count(record.tiers.chunks.decoded)),
+    ("chunk_bytes_decoded", |record| Cell::Count(record.tiers.chunks.bytes_decoded)),
+    ("chunks_shared", |record| Cell::Count(record.tiers.chunks.shared)),
+    ("chunk_bytes", |record| Cell::Count(record.tiers.chunks.bytes)),
 ];
 
 fn of_pixels(record: &PoolRecord, part: fn(&Stats) -> f64) -> Cell {

@@ -17,7 +17,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("pictures", &["args", "output"]),
     ("planet", &[]),
     // Beside whatever is drawn of volumes.
-    ("made_levels", &[]),
+    ("made_levels", &["report"]),
     ("disk_cache", &["args", "report"]),
     ("open", &["args", "disk_cache", "planet", "progress", "report"]),
     (

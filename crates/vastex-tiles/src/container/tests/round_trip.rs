@@ -85,7 +85,8 @@ fn reads_of_the_file_are_counted_and_a_cache_in_front_saves_them() {
         let tile = block_on(cache.read(*pos)).unwrap();
         stored += if tile.codec == Codec::Constant { 0 } else { tile.bytes.len() as u64 };
     }
-    let Tiers { ram, disk, store } = tiers();
+    let Tiers { ram, disk, store, chunks } = tiers();
+    assert_eq!(chunks, ChunkStats::default());
     assert_eq!(
         (ram.hits, ram.misses, disk),
         (fine.len() as u64, 1 + fine.len() as u64, TierStats::default())

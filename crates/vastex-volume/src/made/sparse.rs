@@ -1,0 +1,112 @@
+//! Which chunks of made levels have nothing stored below them, and which are made of little.
+
+use std::sync::atomic::Ordering;
+
+use super::{CHEAP_BYTES, Made, SIDE, is_cheap};
+use crate::stored::StoredChunks;
+
+/// Stored chunks that a larger chunk of a sparse level may be made of where it is asked for: each costs a
+/// chunk of every level on the way.
+const CHEAP_STORED: u64 = 16;
+/// Chunks of the finest made level that are counted one by one.
+const MOST_COUNTED: usize = 1 << 23;
+
+impl Made {
+    /// Whether a chunk of a level is made where it is asked for.
+    pub(super) fn is_cheap(&self, level: usize, at: [u64; 3]) -> bool {
+        let size = self.base.volume.about().levels[self.base.level].size;
+        let scale = self.levels[level].scale;
+        let of = std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis]));
+        if is_cheap(self.base.volume.about(), self.base.level, Some(of)) {
+            return true;
+        }
+        self.stored.as_ref().is_some_and(|stored| {
+            let most = (CHEAP_BYTES / stored.chunk_bytes(self.width()).max(1)).min(CHEAP_STORED);
+            self.count_stored(stored, level, at, most + 1) <= most
+        })
+    }
+
+    /// Whether nothing is stored of what a chunk is made of.
+    pub(super) fn is_absent(&self, level: usize, at: [u64; 3]) -> bool {
+        self.stored.as_ref().is_some_and(|stored| self.count_stored(stored, level, at, 1) == 0)
+    }
+
+    /// Stored chunks that a chunk is made of, no more than `most`.
+    pub(super) fn count_stored(&self, stored: &StoredChunks, level: usize, at: [u64; 3], most: u64) -> u64 {
+        let size = self.base.volume.about().levels[self.base.level].size;
+        let scale = self.levels[level].scale;
+        let voxels = std::array::from_fn(|axis| {
+            let side = SIDE.saturating_mul(scale[axis]);
+            (at[axis] * side).min(size[axis])..at[axis].saturating_add(1).saturating_mul(side).min(size[axis])
+        });
+        stored.count(&stored.chunks_of(&voxels), (self.base.channel, self.base.time), most)
+    }
+
+    /// Whether a chunk of the base is known not to be stored.
+    pub(super) fn is_not_stored(&self, coords: &[u64]) -> bool {
+        let at = self.base.volume.grid(self.base.level).space();
+        let of = at.map(|axis| axis.map_or(0..1, |axis| coords[axis]..coords[axis] + 1));
+        let plane = (self.base.channel, self.base.time);
+        self.stored.as_ref().is_some_and(|stored| !stored.has_any(&of, plane))
+    }
+
+    /// How many chunks of the finest made level that are not absent a chunk covers.
+    pub(super) fn finest_below(&self, level: usize, at: [u64; 3]) -> u64 {
+        if level == 0 || self.is_absent(level, at) {
+            return u64::from(!self.is_absent(level, at));
+        }
+        let children = self.children(level, at);
+        children.into_iter().map(|child| self.finest_below(level - 1, child)).sum()
+    }
+
+    /// Counts what a chunk covers of the finest made level as done.
+    pub(super) fn count(&self, level: usize, at: [u64; 3]) {
+        if self.stored.is_some() {
+            self.done.fetch_add(self.finest_below(level, at), Ordering::Relaxed);
+            return;
+        }
+        let (finest, this) = (&self.levels[0], &self.levels[level]);
+        let covered = (0..3).map(|axis| {
+            let chunks = this.scale[axis] / finest.scale[axis];
+            let all = finest.grid.size()[axis].div_ceil(SIDE);
+            chunks.min(all.saturating_sub(at[axis] * chunks))
+        });
+        self.done.fetch_add(covered.product(), Ordering::Relaxed);
+    }
+}
+
+/// How many chunks of the finest made level that are not absent there are below a base of `size` voxels, of
+/// which one of that level has `factor`. Where very many are stored, those that are absent count, too.
+pub(crate) fn count_made(
+    stored: Option<&StoredChunks>,
+    plane: (u64, u64),
+    size: [u64; 3],
+    factor: [u64; 3],
+) -> u64 {
+    let counts = [0, 1, 2].map(|axis| size[axis].div_ceil(factor[axis]).div_ceil(SIDE));
+    let all = counts.iter().fold(1, |chunks: u64, count| chunks.saturating_mul(*count));
+    let Some(stored) = stored else { return all };
+    let mut found: Vec<u64> = Vec::new();
+    let is_counted = stored.each(plane, |chunks| {
+        let voxels = stored.voxels_of(&chunks);
+        let [xs, ys, zs] = [0, 1, 2].map(|axis| {
+            let side = SIDE.saturating_mul(factor[axis]);
+            voxels[axis].start / side..voxels[axis].end.div_ceil(side).min(counts[axis])
+        });
+        let more = [&xs, &ys, &zs]
+            .iter()
+            .fold(1_u64, |more, range| more.saturating_mul(range.end.saturating_sub(range.start)));
+        if more > (MOST_COUNTED - found.len()) as u64 {
+            return false;
+        }
+        for z in zs {
+            for y in ys.clone() {
+                found.extend(xs.clone().map(|x| (z * counts[1] + y) * counts[0] + x));
+            }
+        }
+        true
+    });
+    found.sort_unstable();
+    found.dedup();
+    if is_counted && all < u64::MAX { found.len() as u64 } else { all }
+}
