@@ -12,7 +12,7 @@ pub(crate) const MOST_FIXED_TEXELS: u32 = 1 << 17;
 pub enum OffscreenError {
     /// The library said so.
     #[error(transparent)]
-    Vastex(#[from] vastex::Error),
+    Vastex(vastex::Error),
     /// A layer cannot be shown as it is asked for.
     #[error(transparent)]
     Layer(#[from] LayerOptionsError),
@@ -29,6 +29,17 @@ pub enum OffscreenError {
         MOST_FIXED_TEXELS
     )]
     TooLargeForCpu,
+    /// The texture has more pages than the CPU lists to sample them, and no ordinary texture is so large.
+    #[error(
+        "a texture of {pages} pages is compared with nothing: an ordinary texture is not so large, and the CPU makes pictures of \
+         {most} pages at most; take a smaller texture, or do without the comparison"
+    )]
+    TooManyPages {
+        /// Its pages.
+        pages: u64,
+        /// How many there may be.
+        most: u64,
+    },
     /// The heights are not there.
     #[error(transparent)]
     Heights(#[from] HeightsError),
@@ -50,6 +61,15 @@ pub enum OffscreenError {
     /// The picture from an ordinary texture could not be had.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+}
+
+impl From<vastex::Error> for OffscreenError {
+    fn from(error: vastex::Error) -> OffscreenError {
+        match error {
+            vastex::Error::TooManyPages { pages, most } => OffscreenError::TooManyPages { pages, most },
+            error => OffscreenError::Vastex(error),
+        }
+    }
 }
 
 impl From<DescribeError> for OffscreenError {

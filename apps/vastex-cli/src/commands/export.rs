@@ -10,13 +10,15 @@ use vastex_tiles::Container;
 
 use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use crate::args::{ExportArgs, FormatName, LayoutName};
-use crate::report;
+use crate::{open, report};
 
 /// As clap has it, for what only the layout or the texture shows to be impossible.
 const WRONG_USAGE: u8 = 2;
 
 pub(crate) fn run(args: &ExportArgs) -> Result<ExitCode> {
     handle_interrupts()?;
+    let instead = "export a container of its image, or write a region of it with `vastex crop`";
+    open::refuse_generated([&*args.file], ("exported", instead))?;
     let container = Container::open_file(&args.file)?;
     let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();

@@ -9,10 +9,17 @@ use vastex_build::{ReplaceError, ReplaceOptions};
 
 use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use crate::args::ReplaceArgs;
-use crate::report;
+use crate::{open, report};
 
 pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
     handle_interrupts()?;
+    let images = args.images();
+    open::refuse_generated([&*args.file], ("changed", "name a container"))?;
+    let paths = images.iter().map(|image| &*image.path);
+    open::refuse_generated(
+        paths,
+        ("put into a container", "write a region of it with `vastex crop`, and name that"),
+    )?;
     let options = ReplaceOptions {
         threads: args.threads.count(),
         quality: args.quality.into(),
@@ -22,7 +29,7 @@ pub(crate) fn run(args: &ReplaceArgs) -> Result<ExitCode> {
     };
     let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
-    let replaced = vastex_build::replace(&args.file, args.at, &args.images(), &options, &bar);
+    let replaced = vastex_build::replace(&args.file, args.at, &images, &options, &bar);
     bar.0.finish_and_clear();
     let replaced = match replaced {
         Err(ReplaceError::Cancelled) => {

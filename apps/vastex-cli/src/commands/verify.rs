@@ -7,9 +7,10 @@ use serde::Serialize;
 use vastex_tiles::{Verification, verify_file};
 
 use crate::args::VerifyArgs;
-use crate::{progress, report};
+use crate::{open, progress, report};
 
 pub(crate) fn run(args: &VerifyArgs) -> Result<ExitCode> {
+    open::refuse_generated([&*args.file], ("verified", "verify the container of its image"))?;
     let bar = progress::bar(args.quiet, "", "tile");
     let found = verify_file(&args.file, |done, total| {
         bar.set_length(total);

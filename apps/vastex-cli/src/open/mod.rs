@@ -25,7 +25,7 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use vastex::TileSource;
 use vastex_scenes::DisplayOptions;
 use vastex_tiles::{Container, DirectStore, DiskTier};
@@ -119,6 +119,21 @@ pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
 /// Whether the words of a source name a generated planet: no mesh in uv shows where its smallest texels are.
 pub(crate) fn is_generated(source: &Path) -> bool {
     words_of_planet(source).is_some()
+}
+
+/// Fails where one of the paths names a generated planet, which has no file to be `done` with; `instead` is
+/// the remedy. A file of such a name, if there is one, is that file.
+pub(crate) fn refuse_generated<'a>(
+    paths: impl IntoIterator<Item = &'a Path>,
+    (done, instead): (&str, &str),
+) -> Result<()> {
+    match paths.into_iter().find(|path| is_generated(path) && !path.exists()) {
+        None => Ok(()),
+        Some(planet) => bail!(
+            "{}: a planet is made up while it is looked at and has no file, so it cannot be {done}; {instead}",
+            planet.display()
+        ),
+    }
 }
 
 /// What is shown of the sources of a scene.
