@@ -104,7 +104,7 @@ pub(crate) fn check() -> Result<Outcome> {
     Ok(Outcome::Passed)
 }
 
-/// The driver's library, with Chromium installed where it is missing; nothing where it cannot be had.
+/// The driver's library, with Chromium installed where it is missing; `None` if it cannot be had.
 fn find() -> Result<Option<PathBuf>> {
     if let Some(library) = library() {
         return Ok(Some(library));

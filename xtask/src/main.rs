@@ -16,6 +16,7 @@ mod damage;
 mod demo;
 mod demo_program;
 mod drivers;
+mod facade_docs;
 mod figures;
 mod gaia_sky;
 mod inputs;

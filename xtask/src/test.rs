@@ -10,7 +10,7 @@ use anyhow::{Result, bail};
 
 use crate::outcome::{Outcome, SEED, cargo_test};
 use crate::shell::Usage;
-use crate::{browser, drivers, setup, shaders, shell, test_programs, wasm, web, window};
+use crate::{browser, drivers, facade_docs, setup, shaders, shell, test_programs, wasm, web, window};
 
 struct Step {
     name: &'static str,
@@ -22,7 +22,11 @@ const STEPS: &[Step] = &[
     Step { name: "setup", what: "what the machine must have", run: set_up },
     Step { name: "format", what: "rustfmt would change nothing", run: format },
     Step { name: "clippy", what: "no lint fires anywhere", run: clippy },
-    Step { name: "docs", what: "every link in the documentation leads somewhere", run: docs },
+    Step {
+        name: "docs",
+        what: "every link in the documentation leads somewhere, and that of vastex stays there",
+        run: docs,
+    },
     Step { name: "tests", what: "every test, example and invariant", run: tests },
     Step { name: "drivers", what: "a second driver draws the same", run: drivers::check },
     Step { name: "window", what: "the program's window opens", run: window::check },
@@ -194,7 +198,9 @@ fn clippy() -> Result<Outcome> {
 fn docs() -> Result<Outcome> {
     let mut command = shell::cargo("doc");
     command.env("RUSTDOCFLAGS", "-D warnings");
-    shell::run(command.args(["--workspace", "--lib", "--no-deps"])).map(|()| Outcome::Passed)
+    shell::run(command.args(["--workspace", "--lib", "--no-deps"]))?;
+    facade_docs::check(&shell::target_dir().join("doc/vastex"))?;
+    Ok(Outcome::Passed)
 }
 
 fn tests() -> Result<Outcome> {

@@ -299,7 +299,7 @@ impl Offscreen {
 
     fn expect_what_was_learnt(&mut self, pose: &Pose) {
         let (place, before) = (pose.place(), self.pose.place());
-        self.textures.trace().set_place(place);
+        self.textures.ahead().trace().set_place(place);
         if let Some(sets) = &self.prefetch_sets {
             let step = std::array::from_fn(|axis| place[axis] - before[axis]);
             self.textures.ahead().expect(&sets.expected(
@@ -332,7 +332,7 @@ impl Offscreen {
         Ok(side_by_side(&pictures, self.size))
     }
 
-    /// Why a pixel of the last frame's picture shows what it shows; nothing where no texture is.
+    /// Why a pixel of the last frame's picture shows what it shows; empty if it shows no texture.
     pub fn explain(&mut self, [x, y]: [u32; 2]) -> Result<Vec<Explanation>, OffscreenError> {
         let (main, beside) = self.views.poses(self.pose);
         let (pose, left) = match beside {

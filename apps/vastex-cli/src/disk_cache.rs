@@ -19,7 +19,7 @@ use crate::report;
 pub(crate) struct Later {
     directory: PathBuf,
     bytes: u64,
-    /// Wakes the thread, which ends with this otherwise; and what it opened. Nothing where the system gives
+    /// Wakes the thread, which ends with this otherwise; and what it opened. `None` if the system gives
     /// no thread.
     thread: Option<(Sender<()>, Receiver<Opened>)>,
 }

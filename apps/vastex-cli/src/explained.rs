@@ -9,7 +9,7 @@ use vastex::diagnostics::{Explanation, PageState};
 pub(crate) struct Explained {
     /// Column and row in the picture.
     pixel: [u32; 2],
-    /// What it wants: nothing where no texture is.
+    /// What it wants; empty if it shows no texture.
     pages: Vec<ExplainedPage>,
 }
 

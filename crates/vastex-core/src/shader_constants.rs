@@ -1,6 +1,7 @@
 //! Constants that Rust and WGSL share: defined here once, and generated into every shader from [`WGSL`].
 //!
-//! What a field is for stands where it is used: [`crate::PageId`] and [`crate::TableEntry`].
+//! What a field is for stands where it is used: [`PageId`](crate::PageId) and
+//! [`TableEntry`](crate::TableEntry).
 
 /// Bits of one page coordinate of an image.
 pub const COORD_BITS_2D: u32 = 24;

@@ -33,6 +33,7 @@ pub use container::{
 };
 pub use exchange::{npy_header, raw_description, raw_file};
 pub use ground::advice::read_advice;
+pub use ground::srgb::{SRGB, Srgb, linear_from_srgb, srgb_from_linear};
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
 pub use sources::{
@@ -46,8 +47,8 @@ pub use stores::{MemoryStore, ReadLimit, Store, StoreError, StoreFuture};
 #[cfg(not(target_family = "wasm"))]
 pub use testing::conformance;
 pub use testing::{FaultRates, Faults, Injection};
-pub use tile::{Codec, DecodeError, MAX_TILE_BYTES, Tile};
 #[cfg(feature = "write")]
-pub use tile::{Compression, EncodedTile};
+pub use tile::EncodedTile;
+pub use tile::{Codec, Compression, DecodeError, MAX_TILE_BYTES, Tile};
 #[cfg(feature = "blocks")]
 pub use tile::{decode_blocks, decode_layer};

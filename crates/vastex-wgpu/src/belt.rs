@@ -4,8 +4,8 @@
 //! | a room is | entered by | left by |
 //! |---|---|---|
 //! | free, mapped | being made; the GPU being done with it | [`Belt::put`] |
-//! | filled, mapped | [`Belt::put`] | the first [`crate::Pool::upload_from`]; being dropped, which makes it free |
-//! | filled, of the GPU | [`crate::Pool::upload_from`] | being dropped, which asks to have it mapped again |
+//! | filled, mapped | [`Belt::put`] | the first [`Pool::upload_from`](crate::Pool::upload_from); being dropped, which makes it free |
+//! | filled, of the GPU | [`Pool::upload_from`](crate::Pool::upload_from) | being dropped, which asks to have it mapped again |
 //! | with the GPU | being dropped | the end of the commands that copy from it: free again |
 //!
 //! So once there are as many rooms as are filled at once nothing is allocated any more, and no room is waited
@@ -127,8 +127,8 @@ impl Belt {
         matches!(device.adapter_info().backend, Vulkan | Metal | Dx12)
     }
 
-    /// Puts a tile into a room, on whatever thread. Gives nothing where all rooms that the limit allows are
-    /// filled, or where the device is lost or has no memory for one. Never waits. Costs a copy of the tile,
+    /// Puts a tile into a room, on whatever thread. Gives `None` if all rooms that the limit allows are
+    /// filled, or if the device is lost or has no memory for one. Never waits. Costs a copy of the tile,
     /// and of a volume's tile a look at each of its values ([`BeltTile::range`]).
     pub fn put(&self, layout: &Arc<BeltLayout>, tile: &[u8]) -> Option<BeltTile> {
         if tile.len() as u64 != layout.tile_bytes {

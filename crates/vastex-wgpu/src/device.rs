@@ -38,7 +38,8 @@ pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
 
 /// The limits worth asking the adapter for: WebGPU's, or of an adapter that has less those of OpenGL ES 3.1
 /// or WebGL 2, and whatever it allows of what pools and page tables are made of. With less than that
-/// everything works too: pools are smaller, and [`crate::FeedbackMode::best`] finds another mode.
+/// everything works too: pools are smaller, and [`FeedbackMode::best`](crate::FeedbackMode::best) finds
+/// another mode.
 pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let has = adapter.limits();
     let known = [wgpu::Limits::default(), wgpu::Limits::downlevel_defaults()];
@@ -68,7 +69,8 @@ pub fn alive(device: &wgpu::Device) -> Result<(), GpuError> {
 }
 
 /// Lets the device call back what is due, so that it shows what has come back from it. Never waits. To be
-/// called once per frame, before [`crate::Readback::poll`]; a submission of commands does the same.
+/// called once per frame, before [`Readback::poll`](crate::Readback::poll); a submission of commands does the
+/// same.
 pub fn poll(device: &wgpu::Device) -> Result<(), GpuError> {
     poll_device(device, wgpu::PollType::Poll)
 }

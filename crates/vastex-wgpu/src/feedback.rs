@@ -3,7 +3,7 @@
 //! A target pixel stands for a block of [`shader_constants::FEEDBACK_SCALE`] pixels per side and looks at one
 //! of them, another each frame: after a jitter cycle every row and column of the block was visited. What is
 //! written into a pixel is the shader's business (feedback.wgsl), how it comes back that of
-//! [`crate::Readback`]; where the main pass says it instead, that is `inline`'s.
+//! [`Readback`](crate::Readback); where the main pass says it instead, that is `inline`'s.
 
 use vastex_core::shader_constants;
 
@@ -42,7 +42,7 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
 /// How many pixels of the picture a pixel of the target stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FeedbackScale {
-    /// A block of [`shader_constants::FEEDBACK_SCALE`] pixels per side, of which one is looked at. For every
+    /// A block of 8 pixels per side, of which one is looked at. For every
     /// frame.
     #[default]
     Reduced,
@@ -231,8 +231,7 @@ impl FeedbackTarget {
         FeedbackTarget::of_view(device, FeedbackView::new(picture, scale, 0).with_answers(answers))
     }
 
-    /// A target for one pixel of pictures of so many pixels, which lies within them; [`crate::PixelReadback`]
-    /// reads it.
+    /// A target for one pixel of pictures of so many pixels, which lies within them.
     pub fn of_pixel(
         device: &wgpu::Device,
         picture: [u32; 2],
@@ -252,7 +251,7 @@ impl FeedbackTarget {
 
     /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this
     /// number at it, and cuts what lies beyond the picture. The caller draws with a pipeline of
-    /// [`crate::FEEDBACK_FORMAT`] without blending and [`FEEDBACK_DEPTH_FORMAT`], and leaves viewport and
+    /// `Rgba32Uint` without blending and `Depth32Float`, and leaves viewport and
     /// scissor as they are.
     pub fn begin<'encoder>(
         &self,
@@ -307,12 +306,12 @@ impl FeedbackTarget {
         frame_view.scissor()
     }
 
-    /// What is drawn into, of [`crate::FEEDBACK_FORMAT`].
+    /// What is drawn into, of the format `Rgba32Uint`.
     pub fn color(&self) -> &wgpu::TextureView {
         self.raw.view()
     }
 
-    /// Its depth buffer, of [`FEEDBACK_DEPTH_FORMAT`].
+    /// Its depth buffer, of the format `Depth32Float`.
     pub fn depth(&self) -> &wgpu::TextureView {
         &self.depth_view
     }

@@ -1,5 +1,5 @@
 //! How well a device's own filter blends voxels, found out by trying it: the formats in which pools hold
-//! volumes follow from that ([`crate::held_volume_format`]).
+//! volumes follow from that ([`held_volume_format`](crate::held_volume_format)).
 //!
 //! A ramp is put into a small 3-D texture of each format and filtered at 64 places. A format passes where
 //! everything that comes back is within 1/1024 of the range. Software drivers often filter 8 bits in 8 bits,

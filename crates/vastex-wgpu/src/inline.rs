@@ -2,7 +2,7 @@
 //! feedback target.
 //!
 //! What a pixel reports is the shader's business (report.wgsl), how the result comes back that of
-//! [`crate::Readback`].
+//! [`Readback`](crate::Readback).
 
 use vastex_core::shader_constants;
 
@@ -22,7 +22,7 @@ pub struct InlinePipelines {
 }
 
 impl InlinePipelines {
-    /// Compiles the shader, on a device that has [`crate::FeedbackMode::Inline`].
+    /// Compiles the shader, on a device that has [`FeedbackMode::Inline`](crate::FeedbackMode::Inline).
     pub fn new(device: &wgpu::Device) -> InlinePipelines {
         let bindings = [
             whole_buffer(wgpu::BufferBindingType::Storage { read_only: false }),

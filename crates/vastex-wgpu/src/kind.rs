@@ -9,7 +9,8 @@ use crate::feedback_mode::FeedbackMode;
 use crate::filter::Filter;
 use crate::names::check_names;
 
-/// How a shader reads the atlas, which follows from the layer's format: [`crate::Pool::atlas`].
+/// How a shader reads the atlas, which follows from the layer's format and from what the
+/// device filters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Atlas {
     /// The device's own filter.

@@ -18,7 +18,7 @@ pub fn held_format(format: LayerFormat, features: wgpu::Features) -> LayerFormat
 /// The GPU's format for a layer, and how shaders read it. `None` if the device cannot decompress it.
 ///
 /// Everything that is [`Atlas::Float`] is filtered by the device: 16-bit data and 32-bit floats where that
-/// was asked for ([`crate::required_features`]).
+/// was asked for ([`required_features`](crate::required_features)).
 pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(wgpu::TextureFormat, Atlas)> {
     use LayerFormat::*;
     use wgpu::TextureFormat as Gpu;

@@ -113,7 +113,8 @@ impl ParamStore {
 
     /// Records copies of what has been set since the last submission: all in one upload. Commands recorded
     /// later in the encoder see it, and so do those that were recorded earlier and are submitted later, for
-    /// [`crate::RECORDED_AHEAD`] updates also with bind groups that were made before the records moved.
+    /// [`RECORDED_AHEAD`](crate::RECORDED_AHEAD) updates also with bind groups that were made before the
+    /// records moved.
     ///
     /// To be called once per submission, after the tables of all pools, and [`ParamStore::submitted`] after
     /// that: what was not submitted is written again.

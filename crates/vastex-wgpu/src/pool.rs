@@ -53,7 +53,7 @@ impl Pool {
     /// Takes the memory of a pool: [`PoolLayout::bytes`] and a few bytes of parameters.
     ///
     /// `layers` are those of every tile, at least one, in formats that the device holds
-    /// ([`crate::held_format`]).
+    /// ([`held_format`](crate::held_format)).
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -64,7 +64,8 @@ impl Pool {
     }
 
     /// The same for a device that filters volumes so; nothing for how it turns out to
-    /// ([`VolumeFilters::of`]). Layers of volumes are as [`crate::held_volume_format`] says.
+    /// ([`VolumeFilters::of`]). Layers of volumes are as [`held_volume_format`](crate::held_volume_format)
+    /// says.
     pub fn filtered(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -87,8 +88,8 @@ impl Pool {
         Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None, ranges })
     }
 
-    /// The same with tiles that may fade in, for shaders in which tiles fade in ([`crate::Kinds::fade`]);
-    /// costs a byte for each slot.
+    /// The same with tiles that may fade in, for shaders in which tiles fade in
+    /// ([`Kinds::fade`](crate::Kinds::fade)); costs a byte for each slot.
     pub fn with_fades(self, device: &wgpu::Device) -> Pool {
         Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
     }
@@ -246,7 +247,7 @@ impl Pool {
         self.layers.len()
     }
 
-    /// How shaders read layer number `layer`, which exists: [`crate::Kind::atlas`].
+    /// How shaders read layer number `layer`, which exists: [`Kind::atlas`](crate::Kind::atlas).
     pub fn atlas(&self, layer: usize) -> Atlas {
         self.layers[layer].atlas
     }

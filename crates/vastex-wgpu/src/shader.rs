@@ -85,9 +85,8 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// else, stay first, and errors in its text are reported at its own lines; declarations may stand in any
 /// order. The text has no directives of its own and begins on a line of its own.
 ///
-/// One text serves every texture of its kinds: `id: u32` says which is meant ([`crate::shader_id`]); it may
-/// come from a material or an instance, and need not be uniform. An id that names no texture shows a colour
-/// that can be set ([`crate::Pool::set_unknown`]) and wants nothing. `view: u32` is the number of the view
+/// One text serves every texture of its kinds: `id: u32` says which is meant; it may come from a material or an instance, and need not be uniform. An id that names no texture shows a colour
+/// that can be set and wants nothing. `view: u32` is the number of the view
 /// that is drawn.
 ///
 /// Public names begin with `vastex_`, `Vastex` or `VASTEX_`; what begins with `vastexi_`, `Vastexi` or
@@ -140,7 +139,7 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_brick_exit(brick, offset, direction)` | all | how far a ray goes until it leaves the box of a brick |
 /// | `vastex_box_exit(box, offset, direction)` | all | the same for a box |
 /// | `vastex_ray_within(ray, size)` | all | a `VastexRay` within the box of a volume |
-/// | `vastex_ray_at(ray, way)` | all | the place at a way along a ray |
+/// | `vastex_ray_at(ray, along)` | all | the place so far along a ray, in lengths of its direction |
 /// | `vastex_march(ray)`, `vastex_march_next(&march, id, ray)` | all | a `VastexMarch` through the bricks of a ray, one after another |
 /// | `vastex_march_feedback(id, view, position, ray)` | fragment, feedback pass | a feedback pixel for a ray |
 /// | `vastex_ray_pixel(view, position, pixel)` | fragment, feedback pass | the place in the picture of a ray, from that of its fragment |

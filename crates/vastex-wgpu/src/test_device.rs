@@ -48,8 +48,8 @@ pub struct TestDevice {
 }
 
 impl TestDevice {
-    /// A device with the features worth asking for ([`crate::required_features`]). Panics where there is
-    /// none: a GPU test is never skipped.
+    /// A device with the features worth asking for ([`required_features`](crate::required_features)). Panics
+    /// where there is none: a GPU test is never skipped.
     pub fn new() -> TestDevice {
         TestDevice::with_features(crate::required_features)
     }

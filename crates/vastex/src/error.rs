@@ -7,7 +7,7 @@ use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, View
 use vastex_tiles::{ContainerError, DecodeError, LoadError, ReadError};
 use vastex_wgpu::GpuError;
 
-/// Why a call failed. A tile that cannot be had is no error but an [`crate::Event`].
+/// Why a call failed. A tile that cannot be had is no error but an [`Event`](crate::Event).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -49,7 +49,7 @@ pub enum Error {
         error: DecodeError,
     },
     /// The coarsest levels of a texture are not at hand without waiting, in a browser;
-    /// [`crate::Textures::preparer`] reads them.
+    /// [`Textures::preparer`](crate::Textures::preparer) reads them.
     #[error("the tail is not at hand; read it with `Textures::preparer`, then add it")]
     TailPending,
     /// The texture was prepared for other settings, or for a device that can hold other formats or sizes.
@@ -156,7 +156,8 @@ pub enum Error {
     /// The textures cannot be a group.
     #[error(transparent)]
     Group(#[from] GroupError),
-    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call [`crate::Memory::restore`].
+    /// The GPU failed. After [`GpuError::DeviceLost`], make a new device and call
+    /// [`Memory::restore`](crate::Memory::restore).
     #[error(transparent)]
     Gpu(#[from] GpuError),
 }

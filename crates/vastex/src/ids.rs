@@ -6,8 +6,8 @@
 
 use vastex_core::{GroupNumber, TextureNumber};
 
-/// A texture of a [`crate::Textures`]. It names this one for ever: after the texture is removed it names
-/// none, whatever comes later.
+/// A texture of a [`Textures`](crate::Textures). It names this one for ever: after the texture is removed it
+/// names none, whatever comes later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId {
     number: TextureNumber,
@@ -20,7 +20,8 @@ impl TextureId {
     }
 
     /// The number by which pages, events, statistics and traces name the texture while it is there. A texture
-    /// that is added after it is gone may get the same; [`crate::Inspect::id_of`] tells who has it.
+    /// that is added after it is gone may get the same; [`Inspect::id_of`](crate::Inspect::id_of) tells who
+    /// has it.
     pub const fn number(self) -> TextureNumber {
         self.number
     }
@@ -30,8 +31,8 @@ impl TextureId {
     }
 }
 
-/// A group of a [`crate::Textures`]. It names this one for ever: after the group, or a texture in it, is
-/// removed it names none.
+/// A group of a [`Textures`](crate::Textures). It names this one for ever: after the group, or a texture in
+/// it, is removed it names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GroupId {
     number: GroupNumber,
@@ -53,7 +54,8 @@ impl GroupId {
     }
 }
 
-/// One layer of a texture, as a pipeline samples it; [`crate::TextureRef::layer`] finds it by its name.
+/// One layer of a texture, as a pipeline samples it; [`TextureRef::layer`](crate::TextureRef::layer) finds it
+/// by its name.
 ///
 /// Wherever one is asked for, a [`TextureId`] stands for the texture's first layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -76,7 +78,7 @@ impl LayerId {
         self.texture.number
     }
 
-    /// The layer's number in [`crate::Description::layers`].
+    /// The layer's number in [`Description::layers`](crate::Description::layers).
     pub const fn index(self) -> usize {
         self.index
     }

@@ -33,10 +33,10 @@
 //! | what its pipelines need | [`Textures::kinds`], [`Textures::wgsl`], [`Textures::bind_group`], [`Textures::shader_id`]; for groups and merged layouts [`Bindings`] |
 //! | each frame | [`Textures::feedback`], [`Textures::update`], [`Textures::main_pass`], [`Textures::poll_event`], [`Textures::view_mut`] |
 //! | settings, with their defaults | [`Settings`], [`TextureSettings`] |
-//! | ahead of time | [`Ahead`]: prefetches, pins, predictions; [`prefetch`], [`survey`] |
+//! | ahead of time | [`Ahead`]: prefetches, pins, predictions, traces ([`TraceControl`]); [`prefetch`], [`survey`] |
 //! | what a texture says at a point, on the CPU | [`Cpu`] |
 //! | GPU memory, and a device that is lost | [`Memory`] |
-//! | why a picture is as it is | [`Inspect`], [`Pixels`], [`TraceControl`], [`diagnostics`] |
+//! | why a picture is as it is | [`Inspect`], [`Pixels`], [`diagnostics`] |
 //! | where tiles come from | [`open`], [`ImageSource`] for pixels in memory, [`TileSource`], [`source`] |
 //!
 //! # What shaders call
@@ -55,6 +55,18 @@
 //! | ask about a texture | `vastex_size(id)`, `vastex_level_of(id, ddx, ddy)`, `vastex_inspect(id, uv)`, `vastex_inspect_grad`, `vastex_inspect_fixed_grad(id, anchor, offset, ddx, ddy)` |
 //! | look into the pool of a text | `vastex_inspect_page(id, page, level)`, `vastex_inspect_slot(slot, tile_texel)`, `vastex_inspect_slot_size()` |
 //! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |
+//!
+//! A volume has these in the place of those that sample, want and ask by uv. A place in it is `offset` voxels
+//! after voxel `anchor`; `ray` is a `VastexRay`, `brick` a `VastexBrick`, the voxels of a box in a slot.
+//!
+//! | to | functions |
+//! |---|---|
+//! | sample a volume | `vastex_volume_sample(id, anchor, offset, level)`, `vastex_volume_level(id, pixel)` |
+//! | go through its bricks along a ray | `vastex_ray_within(ray, size)`, `vastex_ray_at(ray, along)`, `vastex_march(ray)`, `vastex_march_next(&march, id, ray)` |
+//! | read a brick | `vastex_brick(id, anchor, offset, level)`, `vastex_brick_sample(brick, offset)`, `vastex_brick_exact`, `vastex_brick_nearest`, `vastex_brick_range(brick)`, `vastex_brick_exit(brick, offset, direction)` |
+//! | read a label | `vastex_volume_whole(id, anchor, offset, level)`, `vastex_brick_whole(brick, offset)`, `vastex_brick_whole_at(brick, voxel)` |
+//! | say what is wanted of a volume | `vastex_volume_feedback(id, anchor, offset, level)`, `vastex_march_feedback(id, view, position, ray)`, `vastex_ray_pixel(view, position, pixel)`, `vastex_ray_turn(view, position, count)`, `vastex_weighted(wanted, weight)` |
+//! | ask about a volume | `vastex_volume_size(id)`, `vastex_volume_scale(id, level)`, `vastex_volume_whole_level(id, level)`, `vastex_volume_box(id, anchor, offset, level)`, `vastex_box_exit(box, offset, direction)` |
 //!
 //! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id,
 //! uv)`, `vastex_sample_NAME_grad`.
@@ -95,9 +107,9 @@ pub use textures::{
 pub use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
-    GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue, PageId,
-    PagePos, PoolError, PoolId, Progress, Region, Slot, StoredLevel, TextureNumber, TicketState, Urgency,
-    ViewError, ViewId, VoxelLevel, VoxelLevels, VoxelLevelsError, WantedPage,
+    GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue,
+    NodataValueError, PageId, PagePos, PoolError, PoolId, Progress, Region, Slot, StoredLevel, TextureNumber,
+    TicketState, Urgency, ViewError, ViewId, VoxelLevel, VoxelLevels, VoxelLevelsError, WantedPage,
 };
 pub use vastex_tiles::{ImageOptions, ImageSource, TileSource};
 /// The text of a shader, function by function: what each is given and gives, its ranges, and the stages that
@@ -119,10 +131,10 @@ pub mod source {
         FileError, GeometryBytesError, LayerError, PageContents, PageIdError, PageSet, TailLayout,
     };
     pub use vastex_tiles::{
-        Codec, Container, ContainerError, DecodeError, ImageSourceError, Info, LimitedSource, LoadError,
-        MaybeSend, MaybeSync, MemoryStore, PlanetError, PlanetImage, PlanetSource, RamBudget, RamCache,
-        ReadError, ReadFuture, ReadLimit, Reduction, Saved, SourceKey, Store, StoreError, StoreFuture, Tile,
-        decode_layer,
+        Codec, Compression, Container, ContainerError, ContainerVolume, DecodeError, ImageSourceError, Info,
+        LimitedSource, LoadError, MaybeSend, MaybeSync, MemoryStore, PlanetError, PlanetImage, PlanetSource,
+        RamBudget, RamCache, ReadError, ReadFuture, ReadLimit, Reduction, Saved, SourceKey, Store,
+        StoreError, StoreFuture, Tile, decode_layer,
     };
     #[cfg(not(target_family = "wasm"))]
     pub use vastex_tiles::{DiskCache, DiskTier, DiskTierError};

@@ -195,6 +195,66 @@ fn nothing_is_kept_in_step_by_comment() -> Result<()> {
     Ok(())
 }
 
+/// Files that play a frame by `Textures::update`: who draws surfaces, who draws volumes in the window in
+/// panes and parts, and `Textures::finish`, which draws nothing.
+const PLAY_FRAMES: &[&str] = &[
+    "crates/vastex/src/textures/frame.rs",
+    "crates/vastex-viewer/src/stage/frame.rs",
+    "crates/vastex-viewer/src/volume_scene/frames.rs",
+];
+
+/// What a frame does to textures stands in `Textures::update` alone, and few decide what is drawn about it.
+#[test]
+fn frames_are_played_in_few_places() -> Result<()> {
+    let mut played = Vec::new();
+    for folder in ["crates/vastex/src", "crates/vastex-viewer/src", "apps"] {
+        for source in files_under(folder, &["rs"])?.into_iter().filter(|source| is_shipped(&source.path)) {
+            let text = production(&source.text);
+            if ["textures.update()", "textures_mut().update()", "self.update()"]
+                .iter()
+                .any(|call| text.contains(call))
+            {
+                played.push(source.path);
+            }
+        }
+    }
+    played.sort();
+    let mut expected = PLAY_FRAMES.to_vec();
+    expected.sort_unstable();
+    ensure!(
+        played == expected,
+        "frames are played in {played:?}; draw what you have by the stage's Frame, or say in ARCHITECTURE.md why not, and list it in \
+         PLAY_FRAMES"
+    );
+    Ok(())
+}
+
+/// Whether a file is part of a library or a program, and no test, example or benchmark.
+fn is_shipped(path: &str) -> bool {
+    !["/tests/", "/examples/", "/benches/", "/tests.rs"].iter().any(|part| path.contains(part))
+}
+
+/// An engine programmer reads the methods of `Textures` at one sitting; what few need lies in handles.
+#[test]
+fn the_front_of_textures_has_fewer_than_thirty_methods() -> Result<()> {
+    let mut methods = Vec::new();
+    for source in files_under("crates/vastex/src/textures", &["rs"])? {
+        let text = production(&source.text);
+        for block in text.split("\nimpl Textures {\n").skip(1) {
+            let own = block.split("\n}\n").next().unwrap_or_default();
+            let names = own.split("    pub fn ").skip(1).filter_map(|rest| rest.split(['(', '<']).next());
+            methods.extend(names.map(str::to_owned));
+        }
+    }
+    ensure!(methods.len() > 20, "only {methods:?} of Textures were found");
+    ensure!(
+        methods.len() < 30,
+        "Textures has {} methods: {methods:?}; put what few need into a handle",
+        methods.len()
+    );
+    Ok(())
+}
+
 #[test]
 fn the_frame_loop_stays_small() -> Result<()> {
     let path = root().join("crates/vastex/src/textures/frame.rs");

@@ -88,13 +88,13 @@ fn cost(frame: u64, scene: Scene, stage: &mut Stage<'_>, plain: &mut Stage<'_>) 
     stage.set_pose(&pose);
     plain.set_pose(&pose);
     let before = stage.textures.stats().feedback_bytes_read;
-    stage.textures.trace().record();
+    stage.textures.ahead().trace().record();
     let (mut with, mut without) = (Duration::MAX, Duration::MAX);
     for _ in 0..ROUNDS {
         with = with.min(stage.draw(true)?);
         without = without.min(plain.draw(false)?);
     }
-    let trace = stage.textures.trace().take()?.context("a trace was recorded")?;
+    let trace = stage.textures.ahead().trace().take()?.context("a trace was recorded")?;
     let frames = trace.frames().len().max(1) as f64;
     let pages = trace.frames().iter().map(Vec::len).sum::<usize>() as f64;
     let bytes = (stage.textures.stats().feedback_bytes_read - before) as f64;

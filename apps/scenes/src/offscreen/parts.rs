@@ -41,8 +41,8 @@ impl Offscreen {
     }
 
     /// Loads the heights that say how high the ground is below a camera in a picture of so many pixels, and
-    /// keeps them until the ticket is released, so that the camera is as high whatever is seen. Nothing where
-    /// no heights displace the scene, and where the pool has no room for them.
+    /// keeps them until the ticket is released, so that the camera is as high whatever is seen. `None` if
+    /// no heights displace the scene, and if the pool has no room for them.
     pub fn keep_ground(&mut self, pose: &Pose, picture: [u32; 2]) -> Result<Option<Ticket>, OffscreenError> {
         let Some((texture, region)) = self.renderer.ground_below(&self.textures, pose, picture) else {
             return Ok(None);

@@ -29,11 +29,11 @@ fn offscreen(mode: FeedbackMode, scene: Scene) -> Offscreen {
 
 /// What the views of a whole jitter cycle want together.
 fn cycle(offscreen: &mut Offscreen, pose: Pose) -> Wanted {
-    offscreen.textures_mut().trace().record();
+    offscreen.textures_mut().ahead().trace().record();
     for _ in 0..FRAMES {
         offscreen.frame(pose).unwrap();
     }
-    let trace = offscreen.textures_mut().trace().take().unwrap().unwrap();
+    let trace = offscreen.textures_mut().ahead().trace().take().unwrap().unwrap();
     assert_eq!(trace.frames().len() as u64, FRAMES - 2);
     let mut wanted = Wanted::new();
     for page in trace.frames().iter().flatten() {
@@ -133,14 +133,14 @@ fn compacted_feedback_is_read_back_in_proportion_to_its_pages() {
     for (source, scene, mode, frames, picture) in cases {
         let settings = Settings { feedback: Some(mode), ..settings(16, Filter::Nearest) };
         let mut offscreen = Offscreen::new(gpu(), source, scene, picture, settings).unwrap();
-        offscreen.textures_mut().trace().record();
+        offscreen.textures_mut().ahead().trace().record();
         let mut read = Vec::new();
         for frame in 0..frames {
             let before = offscreen.textures().stats().feedback_bytes_read;
             offscreen.frame(Path::Fly.pose(scene, 2.0, frame)).unwrap();
             read.push(offscreen.textures().stats().feedback_bytes_read - before);
         }
-        let trace = offscreen.textures_mut().trace().take().unwrap().unwrap();
+        let trace = offscreen.textures_mut().ahead().trace().take().unwrap().unwrap();
         // What a frame wanted is read two frames later, behind a head of 16 bytes.
         for (pages, &read) in trace.frames().iter().zip(&read[2..]) {
             let pages = pages.len() as u64;

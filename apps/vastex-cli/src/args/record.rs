@@ -27,7 +27,7 @@ pub(crate) enum RecordArgs {
         /// The trace
         file: PathBuf,
     },
-    /// How far two pictures of a record differ, on stdout: nothing where they do not
+    /// How far two pictures of a record differ, on stdout, which stays empty if they do not
     Difference {
         /// A picture
         was: PathBuf,

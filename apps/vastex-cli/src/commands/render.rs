@@ -227,7 +227,7 @@ fn draw(
     name_textures(args, offscreen)?;
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     if outputs.trace.is_some() {
-        offscreen.textures_mut().trace().record();
+        offscreen.textures_mut().ahead().trace().record();
     }
     let mut troubles = Troubles::default();
     let Outputs { pictures, report, trace, stats } = outputs;
@@ -244,7 +244,7 @@ fn draw(
     let said = troubles.texts(&source, offscreen.textures());
     said.iter().for_each(|said| report::say(said));
     pictures.write_last(|| picture_of(args, offscreen))?;
-    if let (Some(output), Some(trace)) = (trace, offscreen.textures_mut().trace().take()?) {
+    if let (Some(output), Some(trace)) = (trace, offscreen.textures_mut().ahead().trace().take()?) {
         output.write(&trace.to_bytes())?;
     }
     stats.write()?;

@@ -58,7 +58,7 @@ impl Flight {
     }
 
     /// Ends that, and writes the path over an image of so many texels into a file of a directory, named after
-    /// the image's. Says which; nothing where nothing was recorded.
+    /// the image's. Says which; `None` if nothing was recorded.
     pub(super) fn end_recording(
         &mut self,
         (now, pose): (Duration, Pose),

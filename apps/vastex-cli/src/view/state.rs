@@ -25,12 +25,12 @@ pub(super) fn place_of(name: &str) -> Option<PathBuf> {
 const TRIES: u32 = 20;
 const BETWEEN: Duration = Duration::from_millis(10);
 
-/// What is written down in a file: nothing where it cannot be read.
+/// What is written down in a file; the default if it cannot be read.
 pub(super) fn load<T: DeserializeOwned + Default>(place: &Path) -> T {
     read(place).unwrap_or_default()
 }
 
-/// What is written down in a file: nothing where there is none.
+/// What is written down in a file; the default if there is no file.
 pub(super) fn read<T: DeserializeOwned + Default>(place: &Path) -> io::Result<T> {
     match fs::read(place) {
         Ok(text) => Ok(serde_json::from_slice(&text)?),

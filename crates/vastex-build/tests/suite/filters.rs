@@ -113,7 +113,7 @@ fn srgb(l: f64) -> f64 {
     if l <= 0.0031308 { l * 12.92 } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// What a texel should be, of those around it with their weights; nothing where that hangs by a thread.
+/// What a texel should be, of those around it with their weights; `None` if that hangs by a thread.
 fn mixed(filter: LayerFilter, is_srgb: bool, around: &[(f64, Vec<f64>)]) -> Option<Vec<f64>> {
     let channels = around[0].1.len();
     let sum = |value: &dyn Fn(&[f64]) -> f64| around.iter().map(|(w, texel)| w * value(texel)).sum::<f64>();

@@ -7,13 +7,14 @@ use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureNumber};
 use crate::wanted::groups::GroupNumber;
 
-/// Something that happened; see [`crate::Pager::poll_event`].
+/// Something that an application wants to know: that a picture is complete, that a pool is too small, that a
+/// tile could not be had. Events wait in a queue until they are asked for, the oldest first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Event {
-    /// For a whole jitter cycle, or as many as a view has turns ([`crate::Pager::set_view_turns`]), no page
-    /// was newly wanted, and none was missing at the bias in force, in any pool. Said once, whenever it has
-    /// become so; what was just added counts from its first feedback on.
+    /// For a whole jitter cycle, or for as many as the answers between which the pixels of a view take turns,
+    /// no page was newly wanted, and none was missing at the bias in force, in any pool. Said once, whenever
+    /// it has become so; what was just added counts from its first feedback on.
     Converged {
         /// The frame.
         frame: u64,

@@ -26,7 +26,7 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::ViewId;
 
-/// One pool of a [`crate::Pager`], to look at: what is in it, and how it stands.
+/// One pool of a [`Pager`](crate::Pager), to look at: what is in it, and how it stands.
 #[derive(Debug)]
 pub struct PoolPager {
     pool: PoolId,
@@ -304,7 +304,7 @@ impl PoolPager {
         self.pool
     }
 
-    /// How the mip bias is decided; nothing where there is never one.
+    /// How the mip bias is decided; `None` if the pool never has one.
     pub fn bias_rule(&self) -> Option<BiasRule> {
         self.bias.rule()
     }

@@ -22,7 +22,7 @@ use crate::texture::page::{PageId, TextureNumber};
 const KEPT: usize = 1024;
 const KEPT_FRAMES: u64 = 60;
 
-/// Stands for what was asked for; see [`crate::Pager::prefetch`].
+/// Stands for what was asked for: a prefetch or a pin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Ticket {
     pool: PoolId,

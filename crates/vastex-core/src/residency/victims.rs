@@ -1,5 +1,5 @@
 //! Chooses which page gives up its slot: of those that may go, the one with the longest predicted time to
-//! reuse ([`crate::residency::retention`]). `slots` evicts it.
+//! reuse ([`residency::retention`](crate::residency::retention)). `slots` evicts it.
 //!
 //! Candidates are listed when the first victim of a working set is needed: in a small pool that costs a visit
 //! of every record; in a large one of every fourth, the others having been visited for the working sets

@@ -111,7 +111,7 @@ impl HashedTable {
         }
     }
 
-    /// Carries out changes, evictions before loads, as [`crate::TableImage`] does one by one.
+    /// Carries out changes, evictions before loads, as [`TableImage`](crate::TableImage) does one by one.
     pub fn apply(&mut self, changes: &[TableChange]) {
         self.evict(changes);
         self.load(changes);

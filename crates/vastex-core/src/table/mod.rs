@@ -1,10 +1,11 @@
 //! The page table: page -> slot, and the changes that keep it true. This is the direct one, of a texture;
-//! [`crate::HashedTable`] is that of a pool whose textures have more pages than it is worth an entry each.
+//! [`HashedTable`](crate::HashedTable) is that of a pool whose textures have more pages than it is worth an
+//! entry each.
 //!
 //! A table has one entry for each page finer than the tail, level after level, row by row. It is filled
 //! downward: an entry without a tile of its own holds that of its nearest resident ancestor, the tail at
 //! last, so that a lookup never loops. [`TableImage`] is the CPU's copy; a GPU keeps its own and applies the
-//! same [`TableChange`]s. Which pages are resident is decided elsewhere ([`crate::Pager`]).
+//! same [`TableChange`]s. Which pages are resident is decided elsewhere ([`Pager`](crate::Pager)).
 //!
 //! Changes come in batches, evictions before loads, and act as if in sequence. Two properties make any order
 //! *within* the evictions, and within the loads, give that result, so that a GPU may apply each half in
@@ -35,7 +36,7 @@ use crate::texture::page::{PageId, PagePos};
 pub struct TableEntry(u32);
 
 impl TableEntry {
-    /// An entry; `slot` has at most 27 bits ([`crate::PoolLayout`] sees to that) and `level` 5.
+    /// An entry; `slot` has at most 27 bits ([`PoolLayout`](crate::PoolLayout) sees to that) and `level` 5.
     pub fn new(level: u8, slot: Slot) -> TableEntry {
         debug_assert!(slot.index() >> ENTRY_SLOT_BITS == 0 && level >> LEVEL_BITS == 0);
         TableEntry(u32::from(level) << ENTRY_SLOT_BITS | slot.index())
@@ -62,8 +63,8 @@ impl TableEntry {
     }
 }
 
-/// What leads from pages to slots: [`TableImage`], or [`crate::HashedTextureTable`] where that would be too
-/// large.
+/// What leads from pages to slots: [`TableImage`], or [`HashedTextureTable`](crate::HashedTextureTable) where
+/// that would be too large.
 pub trait PageTable: std::fmt::Debug {
     /// The entry of a page: the slot and level of the finest resident page that covers it.
     fn lookup(&self, pos: PagePos) -> TableEntry;

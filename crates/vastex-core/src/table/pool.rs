@@ -11,7 +11,8 @@ use crate::shader_constants::POOL_SLOTS;
 use crate::texture::format::Description;
 use crate::texture::page::{Dims, TextureNumber};
 
-/// A pool among those of one [`crate::Pager`], counted from 0 in the order in which they were made.
+/// Names a pool: one of those among which the textures of a device are parted by their tiles and formats.
+/// Counted from 0 in the order in which they were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PoolId(u16);
 

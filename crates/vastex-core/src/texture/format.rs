@@ -264,8 +264,9 @@ pub struct Description {
     pub geometry: Geometry,
     /// At least one layer.
     pub layers: Vec<Layer>,
-    /// What lies beyond an edge whose address mode is [`crate::AddressMode::Border`]: red, green, blue
-    /// (sRGB-encoded where a layer is) and alpha, of which a layer takes as many channels as it has.
+    /// What lies beyond an edge whose address mode is [`AddressMode::Border`](crate::AddressMode::Border):
+    /// red, green, blue (sRGB-encoded where a layer is) and alpha, of which a layer takes as many channels as
+    /// it has.
     pub border_color: [u8; 4],
 }
 

@@ -3,7 +3,7 @@
 //! An image is a volume of depth 1, so there is one code path. Texel `i` of a level covers exactly the texels
 //! of the next finer level that the level's factor says, counted from origin 0; so pages nest, always, and a
 //! page has one parent. Nothing here assumes a power of two. Where texels lie inside tiles is
-//! [`crate::texture::space`]'s business, how the coarsest levels share one tile [`tail`]'s.
+//! [`texture::space`](crate::texture::space)'s business, how the coarsest levels share one tile [`tail`]'s.
 
 pub(crate) mod codec;
 pub(crate) mod tail;
@@ -182,7 +182,7 @@ impl Geometry {
 
     /// The shape that a layer with one texel along each `scale` of the texture's sees: the same levels and
     /// pages, all sizes divided. `scale` divides page, border and the tail's alignment, as
-    /// [`crate::Description::check`] sees to.
+    /// [`Description::check`](crate::Description::check) sees to.
     pub fn of_layer(&self, scale: u32) -> Geometry {
         let divided = |n: u32| if n == 1 { 1 } else { n.div_ceil(scale) };
         let spec = GeometrySpec {

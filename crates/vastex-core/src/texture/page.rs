@@ -2,7 +2,7 @@
 //!
 //! [`PagePos`] is a page of one texture, spelt out; [`PageId`] is a page of any texture, packed into 64 bits
 //! so that it can be a key, cross to the GPU and back, and be compared at once. What a page covers is
-//! [`crate::Geometry`]'s business.
+//! [`Geometry`](crate::Geometry)'s business.
 //!
 //! | bits of a `PageId` | field |
 //! |---|---|

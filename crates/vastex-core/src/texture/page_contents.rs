@@ -1,8 +1,8 @@
 //! Which pages of a texture have the same content.
 //!
 //! Ocean, sky, paper and the inside of a mask are the same tile over and over again. Where a source knows so,
-//! such pages share one load and one slot ([`crate::Pager`]); of pages that it says nothing of, each has a
-//! content of its own. What the bytes are is the source's business; here only which are the same.
+//! such pages share one load and one slot ([`Pager`](crate::Pager)); of pages that it says nothing of, each
+//! has a content of its own. What the bytes are is the source's business; here only which are the same.
 
 use std::fmt;
 use std::sync::Arc;

@@ -18,8 +18,8 @@ pub struct Box3 {
 
 /// The texel inside `0..size` that `texel` stands for under an address mode. `size` is not 0.
 ///
-/// Beyond an edge of [`AddressMode::Border`] there is no texel but a colour ([`is_border_color`]); then this
-/// is the nearest texel, so that whoever only asks for places needs no third answer.
+/// Beyond an edge of [`AddressMode::Border`] there is no texel but a colour; then this is the
+/// nearest texel, so that whoever only asks for places needs no third answer.
 ///
 /// ```
 /// use vastex_core::{AddressMode, fold};

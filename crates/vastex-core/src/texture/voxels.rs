@@ -54,9 +54,9 @@ pub struct VoxelLevel {
     pub scale: [f64; 3],
     /// The corner of the first voxel in the world.
     pub origin: [f64; 3],
-    /// Voxels from a page to the next, with [`VOXEL_FRACTION_BITS`] bits below the voxel.
+    /// Voxels from a page to the next, with 32 bits below the voxel.
     pub step: [i64; 3],
-    /// Where page 0 would begin, with [`VOXEL_FRACTION_BITS`] bits below the voxel. The first voxel of its
+    /// Where page 0 would begin, with 32 bits below the voxel. The first voxel of its
     /// tile is the whole number below.
     pub offset: [i64; 3],
     /// Whether each page begins where [`Geometry::tile_boxes`] says: the page's first texel less the border.

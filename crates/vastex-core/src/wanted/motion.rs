@@ -1,10 +1,10 @@
 //! Motion: where a camera will be that goes on as it does.
 //!
 //! An application knows its camera's position, velocity and turn rate, or its last poses, and draws what it
-//! expects to see when tiles that are asked for now will be here ([`crate::Pager::expect`]). How many frames
-//! that is, [`crate::Pager::arrival_frames`] measures. What the position is of (a point in the world, a point
-//! of an image, a longitude and a latitude) is the application's business, as is how its camera turns to
-//! look.
+//! expects to see when tiles that are asked for now will be here ([`Pager::expect`](crate::Pager::expect)).
+//! How many frames that is, [`Pager::arrival_frames`](crate::Pager::arrival_frames) measures. What the
+//! position is of (a point in the world, a point of an image, a longitude and a latitude) is the
+//! application's business, as is how its camera turns to look.
 
 use crate::wanted::vector::{Vec3, angle, cross, dot, length, sub_scaled};
 

@@ -3,7 +3,7 @@
 //! `docs/format.md` describes the file byte by byte, and `format` is that page as code. `read` opens a file,
 //! reads its tiles by ranges, counts and verifies them. `write` makes, resumes, joins and changes files; a
 //! program that only reads is compiled without it. How a tile's bytes are encoded is the business of
-//! [`crate::Tile`]; which pages are built, and from what, that of the builder.
+//! [`Tile`](crate::Tile); which pages are built, and from what, that of the builder.
 
 #[cfg_attr(not(feature = "write"), allow(dead_code, reason = "what only reads uses half of each codec"))]
 mod format;

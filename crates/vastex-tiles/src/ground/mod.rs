@@ -1,5 +1,7 @@
-//! What every other folder stands on: hashes, what threads share, and words for what the system refuses.
+//! What every other folder stands on: hashes, the curve of sRGB, what threads share, and words for what the
+//! system refuses.
 
 pub(crate) mod advice;
 pub(crate) mod hash;
+pub(crate) mod srgb;
 pub(crate) mod sync;

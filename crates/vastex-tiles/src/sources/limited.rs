@@ -12,7 +12,7 @@ use crate::stores::ReadLimit;
 /// thread.
 ///
 /// It belongs behind caches, so that a tile in a cache waits for nothing:
-/// `RamCache(DiskCache(LimitedSource(source)))`. The [`Loader`](crate::Loader) asks for the limit
+/// `RamCache(DiskCache(LimitedSource(source)))`. The loader asks for the limit
 /// ([`TileSource::read_limit`]) and begins no more reads than can go on, so that requests beyond the limit
 /// stay in its order.
 #[derive(Debug)]

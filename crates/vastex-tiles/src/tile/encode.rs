@@ -6,22 +6,8 @@
 use bytes::Bytes;
 use vastex_core::Description;
 
-use super::{Codec, Tile};
+use super::{Codec, Compression, Tile};
 use crate::ground::hash::{checksum, checksum_of_hashed, content_hash};
-
-/// How tiles are compressed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub enum Compression {
-    /// Not compressed.
-    None,
-    /// LZ4, which is decoded at several GB/s.
-    #[default]
-    Lz4,
-    /// Zstandard at this level, 1 to 22 (0: the default level): smaller than LZ4, decoded at about 1 GB/s.
-    ///
-    /// In a browser, where no C is compiled, the level has no effect.
-    Zstd(i32),
-}
 
 /// A tile encoded for a container, with the hash by which identical tiles are found and the checksum of its
 /// bytes.

@@ -16,7 +16,7 @@ use vastex_core::Description;
 #[cfg(feature = "blocks")]
 pub use blocks::{decode_blocks, decode_layer};
 #[cfg(feature = "write")]
-pub use encode::{Compression, EncodedTile};
+pub use encode::EncodedTile;
 
 /// Bytes that a decoded tile may have: 1 GiB. Sources with larger tiles are refused when they are opened or
 /// written.
@@ -57,6 +57,20 @@ impl Codec {
             other => Err(format!("codec {other} is not known")),
         }
     }
+}
+
+/// How tiles are compressed when they are encoded, for which the feature `write` is needed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Compression {
+    /// Not compressed.
+    None,
+    /// LZ4, which is decoded at several GB/s.
+    #[default]
+    Lz4,
+    /// Zstandard at this level, 1 to 22 (0: the default level): smaller than LZ4, decoded at about 1 GB/s.
+    ///
+    /// In a browser, where no C is compiled, the level has no effect.
+    Zstd(i32),
 }
 
 /// Why the bytes of a tile cannot be decoded.

@@ -66,7 +66,7 @@ impl Pose {
     }
 
     /// The camera that looks in the same direction from the same height and sees a point of the ground at a
-    /// place of the view. Nothing where there is none.
+    /// place of the view; `None` if there is none.
     pub(super) fn seeing(self, ground: DVec3, point: DVec2) -> Option<Pose> {
         match self {
             Pose::Image { .. } => None,
@@ -84,7 +84,7 @@ impl Pose {
 
     /// The camera over a globe, as high and looking in the same direction as this one, from which a place of
     /// the world is `from_below`: so far to the east, to the north and upwards of the point of the unit
-    /// sphere below the camera. Nothing where there is none, and of other cameras.
+    /// sphere below the camera. `None` if there is none, and of other cameras.
     pub(super) fn with_place_at(self, from_below: DVec3, place: DVec3) -> Option<Pose> {
         let Pose::Globe { longitude, latitude, .. } = self else { return None };
         let DVec3 { x: east, y: north, z: above } = from_below;

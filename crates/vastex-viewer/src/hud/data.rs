@@ -33,7 +33,7 @@ pub struct HudData {
     pub explained: Option<ExplainedPixel>,
     /// From frame to frame. The host's.
     pub frames: FrameTimes,
-    /// What the GPU took for the parts of a frame: nothing where it does not tell. The host's.
+    /// What the GPU took for the parts of a frame; `None` if it does not tell. The host's.
     pub gpu_times: Option<Vec<PartTime>>,
 }
 

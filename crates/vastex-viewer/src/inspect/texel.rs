@@ -124,14 +124,12 @@ impl fmt::Display for InspectedTexel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::layers::linear_from_srgb;
 
     #[test]
     fn values_are_those_that_are_stored() {
         let values = |format, value| InspectedTexel::new([0, 0], 0, format, value).values;
-        let light = |code: u8| {
-            let encoded = f32::from(code) / 255.0;
-            if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-        };
+        let light = |code: u8| linear_from_srgb(f32::from(code) / 255.0);
         for code in 0..=255 {
             let value = [light(code), light(255 - code), 0.0, 1.0];
             let code = f64::from(code);

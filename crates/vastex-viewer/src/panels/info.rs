@@ -10,8 +10,8 @@ pub struct InfoPanel {
 
 impl InfoPanel {
     /// Shows rows of a name and a value: those in which what is written in the field stands, whether in large
-    /// letters or small ones; a row without a name goes on with the one before it. Shows nothing where there
-    /// are no rows.
+    /// letters or small ones; a row without a name goes on with the one before it. Without rows it shows
+    /// nothing.
     pub fn show(&mut self, ui: &mut Ui, rows: &[(String, String)]) {
         if rows.is_empty() {
             return;

@@ -139,7 +139,7 @@ impl Minimap {
 }
 
 /// The corners of the part of the picture in which the image is seen, in shares of the image, clockwise as
-/// they are seen; nothing where all of the image is in view, or none.
+/// they are seen; `None` if all of the image is in view, or none of it.
 fn seen_part(view: &ImageView) -> Option<[DVec2; 4]> {
     let placed = view.pose.placement(view.picture, view.image)?;
     let size = |sides: [u32; 2]| DVec2::from(sides.map(|side| f64::from(side.max(1))));

@@ -44,7 +44,7 @@ impl Panes {
     }
 
     /// Paints lines between the panes, the title of each at its top, and, in all panes but the pointer's own,
-    /// a cross where the pointer is. Paints nothing where there is one pane.
+    /// a cross where the pointer is. A single pane is left as it is.
     pub fn paint(&self, painter: &Painter, free: Rect, titles: &[String], pointer: Option<DVec2>) {
         if self.count < 2 {
             return;

@@ -172,8 +172,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
     }
 }
 
-/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. Draws
-/// nothing where what the scene samples was removed.
+/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. If
+/// what the scene samples was removed, it draws nothing.
 pub fn draw_again<S: StageScene + ?Sized>(
     encoder: &mut wgpu::CommandEncoder,
     textures: &Textures,

@@ -325,7 +325,7 @@ impl Gathered {
     }
 }
 
-/// An entry of the list, or nothing where a shader wrote what is no page.
+/// An entry of the list, or `None` if a shader wrote what is no page.
 fn page_from_wanted(wanted: Wanted) -> Option<WantedPage> {
     let page = PageId::from_bits(u64::from(wanted.page_high) << 32 | u64::from(wanted.page_low))?;
     let eighth = (wanted.pixels_and_eighth & (shader_constants::STEPS_PER_LEVEL - 1)) as u8;

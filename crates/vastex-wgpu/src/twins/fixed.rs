@@ -16,7 +16,7 @@ pub struct Coordinate {
     /// How far into it; beyond an edge that is clamped or has a border colour, less than 0 or more than 1.
     pub fraction: f32,
     /// -1 where a mirrored texture runs backwards, else 1.
-    pub way: f32,
+    pub direction: f32,
 }
 
 /// `vastexi_folded_texel`: the place `offset` texels after the beginning of texel `anchor`, folded into
@@ -26,7 +26,7 @@ pub fn folded_texel(anchor: u32, offset: f32, size: u32, mode: AddressMode) -> C
     let (size, fraction) = (i64::from(size), offset - offset.floor());
     let texel = i64::from(anchor).min(size - 1) + offset.floor() as i64;
     let inside = texel.clamp(0, size - 1);
-    let (texel, fraction, way) = match mode {
+    let (texel, fraction, direction) = match mode {
         AddressMode::Clamp | AddressMode::Border => (inside, (texel - inside) as f32 + fraction, 1.0),
         AddressMode::Wrap => (texel.rem_euclid(size), fraction, 1.0),
         AddressMode::Mirror => match texel.rem_euclid(2 * size) {
@@ -34,7 +34,7 @@ pub fn folded_texel(anchor: u32, offset: f32, size: u32, mode: AddressMode) -> C
             turn => (2 * size - 1 - turn, 1.0 - fraction, -1.0),
         },
     };
-    Coordinate { texel: texel as u32, fraction, way }
+    Coordinate { texel: texel as u32, fraction, direction }
 }
 
 impl Texture<'_> {
@@ -44,7 +44,7 @@ impl Texture<'_> {
         Position {
             texel: folded.map(|at| at.texel),
             fraction: folded.map(|at| at.fraction),
-            way: folded.map(|at| at.way),
+            direction: folded.map(|at| at.direction),
         }
     }
 

@@ -50,12 +50,12 @@ fn ellipse(dx: [f32; 2], dy: [f32; 2], max_taps: f32) -> Footprint {
     let longer_squared = (0.5 * (squares[0] + squares[1]) + root).max(1e-30);
     let area = x[0] * y[1] - x[1] * y[0];
     let rho_squared = (area * area / longer_squared).max(longer_squared / (max_taps * max_taps));
-    let way = match half_difference < 0.0 {
+    let longer = match half_difference < 0.0 {
         true => [mixed, root - half_difference + 1e-15],
         false => [half_difference + root + 1e-15, mixed],
     };
-    let to_length = longer_squared.sqrt() * unit / (way[0] * way[0] + way[1] * way[1]).sqrt();
-    Footprint { lambda: unit.log2() + 0.5 * rho_squared.log2(), axis: way.map(|way| way * to_length) }
+    let to_length = longer_squared.sqrt() * unit / (longer[0] * longer[0] + longer[1] * longer[1]).sqrt();
+    Footprint { lambda: unit.log2() + 0.5 * rho_squared.log2(), axis: longer.map(|side| side * to_length) }
 }
 
 impl Footprint {

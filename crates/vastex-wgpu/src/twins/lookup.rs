@@ -22,7 +22,7 @@ pub(super) struct Position {
     pub(super) texel: [u32; 2],
     pub(super) fraction: [f32; 2],
     /// -1 where a mirrored texture runs backwards, else 1.
-    pub(super) way: [f32; 2],
+    pub(super) direction: [f32; 2],
 }
 
 fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
@@ -37,7 +37,7 @@ fn folded_uv(uv: f32, mode: AddressMode) -> f32 {
 }
 
 /// Which way a coordinate runs once it is folded.
-fn folded_way(uv: f32, mode: AddressMode) -> f32 {
+fn folded_direction(uv: f32, mode: AddressMode) -> f32 {
     let turn = uv - 2.0 * (0.5 * uv).floor();
     if mode == AddressMode::Mirror && turn > 1.0 { -1.0 } else { 1.0 }
 }
@@ -50,7 +50,7 @@ impl Texture<'_> {
         Position {
             texel: whole,
             fraction: [0, 1].map(|a| texel[a] - whole[a] as f32),
-            way: [0, 1].map(|a| folded_way(uv[a], address[a])),
+            direction: [0, 1].map(|a| folded_direction(uv[a], address[a])),
         }
     }
 

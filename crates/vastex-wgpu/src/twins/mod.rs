@@ -43,8 +43,8 @@ pub struct Texture<'a> {
     pub layer_scale: u32,
     /// Levels added in a feedback pass because its pixels are larger than the picture's.
     pub level_offset: f32,
-    /// How much of what was there before a tile came remains, of 255, by slot ([`crate::Fades::shares`]); of
-    /// a slot beyond the end nothing.
+    /// How much of what was there before a tile came remains, of 255, by slot
+    /// ([`Fades::shares`](crate::Fades::shares)); of a slot beyond the end nothing.
     pub fades: &'a [u8],
 }
 

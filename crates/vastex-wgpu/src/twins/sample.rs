@@ -48,7 +48,7 @@ impl Sampler<'_> {
     /// `vastexi_sample_texels`: at a position, from gradients in texels of level 0.
     pub(super) fn sample_texel_grad(&self, position: Position, dx: [f32; 2], dy: [f32; 2]) -> [f32; 4] {
         let mut footprint = self.texture.footprint(dx, dy);
-        footprint.axis = [0, 1].map(|a| footprint.axis[a] * position.way[a]);
+        footprint.axis = [0, 1].map(|a| footprint.axis[a] * position.direction[a]);
         self.sample_position(position, footprint)
     }
 

@@ -89,21 +89,21 @@ fn vastex_brick_exit(brick: VastexBrick, offset: vec3<f32>, direction: vec3<f32>
 // The same for a box by itself.
 fn vastex_box_exit(box: VastexBox, offset: vec3<f32>, direction: vec3<f32>) -> f32 {
     let sides = select(box.begin, box.end, direction > vec3<f32>(0.0));
-    let ways = (sides - offset) / direction;
+    let distances = (sides - offset) / direction;
     // Along an axis on which nothing moves there is no way out.
-    let reached = select(ways, vec3<f32>(1e30), direction == vec3<f32>(0.0));
+    let reached = select(distances, vec3<f32>(1e30), direction == vec3<f32>(0.0));
     return max(min(min(reached.x, reached.y), reached.z), 0.0);
 }
 
-// A ray through a volume. Ways along it are in lengths of `direction`.
+// A ray through a volume. How far along it something lies is counted in lengths of `direction`.
 struct VastexRay {
     anchor: vec3<u32>,    // [voxel of level 0]
     origin: vec3<f32>,    // [offset from the anchor, in voxels of level 0]
     direction: vec3<f32>, // [the same]; not 0
     begin: f32,           // the part of it that is looked at
     end: f32,
-    pixel: vec3<f32>,     // sides of a pixel of the picture at the way 0 [voxels of level 0]
-    growth: vec3<f32>,    // what they grow by along a way of 1; 0 where rays are parallel
+    pixel: vec3<f32>,     // sides of a pixel of the picture at the origin [voxels of level 0]
+    growth: vec3<f32>,    // what they grow by along one length of `direction`; 0 where rays are parallel
 }
 
 // How far a ray is through the bricks of a volume: in the part `begin` to `end`, which `brick` has the voxels of.
@@ -132,26 +132,26 @@ fn vastex_ray_within(ray: VastexRay, size: vec3<u32>) -> VastexRay {
     return within;
 }
 
-// The place of a way along a ray [offset].
-fn vastex_ray_at(ray: VastexRay, way: f32) -> vec3<f32> {
-    return ray.origin + ray.direction * way;
+// The place so far along a ray [offset].
+fn vastex_ray_at(ray: VastexRay, along: f32) -> vec3<f32> {
+    return ray.origin + ray.direction * along;
 }
 
 // The sides of a pixel there [voxels of level 0].
-fn vastexi_ray_pixel(ray: VastexRay, way: f32) -> vec3<f32> {
-    return ray.pixel + ray.growth * way;
+fn vastexi_ray_pixel(ray: VastexRay, along: f32) -> vec3<f32> {
+    return ray.pixel + ray.growth * along;
 }
 
-// How far a ray goes beyond a way that it is at so that rounding does not leave it in the brick before: a hundredth of a voxel, or where ways
-// are long as much as they tell apart.
-fn vastexi_ray_beyond(ray: VastexRay, way: f32) -> f32 {
+// How far a ray goes beyond where it is so that rounding does not leave it in the brick before: a hundredth of a voxel, or far along the
+// ray as much as a float tells apart there.
+fn vastexi_ray_beyond(ray: VastexRay, along: f32) -> f32 {
     let steps = abs(ray.direction);
-    return max(0.01 / max(max(steps.x, steps.y), max(steps.z, 1e-30)), abs(way) * exp2(-20.0));
+    return max(0.01 / max(max(steps.x, steps.y), max(steps.z, 1e-30)), abs(along) * exp2(-20.0));
 }
 
-// Where a ray that leaves a brick at `exit` goes on: beyond the way where it came into it, so that every march ends.
-fn vastexi_ray_onward(ray: VastexRay, way: f32, exit: f32) -> f32 {
-    return min(max(exit, way + vastexi_ray_beyond(ray, way)), ray.end);
+// Where a ray that leaves a brick at `exit` goes on: beyond the place where it came into it, so that every march ends.
+fn vastexi_ray_onward(ray: VastexRay, along: f32, exit: f32) -> f32 {
+    return min(max(exit, along + vastexi_ray_beyond(ray, along)), ray.end);
 }
 
 // The pixel of the picture whose ray a fragment of the feedback pass marches [pixels, x to the right, y downward]. `pixel` is the fragment's own

@@ -31,10 +31,10 @@ fn vastexi_footprint(dx: vec2<f32>, dy: vec2<f32>, most_taps: u32) -> VastexiFoo
     let most = f32(most_taps);
     let rho_squared = max(shorter_squared, longer_squared / (most * most));
     // Where the ellipse is a circle any axis will do.
-    var way = vec2<f32>(half_difference + root + 1e-15, mixed);
+    var longer = vec2<f32>(half_difference + root + 1e-15, mixed);
     if half_difference < 0.0 {
-        way = vec2<f32>(mixed, root - half_difference + 1e-15);
+        longer = vec2<f32>(mixed, root - half_difference + 1e-15);
     }
-    let axis = way / sqrt(dot(way, way)) * sqrt(longer_squared) * unit;
+    let axis = longer / sqrt(dot(longer, longer)) * sqrt(longer_squared) * unit;
     return VastexiFootprint(log2(unit) + 0.5 * log2(rho_squared), axis);
 }

@@ -21,15 +21,15 @@ fn vastex_march_NAME(ray: VastexRay) -> VastexMarch {
 
 // Goes on to the next brick of a ray, at the level that a pixel wants there. Returns false at the end of the ray.
 fn vastex_march_next_NAME(march: ptr<function, VastexMarch>, id: u32, ray: VastexRay) -> bool {
-    let way = (*march).end;
-    if !(way < ray.end) {
+    let along = (*march).end;
+    if !(along < ray.end) {
         return false;
     }
-    let within = min(way + vastexi_ray_beyond(ray, way), ray.end);
+    let within = min(along + vastexi_ray_beyond(ray, along), ray.end);
     let at = vastex_ray_at(ray, within);
-    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way));
+    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, along));
     let brick = vastexi_brick_POOL(id, ray.anchor, at, level);
     let exit = within + vastex_brick_exit(brick, at, ray.direction);
-    *march = VastexMarch(brick, level, way, vastexi_ray_onward(ray, way, exit));
+    *march = VastexMarch(brick, level, along, vastexi_ray_onward(ray, along, exit));
     return true;
 }

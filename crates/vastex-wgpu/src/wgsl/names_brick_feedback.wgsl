@@ -25,12 +25,12 @@ fn vastex_volume_feedback_NAME(id: u32, anchor: vec3<u32>, offset: vec3<f32>, le
     return vastexi_brick_feedback(vastexi_volume(id), anchor, offset, level);
 }
 
-// Where the brick that feedback names at a way along a ray ends.
-fn vastexi_march_end_NAME(id: u32, ray: VastexRay, way: f32) -> f32 {
-    let within = min(way + vastexi_ray_beyond(ray, way), ray.end);
+// How far along a ray the brick ends that feedback names so far along it.
+fn vastexi_march_end_NAME(id: u32, ray: VastexRay, along: f32) -> f32 {
+    let within = min(along + vastexi_ray_beyond(ray, along), ray.end);
     let at = vastex_ray_at(ray, within);
-    let box = vastex_volume_box_NAME(id, ray.anchor, at, vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way)));
-    return vastexi_ray_onward(ray, way, within + vastex_box_exit(box, at, ray.direction));
+    let box = vastex_volume_box_NAME(id, ray.anchor, at, vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, along)));
+    return vastexi_ray_onward(ray, along, within + vastex_box_exit(box, at, ray.direction));
 }
 
 // A feedback pixel for a ray: the brick that this pixel of the target asks for in this frame, of those that the ray meets from its beginning to
@@ -38,20 +38,20 @@ fn vastexi_march_end_NAME(id: u32, ray: VastexRay, way: f32) -> f32 {
 // in the feedback pass of a view that says how many bricks a ray meets. Costs a few reads for each of them, twice.
 fn vastex_march_feedback_NAME(id: u32, view: u32, position: vec4<f32>, ray: VastexRay) -> vec4<u32> {
     var bricks = 0u;
-    var way = ray.begin;
-    while way < ray.end && bricks < VASTEX_RAY_BRICKS {
-        way = vastexi_march_end_NAME(id, ray, way);
+    var along = ray.begin;
+    while along < ray.end && bricks < VASTEX_RAY_BRICKS {
+        along = vastexi_march_end_NAME(id, ray, along);
         bricks++;
     }
     let turn = vastex_ray_turn(view, position, bricks);
     if turn >= bricks {
         return vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
     }
-    way = ray.begin;
+    along = ray.begin;
     for (var nth = 0u; nth < turn; nth++) {
-        way = vastexi_march_end_NAME(id, ray, way);
+        along = vastexi_march_end_NAME(id, ray, along);
     }
-    let middle = 0.5 * (way + vastexi_march_end_NAME(id, ray, way));
-    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, way));
+    let middle = 0.5 * (along + vastexi_march_end_NAME(id, ray, along));
+    let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, along));
     return vastex_volume_feedback_NAME(id, ray.anchor, vastex_ray_at(ray, middle), level);
 }

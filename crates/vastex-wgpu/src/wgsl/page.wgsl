@@ -16,7 +16,7 @@ fn vastexi_position_from_fixed(texture: VastexiTexture, anchor: vec2<u32>, offse
     return VastexiPosition(
         vec2<u32>(x.texel, y.texel),
         vec2<f32>(x.fraction, y.fraction),
-        vec2<f32>(x.way, y.way),
+        vec2<f32>(x.direction, y.direction),
     );
 }
 

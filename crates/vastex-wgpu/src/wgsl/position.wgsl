@@ -4,8 +4,8 @@
 // A texel of level 0, split so that page arithmetic is in whole numbers.
 struct VastexiPosition {
     texel: vec2<u32>,
-    fraction: vec2<f32>, // into the texel, 0 to 1; beyond an edge that is clamped or has a border colour, less or more
-    way: vec2<f32>,      // -1 where a mirrored texture runs backwards, else 1
+    fraction: vec2<f32>,  // into the texel, 0 to 1; beyond an edge that is clamped or has a border colour, less or more
+    direction: vec2<f32>, // -1 where a mirrored texture runs backwards, else 1
 }
 
 // A place in the atlas, in texels of the layer that is sampled.
@@ -46,7 +46,7 @@ fn vastexi_folded(uv: f32, mode: u32) -> vec2<f32> {
 struct VastexiCoordinate {
     texel: u32,
     fraction: f32,
-    way: f32,
+    direction: f32,
 }
 
 // The place `offset` texels after the beginning of texel `anchor`, folded into `size` texels by an address mode. Nothing here

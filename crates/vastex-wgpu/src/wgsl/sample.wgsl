@@ -26,7 +26,7 @@ fn vastexi_sample_texels_KIND(
 ) -> vec4<f32> {
     let most_taps = select(vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND), 1u, is_nearest);
     let footprint = vastexi_footprint(dx, dy, most_taps);
-    let turned = VastexiFootprint(footprint.lambda, footprint.axis * position.way);
+    let turned = VastexiFootprint(footprint.lambda, footprint.axis * position.direction);
     return vastexi_sample_KIND(texture, position, turned, is_nearest);
 }
 

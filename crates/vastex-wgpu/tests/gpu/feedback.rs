@@ -96,7 +96,7 @@ impl Filled {
         room
     }
 
-    /// The same without submitting it; nothing where there was no room.
+    /// The same without submitting it; `None` if there was no room.
     fn recorded(
         &mut self,
         gpu: &TestDevice,

@@ -30,7 +30,7 @@ struct Fold {
 struct Folded {
     texel: u32,
     fraction: f32,
-    way: f32,
+    direction: f32,
     unused: u32,
 }
 
@@ -91,7 +91,8 @@ fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     for (fold, found) in folds.iter().zip(outputs) {
         let mode = MODES[fold.mode as usize];
         let expected = twins::folded_texel(fold.anchor, fold.offset, fold.size, mode);
-        let found = twins::Coordinate { texel: found.texel, fraction: found.fraction, way: found.way };
+        let found =
+            twins::Coordinate { texel: found.texel, fraction: found.fraction, direction: found.direction };
         assert_eq!(found, expected, "{fold:?} {mode:?}");
         assert!(found.texel < fold.size);
     }

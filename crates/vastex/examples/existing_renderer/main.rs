@@ -20,6 +20,8 @@ pub(crate) mod landscape;
 
 use common::headless::{self, DEPTH_FORMAT, Headless, PICTURE_FORMAT};
 
+/// From the bottom of the picture to its top, in radians.
+pub(crate) const FIELD_OF_VIEW: f32 = 1.0;
 pub(crate) const SKY: Vec4 = Vec4::new(0.46, 0.62, 0.82, 1.0);
 const FLIGHT_FRAMES: u64 = 60;
 const PATIENCE_FRAMES: u64 = 2000;
@@ -126,11 +128,15 @@ impl GroundRenderer {
         })
     }
 
-    /// Puts the camera at a part, 0 to 1, of its flight northward and down.
-    pub(crate) fn look(&self, queue: &wgpu::Queue, part: f32, [width, height]: [u32; 2]) {
+    /// Where the camera is at a part, 0 to 1, of its flight northward and down, and what it sees.
+    pub(crate) fn camera(&self, part: f32, [width, height]: [u32; 2]) -> (Vec3, Mat4) {
         let eye = Vec3::new(0.0, self.half_extent.y * (-0.9 + 0.5 * part), 0.3 - 0.24 * part);
         let view = look_at_mat4(eye, eye + Vec3::new(0.1, 1.0, -0.42), Vec3::Z);
-        let clip_from_world: Mat4 = perspective(1.0, width as f32 / height as f32, 0.002, 10.0) * view;
+        (eye, perspective(FIELD_OF_VIEW, width as f32 / height as f32, 0.002, 10.0) * view)
+    }
+
+    pub(crate) fn look(&self, queue: &wgpu::Queue, part: f32, size: [u32; 2]) {
+        let (eye, clip_from_world) = self.camera(part, size);
         let [x, y, z, w] = clip_from_world.to_cols_array_2d().map(Vec4::from_array);
         let texture = Vec4::splat(f32::from_bits(self.texture)); // Vastex
         let uniform = [x, y, z, w, eye.extend(1.0), self.half_extent, SKY, texture];

@@ -5,7 +5,6 @@
 
 use std::sync::Arc;
 
-use glam::camera::rh::{proj::directx::perspective, view::look_at_mat4};
 use glam::{Mat4, UVec3, Vec3};
 use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, ViewId, ViewSettings};
 
@@ -13,10 +12,11 @@ use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, ViewId, V
 #[path = "../existing_renderer/main.rs"]
 mod existing_renderer;
 mod mist;
+mod over;
 
 use existing_renderer::common::headless::{self, Headless, PICTURE_FORMAT};
 use existing_renderer::landscape::landscape;
-use existing_renderer::{GroundRenderer, SKY};
+use existing_renderer::{FIELD_OF_VIEW, GroundRenderer, SKY};
 
 const PATIENCE_FRAMES: u64 = 2000;
 /// Of the picture: a software driver takes about a second for a frame with mist.
@@ -51,7 +51,7 @@ pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u
     let renderer = GroundRenderer::new(device, &textures, ground)?;
     let fog = Fog::new(device, &textures, mist, &target)?;
     renderer.look(queue, PART, size);
-    fog.look(queue, &textures, (mist, rays), size, density)?;
+    fog.look(queue, &textures, (mist, rays), renderer.camera(PART, size), size, density)?;
     for frame in 0..PATIENCE_FRAMES {
         let mut encoder = device.create_command_encoder(&Default::default());
         textures.feedback(&mut encoder, size, |pass, groups| {
@@ -64,7 +64,7 @@ pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u
         let mut pass = target.begin(&mut encoder, SKY);
         renderer.draw(&mut pass, &renderer.picture, textures.bind_group(ground).ok());
         drop(pass);
-        let mut pass = target.begin_over(&mut encoder);
+        let mut pass = over::begin_over(&target, &mut encoder);
         fog.draw(&mut pass, &fog.picture, textures.bind_group(mist).ok());
         drop(pass);
         queue.submit([encoder.finish()]);
@@ -115,7 +115,7 @@ impl Fog {
     ) -> anyhow::Result<Fog> {
         let kinds = textures.kinds(mist)?;
         let (uniform, camera_layout, group) = headless::uniform(device, size_of::<FogUniform>() as u64);
-        let (depth_layout, depth) = target.depth_group();
+        let (depth_layout, depth) = over::depth_group(target);
         let text = include_str!("fog.wgsl").to_owned() + &textures.wgsl(&kinds);
         let module = vastex::shader_module(device, Some("fog"), text);
         let vastex_layout = textures.bind_group_layout(&kinds);
@@ -125,7 +125,7 @@ impl Fog {
                 bind_group_layouts: groups,
                 immediate_size: 0,
             });
-            headless::pipeline_over(device, &layout, &module, entries, formats)
+            over::pipeline_over(device, &layout, &module, entries, formats)
         };
         let groups = [Some(&camera_layout), Some(&vastex_layout), Some(&depth_layout)];
         let feedback = (Textures::FEEDBACK_FORMAT, Some(Textures::FEEDBACK_DEPTH_FORMAT));
@@ -144,17 +144,15 @@ impl Fog {
         queue: &wgpu::Queue,
         textures: &Textures,
         (mist, rays): (TextureId, ViewId),
+        (eye, clip_from_world): (Vec3, Mat4),
         [width, height]: [u32; 2],
         density: f32,
     ) -> anyhow::Result<()> {
-        let eye = Vec3::new(0.0, -0.9 + 0.5 * PART, 0.3 - 0.24 * PART);
-        let view = look_at_mat4(eye, eye + Vec3::new(0.1, 1.0, -0.42), Vec3::Z);
-        let proj = perspective(1.0, width as f32 / height as f32, 0.002, 10.0);
         let (low, voxel) = (Vec3::new(-1.0, -1.0, 0.0), 2.0 / mist::SIZE[0] as f32);
         let uniform = FogUniform {
-            world_from_clip: (proj * view).inverse(),
+            world_from_clip: clip_from_world.inverse(),
             eye,
-            growth: 2.0 * 0.5f32.tan() / height as f32,
+            growth: 2.0 * (0.5 * FIELD_OF_VIEW).tan() / height as f32,
             low,
             voxel,
             // What is near the camera is exact however large the volume is.

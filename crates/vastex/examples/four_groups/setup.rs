@@ -9,7 +9,7 @@ pub(crate) const OBJECT_STRIDE: u32 = 256;
 /// What of a pipeline differs.
 pub(crate) struct Drawing<'a> {
     pub(crate) vertex: &'a str,
-    /// With the format of what it draws into; nothing where depth alone is drawn.
+    /// With the format of what it draws into; `None` if depth alone is drawn.
     pub(crate) fragment: Option<(&'a str, wgpu::TextureFormat)>,
     pub(crate) depth: wgpu::TextureFormat,
     pub(crate) compare: wgpu::CompareFunction,

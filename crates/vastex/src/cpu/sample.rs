@@ -3,7 +3,7 @@
 //!
 //! Queries never read a file nor wait. They are answered from tiles that are in main memory, by the finest
 //! there is, and say how fine that was. The arithmetic is that of the shaders' twins in `vastex-wgpu`.
-//! [`crate::CpuTexture`] is for those who would rather wait than have a coarser answer.
+//! [`CpuTexture`](crate::CpuTexture) is for those who would rather wait than have a coarser answer.
 
 mod volume;
 
@@ -30,7 +30,7 @@ pub struct CpuSample {
     pub level: f32,
 }
 
-/// Answers for one layer, from what is in main memory; see [`crate::Cpu::sample`].
+/// Answers for one layer, from what is in main memory; see [`Cpu::sample`](crate::Cpu::sample).
 #[derive(Debug)]
 pub struct CpuSampler<'a> {
     tiles: AtHand<'a>,
@@ -49,7 +49,7 @@ impl<'a> CpuSampler<'a> {
         CpuSampler { tiles: AtHand { cpu, paging, state, layer, filter, tail, found } }
     }
 
-    /// As [`crate::Cpu::sample`].
+    /// As [`Cpu::sample`](crate::Cpu::sample).
     pub fn sample(&mut self, uv: [f32; 2], level: f32) -> CpuSample {
         self.tiles.make_room();
         let (tiles, filter) = (&self.tiles, self.tiles.filter);

@@ -16,11 +16,11 @@ use crate::ids::LayerId;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CpuStats {
     /// Tiles of layers that are held decoded because they were asked for; the bytes never exceed
-    /// [`crate::Settings::cpu_cache_bytes`].
+    /// [`Settings::cpu_cache_bytes`](crate::Settings::cpu_cache_bytes).
     pub tiles: u64,
     /// Their bytes.
     pub bytes: u64,
-    /// Tiles of layers that [`crate::TextureMut::keep_for_cpu`] holds.
+    /// Tiles of layers that [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu) holds.
     pub kept_tiles: u64,
     /// Their bytes: at most the layer's part of its pool.
     pub kept_bytes: u64,

@@ -1,4 +1,5 @@
-//! Tiles that fade in, where [`crate::Settings::fade`] says so: which do, and how time passes for them.
+//! Tiles that fade in, where [`Settings::fade`](crate::Settings::fade) says so: which do, and how time passes
+//! for them.
 //!
 //! A tile fades in when it is uploaded for a page that comes into the page table with it; what was on screen
 //! before is what the page above it shows, so that nothing is kept for it. Any other tile shows at once: one

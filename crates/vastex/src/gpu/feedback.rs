@@ -15,7 +15,7 @@ use super::{BindGroups, Gpu};
 use crate::error::Error;
 
 impl Gpu {
-    /// Draws the feedback pass of any view. Draws nothing where there is no such view, and with
+    /// Draws the feedback pass of any view. Leaves it out if there is no such view, and with
     /// [`FeedbackMode::Inline`], but for [`ViewId::EXPECTED`].
     pub(crate) fn feedback(
         &mut self,

@@ -8,7 +8,8 @@ use super::feedback_path::Target;
 use super::views::ViewState;
 use crate::error::Error;
 
-/// What a feedback pass is begun with: from [`crate::ViewMut::begin_feedback`], for one pass of one frame.
+/// What a feedback pass is begun with: from [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback), for
+/// one pass of one frame.
 ///
 /// The pass has one colour attachment and one of depth, one sample each, and no other size than
 /// [`FeedbackPass::size`]. Its viewport is the whole of it, its scissor rectangle [`FeedbackPass::scissor`].
@@ -23,13 +24,14 @@ pub struct FeedbackPass {
 }
 
 impl FeedbackPass {
-    /// What is drawn into, of [`crate::Textures::FEEDBACK_FORMAT`]; to be cleared to zeros and stored.
+    /// What is drawn into, of [`Textures::FEEDBACK_FORMAT`](crate::Textures::FEEDBACK_FORMAT); to be cleared
+    /// to zeros and stored.
     pub fn color(&self) -> &wgpu::TextureView {
         &self.color
     }
 
-    /// Its depth buffer, of [`crate::Textures::FEEDBACK_DEPTH_FORMAT`]; to be cleared to
-    /// [`FeedbackPass::clear_depth`], and not kept.
+    /// Its depth buffer, of [`Textures::FEEDBACK_DEPTH_FORMAT`](crate::Textures::FEEDBACK_DEPTH_FORMAT); to
+    /// be cleared to [`FeedbackPass::clear_depth`], and not kept.
     pub fn depth(&self) -> &wgpu::TextureView {
         &self.depth
     }
@@ -51,7 +53,7 @@ impl FeedbackPass {
         self.clear_depth
     }
 
-    /// The number by which shaders know the view, as [`crate::ViewRef::number`] says it.
+    /// The number by which shaders know the view, as [`ViewRef::number`](crate::ViewRef::number) says it.
     pub fn view_number(&self) -> u32 {
         self.view_number
     }

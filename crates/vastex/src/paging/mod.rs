@@ -57,7 +57,8 @@ pub(crate) struct PagedTexture {
 }
 
 impl Paging {
-    /// Fails where the system gives no threads, and in a browser for [`crate::Pace::LockStep`].
+    /// Fails where the system gives no threads, and in a browser for
+    /// [`Pace::LockStep`](crate::Pace::LockStep).
     pub(crate) fn new(settings: &Settings) -> Result<Paging, Error> {
         Ok(Paging {
             lock_step: LockStep::of(settings.pace, cfg!(target_family = "wasm"))?,

@@ -16,11 +16,11 @@ use super::Paging;
 /// the first time.
 ///
 /// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in
-/// [`crate::Textures::update`] alone, so whoever waits must not be who calls that: `block_on` on the thread
-/// that draws would never return. Let another thread wait while frames go on, look at [`Ticket::progress`] in
-/// each frame, or call [`crate::Textures::finish`], which runs the update itself. Dropping a ticket changes
-/// nothing; [`crate::Ahead::release`] lets go of what it stands for. Where the [`crate::Textures`] are
-/// dropped it ends as released.
+/// [`Textures::update`](crate::Textures::update) alone, so whoever waits must not be who calls that:
+/// `block_on` on the thread that draws would never return. Let another thread wait while frames go on, look
+/// at [`Ticket::progress`] in each frame, or call [`Textures::finish`](crate::Textures::finish), which runs
+/// the update itself. Dropping a ticket changes nothing; [`Ahead::release`](crate::Ahead::release) lets go of
+/// what it stands for. Where the [`Textures`](crate::Textures) are dropped it ends as released.
 #[derive(Clone, Debug)]
 #[must_use = "a pin lasts until its ticket is released"]
 pub struct Ticket {
@@ -86,7 +86,7 @@ impl Shared {
 }
 
 impl Ticket {
-    /// How far it is, as of the last [`crate::Textures::update`].
+    /// How far it is, as of the last [`Textures::update`](crate::Textures::update).
     pub fn progress(&self) -> Progress {
         self.shared.inner().progress()
     }

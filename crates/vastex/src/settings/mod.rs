@@ -48,7 +48,7 @@ pub enum UploadMode {
     Belt,
 }
 
-/// The settings of a [`crate::Textures`]. Every budget is an upper bound that is never exceeded.
+/// The settings of a [`Textures`](crate::Textures). Every budget is an upper bound that is never exceeded.
 ///
 /// Later versions may have more fields: write `Settings { picture, ..Settings::default() }`.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,26 +73,28 @@ pub struct Settings {
     /// Main memory for encoded tiles, in bytes of all textures together, so that what was seen before need
     /// not be read again; 64 MiB by default. Where there is no room, the tile goes whose last use is the
     /// oldest, of whichever texture; of what the other textures have used in the last jitter cycle
-    /// ([`crate::JITTER_CYCLE`] frames) no texture takes more than half, however much it loads. Textures that
-    /// are held whole ([`Settings::whole_bytes`]) take nothing of it.
+    /// ([`JITTER_CYCLE`](crate::JITTER_CYCLE) frames) no texture takes more than half, however much it loads.
+    /// Textures that are held whole ([`Settings::whole_bytes`]) take nothing of it.
     pub ram_cache_bytes: u64,
-    /// Main memory for decoded tiles that [`crate::Cpu::sample`] goes through, in bytes for all textures
-    /// together. Holds nothing while nothing is asked. 16 MiB by default.
+    /// Main memory for decoded tiles that [`Cpu::sample`](crate::Cpu::sample) goes through, in bytes for all
+    /// textures together. Holds nothing while nothing is asked. 16 MiB by default.
     pub cpu_cache_bytes: u64,
     /// Reads of tiles that may be at work at once, decoding included; at least 1, each with a thread. A read
     /// that waits for a network, or blocks its thread for over a quarter of a second, gives its place to
-    /// another. Reads that block by their source's own account ([`crate::source::ReadLimit::blocking`]), as
-    /// those directly from the disk do ([`crate::source::Container::open_file_direct`]), take no place.
-    /// Without meaning in a browser. 2 by default.
+    /// another. Reads that block by their source's own account
+    /// ([`source::ReadLimit::blocking`](crate::source::ReadLimit::blocking)), as those directly from the disk
+    /// do ([`source::Container::open_file_direct`](crate::source::Container::open_file_direct)), take no
+    /// place. Without meaning in a browser. 2 by default.
     pub loader_threads: usize,
     /// Reads of one texture's source that may be under way at once; at least 1, and at least as many as there
-    /// are threads. Sources that lie in one place should share a limit ([`crate::source::LimitedSource`]),
-    /// which then counts instead, as does a source's own. 8 by default.
+    /// are threads. Sources that lie in one place should share a limit
+    /// ([`source::LimitedSource`](crate::source::LimitedSource)), which then counts instead, as does a
+    /// source's own. 8 by default.
     pub reads_at_once: usize,
-    /// How long the read of a tile may take. Then it counts as failed ([`crate::Event::Failed`], retried with
-    /// back-off) and nothing waits for it any more. A source of which as many reads as it may have at once
-    /// have had no answer fails at once from then on, but for one read at a time that finds out whether it
-    /// answers again.
+    /// How long the read of a tile may take. Then it counts as failed
+    /// ([`Event::Failed`](crate::Event::Failed), retried with back-off) and nothing waits for it any more. A
+    /// source of which as many reads as it may have at once have had no answer fails at once from then on,
+    /// but for one read at a time that finds out whether it answers again.
     ///
     /// With [`Pace::LockStep`], where every load is waited for, a frame waits up to this long for a source
     /// that does not answer, and its pictures are those of pages that failed. 30 seconds by default.
@@ -106,8 +108,9 @@ pub struct Settings {
     pub filter: Filter,
     /// How long a tile takes to fade in from what was on screen before; no time for tiles that are there at
     /// once. 100 to 300 ms look well. It is in the shaders where it is not zero: a read more for each lookup,
-    /// and while tiles fade what lies beneath them too. [`crate::Textures::set_frame_time`] says how much
-    /// time passes from frame to frame. Zero by default.
+    /// and while tiles fade what lies beneath them too.
+    /// [`Textures::set_frame_time`](crate::Textures::set_frame_time) says how much time passes from frame to
+    /// frame. Zero by default.
     pub fade: Duration,
     /// How views say what they want; `None`, the default, for the best mode that the device has
     /// ([`FeedbackMode::best`]). A mode that the device lacks is an error, but in a browser, whose limits do
@@ -124,8 +127,9 @@ pub struct Settings {
     pub unknown_color: [f32; 4],
     /// How the loop keeps time. [`Pace::Realtime`] by default.
     pub pace: Pace,
-    /// Whether pages that a source says have the same content ([`crate::TileSource::contents`]) share a load
-    /// and a slot. To be switched off only to see what that saves. On by default.
+    /// Whether pages that a source says have the same content
+    /// ([`TileSource::contents`](crate::TileSource::contents)) share a load and a slot. To be switched off
+    /// only to see what that saves. On by default.
     pub share_contents: bool,
     /// Bytes of GPU memory up to which a texture is held whole, as an ordinary one with all its levels: it
     /// takes no part in paging, asks for nothing and is sharp from the first frame, and shaders sample it as
@@ -198,11 +202,13 @@ pub struct TextureSettings {
     /// one against the other.
     pub page_table: TableChoice,
     /// How the texels of single layers are blended, by the layers' names. The others are blended by
-    /// [`Settings::filter`], but for those whose values may not be mixed ([`crate::Layer::is_mixable`]): of
-    /// them each pixel shows one texel, and their tiles do not fade in.
+    /// [`Settings::filter`], but for those whose values may not be mixed
+    /// ([`Layer::is_mixable`](crate::Layer::is_mixable)): of them each pixel shows one texel, and their tiles
+    /// do not fade in.
     pub filters: BTreeMap<String, Filter>,
     /// Of a volume, where the voxels of its levels lie in the world and in its tiles, as whoever made the
-    /// source knows; `None` where they are the texels of the [`crate::Geometry`]. Nothing to images.
+    /// source knows; `None` where they are the texels of the [`Geometry`](crate::Geometry). Nothing to
+    /// images.
     pub voxels: Option<Arc<VoxelLevels>>,
 }
 

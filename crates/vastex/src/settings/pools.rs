@@ -33,7 +33,7 @@ pub struct PoolRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoolTuning {
     /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see
-    /// [`PoolEstimate`] (which is 1 GiB at most) and [`crate::Settings::picture`].
+    /// [`PoolEstimate`] (which is 1 GiB at most) and [`Settings::picture`](crate::Settings::picture).
     pub bytes: Option<u64>,
     /// Whether the size is multiplied by the factor of the pool's scale group; unset, it is not.
     pub allow_size_scale: Option<bool>,

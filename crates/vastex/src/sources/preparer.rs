@@ -13,7 +13,8 @@ use super::{DecodedSource, WholeSource, held_description, tail, whole_descriptio
 use crate::error::Error;
 use crate::settings::{Settings, TextureSettings};
 
-/// Reads what a texture needs before it can be added, on any thread: [`crate::Textures::preparer`] makes one.
+/// Reads what a texture needs before it can be added, on any thread:
+/// [`Textures::preparer`](crate::Textures::preparer) makes one.
 ///
 /// It knows the formats of the device and the settings, and holds the device, whose filters are tried where a
 /// volume is prepared, but not the textures; of these the main memory that they keep encoded tiles in
@@ -33,7 +34,8 @@ pub struct Preparer {
     read_time_out: Duration,
 }
 
-/// A texture that has been read so far that [`crate::Textures::add`] need not wait for anything.
+/// A texture that has been read so far that [`Textures::add`](crate::Textures::add) need not wait for
+/// anything.
 ///
 /// It takes the main memory of one decoded tile, or of a texture that is kept whole of all its texels.
 pub struct Prepared(Box<Inner>);
@@ -101,14 +103,15 @@ impl Preparer {
         self.filters.unwrap_or_else(|| VolumeFilters::of(&self.device, &self.queue))
     }
 
-    /// Reads and decodes what [`crate::Textures::add`] needs of a texture: its coarsest levels, one tile; of
-    /// one that is kept whole ([`Settings::whole_bytes`]) all of its tiles, one after the other.
+    /// Reads and decodes what [`Textures::add`](crate::Textures::add) needs of a texture: its coarsest
+    /// levels, one tile; of one that is kept whole ([`Settings::whole_bytes`]) all of its tiles, one after
+    /// the other.
     ///
     /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on`
     /// does), by its executor, or in a browser by the page's. The source is read and the tile decoded there,
     /// so a source whose reads block, as those of files do, blocks that thread, and it should not be the one
     /// that draws. It has no time-out; to give up, drop the future. Nothing else has to be called meanwhile,
-    /// neither [`crate::Textures::update`] nor any other method.
+    /// neither [`Textures::update`](crate::Textures::update) nor any other method.
     ///
     /// Fails where a filter is asked for of a layer that there is not, and where the tile cannot be read or
     /// decoded.

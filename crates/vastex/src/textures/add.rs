@@ -79,10 +79,10 @@ impl Textures {
     }
 
     /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile:
-    /// it waits for the source, no longer than [`crate::Settings::read_time_out`] ([`Error::TailOverdue`]),
-    /// or than that for each further page of a texture that is held whole ([`crate::Settings::whole_bytes`]).
-    /// In a browser, where nothing may be waited for, the tail must be at hand ([`Error::TailPending`]), and
-    /// no texture is held whole.
+    /// it waits for the source, no longer than [`Settings::read_time_out`](crate::Settings::read_time_out)
+    /// ([`Error::TailOverdue`]), or than that for each further page of a texture that is held whole
+    /// ([`Settings::whole_bytes`](crate::Settings::whole_bytes)). In a browser, where nothing may be waited
+    /// for, the tail must be at hand ([`Error::TailPending`]), and no texture is held whole.
     ///
     /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes
     /// back: each further call for a source that does not answer begins one more, so let some time pass

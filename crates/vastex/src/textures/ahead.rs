@@ -16,12 +16,12 @@ const FIRST_GUESS: u64 = 4;
 
 /// What is asked for before a view wants it; [`Textures::ahead`] gives it.
 pub struct Ahead<'a> {
-    textures: &'a mut Textures,
+    pub(super) textures: &'a mut Textures,
 }
 
 impl Textures {
-    /// What is asked for before a view wants it: prefetches and pins, and what a moving camera is expected to
-    /// see.
+    /// What is asked for before a view wants it: prefetches and pins, what a moving camera is expected to see,
+    /// and the traces that prefetch sets are learnt from.
     pub fn ahead(&mut self) -> Ahead<'_> {
         Ahead { textures: self }
     }
@@ -63,10 +63,10 @@ impl Ahead<'_> {
         self.textures.paging.prefetch(number, region, urgency)
     }
 
-    /// Loads what a view will want, before it is drawn: what a [`crate::survey::Survey`] or a
-    /// [`crate::CpuFeedback`] has found of a camera that is yet to cut there. Of every texture, after
-    /// everything in view, coarsest first, at the mip bias in force, and kept as [`Ahead::prefetch`] keeps a
-    /// region. When the ticket is done, a cut to that view is sharp at once.
+    /// Loads what a view will want, before it is drawn: what a [`survey::Survey`](crate::survey::Survey) or a
+    /// [`CpuFeedback`](crate::CpuFeedback) has found of a camera that is yet to cut there. Of every texture,
+    /// after everything in view, coarsest first, at the mip bias in force, and kept as [`Ahead::prefetch`]
+    /// keeps a region. When the ticket is done, a cut to that view is sharp at once.
     ///
     /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails
     /// ([`AskError::TooManyPages`]), and then asks for nothing. Textures that there are not are left out.
@@ -95,7 +95,8 @@ impl Ahead<'_> {
     /// counts as in view, at every mip bias.
     ///
     /// Fails where there is no such texture, and where pins, tails included, would take more than their share
-    /// of the pool's slots ([`AskError::TooManyPins`], [`crate::PoolTuning::pin_share`]).
+    /// of the pool's slots ([`AskError::TooManyPins`],
+    /// [`PoolTuning::pin_share`](crate::PoolTuning::pin_share)).
     pub fn pin(&mut self, texture: TextureId, region: &Region) -> Result<Ticket, AskError> {
         let number = self.number(texture)?;
         self.textures.paging.pin(number, region)
@@ -109,15 +110,15 @@ impl Ahead<'_> {
 
     /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of
     /// a camera that goes on as it does, for as many frames ahead as a tile takes. To be called once per
-    /// frame, before [`Textures::update`]; [`crate::CpuFeedback`] makes such a feedback without drawing
-    /// anything. What is in view comes first, so a prediction costs nothing where bandwidth is short.
+    /// frame, before [`Textures::update`]; [`CpuFeedback`](crate::CpuFeedback) makes such a feedback without
+    /// drawing anything. What is in view comes first, so a prediction costs nothing where bandwidth is short.
     pub fn expect(&mut self, feedback: &Feedback) {
         self.textures.paging.expect(feedback);
     }
 
     /// How many frames ahead a camera should be expected: 2 that feedback takes, and the frames within which
     /// 95 % of the last tiles have come after their request (4 before any has). Where a camera will be then,
-    /// [`crate::prefetch::Motion`] works out.
+    /// [`prefetch::Motion`](crate::prefetch::Motion) works out.
     pub fn frames(&self) -> u64 {
         FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }

@@ -21,8 +21,9 @@ impl Textures {
 }
 
 impl<'a> Bindings<'a> {
-    /// What [`Textures::bind_group_layout`] has, from the first binding of [`crate::Settings::binding`] on,
-    /// for a layout of the application's own that has other entries beside these.
+    /// What [`Textures::bind_group_layout`] has, from the first binding of
+    /// [`Settings::binding`](crate::Settings::binding) on, for a layout of the application's own that has
+    /// other entries beside these.
     pub fn layout_entries(&self, kinds: &Kinds) -> Vec<wgpu::BindGroupLayoutEntry> {
         self.textures.gpu.layout_entries(kinds)
     }

@@ -26,14 +26,14 @@ impl<'a> Cpu<'a> {
     ///
     /// It never reads nor waits: the answer comes from the tiles of
     /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache
-    /// ([`crate::Settings::ram_cache_bytes`]) or from the tail, whichever is finest, and [`CpuSample::level`]
-    /// says how fine that is. A tile in the pool answers if it is kept, or has not left the RAM cache; one
-    /// that was seen before answers as long as the RAM cache has it. `None` if the texture was removed or has
-    /// no such layer.
+    /// ([`Settings::ram_cache_bytes`](crate::Settings::ram_cache_bytes)) or from the tail, whichever is
+    /// finest, and [`CpuSample::level`] says how fine that is. A tile in the pool answers if it is kept, or
+    /// has not left the RAM cache; one that was seen before answers as long as the RAM cache has it. `None`
+    /// if the texture was removed or has no such layer.
     ///
     /// Costs about a microsecond where decoded tiles are at hand; a tile that has to be decoded, once, as
-    /// much as the loader takes for it. Decoded tiles are held within [`crate::Settings::cpu_cache_bytes`].
-    /// For many points see [`Cpu::sampler`].
+    /// much as the loader takes for it. Decoded tiles are held within
+    /// [`Settings::cpu_cache_bytes`](crate::Settings::cpu_cache_bytes). For many points see [`Cpu::sampler`].
     ///
     /// ```no_run
     /// # fn walk(textures: &vastex::Textures, island: vastex::TextureId, uv: [f32; 2]) -> Option<()> {

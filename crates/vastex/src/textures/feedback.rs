@@ -16,7 +16,7 @@ impl Textures {
     /// [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
     ///
     /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted.
-    /// Draws nothing where the mode is [`FeedbackMode::Inline`]; [`Textures::main_pass`] does it then.
+    /// With [`FeedbackMode::Inline`] it is left out, and [`Textures::main_pass`] does the same.
     ///
     /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of
     /// this frame is recorded already ([`Error::FeedbackTwice`]), and where a pass of

@@ -30,12 +30,13 @@ impl Textures {
     /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted
     /// after one or two more, but before the third, shows what is there then, and right. That holds where
     /// page tables have grown meanwhile or pools were resized, too. In the place of a texture that was
-    /// removed such commands show [`crate::Settings::unknown_color`]; all that they show beside it is right.
+    /// removed such commands show [`Settings::unknown_color`](crate::Settings::unknown_color); all that they
+    /// show beside it is right.
     ///
-    /// It fails where the device is lost ([`crate::GpuError::DeviceLost`]) or has no memory for a page table
-    /// that grows; then pictures are as they were, and the next call, in the next frame or at once, does what
-    /// this one could not. What was recorded before a call that failed is to be submitted before the next, or
-    /// drawn anew.
+    /// It fails where the device is lost ([`GpuError::DeviceLost`](crate::GpuError::DeviceLost)) or has no
+    /// memory for a page table that grows; then pictures are as they were, and the next call, in the next
+    /// frame or at once, does what this one could not. What was recorded before a call that failed is to be
+    /// submitted before the next, or drawn anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.paging.begin_frame();
         let played = self.play();
@@ -129,9 +130,9 @@ impl Textures {
     }
 
     /// Says how much time passes from one frame to the next, for tiles that fade in
-    /// ([`crate::Settings::fade`]): the application's delta time. It holds from the next [`Textures::update`]
-    /// on until something else is said; 1/60 of a second where nothing is. Time does not pass otherwise, so
-    /// that the same frames give the same pictures.
+    /// ([`Settings::fade`](crate::Settings::fade)): the application's delta time. It holds from the next
+    /// [`Textures::update`] on until something else is said; 1/60 of a second where nothing is. Time does not
+    /// pass otherwise, so that the same frames give the same pictures.
     pub fn set_frame_time(&mut self, time: Duration) {
         self.gpu.set_frame_time(time);
     }

@@ -20,7 +20,7 @@ impl Textures {
     /// many jitter cycles. What one entry asks for is what the filter needs that needs the finest: beside an
     /// anisotropic member one that is sampled nearest has pages up to three levels finer than it shows, where
     /// the view is at a slant; if it is of another texture, and that is too much, it is to be a member apart.
-    /// Which functions a shader calls is told at [`crate::wgsl()`].
+    /// Which functions a shader calls is told at [`wgsl()`](crate::wgsl()).
     ///
     /// ```no_run
     /// # const MY_SHADER: &str = "";

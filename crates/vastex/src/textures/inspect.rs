@@ -93,12 +93,12 @@ impl<'a> Inspect<'a> {
         pool.map_or_else(Vec::new, |pool| self.textures.paging.pager().pool(pool).slots())
     }
 
-    /// How the mip bias of a pool is decided: nothing where there is never one, or no such pool.
+    /// How the mip bias of a pool is decided; `None` if the pool never has one, or is not there.
     pub fn bias_rule(&self, pool: PoolId) -> Option<BiasRule> {
         self.textures.paging.pager().pools().find(|pager| pager.pool() == pool)?.bias_rule()
     }
 
-    /// What is in each slot of a pool; nothing where one is free. Empty where there is no such pool. Costs a
+    /// What is in each slot of a pool, `None` of a free slot. Empty if there is no such pool. Costs a
     /// visit of every page that has a state.
     pub fn slots(&self, pool: PoolId) -> Vec<Option<SlotUsage>> {
         let pager = self.textures.paging.pager().pools().find(|pager| pager.pool() == pool);
@@ -134,14 +134,15 @@ impl<'a> Inspect<'a> {
         )
     }
 
-    /// Each pool after each of the last [`crate::Settings::telemetry_frames`] frames, oldest first.
+    /// Each pool after each of the last [`Settings::telemetry_frames`](crate::Settings::telemetry_frames)
+    /// frames, oldest first.
     pub fn telemetry(&self) -> &'a History<PoolRecord> {
         self.textures.watch.telemetry()
     }
 
-    /// Fails with [`crate::GpuError::DeviceLost`] where the device is lost. The frame loop says so by itself;
-    /// this is for frames that do not get as far, as when a window gives no picture. Costs a buffer of 4
-    /// bytes.
+    /// Fails with [`GpuError::DeviceLost`](crate::GpuError::DeviceLost) where the device is lost. The frame
+    /// loop says so by itself; this is for frames that do not get as far, as when a window gives no picture.
+    /// Costs a buffer of 4 bytes.
     pub fn check_device(&self) -> Result<(), Error> {
         self.textures.gpu.check_device()
     }

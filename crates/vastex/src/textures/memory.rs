@@ -54,11 +54,12 @@ impl Memory<'_> {
     /// no longer fits, which becomes coarser at once, and what now fits, which sharpens as it is loaded.
     ///
     /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where
-    /// the device has no memory for the new pool beside the old one ([`crate::GpuError::OutOfMemory`]), where
-    /// `bytes` are too few for what is pinned, and where everything is in view and may not become coarser;
-    /// the pool is then as it was. Where there is no memory for a page table after that, pictures are as they
-    /// were, and the next [update](Textures::update) goes on with the new pool. Costs a copy of each tile on
-    /// the GPU, and anew the page tables of the pool's textures.
+    /// the device has no memory for the new pool beside the old one
+    /// ([`GpuError::OutOfMemory`](crate::GpuError::OutOfMemory)), where `bytes` are too few for what is
+    /// pinned, and where everything is in view and may not become coarser; the pool is then as it was. Where
+    /// there is no memory for a page table after that, pictures are as they were, and the next
+    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew
+    /// the page tables of the pool's textures.
     ///
     /// From here on the pool has a size of its own, which [`Memory::set_picture`] leaves as it is, until
     /// [`Memory::fit_pool`].
@@ -95,9 +96,9 @@ impl Memory<'_> {
     }
 
     /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there
-    /// are the ones that have no size of their own ([`crate::PoolTuning::bytes`], [`Memory::resize_pool`]). A
-    /// pool that would change by less than a quarter stays as it is, so that not every step of dragging a
-    /// window copies tiles. Says what was resized, and fails and costs as that does.
+    /// are the ones that have no size of their own ([`PoolTuning::bytes`](crate::PoolTuning::bytes),
+    /// [`Memory::resize_pool`]). A pool that would change by less than a quarter stays as it is, so that not
+    /// every step of dragging a window copies tiles. Says what was resized, and fails and costs as that does.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
         self.textures.settings.picture = picture;
         self.textures.gpu.fit_main_view(picture);
@@ -127,9 +128,10 @@ impl Memory<'_> {
         Ok(())
     }
 
-    /// Sets [`crate::Settings::upload_bytes_per_frame`] and [`crate::Settings::in_flight_bytes`] from the
-    /// next frame on. Loads beyond a smaller budget come all the same, and no others are begun until they
-    /// have; tiles that wait on a belt then go through the queue.
+    /// Sets [`Settings::upload_bytes_per_frame`](crate::Settings::upload_bytes_per_frame) and
+    /// [`Settings::in_flight_bytes`](crate::Settings::in_flight_bytes) from the next frame on. Loads beyond a
+    /// smaller budget come all the same, and no others are begun until they have; tiles that wait on a belt
+    /// then go through the queue.
     pub fn set_budgets(&mut self, upload_bytes_per_frame: u64, in_flight_bytes: u64) {
         let Textures { settings, paging, gpu, .. } = &mut *self.textures;
         let before = (settings.upload_bytes_per_frame, settings.in_flight_bytes);
@@ -141,10 +143,10 @@ impl Memory<'_> {
         }
     }
 
-    /// Goes on with another device, after [`crate::GpuError::DeviceLost`]: makes the pools and page tables
-    /// anew and puts the tails there, which are in main memory, so that it waits for no source; in the next
-    /// frames the tiles of the view come again, from the RAM cache as far as it has them. Textures keep their
-    /// ids, tickets and pins stay, as do levels that were set.
+    /// Goes on with another device, after [`GpuError::DeviceLost`](crate::GpuError::DeviceLost): makes the
+    /// pools and page tables anew and puts the tails there, which are in main memory, so that it waits for no
+    /// source; in the next frames the tiles of the view come again, from the RAM cache as far as it has them.
+    /// Textures keep their ids, tickets and pins stay, as do levels that were set.
     ///
     /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`]
     /// and [`Textures::bind_group_layout`], its own buffers. Fails where the new device lacks what the

@@ -60,7 +60,7 @@ pub struct Textures {
 
 impl Textures {
     /// No textures yet, on the application's own device. Fails where the device lacks what the settings ask
-    /// for, and in a browser for [`crate::Pace::LockStep`].
+    /// for, and in a browser for [`Pace::LockStep`](crate::Pace::LockStep).
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, settings: Settings) -> Result<Textures, Error> {
         Ok(Textures {
             paging: Paging::new(&settings)?,

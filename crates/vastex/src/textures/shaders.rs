@@ -30,17 +30,18 @@ impl Textures {
 
     /// The WGSL that goes after the application's own shader, whose directives then stay first and whose
     /// lines keep their numbers: `vastex_sample(id, uv)` and its kin for one layer, `vastex_sample_NAME(id,
-    /// uv)` for each member of a group, as [`crate::wgsl()`] says. A shader has one such text: two cannot be
-    /// joined, since they declare the same names. One that samples several textures of different kinds asks
-    /// for the text of a [group](Textures::add_group). The text is plain WGSL; before a preprocessor such as
-    /// naga_oil it is one module more, whose names begin with `vastex`. It has every function;
-    /// [`crate::shader_module`], or [`crate::only_needed`] before another compiler, leaves out what the entry
-    /// points do not call.
+    /// uv)` for each member of a group, as [`wgsl()`](crate::wgsl()) says. A shader has one such text: two
+    /// cannot be joined, since they declare the same names. One that samples several textures of different
+    /// kinds asks for the text of a [group](Textures::add_group). The text is plain WGSL; before a
+    /// preprocessor such as naga_oil it is one module more, whose names begin with `vastex`. It has every
+    /// function; [`shader_module`](crate::shader_module), or [`only_needed`](crate::only_needed) before
+    /// another compiler, leaves out what the entry points do not call.
     pub fn wgsl(&self, kinds: &Kinds) -> String {
         self.gpu.wgsl(kinds)
     }
 
-    /// For the application's pipeline layouts, at the group of [`crate::Settings::binding`].
+    /// For the application's pipeline layouts, at the group of
+    /// [`Settings::binding`](crate::Settings::binding).
     pub fn bind_group_layout(&self, kinds: &Kinds) -> wgpu::BindGroupLayout {
         self.gpu.bind_group_layout(kinds)
     }
@@ -71,8 +72,8 @@ impl Textures {
 
     /// The id by which shaders know the texture of a layer. It stays the same for as long as the texture is
     /// there, so that it may lie in materials or instances; afterwards it names nothing, and shaders show
-    /// [`crate::Settings::unknown_color`] for it. Fails where there is no such texture. The ids of a group
-    /// are [`Bindings::ids`](crate::Bindings::ids).
+    /// [`Settings::unknown_color`](crate::Settings::unknown_color) for it. Fails where there is no such
+    /// texture. The ids of a group are [`Bindings::ids`](crate::Bindings::ids).
     pub fn shader_id(&self, layer: impl Into<LayerId>) -> Result<u32, Error> {
         let texture = layer.into().texture();
         self.gpu.shader_id(texture).ok_or(Error::NoTexture(texture))

@@ -56,8 +56,8 @@ impl<'a> TextureRef<'a> {
     }
 
     /// How the texels of a layer are blended, by its index in [`Description::layers`]: as was asked for when
-    /// the texture was added, by [`crate::Settings::filter`], or, where its values may not be mixed, not at
-    /// all. `None` if there is no such layer.
+    /// the texture was added, by [`Settings::filter`](crate::Settings::filter), or, where its values may not
+    /// be mixed, not at all. `None` if there is no such layer.
     pub fn filter(&self, layer: usize) -> Option<Filter> {
         Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
     }
@@ -82,7 +82,8 @@ impl<'a> TextureRef<'a> {
         self.textures.watch.name(self.id.number())
     }
 
-    /// What a [`crate::survey::Survey`] needs of it, with the rule by which its levels are chosen.
+    /// What a [`survey::Survey`](crate::survey::Survey) needs of it, with the rule by which its levels are
+    /// chosen.
     pub fn surveyed(&self) -> SurveyedTexture<'a> {
         let geometry = &self.state.description.geometry;
         let rule = self.textures.gpu.rule(self.id.number()).unwrap_or_default();
@@ -121,7 +122,7 @@ impl TextureMut<'_> {
 
     /// The content of a region has changed where it comes from: its resident tiles are read again and
     /// replaced where they are, the old ones staying on screen until then. What caches keep of it is dropped;
-    /// see [`crate::TileSource::changed`]. Says how many pages the pager knew of.
+    /// see [`TileSource::changed`](crate::TileSource::changed). Says how many pages the pager knew of.
     pub fn invalidate(&mut self, region: &Region) -> u32 {
         let number = self.id.number();
         let known = self.textures.paging.invalidate(number, region);

@@ -2,24 +2,25 @@
 
 use vastex_core::{Place, Trace};
 
-use super::Textures;
+use super::{Ahead, Textures};
 use crate::error::Error;
 
-/// The trace of what views want; [`Textures::trace`] gives it.
+/// The trace of what views want; [`Ahead::trace`] gives it.
 pub struct TraceControl<'a> {
     textures: &'a mut Textures,
 }
 
-impl Textures {
-    /// The trace of what views want.
-    pub fn trace(&mut self) -> TraceControl<'_> {
-        TraceControl { textures: self }
+impl<'a> Ahead<'a> {
+    /// The trace of what views want, of which [prefetch sets](crate::prefetch::PrefetchSets) are learnt.
+    pub fn trace(self) -> TraceControl<'a> {
+        TraceControl { textures: self.textures }
     }
 }
 
 impl TraceControl<'_> {
     /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position,
-    /// or any other three numbers that say best what it sees. See [`crate::prefetch::PrefetchSets`].
+    /// or any other three numbers that say best what it sees. See
+    /// [`prefetch::PrefetchSets`](crate::prefetch::PrefetchSets).
     pub fn set_place(&mut self, place: Place) {
         self.textures.watch.set_place(self.textures.paging.frame(), place);
     }

@@ -152,7 +152,7 @@ impl ViewMut<'_> {
     }
 
     /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a
-    /// [`crate::survey::Survey`] has found, or anything else that knows. It acts in the next
+    /// [`survey::Survey`](crate::survey::Survey) has found, or anything else that knows. It acts in the next
     /// [`Textures::update`], without the frames that feedback takes to come back; said again before, the last
     /// counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and
     /// only what was said for one can have converged.

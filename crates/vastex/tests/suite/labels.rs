@@ -16,10 +16,10 @@ use crate::common::texts::LABELS;
 use crate::common::tiles::parts_of_tile;
 
 /// Every voxel of every level has a label of its own: neighbours often differ in the upper half alone.
-struct Labelled(Arc<Description>);
+pub(crate) struct Labelled(Arc<Description>);
 
 impl Labelled {
-    fn new(format: LayerFormat) -> Arc<Labelled> {
+    pub(crate) fn new(format: LayerFormat) -> Arc<Labelled> {
         let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume([50, 41, 30]) };
         let layer = Layer { is_mixable: false, ..Layer::new("labels", format) };
         Arc::new(Labelled(Arc::new(Description::new(Geometry::new(spec).unwrap(), vec![layer]))))

@@ -4,11 +4,13 @@
 use std::sync::Arc;
 
 use crate::common::property;
+use crate::labels::Labelled;
 use vastex::source::{PageContents, PageIdError, PageSet, RamCache, ReadError, ReadFuture, TailLayout, Tile};
 use vastex::{
     AddressMode, Bytes, Description, Dims, Error, Feedback, FeedbackMode, Geometry, GeometrySpec, Layer,
     LayerFormat, Level, PageId, PagePos, Settings, TextureNumber, Textures, TileSource, ViewId, WantedPage,
 };
+use vastex_tiles::PropertySource;
 use vastex_wgpu::test_device::TestDevice;
 
 /// A source with all that a source may say.
@@ -52,6 +54,7 @@ type Mentioned = (
         vastex::source::Info,
         vastex::source::LoadError,
     ),
+    (vastex::NodataValueError, vastex::source::ContainerVolume, vastex::source::Compression),
     (vastex::source::StoreError, Option<Arc<dyn vastex::source::Store>>, Arc<vastex::source::RamBudget>),
     (vastex::wgpu::Device, vastex::wgpu::Queue, Bytes),
 );
@@ -84,23 +87,33 @@ fn an_application_names_what_it_needs() {
     assert!(std::mem::size_of::<Mentioned>() > 0);
 }
 
-/// Whoever reads the crate's front page finds every function that a shader may call.
+/// Whoever reads the crate's front page finds every function that a shader may call, of images, of volumes and
+/// of labels, in every mode of feedback.
 #[test]
 fn the_front_page_names_every_function_of_shaders() {
     let front = include_str!("../../src/lib.rs");
     let page = front.split("mod cpu;").next().unwrap();
+    let spec = GeometrySpec { page: 16, ..GeometrySpec::volume([50, 40, 30]) };
     for feedback in FeedbackMode::ALL {
         let gpu = TestDevice::new();
         let settings = Settings { feedback: Some(feedback), ..Settings::default() };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
-        let source = property([100, 100], 16, AddressMode::Clamp);
-        let texture = textures.add_blocking(source).unwrap();
-        let text = textures.wgsl(&textures.kinds(texture).unwrap());
-        let names = text.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
-        let public: Vec<&str> = names.filter(|name| name.starts_with("vastex_")).collect();
-        assert!(public.len() > 20, "{public:?}");
-        for name in public {
-            assert!(page.contains(&format!("`{name}")), "{name} is not on the front page");
+        let sources: [(Arc<dyn TileSource>, &str); 3] = [
+            (property([100, 100], 16, AddressMode::Clamp), "vastex_sample"),
+            (Arc::new(PropertySource::new(Geometry::new(spec).unwrap())), "vastex_brick_sample"),
+            (Labelled::new(LayerFormat::R32Uint), "vastex_brick_whole"),
+        ];
+        for (source, own) in sources {
+            let texture = textures.add_blocking(source).unwrap();
+            let text = textures.wgsl(&textures.kinds(texture).unwrap());
+            let names = text.split("fn ").skip(1).filter_map(|rest| rest.split('(').next());
+            let public: Vec<&str> = names.filter(|name| name.starts_with("vastex_")).collect();
+            assert!(public.len() > 20 && public.contains(&own), "{public:?}");
+            for name in public {
+                let is_named =
+                    [format!("`{name}`"), format!("`{name}(")].iter().any(|name| page.contains(name));
+                assert!(is_named, "{name} is not on the front page");
+            }
         }
     }
 }

@@ -33,12 +33,12 @@ type Drawn = (ViewId, [u32; 2], Range<usize>);
 
 /// What each feedback wanted while the views were drawn, as often as each says.
 fn trace(screen: &mut Screen, views: &[(Drawn, u64)]) -> Vec<Vec<vastex_core::WantedPage>> {
-    screen.textures.trace().record();
+    screen.textures.ahead().trace().record();
     for frame in 0..FRAMES {
         let due = views.iter().filter(|(_, every)| frame.is_multiple_of(*every));
         screen.frame_of(&due.map(|(drawn, _)| drawn.clone()).collect::<Vec<_>>()).unwrap();
     }
-    screen.textures.trace().take().unwrap().unwrap().frames().to_vec()
+    screen.textures.ahead().trace().take().unwrap().unwrap().frames().to_vec()
 }
 
 #[test]
@@ -114,13 +114,13 @@ fn a_view_that_is_seldom_drawn_looks_at_all_of_its_pixels() {
         let mut screen = lock_step();
         let mirror = screen.textures.add_view(ViewSettings::default()).unwrap();
         let mut pages = BTreeSet::new();
-        screen.textures.trace().record();
+        screen.textures.ahead().trace().record();
         for frame in 0..every * u64::from(JITTER_CYCLE) + 2 {
             let is_drawn = frame.is_multiple_of(every) && frame < every * u64::from(JITTER_CYCLE);
             let views = if is_drawn { vec![(mirror, SMALL, 0..1)] } else { Vec::new() };
             screen.frame_of(&views).unwrap();
         }
-        let trace = screen.textures.trace().take().unwrap().unwrap();
+        let trace = screen.textures.ahead().trace().take().unwrap().unwrap();
         assert_eq!(trace.frames().len(), JITTER_CYCLE as usize);
         pages.extend(trace.frames().iter().flatten().map(|wanted| wanted.page));
         pages

@@ -14,6 +14,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("python", &["setup", "shell"]),
     ("wgsl", &[]),
     ("shaders", &["outcome", "shell", "wgsl"]),
+    ("facade_docs", &[]),
     ("browser", &["outcome", "setup", "shaders", "shell"]),
     ("drivers", &["outcome", "setup", "shaders", "shell"]),
     ("wasm", &["outcome", "setup", "shell"]),
@@ -25,6 +26,7 @@ pub(super) const ROOMS: &[Room] = &[
         &[
             "browser",
             "drivers",
+            "facade_docs",
             "outcome",
             "setup",
             "shaders",

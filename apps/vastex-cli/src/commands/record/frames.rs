@@ -39,7 +39,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
     let (tiles, over) = (open::open(&args.scene)?.tiles, open::open_over(&args.scene)?);
     let mut offscreen = render::offscreen(args, render::frame_settings(args)?, gpu, (tiles, &over))?;
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
-    offscreen.textures_mut().trace().record();
+    offscreen.textures_mut().ahead().trace().record();
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let outcome = offscreen.run(args.camera_path.built_in(), until, |_, _| ())?;
     let mut facts = format!("converged {}\n", outcome.converged);
@@ -60,7 +60,7 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
         let _ = writeln!(facts, "{what} {count}");
     }
     write(directory, &format!("{name}.facts.txt"), facts)?;
-    if let Some(trace) = offscreen.textures_mut().trace().take()? {
+    if let Some(trace) = offscreen.textures_mut().ahead().trace().take()? {
         write(directory, &format!("{name}.feedback.txt"), text::of_trace(&trace))?;
     }
     write(directory, &format!("{name}.table.txt"), tables(offscreen.textures()))?;

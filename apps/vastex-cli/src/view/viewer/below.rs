@@ -95,7 +95,7 @@ impl Viewer {
         inspect::texel_at(&self.textures, asked, pose, (picture, source.size), pixel)
     }
 
-    /// What the line at the foot of the picture says: nothing where it is hidden, or the picture is no
+    /// What the line at the foot of the picture says; `None` if it is hidden, or the picture is no
     /// picture of texels.
     pub(super) fn line_below(&self, pose: &Pose) -> Option<String> {
         let has_room =

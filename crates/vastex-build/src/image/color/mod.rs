@@ -53,7 +53,7 @@ impl Profile {
         }
     }
 
-    /// What there is to say where the numbers of an image of that kind are taken as they are; nothing where
+    /// What there is to say where the numbers of an image of that kind are taken as they are; `None` if
     /// the profile would not change them.
     pub(crate) fn left(&self, format: PixelFormat, why: &'static str) -> Option<Notice> {
         let is_followed = self.meaning().is_ok_and(|meaning| managed::changes_nothing(&meaning, format));

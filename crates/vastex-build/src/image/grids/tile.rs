@@ -40,7 +40,7 @@ pub(crate) fn header_of(path: &Path) -> Result<ImageHeader, InputFault> {
     header.map_err(|fault| in_tile(path, fault))
 }
 
-/// The format that holds the texels of both, or nothing where their samples are stored differently.
+/// The format that holds the texels of both, or `None` if their samples are stored differently.
 pub(crate) fn common(a: PixelFormat, b: PixelFormat) -> Option<PixelFormat> {
     if a.sample() != b.sample() {
         return None;

@@ -1,8 +1,8 @@
 //! Which page gives up its slot: Vastex's rule, and those that it is measured against.
 //!
 //! A policy is told of each frame's set and asked for victims; what may be a victim at all is not its choice:
-//! no page of the frame's set, none with a resident descendant, no tail. [`crate::residency::retention`] is
-//! shared with the pager; the rest serves replays.
+//! no page of the frame's set, none with a resident descendant, no tail.
+//! [`residency::retention`](crate::residency::retention) is shared with the pager; the rest serves replays.
 
 mod clock;
 mod ranked;

@@ -17,7 +17,7 @@ impl Delivery {
     pub(super) const AT_ONCE: Delivery = Delivery { latency_frames: 0, tiles_per_frame: u64::MAX };
 }
 
-/// The fields of [`crate::Replay`] that a run counts.
+/// The fields of [`Replay`](crate::Replay) that a run counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Counts {
     pub(super) loads: u64,

@@ -12,7 +12,7 @@ use crate::table::pool::PoolId;
 use crate::texture::page::{PageId, TextureNumber};
 use crate::wanted::feedback::WantedPage;
 
-/// Textures that [`crate::Event::Oversubscribed`] names.
+/// Textures that [`Event::Oversubscribed`](crate::Event::Oversubscribed) names.
 const NAMED: usize = 3;
 
 /// What is in a pool.

@@ -2,8 +2,7 @@
 //!
 //! The space of the camera ([`Place`]) is cut into cells, and each has a list of the pages that were wanted
 //! while the camera was in it and shortly after, those wanted most first. In use, the list of the camera's
-//! cell and of the one that it is heading for is what the view is expected to want
-//! ([`crate::Pager::expect`]): for levels that are walked through again and again, tours, and rooms behind
+//! cell and of the one that it is heading for is what the view is expected to want, for levels that are walked through again and again, tours, and rooms behind
 //! doors, where what comes next does not follow from how the camera moves.
 //!
 //! docs/traces.md describes the file.
@@ -27,7 +26,7 @@ type Cell = [i32; 3];
 
 /// Which pages are wanted where, learnt from traces: for each cell of the camera's space, the pages that were
 /// wanted while the camera was in it and shortly after, those wanted most first. What it says of the camera's
-/// cell is given to [`crate::Pager::expect`]. Its file format stands in docs/traces.md.
+/// cell is a prediction of what the view will want. Its file format stands in docs/traces.md.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrefetchSets {
     geometries: Vec<Arc<Geometry>>,

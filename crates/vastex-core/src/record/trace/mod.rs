@@ -2,9 +2,9 @@
 //!
 //! A trace holds the shape of every texture, so that a page's ancestors can be walked, and the feedback of
 //! every frame: its pages, their pixels and how sharply they are needed, and where the camera was. It does
-//! not say what was loaded: that follows from a policy and a pool, and is [`crate::replay()`]'s business.
-//! [`Trace::to_bytes`] and [`Trace::from_bytes`] are the file format, which docs/traces.md describes; reading
-//! and writing files is left to others.
+//! not say what was loaded: that follows from a policy and a pool, and is [`replay()`](crate::replay())'s
+//! business. [`Trace::to_bytes`] and [`Trace::from_bytes`] are the file format, which docs/traces.md
+//! describes; reading and writing files is left to others.
 
 mod codec;
 

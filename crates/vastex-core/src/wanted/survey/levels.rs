@@ -3,7 +3,7 @@
 //!
 //! How it is drawn is the GPU crate's business; here it becomes pages.
 
-use super::look::{Look, feedback_pixels};
+use super::look::{Footprint, feedback_pixels};
 use super::surface::UvBox;
 use super::walk::{Found, walk};
 use crate::shader_constants::{STEPS_PER_LEVEL, TEXTURE_SPACE_FINEST};
@@ -61,12 +61,12 @@ impl LevelImage {
         Feedback::of_pages(frame, found.seen)
     }
 
-    fn look(&self, uv: UvBox, size: [f64; 2]) -> Option<Look> {
+    fn look(&self, uv: UvBox, size: [f64; 2]) -> Option<Footprint> {
         let sharpest = u32::from(self.sharpest(uv));
         let eighths = TEXTURE_SPACE_FINEST.checked_sub(sharpest).filter(|_| sharpest > 0)?;
         let lambda = f64::from(eighths) / f64::from(STEPS_PER_LEVEL);
         let texels: f64 = [0, 1].map(|axis| (uv[1][axis] - uv[0][axis]) * size[axis]).iter().product();
-        Some(Look { lambda, pixels: feedback_pixels(texels / (2.0 * lambda).exp2()), is_seen: true })
+        Some(Footprint { lambda, pixels: feedback_pixels(texels / (2.0 * lambda).exp2()), is_seen: true })
     }
 
     /// The largest texel that a rectangle touches.

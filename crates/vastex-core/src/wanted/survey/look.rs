@@ -19,7 +19,7 @@ const CUTS: u32 = 2;
 
 /// What a camera wants of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Look {
+pub(super) struct Footprint {
     /// The sharpest level that any point needs, before any rule; negative where texels are larger than
     /// pixels.
     pub(super) lambda: f64,
@@ -29,22 +29,22 @@ pub(super) struct Look {
     pub(super) is_seen: bool,
 }
 
-impl Look {
+impl Footprint {
     /// What two parts need together, of which both or neither are seen.
-    pub(super) fn with(self, other: Look) -> Look {
+    pub(super) fn with(self, other: Footprint) -> Footprint {
         let lambda = self.lambda.min(other.lambda);
-        Look { lambda, pixels: self.pixels + other.pixels, is_seen: self.is_seen }
+        Footprint { lambda, pixels: self.pixels + other.pixels, is_seen: self.is_seen }
     }
 }
 
 impl Camera {
     /// Looks at the part of a surface that shows the rectangle `uv` of a texture of `size` texels. Where some
     /// of it is seen, says what that needs.
-    pub(super) fn look(&self, surface: &dyn Surface, uv: UvBox, size: [f64; 2]) -> Look {
+    pub(super) fn look(&self, surface: &dyn Surface, uv: UvBox, size: [f64; 2]) -> Footprint {
         self.look_closely(surface, uv, size, CUTS)
     }
 
-    fn look_closely(&self, surface: &dyn Surface, uv: UvBox, size: [f64; 2], cuts: u32) -> Look {
+    fn look_closely(&self, surface: &dyn Surface, uv: UvBox, size: [f64; 2], cuts: u32) -> Footprint {
         let patch = surface.patch(uv);
         let look = self.look_at_patch(&patch, uv, size);
         let is_small = patch.bend.max(self.half_angle(patch.centre, patch.radius)) < CUT_FROM;
@@ -61,11 +61,11 @@ impl Camera {
         let parts = [part(0, 0), part(1, 0), part(0, 1), part(1, 1)];
         let any_seen = parts.iter().any(|part| part.is_seen);
         let of_kind = parts.into_iter().filter(|part| part.is_seen == any_seen);
-        of_kind.reduce(Look::with).unwrap_or(look)
+        of_kind.reduce(Footprint::with).unwrap_or(look)
     }
 
     /// Looks at a patch as a whole.
-    fn look_at_patch(&self, patch: &Patch, uv: UvBox, size: [f64; 2]) -> Look {
+    fn look_at_patch(&self, patch: &Patch, uv: UvBox, size: [f64; 2]) -> Footprint {
         let is_seen = self.sees(patch.centre, patch.radius) && !self.is_turned_away(patch);
         let nearest = match is_seen {
             true => self.nearest_w(patch.centre, patch.radius),
@@ -74,7 +74,7 @@ impl Camera {
         let area = (uv[1][0] - uv[0][0]) * (uv[1][1] - uv[0][1]);
         let most = self.pixels();
         // The eye is within the sphere, or nearly: as sharp as can be, until smaller patches tell more.
-        let near = Look { lambda: f64::NEG_INFINITY, pixels: feedback_pixels(most), is_seen };
+        let near = Footprint { lambda: f64::NEG_INFINITY, pixels: feedback_pixels(most), is_seen };
         if nearest <= 0.0 {
             return near;
         }
@@ -94,7 +94,7 @@ impl Camera {
         let lambda = texels.log2();
         // What cannot be told, as where a side has no length, is not wanted sharply.
         let lambda = if lambda.is_nan() { f64::INFINITY } else { lambda };
-        Look { lambda, pixels: feedback_pixels(pixels.min(most)), is_seen }
+        Footprint { lambda, pixels: feedback_pixels(pixels.min(most)), is_seen }
     }
 
     /// Texels along a pixel at clip w `nearest`, if the patch faces the eye in the middle of the view: none

@@ -11,8 +11,8 @@
 //! | [`Survey::object`] | a sphere around it, and how densely texels lie on it | all of it at the level of its nearest point |
 //!
 //! A third kind is drawn by the GPU, in texture space, and becomes pages here ([`LevelImage`]). What is seen
-//! can feed a pager as feedback does ([`crate::Pager::observe`]), what is not seen as a prediction
-//! ([`crate::Pager::expect`]).
+//! can feed a pager as feedback does ([`Pager::observe`](crate::Pager::observe)), what is not seen as a
+//! prediction ([`Pager::expect`](crate::Pager::expect)).
 
 mod camera;
 mod levels;
@@ -30,7 +30,7 @@ use crate::texture::geometry::Geometry;
 use crate::texture::level_rule::LevelRule;
 use crate::texture::page::{Dims, PagePos, TextureNumber};
 use crate::wanted::feedback::Feedback;
-use look::Look;
+use look::Footprint;
 use walk::{Found, walk};
 
 /// A texture, as a survey needs it.
@@ -50,10 +50,10 @@ impl<'a> SurveyedTexture<'a> {
         SurveyedTexture { number, geometry, rule: LevelRule::default() }
     }
 
-    fn ruled(&self, look: Look) -> Look {
+    fn ruled(&self, look: Footprint) -> Footprint {
         let LevelRule { bias, finest, coarsest } = self.rule.within(self.geometry);
         let lambda = look.lambda + f64::from(bias);
-        Look { lambda: lambda.max(f64::from(finest)).min(f64::from(coarsest)), ..look }
+        Footprint { lambda: lambda.max(f64::from(finest)).min(f64::from(coarsest)), ..look }
     }
 }
 
@@ -134,11 +134,11 @@ impl Survey {
         }
         let lambda = look.lambda.max(f64::from(level));
         if level == tail {
-            self.found.add(texture.number, geometry, geometry.tail_pos(), Look { lambda, ..look });
+            self.found.add(texture.number, geometry, geometry.tail_pos(), Footprint { lambda, ..look });
             return;
         }
         let ([first, end], count) = pages_at(geometry, level, &object.uv);
-        let look = Look { lambda, pixels: look.pixels / count as f64, ..look };
+        let look = Footprint { lambda, pixels: look.pixels / count as f64, ..look };
         for (y, x) in (first[1]..end[1]).flat_map(|y| (first[0]..end[0]).map(move |x| (y, x))) {
             self.found.add(texture.number, geometry, PagePos::new_2d(level, x, y), look);
         }
@@ -155,10 +155,10 @@ impl Survey {
 
 impl SurveySettings {
     /// What is wanted of what was looked at.
-    fn reached(&self, look: Look) -> Option<Look> {
+    fn reached(&self, look: Footprint) -> Option<Footprint> {
         match self.unseen {
             _ if look.is_seen => Some(look),
-            Some(coarser) => Some(Look { lambda: look.lambda + f64::from(coarser), ..look }),
+            Some(coarser) => Some(Footprint { lambda: look.lambda + f64::from(coarser), ..look }),
             None => None,
         }
     }

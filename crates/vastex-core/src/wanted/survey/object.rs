@@ -1,7 +1,7 @@
 //! Objects by their distance: all of an object's texture at the level that its nearest point needs.
 
 use super::camera::Camera;
-use super::look::{Look, feedback_pixels};
+use super::look::{Footprint, feedback_pixels};
 use super::surface::{Surface, UvBox};
 use crate::wanted::vector::length;
 
@@ -41,7 +41,7 @@ impl SurveyedObject {
 
 impl Camera {
     /// Looks at an object.
-    pub(super) fn look_at_object(&self, object: &SurveyedObject) -> Look {
+    pub(super) fn look_at_object(&self, object: &SurveyedObject) -> Footprint {
         let is_seen = self.sees(object.centre, object.radius);
         let nearest = match is_seen {
             true => self.nearest_w(object.centre, object.radius),
@@ -49,12 +49,12 @@ impl Camera {
         };
         let most = self.pixels();
         if nearest <= 0.0 {
-            return Look { lambda: f64::NEG_INFINITY, pixels: feedback_pixels(most), is_seen };
+            return Footprint { lambda: f64::NEG_INFINITY, pixels: feedback_pixels(most), is_seen };
         }
         let density = self.focal() / nearest;
         let narrowing = if is_seen { self.narrowing(object.centre, object.radius) } else { 1.0 };
         let lambda = (object.texels_per_unit / density * narrowing).log2();
         let pixels = feedback_pixels((std::f64::consts::PI * (object.radius * density).powi(2)).min(most));
-        Look { lambda: if lambda.is_nan() { f64::INFINITY } else { lambda }, pixels, is_seen }
+        Footprint { lambda: if lambda.is_nan() { f64::INFINITY } else { lambda }, pixels, is_seen }
     }
 }

@@ -4,7 +4,7 @@
 //! It begins with the tail and goes down where something finer is needed, level by level, so that where there
 //! is an end to how many pages may be wanted, what is finest is missing.
 
-use super::look::Look;
+use super::look::Footprint;
 use super::surface::UvBox;
 use crate::shader_constants::STEPS_PER_LEVEL;
 use crate::texture::geometry::Geometry;
@@ -16,7 +16,7 @@ use crate::wanted::feedback::WantedPage;
 #[derive(Clone, Copy, Debug)]
 struct Node {
     pos: PagePos,
-    look: Look,
+    look: Footprint,
 }
 
 /// Pages that a walk has found.
@@ -27,7 +27,7 @@ pub(super) struct Found {
 }
 
 impl Found {
-    pub(super) fn add(&mut self, texture: TextureNumber, geometry: &Geometry, pos: PagePos, look: Look) {
+    pub(super) fn add(&mut self, texture: TextureNumber, geometry: &Geometry, pos: PagePos, look: Footprint) {
         let Some(page) = page_id(texture, geometry, pos) else { return };
         let steps = f64::from(STEPS_PER_LEVEL);
         let eighth = ((look.lambda - f64::from(pos.level)) * steps).clamp(0.0, steps - 1.0) as u8;
@@ -43,7 +43,7 @@ pub(super) fn walk(
     geometry: &Geometry,
     max_pages: usize,
     found: &mut Found,
-    look: impl Fn(UvBox) -> Option<Look>,
+    look: impl Fn(UvBox) -> Option<Footprint>,
 ) {
     let Some(whole) = look([[0.0; 2], [1.0; 2]]) else { return };
     let (mut nodes, mut finer, mut count) =
@@ -64,11 +64,11 @@ pub(super) fn walk(
                 continue;
             }
             // What is wanted of the page itself: where it is seen, and where it is not.
-            let mut rests: [Option<Look>; 2] = [None; 2];
+            let mut rests: [Option<Footprint>; 2] = [None; 2];
             for (y, x) in (first[1]..end[1]).flat_map(|y| (first[0]..end[0]).map(move |x| (y, x))) {
                 let pos = PagePos::new_2d(level - 1, x, y);
                 let Some(look) = look(uv_from_page(geometry, pos)) else { continue };
-                let look = Look { is_seen: look.is_seen && node.look.is_seen, ..look };
+                let look = Footprint { is_seen: look.is_seen && node.look.is_seen, ..look };
                 match look.lambda < f64::from(level) {
                     true => finer.push(Node { pos, look }),
                     false => {

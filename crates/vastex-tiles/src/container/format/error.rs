@@ -1,4 +1,4 @@
-//! What can be wrong with a container as a whole. A fault of one tile is a [`crate::ReadError`].
+//! What can be wrong with a container as a whole. A fault of one tile is a [`ReadError`](crate::ReadError).
 
 use crate::stores::StoreError;
 

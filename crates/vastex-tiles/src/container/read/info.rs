@@ -75,7 +75,7 @@ impl Info {
 impl Container {
     /// Counts what is in the container. Costs a look at each page's number, and no read.
     ///
-    /// Records that cannot be read are left out; [`verify`](super::verify()) reports them.
+    /// Records that cannot be read are left out; the program's `vastex verify` reports them.
     pub fn info(&self) -> Info {
         let mut info = Info {
             description: Description::clone(self.description()),

@@ -28,8 +28,8 @@ const HELD_BYTES: u64 = 1 << 20;
 pub struct WriterOptions {
     /// How [`ContainerWriter::write_tile`] compresses.
     pub compression: Compression,
-    /// The name of the filter that makes the levels of each layer, for [`crate::Container::filters`]; or
-    /// empty.
+    /// The name of the filter that makes the levels of each layer, for
+    /// [`Container::filters`](crate::Container::filters); or empty.
     pub filters: Vec<String>,
     /// If true, finishing waits until the disk has everything.
     pub durable: bool,

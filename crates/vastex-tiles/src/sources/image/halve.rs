@@ -4,10 +4,10 @@
 //! Whole numbers of 8 and 16 bits are mixed in whole numbers, halves rounded up; everything else in 32-bit
 //! floats. A test of `vastex-build` holds both against the filters of builds, byte by byte, in every format.
 
-use std::sync::LazyLock;
-
 use half::f16;
 use vastex_core::LayerFormat;
+
+use crate::ground::srgb::SRGB;
 
 /// What the values of an image are, and so how four of them become one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -61,8 +61,8 @@ impl Halving {
             (Reduction::Color, Rgba8Srgb) => {
                 let curve = &*SRGB;
                 each(coarse, upper, lower, bytes, |to, four| {
-                    let light = |v| u32::from(curve.light[usize::from(v)]);
-                    color(to, four, light, |mean| curve.stored[usize::from(mean as u16)]);
+                    let light = |v| u32::from(curve.linear_from_srgb[usize::from(v)]);
+                    color(to, four, light, |mean| curve.srgb_from_linear[usize::from(mean as u16)]);
                 });
             }
             (Reduction::Values, R8 | Rg8 | Rgba8 | Rgba8Srgb) => each(coarse, upper, lower, bytes, mean8),
@@ -209,30 +209,3 @@ pub(super) fn texel_of_color(format: LayerFormat, color: [u8; 4]) -> Vec<u8> {
     }
     texel
 }
-
-/// The transfer curve of sRGB in whole numbers: 8 bits as they are stored, 16 bits of light.
-struct Srgb {
-    light: [u16; 256],
-    /// The nearest of the 256 values for each step of light.
-    stored: Box<[u8; 65536]>,
-}
-
-static SRGB: LazyLock<Srgb> = LazyLock::new(|| {
-    let linear = |stored: f64| match stored {
-        stored if stored <= 0.04045 => stored / 12.92,
-        stored => ((stored + 0.055) / 1.055).powf(2.4),
-    };
-    let light = std::array::from_fn(|v| (linear(v as f64 / 255.0) * 65535.0).round() as u16);
-    let mut stored = Box::new([0; 65536]);
-    let mut first = 0;
-    for v in 0..=255u8 {
-        // A value stands for what lies nearer to it than to the next.
-        let end = match v {
-            255 => 65536,
-            v => (linear((f64::from(v) + 0.5) / 255.0) * 65535.0).ceil() as usize,
-        };
-        stored[first..end].fill(v);
-        first = end;
-    }
-    Srgb { light, stored }
-});

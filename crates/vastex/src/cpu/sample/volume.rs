@@ -12,7 +12,8 @@ impl CpuSampler<'_> {
     /// [`Filter::Nearest`] the voxel in which it lies. Outside of the volume its last voxels go on.
     /// [`CpuSample::level`] is the level of the answer: `level`, within those that there are, where its brick
     /// is in memory; else a coarser one. `voxels` says where the voxels of levels lie, as
-    /// [`crate::TextureSettings::voxels`] did when the volume was added; `None` where nothing was said.
+    /// [`TextureSettings::voxels`](crate::TextureSettings::voxels) did when the volume was added; `None`
+    /// where nothing was said.
     ///
     /// `None` for an image, for labels, which are no numbers to be blended, and for a place that is no
     /// number. Costs what [`Cpu::sample`](crate::Cpu::sample) does.

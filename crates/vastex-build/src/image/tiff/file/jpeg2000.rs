@@ -92,8 +92,8 @@ fn check(stored: &[u8], size: [u32; 2], channels: usize, bytes: usize) -> Result
     Ok(components.chunks_exact(3).any(|component| (component[1], component[2]) != (1, 1)))
 }
 
-/// Looks at how a codestream and its tiles are coded: nothing where blocks or precincts are so small, or
-/// layers so many, that a decoder would hold many times what it decodes, or where a segment is not whole.
+/// Looks at how a codestream and its tiles are coded: `None` if blocks or precincts are so small, or
+/// layers so many, that a decoder would hold many times what it decodes, or if a segment is not whole.
 fn check_coding(stored: &[u8], is_of_many: bool) -> Option<()> {
     const SOT: u16 = 0xff90;
     const SOD: u16 = 0xff93;
