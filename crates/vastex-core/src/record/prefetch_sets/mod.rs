@@ -2,8 +2,9 @@
 //!
 //! The space of the camera ([`Place`]) is cut into cells, and each has a list of the pages that were wanted
 //! while the camera was in it and shortly after, those wanted most first. In use, the list of the camera's
-//! cell and of the one that it is heading for is what the view is expected to want, for levels that are walked through again and again, tours, and rooms behind
-//! doors, where what comes next does not follow from how the camera moves.
+//! cell and of the one that it is heading for is what the view is expected to want, for levels that are
+//! walked through again and again, tours, and rooms behind doors, where what comes next does not follow from
+//! how the camera moves.
 //!
 //! docs/traces.md describes the file.
 
