@@ -85,9 +85,9 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// else, stay first, and errors in its text are reported at its own lines; declarations may stand in any
 /// order. The text has no directives of its own and begins on a line of its own.
 ///
-/// One text serves every texture of its kinds: `id: u32` says which is meant; it may come from a material or an instance, and need not be uniform. An id that names no texture shows a colour
-/// that can be set and wants nothing. `view: u32` is the number of the view
-/// that is drawn.
+/// One text serves every texture of its kinds: `id: u32` says which is meant; it may come from a material or
+/// an instance, and need not be uniform. An id that names no texture shows a colour that can be set and wants
+/// nothing. `view: u32` is the number of the view that is drawn.
 ///
 /// Public names begin with `vastex_`, `Vastex` or `VASTEX_`; what begins with `vastexi_`, `Vastexi` or
 /// `VASTEXI_` may change. To be called, by stage and by what is known there:

@@ -20,8 +20,8 @@ pub struct Ahead<'a> {
 }
 
 impl Textures {
-    /// What is asked for before a view wants it: prefetches and pins, what a moving camera is expected to see,
-    /// and the traces that prefetch sets are learnt from.
+    /// What is asked for before a view wants it: prefetches and pins, what a moving camera is expected to
+    /// see, and the traces that prefetch sets are learnt from.
     pub fn ahead(&mut self) -> Ahead<'_> {
         Ahead { textures: self }
     }
