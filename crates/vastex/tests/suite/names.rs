@@ -87,8 +87,8 @@ fn an_application_names_what_it_needs() {
     assert!(std::mem::size_of::<Mentioned>() > 0);
 }
 
-/// Whoever reads the crate's front page finds every function that a shader may call, of images, of volumes and
-/// of labels, in every mode of feedback.
+/// Whoever reads the crate's front page finds every function that a shader may call, of images, of volumes
+/// and of labels, in every mode of feedback.
 #[test]
 fn the_front_page_names_every_function_of_shaders() {
     let front = include_str!("../../src/lib.rs");
