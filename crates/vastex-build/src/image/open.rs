@@ -32,6 +32,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 ///   texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
 ///   differ a little from the mean of the image's texels.
 /// - Progressive JPEG: an eighth, from the means of the blocks, which stand at the beginning of the file.
+///   Sequential JPEG whose components come one after the other: the same, from all of the file.
 ///   That reads some hundredths of it, of a smooth picture up to a fifth, and holds no more than a sample for
 ///   each block. The means may be without their lowest bit.
 /// - Interlaced PNG: an eighth, the texels of its first pass.

@@ -85,6 +85,32 @@ fn every_layout_of_blocks_and_scans_is_as_libjpeg_has_it() {
     }
 }
 
+/// Components one after the other with all of their coefficients, of which the AC ones are passed over.
+#[test]
+fn a_sequential_file_of_several_scans_is_as_libjpeg_has_it() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.jpg");
+    let mut seed = 100;
+    for first in [[1, 1], [2, 1], [2, 2], [1, 2]] {
+        for (size, restarts) in [([97, 83], 0), ([8, 8], 1), ([129, 16], 7)] {
+            for scans in [Scans::Apart, Scans::LumaFirst] {
+                seed += 1;
+                let blocks = [first, [1, 1], [1, 1]];
+                let made = Made { scans, restarts, is_sequential: true, ..Made::new(size, &blocks, seed) };
+                let file = made.file();
+                assert!(whole(&path, &file) == by_libjpeg(&file, 3), "{made:?}");
+                if size == [8, 8] {
+                    continue;
+                }
+                // Cut off, it says so.
+                let (_, rows, fault) = coarse(&path, &file[..file.len() - 40]);
+                let is_cut = matches!(fault, Some(InputFault::Truncated { .. }));
+                assert!(rows.is_empty() && is_cut, "{fault:?} of {made:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn colours_are_what_the_markers_say() {
     let sandbox = Sandbox::new();

@@ -6,7 +6,9 @@
 //! bytes are no warning.
 
 use std::cell::Cell;
+use std::io;
 use std::os::raw::{c_int, c_long};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::ptr;
 
 use mozjpeg_sys::{JWRN_EXTRANEOUS_DATA, jpeg_common_struct, jpeg_error_mgr, msg_parm_union};
@@ -34,6 +36,23 @@ pub(super) fn take_warnings() -> u32 {
 /// Bytes that belong to nothing before the end of the file, passed over on this thread since the last call.
 pub(super) fn take_stray_bytes() -> u32 {
     STRAY_BYTES.take()
+}
+
+/// Has libjpeg do something on this thread; else says what is wrong with its data, damage that it would go on
+/// with included.
+pub(super) fn guarded<T>(work: impl FnOnce() -> io::Result<T>) -> Result<T, String> {
+    take_warnings();
+    take_stray_bytes();
+    let result = catch_unwind(AssertUnwindSafe(work));
+    let warnings = take_warnings();
+    take_stray_bytes();
+    match result {
+        Ok(Ok(_)) if warnings > 0 => Err("its data end or make no sense".into()),
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(error)) => Err(error.to_string()),
+        Err(payload) if payload.is::<Fatal>() => Err("it cannot be decoded".into()),
+        Err(payload) => resume_unwind(payload),
+    }
 }
 
 /// Handlers for one decoder. No message is formatted, so there are no tables of them.

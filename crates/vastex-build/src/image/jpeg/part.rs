@@ -5,12 +5,10 @@
 //! new header is put before the scans: the tables, and one marker that says it in any case. libjpeg's
 //! arithmetic and its interpolation of colours are those of libjpeg-turbo.
 
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-
 use mozjpeg::ColorSpace;
 use mozjpeg::decompress::Decompress;
 
-use super::errors::{Fatal, handlers, take_stray_bytes, take_warnings};
+use super::errors::{guarded, handlers};
 use super::header::{self, JpegHeader};
 
 const START_OF_SCAN: [u8; 2] = [0xff, 0xda];
@@ -37,9 +35,7 @@ pub(in crate::image) fn decode(
     let found = header::read(&mut &stream[..]).map_err(|fault| fault.to_string())?;
     check(&found, size, most_rows, channels)?;
     let color = color_space(channels);
-    take_warnings();
-    take_stray_bytes();
-    let result = catch_unwind(AssertUnwindSafe(|| -> std::io::Result<Vec<u8>> {
+    guarded(|| {
         let mut decoder = Decompress::with_err(handlers()).from_mem(&stream)?.to_colorspace(color)?;
         let row_bytes = size[0] as usize * usize::from(channels);
         let mut rows = vec![0; row_bytes * size[1] as usize];
@@ -47,16 +43,7 @@ pub(in crate::image) fn decode(
             decoder.read_scanlines_into::<u8>(row)?;
         }
         Ok(rows)
-    }));
-    let warnings = take_warnings();
-    take_stray_bytes();
-    match result {
-        Ok(Ok(_)) if warnings > 0 => Err("its data end or make no sense".into()),
-        Ok(Ok(rows)) => Ok(rows),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(payload) if payload.is::<Fatal>() => Err("it cannot be decoded".into()),
-        Err(payload) => resume_unwind(payload),
-    }
+    })
 }
 
 /// Says what is wrong with a stream that is to have so many columns and rows, or up to `most_rows`, and so

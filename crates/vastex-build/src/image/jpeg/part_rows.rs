@@ -4,12 +4,11 @@
 //! before any row is there, progressive ones and those of several scans, are left to it.
 
 use std::io::{self, BufRead, Chain, Cursor, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 
 use mozjpeg::decompress::Decompress;
 
 use super::Movable;
-use super::errors::{Fatal, handlers, take_stray_bytes, take_warnings};
+use super::errors::{guarded, handlers};
 use super::header::{self, JpegHeader};
 use super::part::{check, color_space, with_header};
 
@@ -143,22 +142,6 @@ impl<R: BufRead + Send> PartRows<R> {
         self.decoder = Some(Movable(decoder));
         (self.given, self.left) = (0, self.left - 1);
         Ok(())
-    }
-}
-
-/// Has libjpeg do something; else says what is wrong with its data.
-fn guarded<T>(work: impl FnOnce() -> io::Result<T>) -> Result<T, String> {
-    take_warnings();
-    take_stray_bytes();
-    let result = catch_unwind(AssertUnwindSafe(work));
-    let warnings = take_warnings();
-    take_stray_bytes();
-    match result {
-        Ok(Ok(_)) if warnings > 0 => Err("its data end or make no sense".into()),
-        Ok(Ok(done)) => Ok(done),
-        Ok(Err(error)) => Err(error.to_string()),
-        Err(payload) if payload.is::<Fatal>() => Err("it cannot be decoded".into()),
-        Err(payload) => resume_unwind(payload),
     }
 }
 

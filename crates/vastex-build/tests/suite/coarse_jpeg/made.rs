@@ -1,4 +1,8 @@
-//! Progressive JPEGs that have nothing but DC coefficients, in every layout that the format allows.
+//! Progressive JPEGs that have nothing but DC coefficients, and sequential ones, in every layout that the
+//! format allows.
+
+/// What codes of AC coefficients stand for: the end of a block, zeros and how many bits follow.
+const AC: [u8; 6] = [0x00, 0xf0, 0x01, 0x32, 0x0a, 0xe1];
 
 /// In which scans the components come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,6 +23,8 @@ pub(super) struct Made {
     pub(super) blocks: Vec<[usize; 2]>,
     pub(super) ids: [u8; 3],
     pub(super) scans: Scans,
+    /// Whether each scan has all coefficients.
+    pub(super) is_sequential: bool,
     /// Lowest bits that come in later scans.
     pub(super) missing_bits: u32,
     /// MCUs between restarts; 0 for none.
@@ -37,6 +43,7 @@ impl Made {
             blocks: blocks.to_vec(),
             ids: [1, 2, 3],
             scans: Scans::Together,
+            is_sequential: false,
             missing_bits: 0,
             restarts: 0,
             has_long_codes: false,
@@ -93,7 +100,7 @@ impl Made {
         for (n, [across, down]) in self.blocks.iter().enumerate() {
             frame.extend([self.ids[n], (across << 4 | down) as u8, n as u8]);
         }
-        segment(&mut file, 0xc2, &frame);
+        segment(&mut file, if self.is_sequential { 0xc0 } else { 0xc2 }, &frame);
         segment(&mut file, 0xdd, &self.restarts.to_be_bytes());
         // As many codes as there are numbers of bits, 0 to 11, in an order of their own.
         let mut counts = [0u8; 16];
@@ -102,6 +109,9 @@ impl Made {
             false => counts[3] = 12,
         }
         segment(&mut file, 0xc4, &[&[0][..], &counts, &self.order()].concat());
+        let mut ac_counts = [0u8; 16];
+        ac_counts[3] = AC.len() as u8;
+        segment(&mut file, 0xc4, &[&[0x10][..], &ac_counts, &AC].concat());
         let all: Vec<usize> = (0..self.blocks.len()).collect();
         let scans: Vec<&[usize]> = match self.scans {
             Scans::Together => vec![&all],
@@ -126,7 +136,8 @@ impl Made {
         let before = if is_first { 0 } else { bit + 1 };
         let mut header = vec![components.len() as u8];
         header.extend(components.iter().flat_map(|&component| [self.ids[component], 0]));
-        header.extend([0, 0, (before << 4 | bit) as u8]);
+        let end = if self.is_sequential { 63 } else { 0 };
+        header.extend([0, end, (before << 4 | bit) as u8]);
         segment(file, 0xda, &header);
         let (most, is_single) = (self.most(), components.len() == 1);
         let [columns, rows] = match components {
@@ -153,12 +164,42 @@ impl Made {
                         true => self.difference(&mut bits, value - last[component]),
                         false => bits.put((value & 1) as u32, 1),
                     }
+                    if self.is_sequential {
+                        // Of a component of less than the full size libjpeg takes more than the DC
+                        // coefficient.
+                        let is_full = self.blocks[component] == most;
+                        self.ac(
+                            &mut bits,
+                            if is_full { value.unsigned_abs() + 3 * column as u32 } else { 0 },
+                        );
+                    }
                     last[component] = value;
                 }
             }
             bits.flush(file);
         }
         bits.end(file);
+    }
+
+    /// The AC coefficients of a block: runs of zeros, numbers of some bits, and the end of the block or not.
+    fn ac(&self, bits: &mut Bits, kind: u32) {
+        let mut put = |symbol: u8, value: u32| {
+            bits.put(AC.iter().position(|&one| one == symbol).unwrap() as u32, 4);
+            bits.put(value, u32::from(symbol & 15));
+        };
+        match kind % 5 {
+            0 => {}
+            1 => put(0x01, 1),
+            2 => {
+                [(0x32, 3), (0xf0, 0), (0x0a, 700)].into_iter().for_each(|(symbol, value)| put(symbol, value))
+            }
+            // All 63: nothing ends the block.
+            3 => return (0..63).for_each(|n| put(0x01, n % 2)),
+            _ => {
+                return [(0xf0, 0), (0xf0, 0), (0xf0, 0), (0xe1, 1)].into_iter().for_each(|(s, v)| put(s, v));
+            }
+        }
+        put(0x00, 0);
     }
 
     fn difference(&self, bits: &mut Bits, value: i32) {

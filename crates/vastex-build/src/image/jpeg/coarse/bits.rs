@@ -2,7 +2,7 @@
 
 use std::io::{self, BufRead};
 
-use super::huffman::DcTable;
+use super::huffman::Codes;
 use super::stop::Stop;
 
 /// Bits that are there, if the data has them, before a difference is decoded: the longest code and the bits
@@ -51,7 +51,7 @@ impl<R: BufRead> Bits<R> {
     /// Decodes the next difference between two coefficients: a code of `table`, which says how many bits
     /// follow, and those.
     #[inline]
-    pub(super) fn difference(&mut self, table: &DcTable) -> Result<i32, Stop> {
+    pub(super) fn difference(&mut self, table: &Codes) -> Result<i32, Stop> {
         if self.count < MOST_BITS {
             self.fill()?;
         }
@@ -70,6 +70,33 @@ impl<R: BufRead> Bits<R> {
         self.held <<= bits;
         // Half of the numbers of so many bits are negative: those whose first bit is 0.
         Ok(if value < 1 << (bits - 1) { value - (1 << bits) + 1 } else { value })
+    }
+
+    /// Passes over the AC coefficients of a block.
+    #[inline]
+    pub(super) fn pass_over_ac(&mut self, codes: &Codes) -> Result<(), Stop> {
+        const COEFFICIENTS: u32 = 64;
+        const SIXTEEN_ZEROS: u32 = 0xf0;
+        let mut next = 1;
+        while next < COEFFICIENTS {
+            if self.count < MOST_BITS {
+                self.fill()?;
+            }
+            let Some((code, symbol)) = codes.find((self.held >> 48) as u16) else {
+                return Err(self.missing("a code of its first scan means nothing"));
+            };
+            let (zeros, bits) = (symbol >> 4, symbol & 15);
+            if code + bits > self.count {
+                return Err(self.missing("its first scan is too short"));
+            }
+            self.count -= code + bits;
+            self.held <<= code + bits;
+            if bits == 0 && symbol != SIXTEEN_ZEROS {
+                break;
+            }
+            next += zeros + 1;
+        }
+        Ok(())
     }
 
     /// Passes over what fills the last byte up, and the marker after which decoding begins anew.
@@ -157,10 +184,10 @@ mod tests {
     use super::*;
 
     /// Codes 0 to 10 of four bits each, which are as many bits as follow.
-    fn table() -> DcTable {
+    fn table() -> Codes {
         let mut counts = [0; 16];
         counts[3] = 11;
-        DcTable::new(&counts, &(0..11).collect::<Vec<u8>>()).unwrap()
+        Codes::of_dc(&counts, &(0..11).collect::<Vec<u8>>()).unwrap()
     }
 
     #[test]

@@ -1,9 +1,9 @@
-//! What stands between the scans of a progressive JPEG: its components, tables, and what each scan holds.
+//! What stands between the scans of a JPEG: its components, tables, and what each scan holds.
 
 use std::io::BufRead;
 
 use super::bits::Bits;
-use super::huffman::DcTable;
+use super::huffman::Codes;
 use super::stop::Stop;
 use crate::image::InputFault;
 use crate::image::jpeg::header::{next_marker, read_segment};
@@ -32,6 +32,8 @@ pub(super) struct Frame {
     pub(super) components: Vec<Component>,
     /// The most blocks that any component has of an MCU, across and down.
     pub(super) most: [usize; 2],
+    /// Whether a scan has all coefficients of its components.
+    is_sequential: bool,
 }
 
 impl Frame {
@@ -52,7 +54,7 @@ impl Frame {
         [0, 1].map(|axis| self.most[axis] / blocks[axis])
     }
 
-    fn read(segment: &[u8]) -> Result<Frame, Stop> {
+    fn read(segment: &[u8], is_sequential: bool) -> Result<Frame, Stop> {
         let &[8, h1, h0, w1, w0, count @ 1..=4, ref rest @ ..] = segment else {
             return Err(Stop::Damaged("its frame header makes no sense"));
         };
@@ -79,7 +81,7 @@ impl Frame {
             && most.iter().all(|&blocks| blocks <= 4)
             && size.iter().all(|&side| side > 0);
         match is_sound {
-            true => Ok(Frame { size, components, most }),
+            true => Ok(Frame { size, components, most, is_sequential }),
             false => Err(Stop::Damaged("its components have shares of its size that are not known")),
         }
     }
@@ -88,7 +90,9 @@ impl Frame {
 /// A component in the scan that gives its coefficients for the first time.
 pub(super) struct FirstOf {
     pub(super) component: usize,
-    pub(super) table: DcTable,
+    pub(super) table: Codes,
+    /// The AC coefficients that follow in each block, where they are in the same scan.
+    pub(super) ac: Option<Codes>,
     /// What coefficients are multiplied by.
     pub(super) quant: i64,
 }
@@ -108,8 +112,8 @@ pub(super) struct Segments {
     frame: Option<Frame>,
     /// The first value of each table: that of DC coefficients.
     quants: [Option<u16>; 4],
-    /// How many codes each table has of each length, and what they stand for.
-    codes: [Option<([u8; 16], Vec<u8>)>; 4],
+    /// How many codes each table has of each length, and what they stand for: of DC coefficients, then of AC.
+    codes: [[Option<([u8; 16], Vec<u8>)>; 4]; 2],
     restart_interval: u16,
     has_jfif: bool,
     /// What Adobe's marker says of colours.
@@ -139,9 +143,11 @@ impl Segments {
                 _ => Stop::Damaged("a segment has no length"),
             })?;
             match marker {
-                0xc2 if self.frame.is_none() => self.frame = Some(Frame::read(&segment)?),
+                0xc0..=0xc2 if self.frame.is_none() => {
+                    self.frame = Some(Frame::read(&segment, marker != 0xc2)?);
+                }
                 0xc0..=0xc3 | 0xc5..=0xcb | 0xcd..=0xcf => {
-                    return Err(Stop::Damaged("it is no progressive JPEG of one frame"));
+                    return Err(Stop::Damaged("it is no JPEG of one frame in the usual codes"));
                 }
                 0xc4 => self.read_codes(&segment)?,
                 0xdb => self.read_quants(&segment)?,
@@ -202,8 +208,8 @@ impl Segments {
             let (counts, rest) = rest.split_first_chunk::<16>().ok_or(NONSENSE)?;
             let symbols = counts.iter().map(|&count| usize::from(count)).sum();
             let (symbols, rest) = rest.split_at_checked(symbols).ok_or(NONSENSE)?;
-            // The others are those of AC coefficients.
-            if let Some(codes) = self.codes.get_mut(usize::from(*head)) {
+            let of_kind = self.codes.get_mut(usize::from(head >> 4));
+            if let Some(codes) = of_kind.and_then(|codes| codes.get_mut(usize::from(head & 15))) {
                 *codes = Some((*counts, symbols.to_vec()));
             }
             segment = rest;
@@ -222,7 +228,8 @@ impl Segments {
             return Ok(None);
         }
         let missing_bits = bits & 15;
-        if end != 0 || missing_bits > MOST_MISSING_BITS || !(1..=4).contains(&count) {
+        let last = if frame.is_sequential { 63 } else { 0 };
+        if end != last || missing_bits > MOST_MISSING_BITS || !(1..=4).contains(&count) {
             return Err(NONSENSE);
         }
         let mut components: Vec<FirstOf> = Vec::new();
@@ -231,12 +238,21 @@ impl Segments {
             if components.iter().any(|other| other.component == component) {
                 return Err(NONSENSE);
             }
-            let codes = self.codes.get(usize::from(tables >> 4)).and_then(Option::as_ref);
-            let (counts, symbols) = codes.ok_or(Stop::Damaged("a table of codes is missing"))?;
+            let codes = |kind: usize, number: u8| {
+                let codes = self.codes[kind].get(usize::from(number)).and_then(Option::as_ref);
+                codes.ok_or(Stop::Damaged("a table of codes is missing"))
+            };
+            let (counts, symbols) = codes(0, tables >> 4)?;
             let quant = self.quants[usize::from(frame.components[component].quant_table)];
             let quant = quant.ok_or(Stop::Damaged("what coefficients are multiplied by is missing"))?;
-            let table = DcTable::new(counts, symbols)?;
-            components.push(FirstOf { component, table, quant: quant.into() });
+            let table = Codes::of_dc(counts, symbols)?;
+            let ac = match frame.is_sequential {
+                true => codes(1, tables & 15)
+                    .and_then(|(counts, symbols)| Codes::of_ac(counts, symbols))
+                    .map(Some)?,
+                false => None,
+            };
+            components.push(FirstOf { component, table, ac, quant: quant.into() });
         }
         let blocks: usize =
             components.iter().map(|c| frame.components[c.component].blocks.iter().product::<usize>()).sum();

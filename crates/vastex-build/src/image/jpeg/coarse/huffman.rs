@@ -1,4 +1,5 @@
-//! The codes of DC coefficients: each says how many bits of a difference follow it.
+//! The codes of coefficients: each says how many bits of a DC difference follow it, or how many AC
+//! coefficients are 0 and how many bits of the next one follow.
 
 use super::stop::Stop;
 
@@ -7,8 +8,10 @@ const QUICK_BITS: usize = 9;
 /// The most bits that a difference has.
 const MOST_CATEGORY: u8 = 15;
 
+const NONSENSE: Stop = Stop::Damaged("a table of codes makes no sense");
+
 /// A table of codes.
-pub(super) struct DcTable {
+pub(super) struct Codes {
     /// For each beginning of a code its length, and what it stands for below that; 0 where it is longer.
     quick: [u16; 1 << QUICK_BITS],
     /// For each length, 1 to 16, the first code that is longer, as the highest of 16 bits.
@@ -18,16 +21,24 @@ pub(super) struct DcTable {
     symbols: Vec<u8>,
 }
 
-impl DcTable {
-    /// A table with so many codes of each length from 1 bit to 16, which stand for `symbols` one after the
-    /// other.
-    pub(super) fn new(counts: &[u8; 16], symbols: &[u8]) -> Result<DcTable, Stop> {
-        const NONSENSE: Stop = Stop::Damaged("a table of codes makes no sense");
-        let symbols = symbols.to_vec();
-        if symbols.iter().any(|&symbol| symbol > MOST_CATEGORY) {
-            return Err(NONSENSE);
+impl Codes {
+    /// A table of DC differences with so many codes of each length from 1 bit to 16, which stand for
+    /// `symbols` one after the other.
+    pub(super) fn of_dc(counts: &[u8; 16], symbols: &[u8]) -> Result<Codes, Stop> {
+        match symbols.iter().all(|&symbol| symbol <= MOST_CATEGORY) {
+            true => Codes::new(counts, symbols),
+            false => Err(NONSENSE),
         }
-        let mut table = DcTable { quick: [0; 1 << QUICK_BITS], limits: [0; 17], offsets: [0; 17], symbols };
+    }
+
+    /// The same of AC coefficients.
+    pub(super) fn of_ac(counts: &[u8; 16], symbols: &[u8]) -> Result<Codes, Stop> {
+        Codes::new(counts, symbols)
+    }
+
+    fn new(counts: &[u8; 16], symbols: &[u8]) -> Result<Codes, Stop> {
+        let symbols = symbols.to_vec();
+        let mut table = Codes { quick: [0; 1 << QUICK_BITS], limits: [0; 17], offsets: [0; 17], symbols };
         let (mut code, mut first) = (0u32, 0usize);
         for (len, &count) in (1usize..).zip(counts) {
             table.offsets[len] = first as i32 - code as i32;
@@ -51,7 +62,7 @@ impl DcTable {
         Ok(table)
     }
 
-    /// The length of the code with which 16 bits begin, and the bits that follow it; `None` where they begin
+    /// The length of the code with which 16 bits begin, and what it stands for; `None` where they begin
     /// with none.
     #[inline]
     pub(super) fn find(&self, bits: u16) -> Option<(u32, u32)> {
@@ -74,7 +85,7 @@ mod tests {
     fn codes_of_every_length_are_found() {
         // One code of each length: 0, 10, 110 and so on.
         let symbols: Vec<u8> = (0..16).collect();
-        let table = DcTable::new(&[1; 16], &symbols).unwrap();
+        let table = Codes::of_dc(&[1; 16], &symbols).unwrap();
         for len in 1..=16u32 {
             // Ones, a zero, and anything.
             let code = (!0u16).checked_shl(17 - len).unwrap_or(0);
@@ -91,7 +102,7 @@ mod tests {
         let with = |counts: &[(usize, u8)], symbols: &[u8]| {
             let mut all = [0; 16];
             counts.iter().for_each(|&(len, count)| all[len - 1] = count);
-            DcTable::new(&all, symbols).is_ok()
+            Codes::of_dc(&all, symbols).is_ok()
         };
         assert!(with(&[(2, 3)], &[0, 1, 2]) && with(&[(9, 255)], &[1; 255]) && with(&[], &[]));
         assert!(!with(&[(2, 4)], &[0, 1, 2, 3]), "a code of ones");

@@ -85,6 +85,9 @@ impl Decoding {
                     for sample in &mut plane.samples[start..start + across] {
                         *last = last.wrapping_add(bits.difference(&first.table)?);
                         *sample = sample_of(*last, first, self.scan.missing_bits);
+                        if let Some(ac) = &first.ac {
+                            bits.pass_over_ac(ac)?;
+                        }
                     }
                 }
             }
