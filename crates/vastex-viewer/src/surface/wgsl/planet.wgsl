@@ -40,6 +40,8 @@ const PLANET_LEAVES: vec3<f32> = vec3<f32>(0.86, 0.68, 0.36);
 const PLANET_WATER: vec3<f32> = vec3<f32>(0.011, 0.04, 0.095);
 // The colour of lights that are told as one channel.
 const PLANET_LAMPS: vec3<f32> = vec3<f32>(1.0, 0.72, 0.38);
+// How red land, ice and sea in moonlight are, by how much bluer they are than red.
+const PLANET_MOONLIGHT: f32 = 0.08;
 // What the background is far from the planet.
 const PLANET_SPACE: vec3<f32> = vec3<f32>(0.0006, 0.0008, 0.0014);
 // From where on light is compressed rather than clipped.
@@ -191,11 +193,19 @@ fn planet_site(uv: vec2<f32>, slope: vec3<f32>, at: vec2<f32>) -> PlanetSite {
     return PlanetSite(up, normal, ray, height_of_sun, sea.x, sea.y, planet_step(up, -ray), planet_step(up, scene.planet.sun));
 }
 
-// The light of lamps on the ground.
+// The light of lamps on the ground. Pictures of the night have land, ice and sea in moonlight as well, which is blue, and is taken out: what is
+// more blue than red is none of lamps. What has no colour is in that of lamps.
 fn planet_lights(value: vec4<f32>, n: u32) -> vec3<f32> {
     let light = layered_over(vec3<f32>(0.0), value, n, 1.0);
     let is_grey = (layered[n].look & 3u) <= SCENE_GREY_ALPHA;
-    return light * select(vec3<f32>(1.0), PLANET_LAMPS, is_grey);
+    let most = max(light.r, max(light.g, light.b));
+    let least = min(light.r, min(light.g, light.b));
+    let coloured = select(smoothstep(0.15, 0.5, (most - least) / max(most, 1e-4)), 0.0, is_grey);
+    let lamps = light * mix(PLANET_LAMPS, vec3<f32>(1.0), coloured);
+    // Of what is bluer, red tells how much is of lamps.
+    let bluer = select(max(light.b - light.r, 0.0), 0.0, is_grey);
+    let beside_moonlight = PLANET_LAMPS * max(light.r - (PLANET_MOONLIGHT * bluer), 0.0);
+    return mix(lamps, beside_moonlight, smoothstep(0.0, 0.1, bluer / max(light.b, 1e-4)));
 }
 
 // How much of the ground clouds hide: how light they are, and by their alpha.
