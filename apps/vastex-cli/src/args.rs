@@ -31,7 +31,7 @@ pub(crate) use render::{CameraMotion, PictureFormat, RenderArgs};
 pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
-pub(crate) use view::{ViewArgs, of_link};
+pub(crate) use view::{ViewArgs, of_link, parsed};
 #[cfg(feature = "volumes")]
 pub(crate) use volume::{RenderVolumeArgs, Toward, VolumeFilter, VolumeScene, with_volume};
 #[cfg(all(feature = "build", feature = "volumes"))]

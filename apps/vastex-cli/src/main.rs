@@ -33,9 +33,7 @@ mod volumes;
 use std::io::IsTerminal;
 use std::process::ExitCode;
 
-use clap::Parser;
-
-use args::{Args, Command};
+use args::Command;
 #[cfg(unix)]
 use signal_hook::consts::SIGXFSZ;
 use tracing_subscriber::Layer;
@@ -44,7 +42,11 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 fn main() -> ExitCode {
-    let mut args = Args::parse_from(args::with_volume(args::with_view(std::env::args_os().collect())));
+    let words = args::with_volume(args::with_view(std::env::args_os().collect()));
+    #[cfg(feature = "view")]
+    let mut args = args::parsed(words);
+    #[cfg(not(feature = "view"))]
+    let mut args = <args::Args as clap::Parser>::parse_from(words);
     if let Err(error) = args.follow_links().and_then(|()| args.check()) {
         error.exit();
     }

@@ -1,18 +1,23 @@
 //! `vastex view SOURCE [FILE]...`: a window.
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
-use clap::Args as ClapArgs;
+use clap::{Arg, Args as ClapArgs, CommandFactory, FromArgMatches};
 use vastex_scenes::Scene;
 use vastex_viewer::input::CONTROLS;
 use vastex_viewer::layers::CompareMode;
 
 use super::render::check_is_png;
-use super::{MOST_FADE_MS, SceneArgs, is_link, value_error};
+use super::{Args, MOST_FADE_MS, SceneArgs, conflict, is_link, value_error};
+
+/// Stands for a source where none is named: no path has this byte.
+const NO_FILE: &str = "\0";
 
 /// What the program is called with, for some purposes.
 const EXAMPLES: &str = "\
 Examples:
+  vastex view
   vastex view earth.vastex
   vastex view earth.vastex --on globe --pool-mib 256
   vastex view island.vastex --on terrain
@@ -120,8 +125,37 @@ pub(crate) struct ViewArgs {
     pub(crate) volume: super::VolumeLookArgs,
 }
 
+/// What the program is told in these words; `view` may do without a file. Says what is wrong with them, and
+/// ends the program, as clap's own function for it does.
+pub(crate) fn parsed(words: Vec<OsString>) -> Args {
+    // An argument that is changed comes after the others, unless it says where.
+    let may_lack_file =
+        |source: Arg| source.required(false).default_value(NO_FILE).hide_default_value(true).index(1);
+    let of_view =
+        |view: clap::Command| view.mut_arg("source", may_lack_file).mut_arg("files", |files| files.index(2));
+    let command = || Args::command().mut_subcommand("view", of_view);
+    let matches = command().get_matches_from(words);
+    Args::from_arg_matches(&matches).unwrap_or_else(|error| error.format(&mut command()).exit())
+}
+
 impl ViewArgs {
+    /// The file to show at first; `None` for a window that waits for one.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        Some(&*self.scene.source).filter(|source| *source != Path::new(NO_FILE))
+    }
+
     pub(super) fn check(&self) -> Result<(), clap::Error> {
+        let of_a_file = [
+            (self.screenshot.is_some(), "--screenshot"),
+            (self.scene.files_over().next().is_some(), "what is to lie over a file"),
+            (self.camera_path.is_some(), "--camera-path"),
+            (self.shapes.is_some(), "--shapes"),
+            (self.times || self.exit_after_frames.is_some(), "a window that closes by itself"),
+        ];
+        let missing = of_a_file.iter().find(|(is_asked, _)| *is_asked && self.file().is_none());
+        if let Some((_, what)) = missing {
+            return Err(conflict(&format!("no SOURCE is named, and {what} needs one; name a file")));
+        }
         self.scene.check()?;
         #[cfg(feature = "volumes")]
         {

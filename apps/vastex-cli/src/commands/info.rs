@@ -34,6 +34,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
         if let Some(summary) = super::image_info::of(&args.file, &looked)? {
             return say_of_image(args, &summary);
         }
+        open::check_is_image(&args.file)?;
     }
     let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
     let info = container.info();

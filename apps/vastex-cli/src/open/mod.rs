@@ -254,7 +254,8 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
                 return Err(error);
             }
             (_, Some(error)) | (Some(Err(error)), None) => return Err(error),
-            (Some(Ok(None)) | None, None) => {}
+            (Some(Ok(None)), None) => check_is_image(path)?,
+            (None, None) => {}
         }
     }
     // A container of a volume is one of the project's own all the same.
@@ -262,6 +263,29 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
         return Err(of_volume(path));
     }
     Ok(if direct { open_direct(path) } else { vastex::open(path) }?)
+}
+
+/// Fails where a file is no image, and not meant as a container by its name: somebody opened a picture. Parts
+/// of containers say more themselves.
+#[cfg(feature = "build")]
+pub(crate) fn check_is_image(path: &Path) -> Result<()> {
+    use vastex_build::InputFault;
+
+    if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("vastex")) {
+        return Ok(());
+    }
+    match vastex_build::open(path).map(drop) {
+        Err(fault @ (InputFault::Text | InputFault::UnknownFormat(_))) => {
+            Err(fault).with_context(|| path.display().to_string())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Without the readers of `vastex build` nothing is known of images.
+#[cfg(not(feature = "build"))]
+fn check_is_image(_: &Path) -> Result<()> {
+    Ok(())
 }
 
 /// Whether a file is sound, as far as is known, and of a kind that cannot be read.

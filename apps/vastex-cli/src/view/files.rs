@@ -1,6 +1,7 @@
 //! Which files there are to step through: those that a person named or dropped, or, for a single one, those
 //! beside it.
 
+use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -8,6 +9,11 @@ use crate::open;
 
 /// Endings of the files of a folder that are stepped through. Any file can be named.
 const ENDINGS: [&str; 11] = ["vastex", "jpg", "jpeg", "png", "tif", "tiff", "svs", "tx", "exr", "dzi", "ctx"];
+/// The same of volumes: of files, and of directories.
+const VOLUMES: [&str; 2] = [".nii", ".nii.gz"];
+const VOLUME_DIRECTORY: &str = ".zarr";
+/// Directories and archives of a folder that are looked into at most, to see whether they can be shown.
+const MOST_LOOKED_INTO: usize = 256;
 /// Files that are dropped within this time are dropped together.
 const TOGETHER: Duration = Duration::from_millis(200);
 
@@ -62,21 +68,82 @@ impl Files {
     }
 }
 
-/// The files of a folder that may be shown, in the order of their names, and which of them `file` is.
+/// What of a folder may be shown, directories of tiles and of volumes too, in the order of their names, and
+/// which of them `file` is. Numbers in names are ordered by how large they are.
 fn folder_of(file: &Path) -> Option<(Vec<PathBuf>, usize)> {
     let folder = match file.parent()? {
         folder if folder.as_os_str().is_empty() => Path::new("."),
         folder => folder,
     };
-    let may_be_shown = |path: &PathBuf| {
-        let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-        path.file_name() == file.file_name() || ENDINGS.contains(&ending.as_str()) && path.is_file()
-    };
+    let mut looked_into = 0;
     let entries = std::fs::read_dir(folder).ok()?.filter_map(Result::ok).map(|entry| entry.path());
-    let mut files: Vec<PathBuf> = entries.filter(may_be_shown).collect();
-    files.sort();
+    let mut files: Vec<(String, PathBuf)> = entries
+        .filter(|path| path.file_name() == file.file_name() || may_be_shown(path, &mut looked_into))
+        .map(|path| (path.file_name().unwrap_or_default().to_string_lossy().to_lowercase(), path))
+        .collect();
+    files.sort_by(|(name, path), (other, other_path)| by_numbers(name, other).then(path.cmp(other_path)));
+    let files: Vec<PathBuf> = files.into_iter().map(|(_, path)| path).collect();
     let current = files.iter().position(|path| path.file_name() == file.file_name())?;
     Some((files, current))
+}
+
+/// Whether something of a folder can be shown, by its name and, of directories and archives, by what is in
+/// it.
+fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
+    let has_volumes = cfg!(feature = "volumes");
+    let mut may_look = || {
+        *looked_into += 1;
+        *looked_into <= MOST_LOOKED_INTO
+    };
+    if path.is_dir() {
+        // Those of a .dzi file are stepped to by that.
+        let is_of_description = name.ends_with("_files");
+        return has_volumes && name.ends_with(VOLUME_DIRECTORY)
+            || !is_of_description && may_look() && open::is_directory_of_tiles(path);
+    }
+    let is_volume = || VOLUMES.iter().any(|ending| name.ends_with(ending));
+    match ending {
+        ending if ENDINGS.contains(&ending) => path.is_file(),
+        // What others are beside images.
+        "raw" => path.is_file() && description_of(path).is_file(),
+        "zip" => has_volumes && path.is_file() && may_look() && open::is_volume(path),
+        _ => has_volumes && is_volume() && path.is_file(),
+    }
+}
+
+/// The file that describes the texels of a raw file.
+fn description_of(path: &Path) -> PathBuf {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".toml");
+    name.into()
+}
+
+/// The order of two names, runs of digits being numbers: 2 comes before 10.
+fn by_numbers(a: &str, b: &str) -> Ordering {
+    let (mut a, mut b) = (a, b);
+    loop {
+        let digits = [a, b].map(|rest| rest.bytes().take_while(u8::is_ascii_digit).count());
+        let order = match digits {
+            [0, _] | [_, 0] => match (a.chars().next(), b.chars().next()) {
+                (Some(first), Some(other)) => {
+                    (a, b) = (&a[first.len_utf8()..], &b[other.len_utf8()..]);
+                    first.cmp(&other)
+                }
+                (first, other) => return first.cmp(&other),
+            },
+            [first, other] => {
+                let numbers = [&a[..first], &b[..other]].map(|number| number.trim_start_matches('0'));
+                (a, b) = (&a[first..], &b[other..]);
+                // Of numbers of any size, the longer one is the larger.
+                numbers[0].len().cmp(&numbers[1].len()).then(numbers[0].cmp(numbers[1]))
+            }
+        };
+        if order != Ordering::Equal {
+            return order;
+        }
+    }
 }
 
 #[cfg(test)]
@@ -103,6 +170,31 @@ mod tests {
         let mut alone = Files::new(&folder.path().join("a.txt"), &[]);
         assert!(alone.step(1) && name(&alone) == "b.PNG", "it is in the list though its ending is none");
         assert!(!Files::new(&folder.path().join("gone/x.png"), &[]).step(1));
+    }
+
+    #[test]
+    fn a_folder_is_stepped_through_by_the_numbers_in_its_names_with_volumes_and_directories() {
+        let mut names = ["img10.png", "img9.png", "img010b.png", "img", "img2.png", "b1", "imgé2", "img-1"];
+        names.sort_by(|a, b| by_numbers(a, b));
+        assert_eq!(
+            names,
+            ["b1", "img", "img-1", "img2.png", "img9.png", "img10.png", "img010b.png", "imgé2"]
+        );
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str| std::fs::write(folder.path().join(name), "").unwrap();
+        for name in ["a10.png", "a2.png", "b.raw", "c.raw", "c.raw.toml", "d.nii.gz", "e.gz", "f.zip"] {
+            write(name);
+        }
+        for name in ["g.zarr", "h", "i_files"] {
+            std::fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        let (found, _) = folder_of(&folder.path().join("a2.png")).unwrap();
+        let found: Vec<_> = found.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+        let mut expected = vec!["a2.png", "a10.png", "c.raw"];
+        if cfg!(feature = "volumes") {
+            expected.extend(["d.nii.gz", "g.zarr"]);
+        }
+        assert_eq!(found, expected);
     }
 
     #[test]

@@ -81,17 +81,21 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
     args.put_beside();
     open::pick_bands(&mut args.scene)?;
     // What is not there is no reason to open a window.
-    let source = &args.scene.source;
+    let source = args.file();
     #[cfg(feature = "volumes")]
-    let is_volume = crate::volumes::opens_as_volume(source, &args);
+    let is_volume = source.is_some_and(|source| crate::volumes::opens_as_volume(source, &args));
     #[cfg(not(feature = "volumes"))]
     let is_volume = false;
     #[cfg(feature = "volumes")]
     match is_volume {
         true => args.check_of_volume()?,
-        false => args.check_of_image()?,
+        false if source.is_some() => args.check_of_image()?,
+        false => {}
     }
-    if !is_volume && open::what_lies_at(source)? == Lies::Container && !source.exists() {
+    if let Some(source) = source.filter(|_| !is_volume)
+        && open::what_lies_at(source)? == Lies::Container
+        && !source.exists()
+    {
         vastex::open(source)?;
     }
     if let Some(shapes) = &args.shapes {
@@ -235,7 +239,9 @@ impl App {
         {
             open.viewer.times = Some(Times::new(self.begun));
         }
-        self.open_file()?;
+        if self.args.file().is_some() {
+            self.open_file()?;
+        }
         self.open.iter_mut().for_each(|open| open.viewer.note_left_out(&notes));
         Ok(())
     }

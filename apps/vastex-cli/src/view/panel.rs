@@ -4,6 +4,7 @@
 mod bands;
 #[cfg(feature = "volumes")]
 pub(super) mod volume;
+mod welcome;
 
 use std::path::PathBuf;
 
@@ -25,6 +26,7 @@ use super::recent::Recent;
 use super::remembered::Remembered;
 use crate::open::FileBands;
 use bands::bands_of_file;
+use welcome::welcome;
 
 /// Something that a person asks for in the panel.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,6 +213,9 @@ impl Panel {
                     self.is_open = true;
                 }
             });
+        }
+        if told.texture.is_none() && told.opening.is_none() {
+            welcome(ui, self.recent.files(), &mut asked);
         }
         keys_window(ui.ctx(), &mut self.keys_are_shown);
         say(ui, told);

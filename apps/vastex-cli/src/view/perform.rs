@@ -14,6 +14,12 @@ use super::{App, Open};
 const DOUBLE_CLICK_FACTOR: f64 = 2.0;
 
 impl App {
+    /// Says that nothing is shown yet.
+    fn notice_of_nothing(&mut self) -> Result<()> {
+        self.notice("nothing is shown yet; open a file");
+        Ok(())
+    }
+
     /// Carries an action out.
     pub(super) fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
         if let Action::File(step) = action {
@@ -26,6 +32,9 @@ impl App {
         #[cfg(feature = "volumes")]
         if viewer.ignores(&action) {
             return Ok(());
+        }
+        if viewer.is_empty() && matches!(action, Action::Record | Action::Play | Action::CopyLink) {
+            return self.notice_of_nothing();
         }
         let scene_index = self.scene as usize;
         match action {

@@ -102,6 +102,9 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
     sandbox.write("index.vastex", &altered(whole.len() - 20));
     sandbox.write("empty.vastex", b"");
     sandbox.write("text.vastex", b"This is a text.\n");
+    // Who opened a picture hears of pictures.
+    sandbox.write("noise.jpg", b"\x3e\xa7\x67\xa2\xc8\x01\xc8\x1c");
+    sandbox.write("text.png", b"This is a text.\n");
     sandbox.run(&["build", "image.png", "-o", "1.part", "--shard", "1/2"]).expect_code(0);
     std::fs::create_dir(sandbox.path("folder")).unwrap();
     let cases = [
@@ -111,6 +114,8 @@ fn what_is_no_sound_container_is_refused_by_all_that_read_one() {
         ("index.vastex", "again"),
         ("empty.vastex", "empty"),
         ("text.vastex", "not a Vastex container (it is a text file)"),
+        ("noise.jpg", "is of no known image format"),
+        ("text.png", "is a text file, not an image"),
         ("1.part", "is part 1 of 2 of a container; join all parts with `vastex merge`"),
         ("folder", "directory"),
     ];

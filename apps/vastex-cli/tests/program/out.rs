@@ -245,6 +245,8 @@ fn a_picture_of_the_window_needs_no_display() {
             "the overlay table is drawn at once",
         ),
         ("view --screenshot a.png --size 70000x20 image.vastex", 2, "1 to 65536"),
+        ("view --screenshot a.png", 2, "name a file"),
+        ("view --shapes a.geojson", 2, "name a file"),
         ("view --hud image.vastex", 2, "--screenshot"),
     ] {
         let ended = shoot(words).expect_code(code);
