@@ -9,8 +9,8 @@
 //! Where nothing is to be made there is no thread. Who drops it stops the thread within a brick. Sources may
 //! be added and forgotten at any time, as a window does. They take turns, each for a slice of time in which
 //! it makes what was asked for before all else, so that none waits for the whole levels of another; those
-//! that nobody sees yet wait for all others. Where a source makes only what is read, who draws says whether its
-//! coarsest levels are seen ([`LevelMaker::want_coarsest`]).
+//! that nobody sees yet wait for all others. Where a source makes only what is wanted, who draws says what
+//! that is ([`LevelMaker::want`]).
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -18,7 +18,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use anyhow::Result;
-use vastex::{PageId, Region, TextureId, Textures, TileSource};
+use vastex::{Region, TextureId, Textures, TileSource};
 use vastex_volume::{MadeProgress, VolumeError, VolumeSource};
 
 use crate::report;
@@ -192,23 +192,45 @@ impl LevelMaker {
         }
     }
 
-    /// Has the coarsest levels made of those that are seen at them, or for which they stand since a pool is too
-    /// small ([`VolumeSource::want_coarsest`]). Returns whether anything is to be made for it.
-    pub(crate) fn want_coarsest(&self, textures: &Textures) -> bool {
-        let mut waiting = self.shown.iter().filter(|(_, source)| source.waits_for_want()).peekable();
-        if waiting.peek().is_none() {
+    /// Has those bricks made that feedback wants, of sources that make no others ([`VolumeSource::want`]),
+    /// and where a pool is too small the coarser ones that stand for them. Returns whether any are to be
+    /// made, or to be read again, for it.
+    pub(crate) fn want(&self, textures: &Textures) -> bool {
+        let waiting: Vec<_> = self.shown.iter().filter(|(_, source)| source.waits_for_want()).collect();
+        if waiting.is_empty() {
             return false;
         }
         let (inspect, is_coarser) = (textures.inspect(), textures.stats().pager.bias_eighths > 0);
-        let wanted = inspect.wanted().pages;
-        let is_wanted = |(texture, source): &&(TextureId, Arc<VolumeSource>)| {
-            let tail = source.description().geometry.tail().first_level();
-            let is_tail =
-                |page: PageId| page.level() >= tail && inspect.id_of(page.texture()) == Some(*texture);
-            is_coarser || wanted.iter().any(|wanted| is_tail(wanted.page))
-        };
-        // Each of them: the first that is to be made ends nothing.
-        waiting.filter(is_wanted).fold(false, |is_any, (_, source)| source.want_coarsest() | is_any)
+        let mut is_new = false;
+        for wanted in inspect.wanted().pages {
+            let id = inspect.id_of(wanted.page.texture());
+            for (_, source) in waiting.iter().filter(|(texture, _)| Some(*texture) == id) {
+                let geometry = &source.description().geometry;
+                let pos = wanted.page.pos(geometry.dims());
+                let coarser = std::iter::successors(Some(pos), |pos| geometry.parent(*pos));
+                for pos in coarser.take(if is_coarser { usize::MAX } else { 1 }) {
+                    is_new |= source.want(pos);
+                }
+            }
+        }
+        is_new
+    }
+
+    /// The same of the coarsest bricks, which feedback never names since they are always there: of sources of
+    /// which it names nothing, and of all where a picture `has_levels` of many sizes, as one in perspective
+    /// has. To be asked once feedback has named what there is.
+    pub(crate) fn want_tails(&self, textures: &Textures, has_levels: bool) -> bool {
+        let waiting: Vec<_> = self.shown.iter().filter(|(_, source)| source.waits_for_want()).collect();
+        if waiting.is_empty() {
+            return false;
+        }
+        let inspect = textures.inspect();
+        let named: Vec<_> =
+            inspect.wanted().pages.iter().map(|wanted| inspect.id_of(wanted.page.texture())).collect();
+        let is_seen = |texture: TextureId| has_levels || !named.contains(&Some(texture));
+        let seen = waiting.into_iter().filter(|(texture, _)| is_seen(*texture));
+        // Each of them: the first that is new ends nothing.
+        seen.fold(false, |is_new, (_, source)| source.want(source.description().geometry.tail_pos()) | is_new)
     }
 
     /// How far it is: bricks of the finest levels that are made, of all sources together.

@@ -68,8 +68,8 @@ impl StoredChunks {
         self.count(of, plane, 1) > 0
     }
 
-    /// Hands out the boxes of chunks that may be stored, of a channel and a time: of one chunk, or of a shard;
-    /// until `found` returns false. Returns whether these were all.
+    /// Hands out the boxes of chunks that may be stored, of a channel and a time, each of one chunk or of a
+    /// shard, until `found` returns false. Returns whether these were all.
     pub(crate) fn each(&self, plane: (u64, u64), mut found: impl FnMut(ChunkBox) -> bool) -> bool {
         let space = self.grid.space();
         let of_cell = |coords: [u64; 8]| -> ChunkBox {
@@ -123,7 +123,8 @@ impl StoredChunks {
     }
 
     /// Hands out runs of numbers whose cells lie within `of`, until `found` returns false. `numbers` are
-    /// those of the cells in `node`, which is what `depth` bits leave of the whole. Returns false at that end.
+    /// those of the cells in `node`, which is what `depth` bits leave of the whole. Returns false at that
+    /// end.
     fn visit(
         &self,
         numbers: &[u64],

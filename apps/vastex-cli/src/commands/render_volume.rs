@@ -255,9 +255,12 @@ impl<'a> Drawing<'a> {
         let held = frames_to_ask(bricks) + 4;
         let (mut loaded, mut quiet) = (0, 0);
         let mut is_made = self.maker.is_done();
+        let mut is_wanted = false;
         loop {
             if quiet >= held {
-                is_made &= !self.maker.want_coarsest(&self.textures);
+                let has_levels = matches!(self.view, VolumeView::Around(_));
+                is_made &=
+                    !(std::mem::take(&mut is_wanted) | self.maker.want_tails(&self.textures, has_levels));
                 if is_made && self.maker.is_done() {
                     let faults = self.maker.faults();
                     self.faults.extend(faults.iter().map(|fault| format!("{fault}; made levels lack it")));
@@ -274,6 +277,7 @@ impl<'a> Drawing<'a> {
             loaded = pager.loaded;
             let encoder = self.frame(Pictures::ForFeedback)?;
             self.gpu.queue.submit([encoder.finish()]);
+            is_wanted |= self.maker.want(&self.textures);
             while let Some(event) = self.textures.poll_event() {
                 if let Event::Failed { why, .. } = event {
                     self.faults.push(format!("{why}; a coarser brick is shown instead"));

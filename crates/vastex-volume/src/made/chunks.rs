@@ -26,7 +26,8 @@ impl ChunkSource for MadeChunks<'_> {
     }
 }
 
-/// Stored chunks, of which those that cannot be read are absent. What is known to be absent is not looked for.
+/// Stored chunks, of which those that cannot be read are absent. What is known to be absent is not looked
+/// for.
 pub(super) struct Lenient<'a> {
     pub(super) made: &'a Made,
     pub(super) shared: Shared<'a>,

@@ -188,21 +188,45 @@ impl Made {
         };
         match made.levels.len().checked_sub(1) {
             Some(last) if is_small => drop(made.exact(last, [0; 3], false).await?),
-            Some(_) if makes_all => drop(made.want_coarsest()),
+            Some(last)
+                if makes_all && !made.is_absent(last, [0; 3]) && !made.is_cheap(last, [0; 3], true) =>
+            {
+                drop(made.lock().asked.insert((last, [0; 3])));
+            }
             _ => {}
         }
         Ok(made)
     }
 
-    /// Asks for the coarsest chunk, and so for all that the levels are made of. Returns whether it has to be
-    /// made.
-    pub(crate) fn want_coarsest(&self) -> bool {
-        let coarsest = (self.levels.len().saturating_sub(1), [0; 3]);
-        let is_there = self.is_whole
-            || self.is_absent(coarsest.0, coarsest.1)
-            || self.is_cheap(coarsest.0, coarsest.1)
-            || self.cache(coarsest.0).find(&self.key(coarsest.0, coarsest.1)).is_some();
-        !is_there && self.lock().asked.insert(coarsest)
+    /// Has chunks made of which a preview was given, all that a box of a level touches: those that are cheap
+    /// when they are asked for again. Returns whether there were any that nobody had asked for.
+    pub(crate) fn want(&self, level: usize, first: [i64; 3], size: [u32; 3]) -> bool {
+        let last = self.levels[level].grid.size().map(|side| side as i64 - 1);
+        let chunks = [0, 1, 2].map(|axis| {
+            let end = first[axis].saturating_add(i64::from(size[axis]) - 1);
+            first[axis].clamp(0, last[axis]) as u64 / SIDE..=end.clamp(0, last[axis]) as u64 / SIDE
+        });
+        let mut is_new = false;
+        for z in chunks[2].clone() {
+            for y in chunks[1].clone() {
+                for x in chunks[0].clone() {
+                    let at = [x, y, z];
+                    let mut state = self.lock();
+                    if !state.previewed.contains(&(level, at)) {
+                        continue;
+                    }
+                    is_new |= match self.is_cheap(level, at, true) {
+                        true => {
+                            state.previewed.remove(&(level, at));
+                            state.changed.push((level, at));
+                            true
+                        }
+                        false => state.asked.len() < MOST_ASKED && state.asked.insert((level, at)),
+                    };
+                }
+            }
+        }
+        is_new
     }
 
     /// Whether all of them were made at opening, so that none will have to be.
@@ -283,7 +307,7 @@ impl Made {
         if self.is_absent(level, at) {
             return Ok(None);
         }
-        if self.is_whole || self.is_cheap(level, at) {
+        if self.is_whole || self.is_cheap(level, at, asks) {
             return self.exact(level, at, false).await.map(Some);
         }
         if let Some(chunk) = self.filed(level, at) {

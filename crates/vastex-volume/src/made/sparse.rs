@@ -3,25 +3,31 @@
 use std::sync::atomic::Ordering;
 
 use super::{CHEAP_BYTES, Made, SIDE, is_cheap};
-use crate::stored::StoredChunks;
+use crate::stored::{ChunkBox, StoredChunks};
 
 /// Stored chunks that a larger chunk of a sparse level may be made of where it is asked for: each costs a
 /// chunk of every level on the way.
 const CHEAP_STORED: u64 = 16;
+/// Of so many chunks one is stored in a part that is made also where nobody wants it as it is.
+const SPARSE: u64 = 64;
 /// Chunks of the finest made level that are counted one by one.
 const MOST_COUNTED: usize = 1 << 23;
 
 impl Made {
-    /// Whether a chunk of a level is made where it is asked for.
-    pub(super) fn is_cheap(&self, level: usize, at: [u64; 3]) -> bool {
+    /// Whether a chunk of a level is made where it is asked for: of few stored chunks, and of a small part of
+    /// the base for whoever wants it as it is; else where next to nothing is stored below it.
+    pub(super) fn is_cheap(&self, level: usize, at: [u64; 3], is_wanted: bool) -> bool {
         let size = self.base.volume.about().levels[self.base.level].size;
         let scale = self.levels[level].scale;
         let of = std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis]));
-        if is_cheap(self.base.volume.about(), self.base.level, Some(of)) {
+        if is_wanted && is_cheap(self.base.volume.about(), self.base.level, Some(of)) {
             return true;
         }
         self.stored.as_ref().is_some_and(|stored| {
-            let most = (CHEAP_BYTES / stored.chunk_bytes(self.width()).max(1)).min(CHEAP_STORED);
+            let all = self.chunks_below(stored, level, at).map(|chunks| chunks.end - chunks.start);
+            let all = all.into_iter().fold(1, u64::saturating_mul);
+            let few = if is_wanted { CHEAP_STORED } else { CHEAP_STORED.min(all / SPARSE) };
+            let most = (CHEAP_BYTES / stored.chunk_bytes(self.width()).max(1)).min(few);
             self.count_stored(stored, level, at, most + 1) <= most
         })
     }
@@ -33,13 +39,19 @@ impl Made {
 
     /// Stored chunks that a chunk is made of, no more than `most`.
     pub(super) fn count_stored(&self, stored: &StoredChunks, level: usize, at: [u64; 3], most: u64) -> u64 {
+        let plane = (self.base.channel, self.base.time);
+        stored.count(&self.chunks_below(stored, level, at), plane, most)
+    }
+
+    /// The chunks of the base, stored or not, that a chunk is made of.
+    fn chunks_below(&self, stored: &StoredChunks, level: usize, at: [u64; 3]) -> ChunkBox {
         let size = self.base.volume.about().levels[self.base.level].size;
         let scale = self.levels[level].scale;
-        let voxels = std::array::from_fn(|axis| {
+        stored.chunks_of(&std::array::from_fn(|axis| {
             let side = SIDE.saturating_mul(scale[axis]);
-            (at[axis] * side).min(size[axis])..at[axis].saturating_add(1).saturating_mul(side).min(size[axis])
-        });
-        stored.count(&stored.chunks_of(&voxels), (self.base.channel, self.base.time), most)
+            let end = at[axis].saturating_add(1).saturating_mul(side).min(size[axis]);
+            (at[axis] * side).min(size[axis])..end
+        }))
     }
 
     /// Whether a chunk of the base is known not to be stored.

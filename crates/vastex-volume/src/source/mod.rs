@@ -13,10 +13,11 @@ mod kept;
 mod options;
 mod sample;
 mod stats;
+mod wanted;
 mod window;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use bytes::Bytes;
 use pollster::block_on;
@@ -53,8 +54,7 @@ pub struct VolumeSource {
     is_labels: bool,
     contents: Option<Arc<PageContents>>,
     made: Made,
-    /// Whether the tail is wanted as it is.
-    is_coarsest_wanted: AtomicBool,
+    wanted: wanted::Wanted,
     /// The level of the geometry from which on levels are made.
     first_made: u8,
     /// How many bricks of each level are read at once.
@@ -65,8 +65,8 @@ pub struct VolumeSource {
 }
 
 impl VolumeSource {
-    /// A source of a channel and a time. Lists which chunks are stored, of directories where that takes no more
-    /// than 262,144 keys a level, and reads the coarsest stored level where it has up to 64 MiB.
+    /// A source of a channel and a time. Lists which chunks are stored, of directories where that takes no
+    /// more than 262,144 keys a level, and reads the coarsest stored level where it has up to 64 MiB.
     pub fn open(volume: Arc<Volume>, options: &VolumeOptions) -> Result<VolumeSource, VolumeSourceError> {
         let about = volume.about().clone();
         volume.check_plane(options.channel, options.time)?;
@@ -126,7 +126,7 @@ impl VolumeSource {
             is_labels,
             contents: contents.map(Arc::new),
             made,
-            is_coarsest_wanted: AtomicBool::new(options.makes_all),
+            wanted: wanted::Wanted::default(),
             first_made: first_made as u8,
             stats: stats::Kept::default(),
             telling: Telling::new(volume.clone()),
@@ -175,24 +175,6 @@ impl VolumeSource {
     /// Whether a page is known to hold the fill value alone, so that nothing of it need be read.
     pub fn is_absent(&self, pos: PagePos) -> bool {
         self.contents.as_ref().is_some_and(|contents| contents.of(pos).is_some())
-    }
-
-    /// Whether levels that are not stored may have to be made by [`VolumeSource::make_levels`]: all were made
-    /// at opening if not, or all are stored.
-    pub fn makes_levels(&self) -> bool {
-        !self.made.is_whole()
-    }
-
-    /// Has the coarsest levels made, those of the tail, and so all that they are made of, where
-    /// [`VolumeOptions::makes_all`] did not. Returns whether anything is to be made for it that was not asked
-    /// for before.
-    pub fn want_coarsest(&self) -> bool {
-        !self.is_coarsest_wanted.swap(true, Ordering::Relaxed) && self.made.want_coarsest()
-    }
-
-    /// Whether the coarsest levels are, or may stay, a preview until [`VolumeSource::want_coarsest`].
-    pub fn waits_for_want(&self) -> bool {
-        self.makes_levels() && !self.is_coarsest_wanted.load(Ordering::Relaxed)
     }
 
     /// Whether levels that are made wait for [`VolumeSource::make_levels`], or are being made by it.
@@ -280,8 +262,7 @@ impl VolumeSource {
         let geometry = &self.description.geometry;
         let width = self.volume.about().dtype.bytes();
         let size = geometry.tile();
-        // The tail is read in any case, whatever is in view.
-        let asks = !geometry.is_tail(pos) || !self.waits_for_want();
+        let asks = self.options.makes_all || self.wanted.has(pos);
         let mut tile = None;
         let mut is_absent = true;
         for (level, level_box, place) in geometry.tile_boxes(pos) {

@@ -26,9 +26,9 @@ pub struct VolumeOptions {
     /// A directory that keeps levels that are made in the background, a seventh of the coarsest stored one at
     /// most; `None` for 256 MiB of main memory, which all sources of a volume share.
     pub cache: Option<PathBuf>,
-    /// Whether all levels that are not stored are made as soon as somebody makes any. If not, only those
-    /// bricks are made that are read, and what they are made of; the tail, which is always read, stays a
-    /// preview of an eighth of the stored chunks until [`VolumeSource::want_coarsest`].
+    /// Whether all levels that are not stored are made as soon as somebody makes any. If not, bricks of them
+    /// that are read as tiles stay a preview, of an eighth of the stored chunks, until they are wanted
+    /// ([`VolumeSource::want`](super::VolumeSource::want)): all coarser bricks of what is in view are read.
     pub makes_all: bool,
 }
 

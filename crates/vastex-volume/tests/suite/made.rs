@@ -106,8 +106,7 @@ fn labels_are_made_by_majority() {
 }
 
 /// A volume of one level with more than 64 MiB, most of whose chunks are absent.
-pub(crate) const LARGE: Level =
-    Level { size: [336, 400, 520], chunk: [84, 100, 130], scale: [1.0; 3], moved: [0.0; 3] };
+const LARGE: Level = Level { size: [336, 400, 520], chunk: [84, 100, 130], scale: [1.0; 3], moved: [0.0; 3] };
 
 pub(crate) fn large(directory: &Path) -> Arc<Volume> {
     let value = |_: usize, [x, y, z]: [u64; 3], bytes: &mut Vec<u8>| {

@@ -1,4 +1,4 @@
-//! Levels that are made of little: of sparse volumes only what is stored, and of large ones only what is read.
+//! Levels that are made of little: of sparse volumes only what is stored, of large ones only what is wanted.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use vastex_volume::{DType, Reduction, SliceAxis, Volume, VolumeOptions, VolumeSo
 
 use crate::fixtures::volume;
 use crate::generated::{Level, hash, places, write};
-use crate::made::{LARGE, large, texels};
+use crate::made::{large, texels};
 
 /// The values of a chunk of 64 voxels a side.
 fn chunk() -> Vec<u8> {
@@ -88,7 +88,8 @@ fn an_empty_level_of_any_size_is_the_fill_value() {
         let tail = block_on(source.read(source.description().geometry.tail_pos())).unwrap();
         assert_eq!((tail.codec, &tail.bytes[..]), (Codec::Constant, &[3][..]));
         assert!(pages_around(&source, [5e4; 3]).into_iter().all(|pos| source.is_absent(pos)));
-        assert!(!source.want_coarsest() && !source.has_levels_to_make());
+        let tail = source.description().geometry.tail_pos();
+        assert!(!source.want(tail) && !source.has_levels_to_make());
         assert_eq!(source.level_states().last().unwrap().made.unwrap().total, 0);
     }
     assert_eq!(volume.chunk_work(), Default::default(), "nothing is looked for");
@@ -105,27 +106,26 @@ fn what_nobody_wants_is_not_made() {
     assert!(source.makes_levels() && source.waits_for_want() && !source.has_levels_to_make());
     let preview = texels(&source, tail);
     assert!(decoded() <= 8 && !source.has_levels_to_make(), "a preview of an eighth is enough");
-    // A brick of a made level, of what lies below it and its borders.
-    let before = decoded();
-    texels(&source, PagePos::at(1, [0, 1, 1]));
-    let chunks = |axis: usize| {
-        let first = [0, 126, 126][axis];
-        first / LARGE.chunk[axis]..(first + 132_u64).div_ceil(LARGE.chunk[axis])
-    };
-    let touched = places([4; 3]).filter(|at| (0..3).all(|axis| chunks(axis).contains(&at[axis])));
-    let touched = touched.filter(|at| hash(at).is_multiple_of(3)).count() as u64;
-    // Its borders are of bricks of 64 beside it.
     let all = places([4; 3]).filter(|at| hash(at).is_multiple_of(3)).count() as u64;
-    assert!(decoded() - before >= touched.min(1) && decoded() < all, "{} of {all}", decoded());
+    // A coarser brick of what is in view is a preview, too.
+    let pos = PagePos::at(1, [0, 1, 1]);
+    let (before, coarse) = (decoded(), texels(&source, pos));
+    assert!(decoded() == before && !source.has_levels_to_make() && source.take_changes().is_empty());
+    // Wanted, it is made when it is read again, of what lies below it and beside.
+    assert!(source.want(pos) && !source.want(pos) && !source.has_levels_to_make());
+    assert!(source.take_changes().iter().any(|region| region.concerns(geometry, pos)));
+    let made = texels(&source, pos);
+    assert!(made != coarse && decoded() > before && decoded() < all, "{} of {all}", decoded());
     source.make_levels(&AtomicBool::new(false));
     assert!(source.take_changes().is_empty() && texels(&source, tail) == preview);
-    // Until somebody wants it.
-    assert!(source.want_coarsest() && !source.want_coarsest() && source.has_levels_to_make());
+    // The tail is made of all.
+    assert!(source.want(tail) && !source.want(tail) && source.has_levels_to_make());
     source.make_levels(&AtomicBool::new(false));
     assert!(source.take_changes().iter().any(|region| region.concerns(geometry, tail)));
     assert_ne!(texels(&source, tail), preview);
-    assert_eq!((decoded(), source.waits_for_want()), (all, false));
+    assert_eq!((decoded(), texels(&source, pos) == made), (all, true));
     let whole = VolumeSource::open(volume, &VolumeOptions::default()).unwrap();
+    assert!(!whole.waits_for_want() && !whole.want(tail));
     whole.make_levels(&AtomicBool::new(false));
-    assert_eq!(texels(&source, tail), texels(&whole, tail));
+    assert_eq!((texels(&source, tail), made), (texels(&whole, tail), texels(&whole, pos)));
 }
