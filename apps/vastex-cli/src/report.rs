@@ -91,7 +91,10 @@ mod tests {
     fn what_is_slow_is_told_and_what_is_not_is_not() {
         let (said, told) = mpsc::channel();
         let slow = || told.recv_timeout(Duration::from_secs(60)).is_ok();
-        assert!(if_slow(Duration::ZERO, move || drop(said.send(())), slow));
+        let say = move || {
+            let _ = said.send(());
+        };
+        assert!(if_slow(Duration::ZERO, say, slow));
         let is_told = std::sync::atomic::AtomicBool::new(false);
         let tell = || is_told.store(true, std::sync::atomic::Ordering::Relaxed);
         assert_eq!(if_slow(Duration::from_secs(600), tell, || 7), 7);

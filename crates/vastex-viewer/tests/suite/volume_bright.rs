@@ -36,7 +36,7 @@ fn a_box_of_one_value_is_as_bright_at_every_step_and_level() {
             let size = face_size(&world.of, face, voxels);
             let pixel = view.rays(&world.of, size).pixel;
             let level = level_of(&world.of, &world.volumes[0].levels, pixel);
-            assert_eq!(level, (voxels as f64).log2() as usize, "{face}, {size:?}");
+            assert_eq!(level, voxels.log2() as usize, "{face}, {size:?}");
             for step in STEPS {
                 for mode in [VolumeMode::Emission, VolumeMode::Average] {
                     renderer.set(VolumeDesc { step, mode, ..desc.clone() });

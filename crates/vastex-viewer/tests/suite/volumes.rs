@@ -117,7 +117,7 @@ fn a_picture_as_large_as_the_face_shows_level_0_in_every_mode() {
         // Every other voxel is bright.
         let value = |at: [f64; 3]| {
             let wave = waves(0.3)(at);
-            0.25 + 0.5 * wave + if at[fine] as u64 % 2 == 0 { 0.25 } else { -0.25 }
+            0.25 + 0.5 * wave + if (at[fine] as u64).is_multiple_of(2) { 0.25 } else { -0.25 }
         };
         let volume = Arc::new(ArrayVolume::stored(&stored, LayerFormat::R16, value));
         let mut world = World::of(vec![volume.clone()], 200, TableChoice::BySize);

@@ -191,7 +191,9 @@ impl Made {
             0 => {}
             1 => put(0x01, 1),
             2 => {
-                [(0x32, 3), (0xf0, 0), (0x0a, 700)].into_iter().for_each(|(symbol, value)| put(symbol, value))
+                [(0x32, 3), (0xf0, 0), (0x0a, 700)]
+                    .into_iter()
+                    .for_each(|(symbol, value)| put(symbol, value));
             }
             // All 63: nothing ends the block.
             3 => return (0..63).for_each(|n| put(0x01, n % 2)),

@@ -106,14 +106,17 @@ pub(super) struct FirstScan {
     pub(super) restart_interval: u16,
 }
 
+/// How many codes a table has of each length, and what they stand for.
+type StoredCodes = ([u8; 16], Vec<u8>);
+
 /// What the segments said so far.
 #[derive(Default)]
 pub(super) struct Segments {
     frame: Option<Frame>,
     /// The first value of each table: that of DC coefficients.
     quants: [Option<u16>; 4],
-    /// How many codes each table has of each length, and what they stand for: of DC coefficients, then of AC.
-    codes: [[Option<([u8; 16], Vec<u8>)>; 4]; 2],
+    /// The tables of DC coefficients, then those of AC.
+    codes: [[Option<StoredCodes>; 4]; 2],
     restart_interval: u16,
     has_jfif: bool,
     /// What Adobe's marker says of colours.
