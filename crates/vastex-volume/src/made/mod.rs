@@ -191,7 +191,7 @@ impl Made {
             Some(last)
                 if makes_all && !made.is_absent(last, [0; 3]) && !made.is_cheap(last, [0; 3], true) =>
             {
-                drop(made.lock().asked.insert((last, [0; 3])));
+                made.lock().asked.insert((last, [0; 3]));
             }
             _ => {}
         }
