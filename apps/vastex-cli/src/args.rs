@@ -33,7 +33,7 @@ pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
 pub(crate) use view::{ViewArgs, of_link, parsed};
 #[cfg(feature = "volumes")]
-pub(crate) use volume::{RenderVolumeArgs, Toward, VolumeFilter, VolumeScene, with_volume};
+pub(crate) use volume::{AskedSlice, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene, with_volume};
 #[cfg(all(feature = "build", feature = "volumes"))]
 pub(crate) use volume_build::{Downsample, Zarr};
 #[cfg(all(feature = "view", feature = "volumes"))]

@@ -72,6 +72,41 @@ impl Later {
     }
 }
 
+/// The cache that was asked for, for sources that are not there yet. Where it cannot be had that is said.
+#[cfg(feature = "volumes")]
+pub(crate) fn asked(args: &DiskCacheArgs) -> Option<Arc<DiskTier>> {
+    match Later::new(args)?.open() {
+        Ok(tier) => Some(tier),
+        Err(error) => {
+            report::say(&format!("note: {error}; nothing is kept on disk in this run"));
+            None
+        }
+    }
+}
+
+/// A source of bricks of a volume, behind a cache if there is one and the source can be known again.
+#[cfg(feature = "volumes")]
+pub(crate) fn before_volume(
+    source: &Arc<vastex_volume::VolumeSource>,
+    tier: Option<&Arc<DiskTier>>,
+) -> Arc<dyn TileSource> {
+    match (tier, source.identity()) {
+        (Some(tier), Some(key)) => Arc::new(DiskCache::new(source.clone(), tier.clone(), key)),
+        _ => source.clone(),
+    }
+}
+
+/// What is said of a volume that no cache keeps though one was asked for.
+#[cfg(feature = "volumes")]
+pub(crate) fn say_not_kept(source: &vastex_volume::VolumeSource) {
+    if source.identity().is_none() {
+        report::say(&format!(
+            "note: {}: not kept on disk: only volumes in one file, of which no level is made in the background, are",
+            source.volume().about().path
+        ));
+    }
+}
+
 /// The source of `path`, behind the cache that was asked for; and that cache, where it can be had. Else
 /// `tell` is told why not, too.
 pub(crate) fn before(

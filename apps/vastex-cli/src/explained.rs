@@ -37,6 +37,9 @@ struct Page {
     level: u8,
     x: u32,
     y: u32,
+    /// Of bricks of volumes alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    z: Option<u32>,
 }
 
 impl Explained {
@@ -70,8 +73,9 @@ impl Explained {
 impl ExplainedPage {
     fn new(explanation: &Explanation) -> ExplainedPage {
         let page = |page: vastex::PageId| {
-            let pos = page.pos(Dims::D2);
-            Page { level: pos.level, x: pos.x, y: pos.y }
+            let pos = page.pos(explanation.dims);
+            let z = (explanation.dims == Dims::D3).then_some(pos.z);
+            Page { level: pos.level, x: pos.x, y: pos.y, z }
         };
         let wanted = explanation.wanted;
         ExplainedPage {

@@ -1,10 +1,11 @@
 //! How each pool stood after each frame of a run, as CSV and as JSON.
 
+use std::path::Path;
+
 use anyhow::Result;
 use vastex::Textures;
 use vastex::diagnostics::PoolRecord;
 
-use crate::args::RenderArgs;
 use crate::output::Output;
 
 /// What is to be written of a run, in the making.
@@ -15,9 +16,9 @@ pub(crate) struct StatsExport {
 
 impl StatsExport {
     /// Finds out whether the files can be written.
-    pub(crate) fn new(args: &RenderArgs) -> Result<StatsExport> {
-        let csv = args.stats_csv.as_deref().map(Output::at).transpose()?;
-        let json = args.stats_json.as_deref().map(Output::at).transpose()?;
+    pub(crate) fn new(csv: Option<&Path>, json: Option<&Path>) -> Result<StatsExport> {
+        let csv = csv.map(Output::at).transpose()?;
+        let json = json.map(Output::at).transpose()?;
         Ok(StatsExport {
             csv: csv.map(|output| (output, PoolRecord::csv_header())),
             json: json.map(|output| (output, Vec::new())),

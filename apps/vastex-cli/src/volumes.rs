@@ -3,6 +3,7 @@
 
 mod find;
 mod initial_look;
+mod kept;
 pub(crate) mod labels;
 mod opening;
 
@@ -25,9 +26,11 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, Vol
 pub(crate) use self::labels::read_labels;
 use crate::args::SceneArgs;
 use crate::commands::render;
+use crate::commands::render_pools::brick_side;
 use crate::commands::render_volume::{box_of, no_volume};
+use crate::disk_cache;
 pub(crate) use find::find as find_label;
-pub(crate) use opening::opens_as_volume;
+pub(crate) use opening::{OpenHow, opens_as_volume};
 
 /// GPU memory that is taken for bricks at most where nobody says how much.
 const MOST_BYTES: u64 = 1 << 30;
@@ -45,6 +48,9 @@ pub(crate) struct OpenedVolume {
     /// Pages of a channel at a time, and bytes of one.
     pages: u64,
     page_bytes: u64,
+    how: OpenHow,
+    /// Voxels along a side of a brick.
+    brick: u32,
 }
 
 /// Labels beside a volume, at a time, that were read so far that they can be shown.
@@ -66,31 +72,45 @@ pub(crate) struct ReadChannel {
 }
 
 /// Opens a volume, and reads what is known of it. Its values are read later.
-pub(crate) fn open_volume(path: &Path) -> Result<OpenedVolume> {
+pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
     let volume = match vastex_volume::open(path)? {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => bail!(no_volume(&list)),
     };
     opening::check_channels(volume.about())?;
-    let source = match volume.about().is_label {
+    let mut options = how.options(VolumeOptions::default().brick);
+    let open = |options: &VolumeOptions| match volume.about().is_label {
         true => {
-            let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
-            VolumeSource::open(volume.clone(), &options)?
+            Ok(VolumeSource::open(volume.clone(), &VolumeOptions { labels: Some(true), ..options.clone() })?)
         }
-        false => source_of(&volume, 0, 0)?,
+        false => source_of(&volume, options),
     };
-    let facts = facts_of(volume.about(), &source)?;
+    let mut source = open(&options)?;
+    let mut facts = facts_of(volume.about(), &source)?;
+    let shown = VolumeLook::first(&facts).shown().count().max(1) as u64 * facts.times.min(4);
+    let brick = brick_side(how.pool_mib.map(|mib| mib << 20), bricks_of(&source), shown);
+    if brick != options.brick {
+        options.brick = brick;
+        (source, facts.brick) = (open(&options)?, brick);
+    }
+    if how.disk.is_some() {
+        disk_cache::say_not_kept(&source);
+    }
+    let (page_bytes, pages) = bricks_of(&source);
+    Ok(OpenedVolume { volume, facts, pages, page_bytes, how, brick })
+}
+
+/// The bytes of a brick, and how many there are of a channel at a time.
+fn bricks_of(source: &VolumeSource) -> (u64, u64) {
     let description = source.description();
     // Devices that do not filter 8 bits well hold them as 16.
     let widened = if description.layers[0].format == LayerFormat::R8 { 2 } else { 1 };
-    let (pages, page_bytes) = (description.geometry.page_count(), widened * description.tile_bytes() as u64);
-    Ok(OpenedVolume { volume, facts, pages, page_bytes })
+    (widened * description.tile_bytes() as u64, description.geometry.page_count())
 }
 
 /// A channel at a time as a source of bricks.
-fn source_of(volume: &Arc<Volume>, channel: u64, time: u64) -> Result<VolumeSource> {
-    let options = VolumeOptions { channel, time, ..VolumeOptions::default() };
-    let source = VolumeSource::open(volume.clone(), &options)?;
+fn source_of(volume: &Arc<Volume>, options: &VolumeOptions) -> Result<VolumeSource> {
+    let source = VolumeSource::open(volume.clone(), options)?;
     if source.is_labels() {
         bail!("{}: these are labels, whole numbers of things, and no channel", volume.about().path);
     }
@@ -173,13 +193,14 @@ impl OpenedVolume {
 
 /// Reads of a channel at a time what it takes to show it.
 pub(crate) fn read_channel(
-    volume: &Arc<Volume>,
+    opened: &OpenedVolume,
     (channel, time): (usize, u64),
     preparer: &Preparer,
 ) -> Result<ReadChannel> {
-    let source = Arc::new(source_of(volume, channel as u64, time)?);
+    let options = VolumeOptions { channel: channel as u64, time, ..opened.how.options(opened.brick) };
+    let source = Arc::new(source_of(&opened.volume, &options)?);
     let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
-    let tiles: Arc<dyn TileSource> = source.clone();
+    let tiles = disk_cache::before_volume(&source, opened.how.disk.as_ref());
     let prepared = preparer.read_blocking(tiles, settings)?;
     let usual = usual_range(&source, channel)?;
     Ok(ReadChannel { source, prepared, usual })
@@ -354,7 +375,7 @@ mod tests {
 
     fn head() -> OpenedVolume {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
-        open_volume(&path).unwrap()
+        open_volume(&path, OpenHow::default()).unwrap()
     }
 
     #[test]
@@ -370,7 +391,7 @@ mod tests {
     #[test]
     fn the_label_at_a_place_is_told() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/nuclei.zip");
-        let opened = open_volume(&path).unwrap();
+        let opened = open_volume(&path, OpenHow::default()).unwrap();
         assert_eq!(opened.facts.labels, ["nuclei"]);
         let volume = vastex_volume::open(&path.join("labels/nuclei")).unwrap();
         let Opened::Volume(volume) = volume else { panic!("no volume") };
@@ -419,8 +440,9 @@ mod tests {
     fn a_place_is_told_with_its_values_and_a_click_finds_what_is_seen() {
         let OpenedVolume { volume, facts, .. } = head();
         let mut look = VolumeLook::first(&facts);
+        let of = |nth| VolumeOptions { channel: nth as u64, ..VolumeOptions::default() };
         let sources: Vec<_> =
-            (0..3).map(|nth| (nth, Arc::new(source_of(&volume, nth as u64, 0).unwrap()))).collect();
+            (0..3).map(|nth| (nth, Arc::new(source_of(&volume, &of(nth)).unwrap()))).collect();
         look.channels.iter_mut().for_each(|channel| channel.range = Some([0.0, 255.0]));
         let ask = |look: &VolumeLook, place| {
             point(&facts, look, (&sources, None), &PointAsked { number: 7, time: 0, labels: None, place })

@@ -3,6 +3,9 @@
 //! These words are others than those of images, so they are a command of their own behind the same name:
 //! which of the two is meant follows from `--on` ([`super::with_volume`]).
 
+mod slice;
+mod watch;
+
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -12,6 +15,9 @@ use vastex_viewer::{Link, VolumeViewText};
 
 use super::volume_look::{VolumeLookArgs, range};
 use super::{conflict, named, parse_size, value_error};
+pub(crate) use slice::AskedSlice;
+use slice::parse_slice;
+use watch::VolumeWatchArgs;
 
 /// Puts the command for volumes in the place of `render` where `--on` names what only volumes are put on: its
 /// other words are others.
@@ -97,15 +103,6 @@ impl VolumeFilter {
     }
 }
 
-/// A plane of voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct AskedSlice {
-    /// 0 to 2: x, y, z.
-    pub(crate) axis: u8,
-    /// Which voxel of level 0, from 0.
-    pub(crate) voxel: u32,
-}
-
 /// What `vastex render --on volume|slices` is told.
 #[derive(Clone, Debug, ClapArgs)]
 #[command(after_help = "\
@@ -113,6 +110,7 @@ Examples:
   vastex render head.zarr --on volume --mode mip --view +z -o head.png
   vastex render cells.zarr --on volume --mode emission --view around:yaw=30,pitch=20 --channels 0:00FF00,1:FF00FF -o cells.png
   vastex render scan.nii.gz --on slices --slice y=120 --range 0,0.1 -o slice.png
+  vastex render head.zarr --on slices --slice plane:x=49,y=58,z=47,nx=1,ny=-1,nz=0.5 -o oblique.png
   vastex render bones.zarr --on volume --mode iso --iso 300 --view -y --json -o bones.png
   vastex render cells.zarr --on slices --slice z=40 --labels nuclei --label-outlines -o nuclei.png
 
@@ -132,8 +130,10 @@ pub(crate) struct RenderVolumeArgs {
     /// pitch=.. with all that is shown there [default: +z]
     #[arg(long, value_name = "VIEW", value_parser = parse_toward, allow_hyphen_values = true)]
     pub(crate) view: Option<Toward>,
-    /// Which plane of voxels: x=K, y=K or z=K, K counting voxels of the finest level from 0
-    #[arg(long, value_name = "AXIS=K", value_parser = parse_slice)]
+    /// Which plane of voxels: x=K, y=K or z=K, K counting voxels of the finest level from 0; or
+    /// plane:x=X,y=Y,z=Z,nx=N,ny=N,nz=N, through a point, in voxels of the finest level, with a normal, in
+    /// lengths of the world, which points away from the eye
+    #[arg(long, value_name = "AXIS=K|PLANE", value_parser = parse_slice)]
     pub(crate) slice: Option<AskedSlice>,
     /// The values that are dark and bright where a channel names none: 0 to 1 of the full range of whole
     /// numbers, stored values of floats
@@ -162,6 +162,8 @@ pub(crate) struct RenderVolumeArgs {
     /// Compare with the picture that ordinary 3-D textures give, of up to 1 GiB
     #[arg(long)]
     pub(crate) compare: bool,
+    #[command(flatten)]
+    pub(crate) watch: VolumeWatchArgs,
 }
 
 impl RenderVolumeArgs {
@@ -200,6 +202,7 @@ impl RenderVolumeArgs {
     pub(crate) fn check(&self) -> Result<(), clap::Error> {
         let wrong = |why: String| Err(value_error(&why));
         self.look.check()?;
+        self.watch.check(self.on == VolumeScene::Slices && self.slice.is_some(), self.size)?;
         let is_view = matches!(self.view, Some(Toward::View(_)));
         let is_iso = self.look.mode() == VolumeMode::Iso && self.on == VolumeScene::Volume;
         if is_iso && self.look.iso.is_none() && !is_view {
@@ -257,13 +260,6 @@ fn parse_toward(text: &str) -> Result<Toward, String> {
     Ok(Toward::Around { yaw, pitch })
 }
 
-fn parse_slice(text: &str) -> Result<AskedSlice, String> {
-    let wrong = || "write x=K, y=K or z=K, K counting voxels from 0, as in z=40".to_owned();
-    let (axis, voxel) = text.split_once('=').ok_or_else(wrong)?;
-    let axis = ["x", "y", "z"].iter().position(|name| *name == axis).ok_or_else(wrong)?;
-    Ok(AskedSlice { axis: axis as u8, voxel: voxel.parse().map_err(|_| wrong())? })
-}
-
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
     range(text, ",")
 }
@@ -273,7 +269,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn views_and_slices_are_checked() {
+    fn views_are_checked() {
         assert_eq!(parse_toward("-x"), Ok(Toward::Face(VolumeFace::MinusX)));
         assert_eq!(parse_toward("around:pitch=-20"), Ok(Toward::Around { yaw: 0.0, pitch: -20.0 }));
         assert!(matches!(parse_toward("volume:x=1,y=2,z=3,zoom=1,yaw=0,pitch=0"), Ok(Toward::View(_))));
@@ -281,10 +277,6 @@ mod tests {
             ["x", "volume:x=1", "around:", "around:yaw=nan", "around:pitch=90", "around:roll=1", "globe"]
         {
             assert!(parse_toward(bad).is_err(), "{bad}");
-        }
-        assert_eq!(parse_slice("y=7"), Ok(AskedSlice { axis: 1, voxel: 7 }));
-        for bad in ["7", "y", "w=1", "z=-1", "z=1.5", "z=99999999999"] {
-            assert!(parse_slice(bad).is_err(), "{bad}");
         }
     }
 }

@@ -25,7 +25,7 @@ pub(crate) mod render;
 #[cfg(feature = "volumes")]
 pub(crate) mod render_labels;
 #[cfg(feature = "volumes")]
-mod render_pools;
+pub(crate) mod render_pools;
 #[cfg(feature = "volumes")]
 pub(crate) mod render_volume;
 #[cfg(feature = "build")]

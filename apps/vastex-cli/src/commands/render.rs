@@ -39,7 +39,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         pictures: PictureOutput::new(args)?,
         report: args.report.as_deref().map(RunReport::at).transpose()?,
         trace: args.record_trace.as_deref().map(Output::at).transpose()?,
-        stats: StatsExport::new(args)?,
+        stats: StatsExport::new(args.stats_csv.as_deref(), args.stats_json.as_deref())?,
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;

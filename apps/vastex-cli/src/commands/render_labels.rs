@@ -24,7 +24,7 @@ pub(super) struct Labels {
 impl Labels {
     /// The labels that are asked for over a volume: those that are named, or the volume itself where it is
     /// one of labels. `None` if there are none.
-    pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>) -> Result<Option<Labels>> {
+    pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>, brick: u32) -> Result<Option<Labels>> {
         let (about, asked) = (image.about(), &args.look.labels);
         // Of labels by themselves a view says how they look, and which they are is known.
         let of_view = args.look.of_view.labels;
@@ -46,8 +46,13 @@ impl Labels {
         };
         let of_labels = volume.about();
         let time = if of_labels.times > 1 { args.look.time() } else { 0 };
-        let options =
-            VolumeOptions { labels: Some(true), time, cache: args.cache(), ..VolumeOptions::default() };
+        let options = VolumeOptions {
+            labels: Some(true),
+            time,
+            brick,
+            cache: args.cache(),
+            ..VolumeOptions::default()
+        };
         let source = VolumeSource::open(volume.clone(), &options)?;
         if source.has_levels_to_make() {
             report::say(&format!("note: {}: levels that the file lacks are made first", of_labels.path));

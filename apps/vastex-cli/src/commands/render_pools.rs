@@ -3,10 +3,39 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use vastex::{TileSource, VolumeFilters, held_volume_format};
-use vastex_volume::VolumeSource;
+use vastex::{LayerFormat, TileSource, VolumeFilters, held_volume_format};
+use vastex_volume::{VolumeAbout, VolumeOptions, VolumeSource, levels_of};
 
 use crate::args::RenderVolumeArgs;
+
+/// Bricks of 64 voxels a side that a pool holds of each texture at least, where it holds not all of them.
+const FEWEST_LARGE: u64 = 64;
+
+/// The side of a brick in voxels: 64; and 32 where a pool of so many bytes holds fewer than 64 of these for
+/// each of so many textures, and not all of them: of small ones less is loaded that nobody sees. `large` has
+/// the bytes of a brick of 64, and how many of these a texture has. Where nobody says how large the pool is
+/// to be it is large enough.
+pub(crate) fn brick_side(pool: Option<u64>, large: (u64, u64), textures: u64) -> u32 {
+    let (bytes, pages) = large;
+    // One of each to work with.
+    let few = FEWEST_LARGE.min(pages.saturating_add(1)).saturating_mul(bytes).saturating_mul(textures);
+    if pool.is_some_and(|pool| pool < few) { 32 } else { VolumeOptions::default().brick }
+}
+
+/// The bytes of a brick of 64 voxels a side of a volume as a device that filters so holds it, and how many
+/// there are of a channel at a time.
+pub(super) fn large_bricks(about: &VolumeAbout, filters: VolumeFilters) -> Result<(u64, u64)> {
+    let VolumeOptions { brick, border, .. } = VolumeOptions::default();
+    let (geometry, _) = levels_of(about, brick, border)?;
+    let format = match (about.is_label, about.dtype.bytes()) {
+        (false, 1) => held_volume_format(LayerFormat::R8, filters),
+        (false, 2) => held_volume_format(LayerFormat::R16, filters),
+        (true, 8) => LayerFormat::Rg32Uint,
+        _ => LayerFormat::R32Float,
+    };
+    let texels = u64::from(brick + 2 * border).pow(3);
+    Ok((texels * format.texel_bytes() as u64, geometry.page_count()))
+}
 
 /// GPU memory that is taken for bricks at most where nobody says how much.
 const MOST_BYTES: u64 = 1 << 30;
@@ -53,4 +82,23 @@ pub(super) fn brick_bytes(source: &VolumeSource, filters: VolumeFilters) -> u64 
     let stored = description.layers[0].format;
     let held = held_volume_format(stored, filters);
     (description.tile_bytes() / stored.texel_bytes() * held.texel_bytes()) as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bricks_are_small_where_the_pool_is() {
+        let large = (600 << 10, 1000);
+        assert_eq!(brick_side(None, large, 16), 64);
+        assert_eq!((brick_side(Some(64 << 20), large, 1), brick_side(Some(16 << 20), large, 1)), (64, 32));
+        assert_eq!((brick_side(Some(64 << 20), large, 3), brick_side(Some(256 << 20), large, 3)), (32, 64));
+        // All of a small volume fits in large ones.
+        assert_eq!(
+            (brick_side(Some(8 << 20), (600 << 10, 9), 1), brick_side(Some(2 << 20), (600 << 10, 9), 1)),
+            (64, 32)
+        );
+        assert_eq!(brick_side(Some(u64::MAX), (u64::MAX, u64::MAX), 16), 64);
+    }
 }

@@ -5,6 +5,7 @@
 
 mod asked;
 mod reference;
+mod watch;
 
 use std::collections::BTreeMap;
 use std::process::ExitCode;
@@ -19,6 +20,7 @@ use vastex::{
     ViewId, VolumeFilters,
 };
 use vastex_scenes::{Gpu, Picture, headless_gpu};
+use vastex_tiles::DiskTier;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
     FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer,
@@ -28,13 +30,14 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, op
 
 pub(crate) use self::asked::no_volume;
 use self::asked::{check_size, check_step, view_of};
+use self::watch::{Watch, Watched};
 use super::render_labels::Labels;
-use super::render_pools::pool_bytes;
+use super::render_pools::{brick_side, large_bricks, pool_bytes};
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
 use crate::commands::compared::Compared;
 use crate::made_levels::LevelMaker;
 use crate::output::Output;
-use crate::{gpu, report};
+use crate::{disk_cache, gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
@@ -50,32 +53,39 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     };
     let (view, clip) = view_of(args, volume.about())?;
     check_step(args, volume.about())?;
-    let labels = Labels::open(args, &volume)?;
-    if args.compare && labels.is_some() {
-        bail!("--compare: labels are compared with nothing; compare the image without them");
-    }
+    let mut watch = Watch::new(args)?;
     let channels = channels_of(args, volume.about())?;
-    if channels.is_empty() && labels.is_none() {
-        bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
-    }
-    let brick = VolumeOptions::default().brick;
-    let sources = channels.iter().map(|channel| source_of(args, &volume, channel, brick));
-    let sources = sources.collect::<Result<Vec<_>>>()?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     check_size(&gpu, args.size)?;
-    let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
     let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
+    let large = large_bricks(volume.about(), filters)?;
+    let pool = args.pool_mib.map(|mib| mib << 20);
+    let brick = brick_side(pool, large, channels.len().max(1) as u64);
+    let labels = Labels::open(args, &volume, brick)?;
+    if args.compare && labels.is_some() {
+        bail!("--compare: labels are compared with nothing; compare the image without them");
+    }
+    if channels.is_empty() && labels.is_none() {
+        bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
+    }
+    let sources = channels.iter().map(|channel| source_of(args, &volume, channel, brick));
+    let sources = sources.collect::<Result<Vec<_>>>()?;
+    let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
     let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
     let shown = (box_of(volume.about())?, &channels[..], &sources[..]);
     let mut drawing =
-        Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), bytes).context(source.clone())?;
-    let converged = drawing.play().context(source.clone())?;
+        Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), (bytes, watch.disk.as_ref()))
+            .context(source.clone())?;
+    watch.begin(&mut drawing);
+    let converged = drawing.play(|textures| watch.note(textures)).context(source.clone())?;
     let picture = drawing.picture()?;
+    watch.note(&drawing.textures);
     if let Some(output) = output {
         output.write_picture(&picture)?;
     }
-    let mut summary = Summary::new(&drawing, &volume, converged);
+    let watched = watch.end(args, &mut drawing).context(source.clone())?;
+    let mut summary = Summary::new(&drawing, (&volume, brick), converged, watched);
     if args.compare && converged {
         let drawn = (&picture, summary.mip_bias);
         let compared = reference::compare(args, &gpu, (&volume, &channels), (view, clip), drawn);
@@ -185,7 +195,7 @@ impl<'a> Drawing<'a> {
         (of, channels, sources): (VolumeBox, &[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
         (view, clip): (VolumeView, VolumeClip),
-        bytes: [u64; 2],
+        (bytes, disk): ([u64; 2], Option<&Arc<DiskTier>>),
     ) -> Result<Drawing<'a>> {
         let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
         let rules = labels.iter().map(|labels| labels.pool(bytes[1])).collect();
@@ -205,7 +215,7 @@ impl<'a> Drawing<'a> {
             let voxels = Some(source.levels().clone());
             let page_table = volume_tables(source.description().geometry.page_count(), channels.len());
             let own = TextureSettings { voxels, page_table, ..TextureSettings::default() };
-            let tiles: Arc<dyn TileSource> = source.clone();
+            let tiles = disk_cache::before_volume(source, disk);
             let prepared = textures.preparer().read_blocking(tiles, own)?;
             ids.push(textures.add(prepared)?);
         }
@@ -248,8 +258,9 @@ impl<'a> Drawing<'a> {
     }
 
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
-    fn play(&mut self) -> Result<bool> {
-        let brick = VolumeOptions::default().brick;
+    fn play(&mut self, mut note: impl FnMut(&Textures)) -> Result<bool> {
+        let shown = self.shown.first();
+        let brick = shown.map_or(32, |(_, source)| source.description().geometry.page()[0]);
         let bricks = self.renderer.desc().bricks_of_a_ray(&self.view, brick, self.canvas.size());
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
         let held = frames_to_ask(bricks) + 4;
@@ -278,6 +289,7 @@ impl<'a> Drawing<'a> {
             let encoder = self.frame(Pictures::ForFeedback)?;
             self.gpu.queue.submit([encoder.finish()]);
             is_wanted |= self.maker.want(&self.textures);
+            note(&self.textures);
             while let Some(event) = self.textures.poll_event() {
                 if let Event::Failed { why, .. } = event {
                     self.faults.push(format!("{why}; a coarser brick is shown instead"));
@@ -399,6 +411,8 @@ struct Summary {
     bricks_failed: u32,
     pool_slots: u32,
     pool_bytes: u64,
+    /// Voxels along a side of a brick: 64, or 32 where the pool is small.
+    brick: u32,
     bytes_uploaded: u64,
     /// Bytes that were read for chunks, as they are stored.
     bytes_read: u64,
@@ -416,10 +430,17 @@ struct Summary {
     /// What `--compare` adds.
     #[serde(skip_serializing_if = "Option::is_none")]
     compared: Option<Compared>,
+    #[serde(flatten)]
+    watched: Watched,
 }
 
 impl Summary {
-    fn new(drawing: &Drawing<'_>, volume: &Volume, converged: bool) -> Summary {
+    fn new(
+        drawing: &Drawing<'_>,
+        (volume, brick): (&Volume, u32),
+        converged: bool,
+        watched: Watched,
+    ) -> Summary {
         let (stats, work) = (drawing.textures.stats(), volume.chunk_work());
         let pager = &stats.pager;
         let filters = VolumeFilters::of(&drawing.gpu.device, &drawing.gpu.queue);
@@ -435,6 +456,7 @@ impl Summary {
             bricks_failed: pager.failed,
             pool_slots: pager.slots,
             pool_bytes: stats.pool_bytes,
+            brick,
             bytes_uploaded: pager.uploaded_bytes,
             bytes_read: work.bytes_read,
             chunks_decoded: work.decoded,
@@ -444,6 +466,7 @@ impl Summary {
             volume_filters: filters.named().into_iter().collect(),
             pools: stats.pools.iter().map(|pool| pool.tiles.to_string()).collect(),
             compared: None,
+            watched,
         }
     }
 
@@ -456,14 +479,15 @@ impl Summary {
         let compared = self.compared.as_ref().map(|compared| format!("\n{}", compared.text()));
         let compared = compared.unwrap_or_default();
         format!(
-            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}{compared}",
+            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}{compared}{}",
             self.frames,
             self.adapter,
             self.tiles_loaded,
             self.bricks_wanted,
             self.bricks_resident,
             self.bricks_failed,
-            self.chunks_decoded
+            self.chunks_decoded,
+            self.watched.text()
         )
     }
 }

@@ -20,7 +20,7 @@ use crate::made_levels::LevelMaker;
 use crate::output::Output;
 use crate::parts::Part;
 use crate::report;
-use crate::volumes::{OpenedVolume, open_volume, read_channel, read_labels};
+use crate::volumes::{OpenHow, OpenedVolume, open_volume, read_channel, read_labels};
 
 /// Frames that the picture waits for at most.
 const MOST_FRAMES: u64 = 20_000;
@@ -55,7 +55,7 @@ pub(super) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
 impl VolumeShot {
     /// Draws it, on a device of its own, and writes it as PNG. Returns true if everything in view is there.
     pub(crate) fn write(&self, args: &ViewArgs, output: &Output) -> Result<bool> {
-        let opened = open_volume(&self.source)?;
+        let opened = open_volume(&self.source, OpenHow::of(&args.scene))?;
         let gpu = headless_gpu()?;
         let most = gpu.device.limits().max_texture_dimension_2d;
         if self.size.iter().any(|side| *side > most) {
@@ -111,7 +111,7 @@ impl VolumeShot {
                     }
                 }
                 let VolumeAsked::Channel { channel, time } = asked else { continue };
-                match read_channel(&opened.volume, (channel, time), &scene.preparer()) {
+                match read_channel(opened, (channel, time), &scene.preparer()) {
                     Ok(read) => {
                         if let Some(texture) = scene.add((channel, time), read.prepared, read.usual)? {
                             levels.add(texture, read.source)?;

@@ -29,7 +29,7 @@ use crate::open::{self, FileAbout, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending};
 #[cfg(feature = "volumes")]
-use crate::volumes::{OpenedVolume, open_volume, opens_as_volume};
+use crate::volumes::{OpenHow, OpenedVolume, open_volume, opens_as_volume};
 
 /// Between two reports of how far it is.
 const EVERY: Duration = Duration::from_millis(200);
@@ -255,7 +255,7 @@ fn read_shapes(
 /// A volume, or why there is none.
 #[cfg(feature = "volumes")]
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
-    let opened = open_volume(path).and_then(|opened| {
+    let opened = open_volume(path, OpenHow::of(&args.scene)).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
         Ok(Box::new((opened, settings, rows_of(path, &Looked::default()).unwrap_or_default().into())))
     });

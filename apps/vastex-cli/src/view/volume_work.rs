@@ -349,7 +349,7 @@ fn read_now(opened: &OpenedVolume, wanted: Wanted, preparer: &Preparer) -> Done 
     let path = &opened.volume.about().path;
     match wanted {
         Wanted::Channel(channel, time) => {
-            let read = guarded(path, || read_channel(&opened.volume, (channel, time), preparer));
+            let read = guarded(path, || read_channel(opened, (channel, time), preparer));
             Done::Channel { channel, time, read: read.map(Box::new) }
         }
         Wanted::Labels(nth, time) => {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use glam::DVec3;
 use pollster::block_on;
-use vastex::{Preparer, TextureSettings, TileSource};
+use vastex::{Preparer, TextureSettings};
 use vastex_viewer::volume::{LabelColors, OtherLabels};
 use vastex_viewer::volume_scene::{LabelsPlace, VolumeFacts, VolumeLook};
 use vastex_volume::{Opened, VolumeAbout, VolumeOptions, VolumeSource};
@@ -14,6 +14,7 @@ use vastex_volume::{Opened, VolumeAbout, VolumeOptions, VolumeSource};
 use super::{LabelsBelow, OpenedVolume, ReadLabels};
 use crate::args::LabelArgs;
 use crate::commands::render_labels::place;
+use crate::disk_cache;
 
 /// Places along a ray that are looked at, at most.
 const MOST_SAMPLES: f64 = 2048.0;
@@ -78,12 +79,12 @@ pub(crate) fn read_labels(
     };
     let about = volume.about();
     let time = if about.times > 1 { time } else { 0 };
-    let options = VolumeOptions { labels: Some(true), time, ..VolumeOptions::default() };
+    let options = VolumeOptions { labels: Some(true), time, ..opened.how.options(opened.brick) };
     let source = Arc::new(VolumeSource::open(volume.clone(), &options)?);
     let (of, begin) = place(about, image)?;
     let colors = Arc::new(LabelColors::new(about.label_colors.iter().copied()));
     let settings = TextureSettings { voxels: Some(source.levels().clone()), ..TextureSettings::default() };
-    let tiles: Arc<dyn TileSource> = source.clone();
+    let tiles = disk_cache::before_volume(&source, opened.how.disk.as_ref());
     let prepared = preparer.read_blocking(tiles, settings)?;
     let bounds = about.dtype.bounds().map(|(least, most)| [least, most]);
     let bounds = bounds.with_context(|| format!("{}: {} are no labels", about.path, about.dtype.name()))?;

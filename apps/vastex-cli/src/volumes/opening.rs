@@ -1,13 +1,52 @@
 //! Which paths the window shows as volumes, and what of one is more than it shows.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use vastex_volume::VolumeAbout;
+use vastex_tiles::DiskTier;
+use vastex_volume::{VolumeAbout, VolumeOptions};
 
-use crate::args::ViewArgs;
+use super::kept;
+use crate::args::{SceneArgs, ViewArgs};
 use crate::commands::volume;
-use crate::open;
+use crate::{disk_cache, open};
+
+/// How a volume is opened that is shown.
+#[derive(Clone, Default)]
+pub(crate) struct OpenHow {
+    /// Where levels are kept that are made in the background; in memory where there is none.
+    pub(super) cache: Option<PathBuf>,
+    /// MiB for bricks, where somebody said how many.
+    pub(super) pool_mib: Option<u64>,
+    /// Where bricks are kept.
+    pub(super) disk: Option<Arc<DiskTier>>,
+}
+
+impl OpenHow {
+    /// As arguments say.
+    pub(crate) fn of(args: &SceneArgs) -> OpenHow {
+        let cache = match &args.cache.cache {
+            Some(cache) => Some(cache.clone()).filter(|cache| cache.as_os_str() != "off"),
+            None => usual_cache(),
+        };
+        cache.iter().for_each(|cache| kept::make_room(cache, args.cache.cache_gib << 30));
+        OpenHow { cache, pool_mib: args.pool_mib, disk: disk_cache::asked(&args.disk_cache) }
+    }
+
+    /// A source of bricks of so many voxels along a side.
+    pub(super) fn options(&self, brick: u32) -> VolumeOptions {
+        VolumeOptions { brick, cache: self.cache.clone(), ..VolumeOptions::default() }
+    }
+}
+
+/// Where built images are kept, too.
+fn usual_cache() -> Option<PathBuf> {
+    #[cfg(feature = "build")]
+    return vastex_build::BuildCache::default_directory();
+    #[cfg(not(feature = "build"))]
+    None
+}
 
 /// Channels of a volume that is shown, at most.
 const MOST_CHANNELS: u64 = 4096;
@@ -84,7 +123,7 @@ mod tests {
             assert!(volume::is_described_as_volume(&path), "{says}");
             assert_eq!(opens_as_volume(&path, &args), is_volume, "{says}");
         }
-        let opened = super::super::open_volume(&path).unwrap();
+        let opened = super::super::open_volume(&path, OpenHow::default()).unwrap();
         let colors: Vec<_> = opened.facts.channels.iter().map(|channel| channel.color).collect();
         assert_eq!(colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(Some));
     }

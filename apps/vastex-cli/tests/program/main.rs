@@ -43,6 +43,8 @@ mod volume_sparse;
 #[cfg(feature = "volumes")]
 mod volume_view;
 #[cfg(feature = "volumes")]
+mod volume_watch;
+#[cfg(feature = "volumes")]
 mod volume_words;
 #[cfg(feature = "volumes")]
 mod volumes;

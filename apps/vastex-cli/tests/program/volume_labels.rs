@@ -144,7 +144,6 @@ fn the_words_for_labels_are_checked() {
         ("cells.zarr --labels nuclei --label-opacity 2", 2, "0 to 1"),
         ("cells.zarr/labels/nuclei --labels cells", 1, "labels itself"),
         ("cells.zarr/labels/nuclei --channels 0", 1, "colours of their own"),
-        ("cells.zarr --labels nuclei --pool-mib 1", 1, "and labels need"),
     ] {
         let words: Vec<&str> =
             ["render", "--on=volume", "--size=24x20"].into_iter().chain(words.split(' ')).collect();

@@ -153,7 +153,6 @@ fn what_is_no_volume_of_values_and_what_images_have_is_refused() {
             vec![concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/vastex-volume/fixtures/plate.zip")],
             "A/1/0",
         ),
-        (vec![NUCLEI, "--pool-mib", "1"], "pool"),
     ] {
         let words = [vec!["view", "--screenshot", "out.png", "--size", "64x64"], words].concat();
         let ended = sandbox.run(&words).expect_code(1);

@@ -212,6 +212,41 @@ impl VolumeView {
 }
 
 impl VolumePlane {
+    /// The plane through a point of the world with a normal of any length, which points away from the eye:
+    /// all of the volume that it cuts fills a picture of so many pixels as far as its proportions allow.
+    /// Downward is +z as far as it can be, +y where the normal is along z. `None` where it cuts nothing, and
+    /// of a normal that is 0.
+    pub fn through(of: &VolumeBox, at: DVec3, normal: DVec3, picture: [u32; 2]) -> Option<VolumePlane> {
+        let forward = normal.try_normalize()?;
+        let upright = if forward.z.abs() > 0.999_999 { DVec3::Y } else { DVec3::Z };
+        let down = (upright - forward * upright.dot(forward)).try_normalize()?;
+        let right = down.cross(forward);
+        // Where it cuts the edges of the box, in the plane.
+        let (mut least, mut most) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for (corner, axis) in (0..8_u32).flat_map(|corner| (0..3).map(move |axis| (corner, axis))) {
+            if corner >> axis & 1 == 1 {
+                continue;
+            }
+            let ends = [corner, corner | 1 << axis].map(|corner| {
+                let at_end = UVec3::new(corner & 1, corner >> 1 & 1, corner >> 2).as_dvec3();
+                at_end * of.extent() - at
+            });
+            let [before, behind] = ends.map(|end| end.dot(forward));
+            if before.signum() == behind.signum() && before != 0.0 && behind != 0.0 {
+                continue;
+            }
+            let share = if before == behind { 0.0 } else { before / (before - behind) };
+            let cut = ends[0] + (ends[1] - ends[0]) * share;
+            let cut = DVec2::new(cut.dot(right), cut.dot(down));
+            (least, most) = (least.min(cut), most.max(cut));
+        }
+        let sides = most - least;
+        let pixel = (sides / DVec2::new(picture[0].into(), picture[1].into())).max_element();
+        let middle = (least + most) / 2.0;
+        let is_seen = sides.min_element() > 0.0 && pixel.is_finite();
+        is_seen.then(|| VolumePlane { middle: at + right * middle.x + down * middle.y, right, down, pixel })
+    }
+
     fn rays(&self, picture: [u32; 2]) -> VolumeRays {
         let [width, height] = picture.map(f64::from);
         let (right, down) = (self.right * self.pixel, self.down * self.pixel);
@@ -388,6 +423,25 @@ mod tests {
         for view in [VolumeView::Face(VolumeFace::PlusX), VolumeView::Slice { axis: 0, voxel: 3 }] {
             let flat = VolumeBox { voxel: DVec3::new(0.5, 1.0, 2.0), ..BOX };
             assert_eq!((view.rays(&flat, [30, 20]).pixel, view.rays(&flat, [60, 40]).pixel), (0.5, 1.0));
+        }
+    }
+
+    #[test]
+    fn a_plane_through_a_point_shows_all_that_it_cuts() {
+        // 20 x 15 x 40 in the world; across z it is the slice.
+        let at = DVec3::new(3.0, 4.0, 15.0);
+        let plane = VolumePlane::through(&BOX, at, DVec3::Z * 7.0, [100, 100]).unwrap();
+        let slice = VolumeView::Slice { axis: 2, voxel: 7 }.rays(&BOX, [100, 100]);
+        let rays = VolumeView::Plane(plane).rays(&BOX, [100, 100]);
+        assert_eq!((rays.origin, rays.toward, rays.pixel), (slice.origin, slice.toward, slice.pixel));
+        // Along a diagonal of x and y: 25 wide at the most, here from face to face, and 40 high.
+        let diagonal = DVec3::new(15.0, -20.0, 0.0);
+        let plane = VolumePlane::through(&BOX, DVec3::new(10.0, 7.5, 1.0), diagonal, [50, 20]).unwrap();
+        assert!((plane.pixel - 2.0).abs() < 1e-12 && plane.down == DVec3::Z);
+        assert!(plane.middle.abs_diff_eq(DVec3::new(10.0, 7.5, 20.0), 1e-12), "{plane:?}");
+        assert_eq!(plane.right.cross(plane.down), diagonal.normalize(), "not mirrored");
+        for (at, normal) in [([0.0, 0.0, 41.0], DVec3::Z), ([0.0; 3], DVec3::ZERO), ([0.0; 3], DVec3::ONE)] {
+            assert_eq!(VolumePlane::through(&BOX, at.into(), normal, [9, 9]), None, "{at:?}, {normal}");
         }
     }
 

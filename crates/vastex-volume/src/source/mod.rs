@@ -10,6 +10,7 @@ mod groups;
 #[cfg(test)]
 mod huge;
 mod kept;
+mod key;
 mod options;
 mod sample;
 mod stats;
@@ -24,7 +25,7 @@ use pollster::block_on;
 use vastex_core::{
     Description, Geometry, Layer, PageContents, PagePos, Region, StoredLevel, VoxelLevel, VoxelLevels,
 };
-use vastex_tiles::{Codec, ReadError, ReadFuture, Tiers, Tile, TileSource};
+use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource};
 
 use crate::chunks::ChunkSource;
 use crate::fault::{VolumeError, VolumeFault};
@@ -351,6 +352,11 @@ impl TileSource for VolumeSource {
     /// Pages that are known to hold the fill value alone have content 0.
     fn contents(&self) -> Option<&Arc<PageContents>> {
         self.contents.as_ref()
+    }
+
+    /// Of what lies in one file, and of which no level is made in the background.
+    fn identity(&self) -> Option<SourceKey> {
+        key::key(self)
     }
 
     /// Adds what was read of the volume: sources that share one add each read once between them, whichever of

@@ -12,7 +12,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("shortage", &["report"]),
     ("explained", &[]),
     ("first_range", &[]),
-    ("telemetry", &["args", "output"]),
+    ("telemetry", &["output"]),
     ("parts", &[]),
     ("pictures", &["args", "output"]),
     ("planet", &[]),
@@ -38,7 +38,7 @@ pub(super) const ROOMS: &[Room] = &[
             "telemetry",
         ],
     ),
-    ("volumes", &["args", "commands", "open"]),
+    ("volumes", &["args", "commands", "disk_cache", "open"]),
     (
         "screenshot",
         &["args", "commands", "first_range", "made_levels", "open", "output", "parts", "report", "volumes"],

@@ -1,14 +1,15 @@
 //! From where a volume is to be seen, and what cannot be drawn of what was asked for.
 
 use anyhow::{Result, bail};
+use glam::DVec3;
 use vastex_scenes::Gpu;
 use vastex_viewer::VolumeViewText;
-use vastex_viewer::volume::{VolumeBox, VolumeClip, VolumeView};
+use vastex_viewer::volume::{VolumeBox, VolumeClip, VolumePlane, VolumeView};
 use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
 use vastex_volume::{ImageList, VolumeAbout};
 
 use super::box_of;
-use crate::args::{RenderVolumeArgs, Toward, VolumeScene};
+use crate::args::{AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
 
 /// Samples of a ray beyond which it is not looked at further (volume.wgsl).
 const MOST_SAMPLES: f64 = 65_536.0;
@@ -37,18 +38,28 @@ pub(super) fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
 pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<(VolumeView, VolumeClip)> {
     let of = box_of(about)?;
     let whole = VolumeClip::default();
-    if let (VolumeScene::Slices, Some(slice)) = (args.on, args.slice) {
-        let side = of.size[usize::from(slice.axis)];
-        if slice.voxel >= side {
-            let name = ["x", "y", "z"][usize::from(slice.axis)];
-            bail!(
-                "--slice {name}={}: {} has {side} planes along {name}, 0 to {}",
-                slice.voxel,
-                about.path,
-                side - 1
-            );
+    match (args.on, args.slice) {
+        (VolumeScene::Slices, Some(AskedSlice::Voxels { axis, voxel })) => {
+            let side = of.size[usize::from(axis)];
+            if voxel >= side {
+                let name = ["x", "y", "z"][usize::from(axis)];
+                bail!(
+                    "--slice {name}={voxel}: {} has {side} planes along {name}, 0 to {}",
+                    about.path,
+                    side - 1
+                );
+            }
+            return Ok((VolumeView::Slice { axis, voxel }, whole));
         }
-        return Ok((VolumeView::Slice { axis: slice.axis, voxel: slice.voxel }, whole));
+        (VolumeScene::Slices, Some(AskedSlice::Oblique { at, normal })) => {
+            let at = DVec3::from_array(at) * of.voxel;
+            let plane = VolumePlane::through(&of, at, DVec3::from_array(normal), args.size);
+            let Some(plane) = plane else {
+                bail!("--slice: the plane does not meet {}, of {:?} voxels", about.path, of.size)
+            };
+            return Ok((VolumeView::Plane(plane), whole));
+        }
+        _ => {}
     }
     Ok(match &args.view {
         Some(Toward::Face(face)) => (VolumeView::Face(*face), whole),

@@ -58,9 +58,9 @@ pub(super) fn compare(
     // One more than there are, so that no picture of it is coarser.
     let room = bytes + bytes / sources.len().max(1) as u64;
     let shown = (box_of(volume.about())?, channels, &sources[..]);
-    let mut drawing = Drawing::new(args, gpu, shown, None, view, [room, 0])?;
+    let mut drawing = Drawing::new(args, gpu, shown, None, view, ([room, 0], None))?;
     drawing.set_levels(LevelRule { bias: mip_bias as f32, ..LevelRule::default() });
-    let is_whole = drawing.play()? && drawing.textures.stats().pager.bias_eighths == 0;
+    let is_whole = drawing.play(|_| ())? && drawing.textures.stats().pager.bias_eighths == 0;
     if !is_whole {
         bail!(
             "--compare: {} does not fit {} of this adapter as ordinary textures; compare a smaller volume",

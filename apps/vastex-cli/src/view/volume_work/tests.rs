@@ -6,7 +6,7 @@ use vastex::{Settings, Textures};
 use vastex_scenes::headless_gpu;
 
 use super::*;
-use crate::volumes::open_volume;
+use crate::volumes::{OpenHow, open_volume};
 
 /// Four channels, each of one level that is larger than what is made at opening.
 fn large(directory: &Path) -> OpenedVolume {
@@ -16,7 +16,7 @@ fn large(directory: &Path) -> OpenedVolume {
     file.set_len(4 * 420 * 410 * 400).unwrap();
     let about = "width = 420\nheight = 410\ndepth = 400\nsample = \"u8\"\nchannels = 4\norder = \"planar\"\n";
     std::fs::write(directory.join("large.raw.toml"), about).unwrap();
-    open_volume(&path).unwrap()
+    open_volume(&path, OpenHow::default()).unwrap()
 }
 
 /// Work of a volume whose levels are to be made, with textures that show it.

@@ -1,0 +1,130 @@
+//! What is told of a run that draws a volume, and kept of it: the trace, figures of every frame, what lies in
+//! pools, why a pixel shows what it shows, and bricks on a disk.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::{Result, bail};
+use serde::Serialize;
+use vastex::Textures;
+use vastex::diagnostics::PoolDump;
+use vastex_tiles::DiskTier;
+use vastex_viewer::stage::StageScene;
+
+use super::Drawing;
+use crate::args::RenderVolumeArgs;
+use crate::explained::Explained;
+use crate::output::Output;
+use crate::telemetry::StatsExport;
+use crate::{disk_cache, open};
+
+/// What is written at the end of a run, in the making.
+pub(super) struct Watch {
+    trace: Option<Output>,
+    stats: StatsExport,
+    pub(super) disk: Option<Arc<DiskTier>>,
+}
+
+/// What is told at the end. Scripts rely on these names.
+#[derive(Default, Serialize)]
+pub(super) struct Watched {
+    /// Only with `--disk-cache`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    disk_cache: Option<disk_cache::Summary>,
+    /// What `--dump-pools` adds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pool_dump: Option<PoolDump>,
+    /// What `--explain` adds.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    explained: Option<Explained>,
+}
+
+impl Watch {
+    /// Finds out whether what is asked for can be written, and opens the cache.
+    pub(super) fn new(args: &RenderVolumeArgs) -> Result<Watch> {
+        check_places(args)?;
+        let watch = &args.watch;
+        Ok(Watch {
+            trace: watch.record_trace.as_deref().map(Output::at).transpose()?,
+            stats: StatsExport::new(watch.stats_csv.as_deref(), watch.stats_json.as_deref())?,
+            disk: disk_cache::asked(&watch.disk_cache),
+        })
+    }
+
+    /// The first frame is to come.
+    pub(super) fn begin(&self, drawing: &mut Drawing<'_>) {
+        if self.disk.is_some() {
+            drawing.shown.first().into_iter().for_each(|(_, source)| disk_cache::say_not_kept(source));
+        }
+        if self.trace.is_some() {
+            drawing.textures.ahead().trace().record();
+        }
+    }
+
+    /// A frame has been played.
+    pub(super) fn note(&mut self, textures: &Textures) {
+        self.stats.note(textures);
+    }
+
+    /// Writes what was noted, and tells what is asked for of how the last frame left it.
+    pub(super) fn end(&self, args: &RenderVolumeArgs, drawing: &mut Drawing<'_>) -> Result<Watched> {
+        if let (Some(output), Some(trace)) = (&self.trace, drawing.textures.ahead().trace().take()?) {
+            output.write(&trace.to_bytes())?;
+        }
+        self.stats.write()?;
+        let pool_dump = args.watch.dump_pools.then(|| drawing.textures.inspect().pool_usage());
+        let explained = args.watch.explain.map(|pixel| explain(drawing, pixel)).transpose()?;
+        let disk_cache = self.disk.as_deref().map(disk_cache::Summary::new);
+        Ok(Watched { disk_cache, pool_dump, explained })
+    }
+}
+
+impl Watched {
+    /// The same for people, each part on lines of its own.
+    pub(super) fn text(&self) -> String {
+        let parts = [
+            self.disk_cache.as_ref().map(disk_cache::Summary::text),
+            self.pool_dump.as_ref().map(PoolDump::to_string),
+            self.explained.as_ref().map(Explained::text),
+        ];
+        parts.into_iter().flatten().map(|part| format!("\n{part}")).collect()
+    }
+}
+
+/// Why a pixel of a slice shows what it shows.
+fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
+    let (renderer, size) = (&drawing.renderer, drawing.canvas.size());
+    renderer.place(renderer.camera(), &drawing.gpu.queue, &drawing.textures, &drawing.view, size);
+    let sampled = renderer.sampled();
+    drawing.textures.pixels().explain(size, pixel, |pass, groups| {
+        if let Some(group) = groups.get(sampled) {
+            renderer.draw_wanted(renderer.camera(), pass, group);
+        }
+    })?;
+    let explained = drawing.textures.pixels().wait()?.map(|explained| explained.explanations);
+    Ok(Explained::new(pixel, &explained.unwrap_or_default()))
+}
+
+/// Nothing is written over the source, and no two things into one file.
+fn check_places(args: &RenderVolumeArgs) -> Result<()> {
+    let (source, watch) = (args.source.display(), &args.watch);
+    let named = [
+        ("picture", &args.output),
+        ("trace", &watch.record_trace),
+        ("CSV file", &watch.stats_csv),
+        ("JSON file", &watch.stats_json),
+    ];
+    let named: Vec<(&str, &Path)> =
+        named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
+    for (nth, (what, place)) in named.iter().enumerate() {
+        if open::is_file_of(&args.source, place) {
+            bail!("{source}: is the source as well as the output; choose another name for the output");
+        }
+        if let Some((other, _)) = named[..nth].iter().find(|(_, other)| other == place) {
+            bail!(
+                "{source}: the {other} and the {what} would be one file; choose another name for one of them"
+            );
+        }
+    }
+    Ok(())
+}
