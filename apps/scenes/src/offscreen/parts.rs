@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use vastex::Ticket;
+use vastex_viewer::layers::Ground;
 use vastex_viewer::{PicturePart, Pose, ShownLayer};
 
 use super::Offscreen;
@@ -12,6 +13,11 @@ use crate::error::OffscreenError;
 const MOST_LOADING: Duration = Duration::from_secs(60);
 
 impl Offscreen {
+    /// What is seen around the surface and through it, from the next frame on.
+    pub fn lay_on(&mut self, ground: Ground) {
+        self.renderer.set_ground(ground);
+    }
+
     /// What pictures show of a whole one from the next frame on, as
     /// [`show_part`](vastex_viewer::SceneRenderer::show_part) of their renderer has it; the part has the size
     /// of the pictures.

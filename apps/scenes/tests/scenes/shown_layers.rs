@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::DVec2;
 use vastex::{Filter, Textures, TileSource, ViewId};
-use vastex_scenes::{Comparison, DisplayOptions, Offscreen, Picture, Pose, Scene};
-use vastex_viewer::layers::CompareMode;
+use vastex_scenes::{Comparison, DisplayOptions, LayerOptions, Offscreen, Path, Picture, Pose, Scene, Until};
+use vastex_viewer::layers::{CompareMode, Ground};
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead, draw_again};
 use vastex_viewer::{
     Bands, ColorMap, Curve, Layers, LayersError, Nodata, Palette, SceneDesc, SceneRenderer, ShownLayer, Tone,
@@ -262,6 +262,33 @@ fn bands_are_chosen_and_what_is_no_data_is_not_drawn() {
         let whole = picture(&grey, is_alone, &|map| map.with_nodata(Nodata::NotANumber));
         compare(&whole, &plain_grey, &|plain| [plain[0]; 3]);
     }
+}
+
+/// What is transparent shows the ground; around the image chequers are dark.
+#[test]
+fn the_ground_is_seen_through_what_is_transparent() {
+    let (_directory, file) = Image::new(200, 150, 64).build();
+    let transparent = LayerOptions { opacity: 0.0, ..LayerOptions::default() };
+    let options = DisplayOptions { layers: vec![transparent], ..DisplayOptions::default() };
+    let source = vastex::open(&file).unwrap();
+    let settings = settings(16, Filter::Trilinear);
+    let mut drawn = Offscreen::showing(&options, gpu(), source, Scene::Image, [160, 90], settings).unwrap();
+    let mut seen = |ground: Ground, [x, y]: [usize; 2]| {
+        drawn.lay_on(ground);
+        drawn.run(Path::Still, Until::Frames(1), |_, _| ()).unwrap();
+        drawn.picture().rgba[4 * (160 * y + x)]
+    };
+    // The image is 120 pixels wide, in the middle.
+    for (ground, beside, squares) in
+        [(Ground::Dark, 0..60, [0..60, 0..60]), (Ground::Light, 220..240, [220..240, 220..240])]
+    {
+        assert!(beside.contains(&seen(ground, [5, 40])), "{ground:?}");
+        assert!(squares[0].contains(&seen(ground, [30, 5])) && squares[1].contains(&seen(ground, [42, 5])));
+    }
+    assert!(seen(Ground::Chequers, [5, 40]) < 60);
+    let [darker, lighter] = [[30, 5], [42, 5]].map(|place| seen(Ground::Chequers, place));
+    assert!((200..210).contains(&darker) && lighter > 250, "{darker} and {lighter}");
+    assert_eq!(seen(Ground::Chequers, [42, 17]), darker, "and so on downwards");
 }
 
 #[test]

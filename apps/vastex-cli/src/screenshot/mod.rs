@@ -25,7 +25,7 @@ use vastex_scenes::{
     headless_gpu,
 };
 use vastex_viewer::hud::Hud;
-use vastex_viewer::layers::Tone;
+use vastex_viewer::layers::{Ground, Tone};
 use vastex_viewer::panels::{Panes, free_in_panes};
 
 use crate::args::ViewArgs;
@@ -54,6 +54,7 @@ pub(crate) struct Shot {
     pub(crate) may_be_crisp: bool,
     /// Whether black and white are nobody's choice, and so those of the values.
     pub(crate) range_is_free: bool,
+    pub(crate) ground: Ground,
     /// Width and height in pixels.
     pub(crate) size: [u32; 2],
     pub(crate) pixels_per_point: f32,
@@ -95,6 +96,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         overlay: scene.overlay(),
         may_be_crisp: scene.filter() == Filter::default(),
         range_is_free: scene.range_is_free(),
+        ground: Ground::default(),
         size: scene.size(),
         pixels_per_point: 1.0,
         has_guides: true,
@@ -160,6 +162,7 @@ impl Shot {
         }
         let drawn_size = if is_whole { self.size } else { parts.drawn_size() };
         let mut drawn = self.offscreen(args, &gpu, sources, (&pose, pane, drawn_size))?;
+        drawn.lay_on(self.ground);
         if self.range_is_free {
             self.take_first_ranges(&mut drawn)?;
         }

@@ -9,8 +9,8 @@ mod welcome;
 use std::path::PathBuf;
 
 use egui::{
-    Align2, Area, Button, CollapsingHeader, Color32, Frame, Id, ProgressBar, RichText, ScrollArea, TextEdit,
-    TextStyle, ThemePreference, Ui, Vec2,
+    Align2, Area, Button, CollapsingHeader, Color32, ComboBox, Frame, Id, ProgressBar, RichText, ScrollArea,
+    TextEdit, TextStyle, ThemePreference, Ui, Vec2,
 };
 use glam::DVec2;
 use vastex_scenes::{PlanetOptions, Pose, Scene};
@@ -23,7 +23,7 @@ use vastex_viewer::panels::{
 
 use super::bookmarks::Bookmarks;
 use super::recent::Recent;
-use super::remembered::Remembered;
+use super::remembered::{ChosenGround, Remembered};
 use crate::open::FileBands;
 use bands::bands_of_file;
 use welcome::welcome;
@@ -109,6 +109,8 @@ pub(super) struct Panel {
     pub(super) bookmarks: Bookmarks,
     /// The corners of what was covered by nothing in the last frame, in pixels; `None` before the first.
     pub(super) free: Option<[DVec2; 2]>,
+    /// What the picture lies on.
+    pub(super) ground: ChosenGround,
 }
 
 impl Panel {
@@ -128,6 +130,7 @@ impl Panel {
             recent,
             bookmarks,
             free: None,
+            ground: ChosenGround::default(),
         }
     }
 
@@ -135,6 +138,7 @@ impl Panel {
     pub(super) fn show_as_before(&mut self, before: &Remembered) {
         (self.is_open, self.guides_are_shown) = (before.panel_is_open, !before.guides_are_hidden);
         self.values_are_shown = !before.values_are_hidden;
+        self.ground = before.ground;
     }
 
     pub(super) fn is_open(&self) -> bool {
@@ -203,6 +207,7 @@ impl Panel {
                     }
                     ui.separator();
                     theme(ui);
+                    ground(ui, &mut self.ground);
                 });
             });
         }
@@ -341,6 +346,16 @@ fn theme(ui: &mut Ui) {
             }
         }
     });
+}
+
+/// What is seen around the picture and through it.
+fn ground(ui: &mut Ui, chosen: &mut ChosenGround) {
+    let choice = ComboBox::from_label("Ground").selected_text(chosen.name()).show_ui(ui, |ui| {
+        for ground in ChosenGround::ALL {
+            ui.selectable_value(chosen, ground, ground.name());
+        }
+    });
+    choice.response.on_hover_text("around the picture, and where it is transparent or without data");
 }
 
 /// What the texture lies on.

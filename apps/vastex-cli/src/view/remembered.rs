@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use vastex::diagnostics::Integrator;
 use vastex::{BiasRule, FeedbackMode, Filter};
+use vastex_viewer::layers::Ground;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
@@ -37,6 +38,7 @@ pub(super) struct Remembered {
     pub(super) guides_are_hidden: bool,
     pub(super) values_are_hidden: bool,
     pub(super) theme: Theme,
+    pub(super) ground: ChosenGround,
     /// How texels are blended; nothing for what suits the magnification.
     #[serde(serialize_with = "named::filter", skip_serializing_if = "Option::is_none")]
     pub(super) filter: Option<Filter>,
@@ -91,6 +93,43 @@ impl From<KeptRule> for Option<BiasRule> {
             KeptRule::Never => None,
             KeptRule::Solved => Some(BiasRule::Solved),
             KeptRule::Integrating => Some(BiasRule::Integrating(Integrator::default())),
+        }
+    }
+}
+
+/// What the picture lies on.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum ChosenGround {
+    /// Dark or light, as the panels are.
+    #[default]
+    Theme,
+    Dark,
+    Light,
+    Chequers,
+}
+
+impl ChosenGround {
+    pub(super) const ALL: [ChosenGround; 4] =
+        [ChosenGround::Theme, ChosenGround::Dark, ChosenGround::Light, ChosenGround::Chequers];
+
+    /// A word for it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            ChosenGround::Theme => "as the theme",
+            ChosenGround::Dark => Ground::Dark.name(),
+            ChosenGround::Light => Ground::Light.name(),
+            ChosenGround::Chequers => Ground::Chequers.name(),
+        }
+    }
+
+    /// The ground beside panels that are dark or light.
+    pub(super) fn beside(self, panels_are_dark: bool) -> Ground {
+        match self {
+            ChosenGround::Theme if panels_are_dark => Ground::Dark,
+            ChosenGround::Theme | ChosenGround::Light => Ground::Light,
+            ChosenGround::Dark => Ground::Dark,
+            ChosenGround::Chequers => Ground::Chequers,
         }
     }
 }
@@ -166,6 +205,7 @@ impl Remembered {
             "guides_are_hidden" => taken(value, &mut self.guides_are_hidden, |_| true),
             "values_are_hidden" => taken(value, &mut self.values_are_hidden, |_| true),
             "theme" => taken(value, &mut self.theme, |_| true),
+            "ground" => taken(value, &mut self.ground, |_| true),
             "filter" => named::taken(&value, &mut self.filter, |name| name.parse().ok()),
             "feedback" => named::taken(&value, &mut self.feedback, named::mode),
             "pools" => {
@@ -257,6 +297,7 @@ mod tests {
             position: Some([-20, 35]),
             panel_is_open: true,
             theme: Theme::Light,
+            ground: ChosenGround::Chequers,
             filter: Some("anisotropic8".parse().unwrap()),
             feedback: Some(FeedbackMode::Raw),
             pools: BTreeMap::from([
@@ -299,6 +340,7 @@ mod tests {
             (r#""size": "large""#, Some("\"size\" is")),
             (r#""position": [1, 99999999]"#, Some("\"position\" is")),
             (r#""theme": "purple""#, Some("\"theme\" is \"purple\"")),
+            (r#""ground": "wet""#, Some("\"ground\" is \"wet\"")),
             (r#""filter": "lanczos""#, Some("\"filter\" is \"lanczos\"")),
             (r#""filter": 3"#, Some("\"filter\" is 3")),
             (r#""feedback": "psychic""#, Some("\"feedback\" is \"psychic\"")),

@@ -100,6 +100,11 @@ impl Shell {
         self.state.egui_ctx().options(|options| options.theme_preference).into()
     }
 
+    /// Whether what is shown now is dark.
+    pub(super) fn is_dark(&self) -> bool {
+        self.state.egui_ctx().theme() == egui::Theme::Dark
+    }
+
     /// The device is another from here on.
     pub(super) fn forget_device(&mut self) {
         self.painter = None;

@@ -4,6 +4,7 @@
 //! here.
 
 mod compare;
+mod ground;
 mod list;
 mod palette;
 mod stored;
@@ -15,6 +16,7 @@ use glam::Vec4;
 use vastex::Layer;
 
 pub use compare::{CompareMode, ParseCompareModeError};
+pub use ground::Ground;
 pub use list::{Layers, LayersError, PlanetLayers, ShownLayer};
 pub(crate) use palette::PaletteUniform;
 pub use palette::{Palette, ParsePaletteError};
@@ -261,8 +263,13 @@ impl ColorMap {
     }
 
     /// What is behind the surface, in the values of the layer: it looks the same behind every layer.
-    pub(crate) fn background(&self) -> Vec4 {
+    fn background(&self) -> Vec4 {
         background(self.is_srgb)
+    }
+
+    /// The same of a ground, and what is seen of it through the surface ([`Ground::told`]).
+    pub(crate) fn ground(&self, ground: Ground) -> [Vec4; 2] {
+        ground.told(self.is_srgb)
     }
 
     /// How values become shades.

@@ -82,7 +82,7 @@ impl LayersText {
             None => self.several(way),
         };
         format!(
-            "fn shown_{way}(look: Look, at: vec2<f32>) -> vec4<f32> {{\n{shown}}}\n\
+            "fn shown_{way}(look: Look, at: vec2<f32>) -> vec4<f32> {{\n    scene_at = at;\n{shown}}}\n\
              fn inspected_{way}(look: Look, at: vec2<f32>) -> VastexInspection {{\n{inspected}}}\n"
         )
     }
@@ -130,7 +130,7 @@ impl LayersText {
             where_seen(n, &is_there(n), &then)
         };
         let overs: String = (0..self.over_one_another()).map(over).collect();
-        format!("    var sum = scene.background.rgb;\n{overs}")
+        format!("    var sum = scene_ground();\n{overs}")
     }
 
     /// How many layers lie over one another.

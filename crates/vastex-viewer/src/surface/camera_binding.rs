@@ -12,7 +12,7 @@ use super::fixed_relief::{FixedReliefView, GridUniform};
 use super::patches::{MOST_PATCHES, Patch};
 use super::planet::PlanetUniform;
 use super::relief::{ReliefUniform, ReliefView};
-use crate::layers::{ColorMap, MOST_LAYERS, PaletteUniform};
+use crate::layers::{ColorMap, Ground, MOST_LAYERS, PaletteUniform};
 use crate::picture::PicturePart;
 use crate::stage::Uniform;
 
@@ -31,6 +31,7 @@ struct SceneUniform {
     panes: f32,
     unused: f32,
     nodata_color: Vec4,
+    ground: Vec4,
     /// The first of each counts; see `scene_zero` in surface.wgsl.
     relief: [ReliefUniform; 2],
     ids: [u32; 4],
@@ -99,19 +100,21 @@ impl CameraBinding {
     /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
     /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
     /// become colours; which part of a pane of the picture is drawn, which part of what the camera sees, and
-    /// how many panes there are.
+    /// how many panes there are; and what is seen around and through the surface.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
         (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
-        (part, seen, panes): (PicturePart, PicturePart, u32),
+        (part, seen, panes, ground): (PicturePart, PicturePart, u32, Ground),
     ) {
+        let [background, ground] = color_map.ground(ground);
         let pane = part.whole;
         let [scale, offset] = seen.whole_from_part();
         let mut told = SceneUniform {
-            background: color_map.background(),
+            background,
+            ground,
             tone: color_map.tone().told().into(),
             picture: pane.map(|side| side as f32),
             map: color_map.map(),

@@ -2,6 +2,8 @@
 //!
 //! The picture from an ordinary texture, to compare with, is the business of those who judge pictures.
 
+mod plans;
+
 use std::sync::{Arc, OnceLock};
 
 use glam::Vec4;
@@ -18,7 +20,7 @@ use super::scene_pipelines::{PipelineMaker, ScenePipelines};
 use super::tiling::Tiling;
 use crate::camera::Pose;
 use crate::gpu::Gpu;
-use crate::layers::{ColorMap, LayerUniform, Layers, MOST_LAYERS, ShownLayer, background};
+use crate::layers::{ColorMap, Ground, LayerUniform, Layers, MOST_LAYERS};
 use crate::picture::PicturePart;
 use crate::scene::Scene;
 use crate::stage::{StageScene, Target, TargetKind, Uniform, filled_buffer, takes_light};
@@ -49,6 +51,7 @@ pub struct SceneRenderer {
     relief: Option<ReliefSurface>,
     /// What pictures of its size are of a whole one.
     part: Option<PicturePart>,
+    ground: Ground,
     /// Texels of the first layer's texture.
     size: [u32; 2],
     vertices: wgpu::Buffer,
@@ -107,6 +110,7 @@ impl SceneRenderer {
             maker,
             relief,
             part: None,
+            ground: Ground::default(),
             layers: layers.clone(),
         };
         renderer.set_layers(queue, textures, &layers);
@@ -135,6 +139,15 @@ impl SceneRenderer {
         }
     }
 
+    /// What is seen around the surface and through it, from the next pose on. Around a planet is space.
+    pub fn set_ground(&mut self, ground: Ground) {
+        self.ground = ground;
+    }
+
+    fn ground(&self) -> Ground {
+        if self.made_of.scene == Scene::Planet { Ground::Dark } else { self.ground }
+    }
+
     /// How a planet is lit.
     pub fn light(&self) -> PlanetLight {
         self.made_of.light
@@ -149,7 +162,7 @@ impl SceneRenderer {
     ) -> Result<SceneRenderer, Error> {
         let desc = SceneDesc { layers, ..self.made_of.clone() };
         let renderer = SceneRenderer::new(gpu, textures, desc, self.format())?;
-        Ok(SceneRenderer { part: self.part, ..renderer })
+        Ok(SceneRenderer { part: self.part, ground: self.ground, ..renderer })
     }
 
     /// From the next pose on, pictures of the part's size show it as it is in the whole: as if all of the
@@ -183,7 +196,7 @@ impl SceneRenderer {
 
     /// What is drawn where no surface is, in the values of its pictures.
     pub fn background(&self) -> Vec4 {
-        background(takes_light(self.format()))
+        self.ground().told(takes_light(self.format()))[0]
     }
 
     /// Width over height of the image.
@@ -368,51 +381,6 @@ impl SceneRenderer {
         self.relief.is_some()
     }
 
-    /// A pipeline that draws a plan of a layer over the whole of a pane in the place of the scene; one more
-    /// bind group, if any. Fails where its texture was removed.
-    pub fn plan_pipeline(
-        &self,
-        textures: &Textures,
-        shown: &ShownLayer,
-        entry: &str,
-        group: Option<&[wgpu::BindGroupLayoutEntry]>,
-    ) -> Result<wgpu::RenderPipeline, Error> {
-        self.maker.plan(textures, shown.layer, shown.color_map, (entry, group))
-    }
-
-    /// Tells a camera of [`SceneRenderer::new_camera`] what a plan of a layer is drawn by, in a picture of so
-    /// many pixels.
-    pub fn place_plan(
-        &self,
-        camera: &CameraBinding,
-        queue: &wgpu::Queue,
-        textures: &Textures,
-        shown: &ShownLayer,
-        picture: [u32; 2],
-    ) {
-        // What was removed has no id; shaders show what they show for any texture that is not there.
-        let id = textures.shader_id(shown.layer).unwrap_or(u32::MAX);
-        let pane = PicturePart::all(self.layers.pane_size(picture));
-        let placed = (&Placed::Mesh(glam::Mat4::IDENTITY), bytemuck::Zeroable::zeroed(), None);
-        camera.set(queue, placed, [id; 3], &shown.color_map, (pane, pane, self.layers.panes()));
-    }
-
-    /// Draws a plan in a pane, through a camera that was told of it. The bind group is that of the plan's
-    /// layer.
-    pub fn draw_plan(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        (camera, pane): (&CameraBinding, u32),
-        pipeline: &wgpu::RenderPipeline,
-        texture_group: &wgpu::BindGroup,
-    ) {
-        self.turn_to_pane(camera, pass, pane);
-        pass.set_pipeline(pipeline);
-        pass.set_bind_group(0, texture_group, &[]);
-        pass.set_bind_group(1, camera.group(), &[]);
-        pass.draw(0..3, 0..1);
-    }
-
     /// The format of its pictures.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.maker.format()
@@ -459,7 +427,7 @@ impl StageScene for SceneRenderer {
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
         let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, part.whole, relief.sea()));
-        let seen = (part, seen, self.layers.panes());
+        let seen = (part, seen, self.layers.panes(), self.ground());
         camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), seen);
     }
 

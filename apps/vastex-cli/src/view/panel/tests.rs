@@ -67,6 +67,19 @@ fn click(harness: &mut Harness<'_, Window>, label: &str) {
 }
 
 #[test]
+fn the_ground_is_chosen_and_by_default_goes_with_the_theme() {
+    use vastex_viewer::layers::Ground;
+
+    let mut harness = window(None);
+    click(&mut harness, "Panel");
+    assert_eq!(harness.state().panel.ground.beside(true), Ground::Dark);
+    assert_eq!(harness.state().panel.ground.beside(false), Ground::Light);
+    click(&mut harness, "Ground");
+    click(&mut harness, "chequers");
+    assert_eq!(harness.state().panel.ground.beside(true), Ground::Chequers);
+}
+
+#[test]
 fn a_file_is_asked_for_by_its_path() {
     let mut harness = window(None);
     assert!(harness.query_by_label("Open").is_none(), "closed at first");

@@ -173,6 +173,7 @@ impl Viewer {
             values_are_hidden: !self.panel.values_are_shown(),
             hud_is_shown: self.hud.is_shown(),
             theme: self.shell.theme(),
+            ground: self.panel.ground,
             ..self.chosen.remembered(window)
         }
     }

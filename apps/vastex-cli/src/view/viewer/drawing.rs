@@ -5,7 +5,7 @@ use std::time::Instant;
 use anyhow::Result;
 use vastex::ViewId;
 use vastex_scenes::{Gpu, Pose};
-use vastex_viewer::layers::BACKGROUND;
+use vastex_viewer::layers::Ground;
 use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
 
 use super::super::displayed::Displayed;
@@ -59,9 +59,14 @@ impl Viewer {
         false
     }
 
+    /// What the picture lies on.
+    pub(super) fn ground(&self) -> Ground {
+        self.panel.ground.beside(self.shell.is_dark())
+    }
+
     fn draw_empty(&mut self, frame: SurfaceFrame) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        self.surface.clear(&mut encoder, &frame, BACKGROUND);
+        self.surface.clear(&mut encoder, &frame, self.ground().beside());
         let over = (&frame.view, self.surface.viewed_format());
         self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
         self.gpu.queue.submit([encoder.finish()]);
@@ -72,6 +77,7 @@ impl Viewer {
         let (size, pane) = (self.surface.size(), self.size());
         let target = self.surface.target(&frame.view);
         self.display.count_frame();
+        let ground = self.ground();
         if let Some(source) = self.display.displayed_mut() {
             source.follow(
                 &self.gpu,
@@ -79,6 +85,7 @@ impl Viewer {
                 &self.settings,
                 pose.magnification(pane, source.size),
             )?;
+            source.renderer.set_ground(ground);
         }
         let is_alone = self.display.next().is_none();
         let Gpu { device, queue, .. } = &self.gpu;

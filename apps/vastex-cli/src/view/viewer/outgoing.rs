@@ -27,6 +27,7 @@ impl Viewer {
             options: self.settings.options.clone(),
             overlay: self.settings.overlay,
             range_is_free: false,
+            ground: self.ground(),
             may_be_crisp: self.settings.may_be_crisp,
             size: self.surface.size().map(|side| side.saturating_mul(times)),
             pixels_per_point: self.window.scale_factor() as f32 * times as f32,

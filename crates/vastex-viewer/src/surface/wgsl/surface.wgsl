@@ -104,6 +104,7 @@ struct Scene {
     panes: f32,         // beside each other
     unused: f32,
     nodata_colour: vec4<f32>, // of what is without data, as the layer's values are; alpha 0 where it is not drawn
+    ground: vec4<f32>,  // what is seen through the surface, as the layer's values are, and how much lighter every other square of it is
     relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
     fixed: array<Fixed, 2>,
@@ -118,6 +119,16 @@ struct Scene {
 // 0, as no compiler knows: surfaces with heights find by it what levels, and so conditions, follow from (ARCHITECTURE.md, "Where the text
 // bends to a driver").
 var<private> scene_zero: u32;
+
+// The pixel that is drawn, where what is seen through the surface depends on it.
+var<private> scene_at: vec2<f32>;
+
+// What is seen through the surface: plain, or squares of 12 pixels a side.
+fn scene_ground() -> vec3<f32> {
+    let square = floor((scene_at + scene.origin) / 12.0);
+    let sum = square.x + square.y;
+    return scene.ground.rgb + vec3<f32>(scene.ground.a * (sum - (2.0 * floor(sum / 2.0))));
+}
 
 // What the target is given for the colour of a texture's value on ground that is so light.
 fn scene_lit(value: vec4<f32>, light: f32) -> vec4<f32> {
@@ -158,7 +169,7 @@ fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
         let high = scene.palette[(first + 1u) / 4u][(first + 1u) % 4u];
         colour = vec4<f32>(palette_between(low, high, at - f32(first)), plain.a);
     }
-    return vec4<f32>(mix(scene.background.rgb, colour.rgb, colour.a), 1.0);
+    return vec4<f32>(mix(scene_ground(), colour.rgb, colour.a), 1.0);
 }
 
 // How near to the value that stands for no data others count as the same, by the scale of stored values: see layers/stored.rs.
