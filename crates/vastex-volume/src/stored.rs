@@ -203,7 +203,7 @@ mod tests {
             });
             let plane = (below(3), below(5));
             let mut all: Vec<[u32; 5]> =
-                (0..below(60)).map(|_| counts.map(|count| below(count) as u32)).collect();
+                (0..below(300)).map(|_| counts.map(|count| below(count) as u32)).collect();
             let stored = StoredChunks::new(&grid(shape, chunk), &list(cell, &all)).unwrap();
             all.sort_unstable();
             all.dedup();
@@ -235,7 +235,7 @@ mod tests {
             assert_eq!(boxes.iter().filter(touches).count() as u64 * cells, expected);
             hits += u32::from(expected > 0);
         }
-        assert!((200..1800).contains(&hits), "{hits}");
+        assert!((50..1950).contains(&hits), "{hits}");
     }
 
     #[test]
