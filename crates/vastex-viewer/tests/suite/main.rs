@@ -14,6 +14,7 @@ mod labels;
 mod still;
 mod volume_bright;
 mod volume_feedback;
+mod volume_levels;
 mod volume_life;
 mod volume_real;
 mod volume_reference;
