@@ -41,10 +41,14 @@ impl OpenHow {
 }
 
 /// Where built images are kept, too.
+#[cfg(feature = "build")]
 fn usual_cache() -> Option<PathBuf> {
-    #[cfg(feature = "build")]
-    return vastex_build::BuildCache::default_directory();
-    #[cfg(not(feature = "build"))]
+    vastex_build::BuildCache::default_directory()
+}
+
+/// None where no images are built.
+#[cfg(not(feature = "build"))]
+fn usual_cache() -> Option<PathBuf> {
     None
 }
 

@@ -22,7 +22,7 @@ pub(super) fn key(source: &VolumeSource) -> Option<SourceKey> {
     let path = Path::new(&about.path);
     let file = path.ancestors().find(|path| path.exists())?;
     let mut text = format!("volume {VERSION} {:?} {:?} {:?}\n", about.path, about.dtype, source.description);
-    write!(text, "{:?} {}\n", VolumeOptionsInKey::of(source), source.levels.levels().len()).ok()?;
+    writeln!(text, "{:?} {}", VolumeOptionsInKey::of(source), source.levels.levels().len()).ok()?;
     // Values and what describes them may be two files.
     let described = Path::new(&format!("{}.toml", file.display())).to_owned();
     for (nth, file) in [file.to_owned(), described, file.with_extension("img")].into_iter().enumerate() {
@@ -30,7 +30,7 @@ pub(super) fn key(source: &VolumeSource) -> Option<SourceKey> {
             Ok(found) if found.is_file() => {
                 let written = found.modified().ok()?;
                 let whole = file.canonicalize().ok()?;
-                write!(text, "{} {} {written:?}\n", whole.display(), found.len()).ok()?;
+                writeln!(text, "{} {} {written:?}", whole.display(), found.len()).ok()?;
             }
             _ if nth == 0 => return None,
             _ => {}
