@@ -116,7 +116,7 @@ impl LevelMaker {
 
     /// Makes those of another source, too, which is seen. It has the next turn.
     pub(crate) fn add(&mut self, texture: TextureId, source: Arc<VolumeSource>) -> Result<()> {
-        if source.makes_levels() {
+        if source.may_lack_levels() {
             let mut lacking = lock(&self.lacking);
             lacking.end();
             let source = source.clone();

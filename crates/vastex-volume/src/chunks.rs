@@ -203,6 +203,10 @@ pub(crate) type ChunkFuture<'a> =
 /// A count on its way.
 pub(crate) type PresenceFuture<'a> = Pin<Box<dyn Future<Output = Result<Presence, VolumeError>> + Send + 'a>>;
 
+/// Keys that are in memory, and entries in indices of shards, that are looked at for one key that a directory
+/// lists.
+pub(crate) const LOOKS_FOR_A_KEY: usize = 16;
+
 /// The chunks of an array. Shared by threads.
 pub(crate) trait ChunkSource: Send + Sync {
     /// Reads and decodes the chunk at coordinates within the grid.
@@ -223,7 +227,7 @@ pub(crate) trait ChunkSource: Send + Sync {
     fn fill(&self) -> [u8; 8];
 
     /// Which chunks are stored, with at most `most` keys listed: those of directories; of what is in memory
-    /// already, and of entries in indices of shards, 16 times as many. Where indices of shards have more
+    /// already, and of entries in indices of shards, [`LOOKS_FOR_A_KEY`] times as many. Where indices of shards have more
     /// entries, only which shards there are.
     fn presence(&self, most: usize) -> PresenceFuture<'_>;
 }

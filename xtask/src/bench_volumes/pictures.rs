@@ -17,8 +17,9 @@ const PICTURE: &str = "512x512";
 /// Where the camera is, in perspective.
 const VIEW: &str = "around:yaw=30,pitch=20";
 const MODES: [&str; 5] = ["mip", "minip", "average", "emission", "iso"];
-/// Modes, and MiB of the pool, of which a better picture takes more.
+/// Modes that are drawn in several amounts of memory.
 const BY_MEMORY: [&str; 3] = ["mip", "average", "emission"];
+/// Sizes of their pool in MiB.
 const POOLS: [&str; 7] = ["2", "4", "8", "16", "32", "64", "128"];
 /// A pool that holds all of it.
 const ALL: &str = "512";

@@ -1,4 +1,4 @@
-//! `vastex view SOURCE [FILE]...`: a window.
+//! `vastex view [SOURCE [FILE]...]`: a window.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -5,12 +5,15 @@ use std::cmp::Ordering;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use vastex_tiles::raw_description;
+
 use crate::open;
 
 /// Endings of the files of a folder that are stepped through. Any file can be named.
 const ENDINGS: [&str; 11] = ["vastex", "jpg", "jpeg", "png", "tif", "tiff", "svs", "tx", "exr", "dzi", "ctx"];
-/// The same of volumes: of files, and of directories.
+/// Endings of files that are volumes.
 const VOLUMES: [&str; 2] = [".nii", ".nii.gz"];
+/// The ending of directories that are volumes.
 const VOLUME_DIRECTORY: &str = ".zarr";
 /// Directories and archives of a folder that are looked into at most, to see whether they can be shown.
 const MOST_LOOKED_INTO: usize = 256;
@@ -107,17 +110,10 @@ fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
     match ending {
         ending if ENDINGS.contains(&ending) => path.is_file(),
         // What others are beside images.
-        "raw" => path.is_file() && description_of(path).is_file(),
+        "raw" => path.is_file() && raw_description(path).is_file(),
         "zip" => has_volumes && path.is_file() && may_look() && open::is_volume(path),
         _ => has_volumes && is_volume() && path.is_file(),
     }
-}
-
-/// The file that describes the texels of a raw file.
-fn description_of(path: &Path) -> PathBuf {
-    let mut name = path.as_os_str().to_owned();
-    name.push(".toml");
-    name.into()
 }
 
 /// The order of two names, runs of digits being numbers: 2 comes before 10.

@@ -100,7 +100,7 @@ pub(super) struct Panel {
     values_are_shown: bool,
     position: PositionPanel,
     #[cfg(feature = "volumes")]
-    views: vastex_viewer::panels::Bookmarks,
+    views: vastex_viewer::panels::BookmarksPanel,
     info: InfoPanel,
     /// What is measured in the image, while that is done.
     pub(super) measure: Option<Measure>,

@@ -24,7 +24,7 @@ pub(super) struct Times {
     frames: Vec<Duration>,
     /// When the picture was sharp, and the processor time of the program by then.
     settled: Option<(Instant, Duration)>,
-    /// The same of the last frame that was drawn all the same.
+    /// When the last frame was drawn after that, and the processor time of the program by then.
     idle: Option<(Instant, Duration)>,
 }
 

@@ -1,5 +1,4 @@
-//! Black and white of values that nobody has said anything of, as the window shows them first; and where all
-//! of an image is, beside what covers the picture.
+//! Black and white of values that nobody has said anything of, as the window shows them first.
 
 use crate::tool::{Ended, Sandbox};
 

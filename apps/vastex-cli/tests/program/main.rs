@@ -39,6 +39,7 @@ mod volume_gallery;
 mod volume_labels;
 #[cfg(feature = "volumes")]
 mod volume_pictures;
+#[cfg(feature = "volumes")]
 mod volume_sparse;
 #[cfg(feature = "volumes")]
 mod volume_view;

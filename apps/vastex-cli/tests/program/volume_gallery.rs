@@ -20,7 +20,7 @@ const PICTURES: [(&str, &str, &str); 2] = [
          channel=0:color=80c0ff:range=8000..40000:opacity=0.15;labels=nuclei",
     ),
 ];
-/// Drivers differ in how they round: less than 40 dB is another picture.
+/// Drivers differ in how they round; below this it is another picture.
 const LEAST_PSNR_DB: f64 = 38.0;
 
 fn repository(path: &str) -> PathBuf {

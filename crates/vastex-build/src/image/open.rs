@@ -32,9 +32,10 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 ///   texels of each block of 8x8, which at an eighth takes about half of the time of the whole image; they
 ///   differ a little from the mean of the image's texels.
 /// - Progressive JPEG: an eighth, from the means of the blocks, which stand at the beginning of the file.
-///   Sequential JPEG whose components come one after the other: the same, from all of the file.
 ///   That reads some hundredths of it, of a smooth picture up to a fifth, and holds no more than a sample for
 ///   each block. The means may be without their lowest bit.
+/// - Sequential JPEG whose components come one after the other: an eighth, from the means of the blocks, for
+///   which all of the file is read.
 /// - Interlaced PNG: an eighth, the texels of its first pass.
 /// - TIFF of strips: some texels of some rows, those between them left out. Where rows are compressed, at
 ///   most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest

@@ -196,7 +196,7 @@ impl OverlayRenderer {
         Ok(())
     }
 
-    /// Draws it; nothing where the texture was removed.
+    /// Draws the overlay. If its texture was removed, it draws nothing.
     pub fn draw(
         &self,
         encoder: &mut wgpu::CommandEncoder,

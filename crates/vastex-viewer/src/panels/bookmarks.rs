@@ -21,7 +21,7 @@ impl Bookmark {
 
 /// What a person wants of views; the host does it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum ViewsChange {
+pub enum BookmarksChange {
     /// What is shown becomes a bookmark of this name, which may be empty.
     Keep(String),
     /// What is shown is copied as a text.
@@ -36,14 +36,14 @@ pub enum ViewsChange {
 
 /// The part of a panel that keeps views. The same goes on from frame to frame.
 #[derive(Clone, Debug, Default)]
-pub struct Bookmarks {
+pub struct BookmarksPanel {
     /// What the next bookmark is to be called.
     name: String,
 }
 
-impl Bookmarks {
+impl BookmarksPanel {
     /// Shows what can be done with the view, and the bookmarks. Gives back what a person wants.
-    pub fn show(&mut self, ui: &mut Ui, bookmarks: &[Bookmark]) -> Option<ViewsChange> {
+    pub fn show(&mut self, ui: &mut Ui, bookmarks: &[Bookmark]) -> Option<BookmarksChange> {
         let mut change = None;
         ui.horizontal(|ui| {
             let keep = ui.button("Keep view").on_hover_text("as a bookmark of this file");
@@ -53,7 +53,7 @@ impl Bookmarks {
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             if keep.clicked() || is_entered {
                 let name = std::mem::take(&mut self.name).trim().to_owned();
-                change = Some(ViewsChange::Keep(name));
+                change = Some(BookmarksChange::Keep(name));
             }
         });
         ui.horizontal_wrapped(|ui| {
@@ -61,7 +61,7 @@ impl Bookmarks {
             let link =
                 "as a text with its files, for the field of the path and for `vastex view`: Ctrl + Shift + C";
             for (name, what, copies) in
-                [("Copy view", view, ViewsChange::Copy), ("Copy link", link, ViewsChange::CopyLink)]
+                [("Copy view", view, BookmarksChange::Copy), ("Copy link", link, BookmarksChange::CopyLink)]
             {
                 if ui.button(name).on_hover_text(what).clicked() {
                     change = Some(copies);
@@ -75,12 +75,12 @@ impl Bookmarks {
                         let (title, view) = (bookmark.title(), &bookmark.view);
                         let forget = ui.button("×").on_hover_text(format!("forget {title}"));
                         if forget.clicked() {
-                            change = Some(ViewsChange::Forget(index));
+                            change = Some(BookmarksChange::Forget(index));
                         }
                         let go =
                             ui.add(Button::new(title).frame(false).truncate()).on_hover_text(readable(view));
                         if go.clicked() {
-                            change = Some(ViewsChange::Show(view.clone()));
+                            change = Some(BookmarksChange::Show(view.clone()));
                         }
                     });
                 }

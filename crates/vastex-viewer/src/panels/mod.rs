@@ -32,7 +32,7 @@ mod volume_histogram;
 mod volume_panes;
 mod volume_words;
 
-pub use bookmarks::{Bookmark, Bookmarks, ViewsChange};
+pub use bookmarks::{Bookmark, BookmarksChange, BookmarksPanel};
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
 pub use free_part::free_in_panes;

@@ -3,7 +3,7 @@
 use egui::{Button, DragValue, RichText, TextEdit, Ui};
 use glam::DVec2;
 
-use super::bookmarks::{Bookmark, Bookmarks, ViewsChange, readable};
+use super::bookmarks::{Bookmark, BookmarksChange, BookmarksPanel, readable};
 use super::map_place::MapPlace;
 use crate::camera::{Move, Pose};
 use crate::view_text::ViewText;
@@ -35,7 +35,7 @@ pub struct PositionPanel {
     /// What was wrong with what was written last.
     error: Option<String>,
     /// Bookmarks, and what becomes of the view as a text.
-    kept: Bookmarks,
+    bookmarks: BookmarksPanel,
     /// Whether two numbers are coordinates of the file's own system, where it has one.
     is_by_map: bool,
 }
@@ -96,12 +96,12 @@ impl PositionPanel {
         if let Pose::Image { orientation, .. } = pose {
             change = turn_controls(ui, orientation.degrees()).map(PositionChange::Move).or(change);
         }
-        match self.kept.show(ui, bookmarks) {
-            Some(ViewsChange::Keep(name)) => change = Some(PositionChange::Keep(name)),
-            Some(ViewsChange::Copy) => change = Some(PositionChange::Copy),
-            Some(ViewsChange::CopyLink) => change = Some(PositionChange::CopyLink),
-            Some(ViewsChange::Forget(index)) => change = Some(PositionChange::Forget(index)),
-            Some(ViewsChange::Show(view)) => match ViewText::from_text(&view, size) {
+        match self.bookmarks.show(ui, bookmarks) {
+            Some(BookmarksChange::Keep(name)) => change = Some(PositionChange::Keep(name)),
+            Some(BookmarksChange::Copy) => change = Some(PositionChange::Copy),
+            Some(BookmarksChange::CopyLink) => change = Some(PositionChange::CopyLink),
+            Some(BookmarksChange::Forget(index)) => change = Some(PositionChange::Forget(index)),
+            Some(BookmarksChange::Show(view)) => match ViewText::from_text(&view, size) {
                 Ok(view) => change = Some(shown(view)),
                 Err(error) => self.error = Some(error.to_string()),
             },

@@ -4,6 +4,8 @@
 use glam::DVec3;
 use vastex_viewer::volume::{OtherLabels, VolumeBox, VolumeLabels, VolumeView};
 
+use super::volume_reference::{display, light_of};
+
 /// A level as an array.
 pub(crate) struct LabelLevel {
     pub(crate) size: [u32; 3],
@@ -176,13 +178,4 @@ fn lit(
         (true, Some(face)) => 0.2 + 0.8 * toward[face].abs(),
         (true, None) => 1.0,
     }
-}
-
-fn light_of(display: f64) -> f64 {
-    if display <= 0.04045 { display / 12.92 } else { ((display + 0.055) / 1.055).powf(2.4) }
-}
-
-fn display(light: f64) -> f64 {
-    let light = light.clamp(0.0, 1.0);
-    if light <= 0.0031308 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }

@@ -9,7 +9,7 @@ use vastex_viewer::volume::{
 };
 
 use super::volume_reference::picture;
-use super::volume_world::{PICTURE, World, geometry, read};
+use super::volume_world::{PICTURE, World, geometry, psnr, read};
 
 const SIZE: [u32; 2] = [64, 48];
 const PASSES: u32 = 16;
@@ -21,15 +21,10 @@ fn world() -> (World, VolumeView) {
 }
 
 /// What samples that are a fifth as far apart would give.
-fn psnr(world: &World, desc: &VolumeDesc, view: VolumeView, drawn: &[[u8; 4]]) -> f64 {
+fn psnr_beside_finer(world: &World, desc: &VolumeDesc, view: VolumeView, drawn: &[[u8; 4]]) -> f64 {
     let fine = VolumeDesc { step: 0.2, ..desc.clone() };
     let expected = picture(&fine, &world.arrays(&fine), &view, SIZE);
-    let squares: f64 = drawn
-        .iter()
-        .zip(&expected)
-        .flat_map(|(d, e)| (0..3).map(move |c| (f64::from(d[c]) - e[c]).powi(2)))
-        .sum();
-    10.0 * (255.0f64.powi(2) / (squares / (3 * drawn.len()) as f64)).log10()
+    psnr(drawn, &expected)
 }
 
 /// A mean, and what it is of.
@@ -85,7 +80,7 @@ fn the_mean_of_pictures_is_nearer_to_what_is_there_than_one() {
         let mut rest = Rest::new(&mut world, desc.clone());
         assert_eq!(rest.rest(&world, (view, 0), SIZE[1]), (16, 3), "shown after 4, 8 and 16");
         let mean = rest.picture(&world);
-        let [of_one, of_all] = [&single, &mean].map(|drawn| psnr(&world, &desc, view, drawn));
+        let [of_one, of_all] = [&single, &mean].map(|drawn| psnr_beside_finer(&world, &desc, view, drawn));
         assert!(of_all > of_one + 3.0, "{mode:?}: {of_all:.1} dB, and {of_one:.1} of one picture");
         // In parts it is the same.
         let mut parts = Rest::new(&mut world, desc);

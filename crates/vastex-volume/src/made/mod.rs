@@ -148,7 +148,7 @@ impl Made {
             });
         }
         let width = base.volume.about().dtype.bytes() as u64;
-        let is_small = is_cheap(base.volume.about(), base.level, None);
+        let is_small = is_small(base.volume.about(), base.level, None);
         let mut faults = Vec::new();
         let mut files = None;
         if let Some((path, identity)) = directory.filter(|_| !is_small && !levels.is_empty()) {
@@ -339,7 +339,7 @@ impl Made {
         Box::pin(async move {
             let make = async move {
                 if let Some(chunk) = self.filed(level, at) {
-                    self.count(level, at);
+                    self.count_done(level, at);
                     return Ok(Some(chunk));
                 }
                 let size = self.chunk_size(level, at);
@@ -348,7 +348,7 @@ impl Made {
                     self.fault(error);
                 }
                 if level == 0 {
-                    self.count(level, at);
+                    self.count_done(level, at);
                 }
                 Ok(Some(self.chunk_of(values, size)))
             };
@@ -474,7 +474,7 @@ type Making<'a> = Pin<Box<dyn Future<Output = Result<Chunk, VolumeError>> + Send
 
 /// Whether a box of voxels of a stored level, all of it where no size is named, may be read while somebody
 /// waits.
-pub(crate) fn is_cheap(about: &VolumeAbout, level: usize, size: Option<[u64; 3]>) -> bool {
+pub(crate) fn is_small(about: &VolumeAbout, level: usize, size: Option<[u64; 3]>) -> bool {
     let level = &about.levels[level];
     let size = size.unwrap_or(level.size);
     let along = |axis: usize| size[axis].div_ceil(level.chunk[axis]);

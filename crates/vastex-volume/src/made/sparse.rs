@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use super::{CHEAP_BYTES, Made, SIDE, is_cheap};
+use super::{CHEAP_BYTES, Made, SIDE, is_small};
 use crate::stored::{ChunkBox, StoredChunks};
 
 /// Stored chunks that a larger chunk of a sparse level may be made of where it is asked for: each costs a
@@ -20,7 +20,7 @@ impl Made {
         let size = self.base.volume.about().levels[self.base.level].size;
         let scale = self.levels[level].scale;
         let of = std::array::from_fn(|axis| SIDE.saturating_mul(scale[axis]).min(size[axis]));
-        if is_wanted && is_cheap(self.base.volume.about(), self.base.level, Some(of)) {
+        if is_wanted && is_small(self.base.volume.about(), self.base.level, Some(of)) {
             return true;
         }
         self.stored.as_ref().is_some_and(|stored| {
@@ -72,7 +72,7 @@ impl Made {
     }
 
     /// Counts what a chunk covers of the finest made level as done.
-    pub(super) fn count(&self, level: usize, at: [u64; 3]) {
+    pub(super) fn count_done(&self, level: usize, at: [u64; 3]) {
         if self.stored.is_some() {
             self.done.fetch_add(self.finest_below(level, at), Ordering::Relaxed);
             return;

@@ -29,7 +29,7 @@ use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSou
 
 use crate::chunks::ChunkSource;
 use crate::fault::{VolumeError, VolumeFault};
-use crate::made::{Base, Made, MadeChunks, is_cheap};
+use crate::made::{Base, Made, MadeChunks, is_small};
 use crate::reduce::Reduction;
 use crate::volume::{BoxValues, Plane, Shared, Telling, Volume, VolumeAbout, VoxelBox, filled, paste};
 pub use codes::{ValueCodes, VoxelValue};
@@ -401,7 +401,7 @@ pub fn levels_of(
 /// one is small, and not in the background.
 pub fn makes_levels_at_opening(about: &VolumeAbout, levels: &VoxelLevels) -> bool {
     let coarsest = levels.levels().iter().rev().find_map(|level| level.stored);
-    is_cheap(about, coarsest.map_or(0, usize::from), None)
+    is_small(about, coarsest.map_or(0, usize::from), None)
 }
 
 /// What a volume is, for levels of it that are kept: other values give another text, as far as times of files

@@ -29,16 +29,16 @@ impl Wanted {
 }
 
 impl VolumeSource {
-    /// Whether levels that are not stored may have to be made by [`VolumeSource::make_levels`]: all were made
-    /// at opening if not, or all are stored.
-    pub fn makes_levels(&self) -> bool {
+    /// Whether levels that are not stored may have to be made by [`VolumeSource::make_levels`]. False where
+    /// all levels are stored or were made at opening.
+    pub fn may_lack_levels(&self) -> bool {
         !self.made.is_whole()
     }
 
     /// Whether bricks of levels that are not stored stay a preview until they are wanted
     /// ([`VolumeSource::want`]).
     pub fn waits_for_want(&self) -> bool {
-        self.makes_levels() && !self.options.makes_all
+        self.may_lack_levels() && !self.options.makes_all
     }
 
     /// Has the brick of a page made where it was, or will be, read as a preview

@@ -12,7 +12,9 @@ use bytes::Bytes;
 use vastex_core::PagePos;
 use vastex_tiles::{Container, ContainerVolume, ReadError, TileSource};
 
-use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkList, ChunkSource, Grid, Presence, PresenceFuture};
+use crate::chunks::{
+    AxisMap, Chunk, ChunkFuture, ChunkList, ChunkSource, Grid, LOOKS_FOR_A_KEY, Presence, PresenceFuture,
+};
 use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::values::DType;
 use crate::volume::{LevelArray, Volume, VolumeAbout};
@@ -154,7 +156,7 @@ impl TiledLevel {
         let counts: Vec<u64> = sides.map(|(side, chunk)| side.div_ceil(*chunk)).collect();
         let count = counts.iter().fold(1, |product: u64, count| product.saturating_mul(*count));
         // All is in memory.
-        if count > most.saturating_mul(16) as u64 {
+        if count > most.saturating_mul(LOOKS_FOR_A_KEY) as u64 {
             return Presence::Unknown;
         }
         let mut present = ChunkList::new(counts.len());

@@ -54,7 +54,7 @@ pub struct Volume {
     /// Memory of bricks.
     spare: Arc<Spare>,
     /// What its sources have told of this.
-    pub(crate) told: Mutex<Told>,
+    told: Mutex<Told>,
     /// Which chunks are stored, of levels that were asked about.
     stored: Mutex<FxHashMap<usize, Option<Arc<StoredChunks>>>>,
 }

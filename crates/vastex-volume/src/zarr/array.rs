@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::metadata::{ArrayMeta, ShardMeta};
 use super::shards::{ShardIndices, checked};
 use super::{v2, v3};
-use crate::chunks::{Chunk, ChunkFuture, ChunkList, ChunkSource, Presence, PresenceFuture};
+use crate::chunks::{Chunk, ChunkFuture, ChunkList, ChunkSource, LOOKS_FOR_A_KEY, Presence, PresenceFuture};
 use crate::fault::{Oddities, VANISHED, VolumeError, VolumeFault};
 use crate::json::{read_json, text};
 use crate::keys::{KeyStore, Span, join, shown};
@@ -13,8 +13,6 @@ use crate::values::swap_bytes;
 
 /// Names that are looked at to find out how keys are separated: what is not a chunk's is a handful.
 const MOST_PROBED: usize = 256;
-/// Keys that are in memory, and entries in indices of shards, that are looked at for one key that is listed.
-const AT_HAND: usize = 16;
 
 /// An array.
 pub(crate) struct ZarrArray {
@@ -131,14 +129,14 @@ impl ZarrArray {
             // Counts are of sides up to 2^31.
             found.coords.extend(coords.filter(is_within).iter().flatten().map(|at| *at as u32));
         };
-        let keys = if self.keys.is_listed() { most.saturating_mul(AT_HAND) } else { most };
+        let keys = if self.keys.is_listed() { most.saturating_mul(LOOKS_FOR_A_KEY) } else { most };
         if self.keys.list(&self.prefix, keys, &mut keep).await? {
             return Ok(Presence::Unknown);
         }
         let Some(shard) = &self.meta.shard else { return Ok(Presence::These(found)) };
         // Every chunk of an index is looked at, whether it is stored or not.
         let entries = (found.iter().count() as u64).saturating_mul(shard.chunks());
-        if entries > most.saturating_mul(AT_HAND) as u64 {
+        if entries > most.saturating_mul(LOOKS_FOR_A_KEY) as u64 {
             return Ok(Presence::These(ChunkList { cell: shard.counts.clone(), ..found }));
         }
         let mut present = ChunkList::new(axes);

@@ -1,7 +1,7 @@
 //! The panel in the window while a volume is shown: files as for images, and the volume's own settings.
 
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
-use vastex_viewer::panels::{ViewsChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
+use vastex_viewer::panels::{BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use vastex_viewer::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
 use super::{Asked, Panel, theme};
@@ -43,11 +43,11 @@ impl Panel {
                     changes = own.show(ui, look, &shown.told);
                     ui.separator();
                     match self.views.show(ui, self.bookmarks.views()) {
-                        Some(ViewsChange::Keep(name)) => asked.push(Asked::Keep(name)),
-                        Some(ViewsChange::Copy) => asked.push(Asked::CopyView),
-                        Some(ViewsChange::CopyLink) => asked.push(Asked::CopyLink),
-                        Some(ViewsChange::Show(view)) => asked.push(Asked::ShowText(view)),
-                        Some(ViewsChange::Forget(index)) => self.bookmarks.forget(index),
+                        Some(BookmarksChange::Keep(name)) => asked.push(Asked::Keep(name)),
+                        Some(BookmarksChange::Copy) => asked.push(Asked::CopyView),
+                        Some(BookmarksChange::CopyLink) => asked.push(Asked::CopyLink),
+                        Some(BookmarksChange::Show(view)) => asked.push(Asked::ShowText(view)),
+                        Some(BookmarksChange::Forget(index)) => self.bookmarks.forget(index),
                         None => {}
                     }
                     ui.separator();

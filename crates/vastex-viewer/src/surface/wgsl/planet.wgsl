@@ -40,7 +40,7 @@ const PLANET_LEAVES: vec3<f32> = vec3<f32>(0.86, 0.68, 0.36);
 const PLANET_WATER: vec3<f32> = vec3<f32>(0.011, 0.04, 0.095);
 // The colour of lights that are told as one channel.
 const PLANET_LAMPS: vec3<f32> = vec3<f32>(1.0, 0.72, 0.38);
-// How red land, ice and sea in moonlight are, by how much bluer they are than red.
+// Red of a surface in moonlight, as a share of its blue less its red.
 const PLANET_MOONLIGHT: f32 = 0.08;
 // What the background is far from the planet.
 const PLANET_SPACE: vec3<f32> = vec3<f32>(0.0006, 0.0008, 0.0014);
