@@ -15,7 +15,7 @@ const VERSION: u32 = 1;
 /// background, of which a brick is a preview first.
 pub(super) fn key(source: &VolumeSource) -> Option<SourceKey> {
     let about = source.volume.about();
-    if source.makes_levels() {
+    if source.may_lack_levels() {
         return None;
     }
     // The file or the archive that it lies in.
