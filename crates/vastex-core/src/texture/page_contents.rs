@@ -109,8 +109,8 @@ impl PageContents {
         PageContents { numbering, numbers, constants, count }
     }
 
-    /// The contents of pages that are too many to list: `number_of` is asked about a page whenever its content
-    /// is looked up, several times a frame for each page in view, and always answers the same.
+    /// The contents of pages that are too many to list: `number_of` is asked about a page whenever its
+    /// content is looked up, several times a frame for each page in view, and always answers the same.
     pub fn of_rule(
         geometry: &Geometry,
         constants: Vec<Bytes>,
