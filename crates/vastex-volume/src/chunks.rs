@@ -227,7 +227,7 @@ pub(crate) trait ChunkSource: Send + Sync {
     fn fill(&self) -> [u8; 8];
 
     /// Which chunks are stored, with at most `most` keys listed: those of directories; of what is in memory
-    /// already, and of entries in indices of shards, [`LOOKS_FOR_A_KEY`] times as many. Where indices of shards have more
-    /// entries, only which shards there are.
+    /// already, and of entries in indices of shards, [`LOOKS_FOR_A_KEY`] times as many. Where indices of
+    /// shards have more entries, only which shards there are.
     fn presence(&self, most: usize) -> PresenceFuture<'_>;
 }
