@@ -7,6 +7,10 @@ use vastex_viewer::layers::{ColorMap, Nodata, StoredScale};
 
 /// Texels round the equator at most: of a larger texture a coarser level is taken.
 const MOST: u32 = 4096;
+/// The share of values at each end that black and white of floats leave out, as in the viewer's first range.
+const LEFT_OUT: f64 = 0.005;
+/// Floats beyond this are fill, such as the largest of 32 bits, whether or not the file says so.
+const FILL: f32 = 1e37;
 
 /// Why a texture gives no image of a planet.
 #[derive(Debug, thiserror::Error)]
@@ -24,9 +28,10 @@ pub enum PlanetImageError {
 
 /// The first layer at the finest level with 4096 texels or fewer round the equator, in the colours in which
 /// the viewer shows it: a single channel is grey, 0 black and 1 white. Where floats of a single channel go
-/// beyond that, as heights in metres do, black is the least of them and white the greatest. Blocks are
-/// decoded. Reads each tile of the level once, and takes 4 bytes of memory a texel besides those of the
-/// layer's texels.
+/// beyond that, as heights in metres do, black and white are what half a percent of them lie below and above.
+/// What is infinite, or so large that it stands for no data, counts for neither. Blocks are decoded. Reads
+/// each tile of the level once, and takes 4 bytes of memory a texel besides those of the layer's texels, of
+/// floats 8.
 pub fn planet_image(source: &dyn TileSource) -> Result<PlanetImage, PlanetImageError> {
     let description = source.description();
     let (geometry, layer) = (&description.geometry, &description.layers[0]);
@@ -83,11 +88,21 @@ fn colors(layer: &Layer, texels: &[u8]) -> Vec<[u8; 4]> {
     let values = || texels.chunks_exact(format.texel_bytes()).map(|texel| sampled(format, scale, texel));
     let range = matches!(format, LayerFormat::R16Float | LayerFormat::R32Float).then(|| {
         let map = map(None);
-        let known = values().filter_map(|value| map.values_of(value));
-        known.fold([0.0f32, 1.0], |[low, high], [value, ..]| [low.min(value), high.max(value)])
+        let known = values().filter_map(|value| map.values_of(value)).map(|[value, ..]| value);
+        let [low, high] = usual(known.filter(|value| value.abs() < FILL).collect());
+        [low.min(0.0), high.max(1.0)]
     });
     let map = map(range);
     values().map(|value| map.pixel_from_value(value, 1.0)).collect()
+}
+
+/// The values that [`LEFT_OUT`] of all lie below and above; 0 and 1 of none.
+fn usual(mut values: Vec<f32>) -> [f32; 2] {
+    let Some(last) = values.len().checked_sub(1) else { return [0.0, 1.0] };
+    [LEFT_OUT, 1.0 - LEFT_OUT].map(|share| {
+        let place = ((share * last as f64).round() as usize).min(last);
+        *values.select_nth_unstable_by(place, f32::total_cmp).1
+    })
 }
 
 /// What shaders sample of a texel.
@@ -167,7 +182,8 @@ mod tests {
         check(&slope(R16, |share| words(share).to_vec()), grey, 0.51);
         // Metres from the deepest sea to the highest mountain, and half of them unknown.
         let metres = |share: f64| (share * 20_000.0 - 11_000.0) as f32;
-        check(&slope(R32Float, |share| metres(share).to_le_bytes().to_vec()), grey, 1.0);
+        let of_metres = |share: f64| [((share - 0.005) / 0.99).clamp(0.0, 1.0); 3];
+        check(&slope(R32Float, |share| metres(share).to_le_bytes().to_vec()), of_metres, 1.5);
         check(&slope(R16Float, |share| half(share * 0.5).to_vec()), |share| [0.5 * share; 3], 0.6);
         // Grey with alpha is seen over what is behind it.
         check(&slope(Rg8, |share| vec![bytes(share), 255]), grey, 0.51);
@@ -193,5 +209,29 @@ mod tests {
         let [unknown, middle, last] = [10, 450, 599].map(|n| image.texels[n]);
         assert!(unknown[..3].iter().all(|&value| value < 40), "{unknown:?}");
         assert!((188..=194).contains(&middle[0]) && last[0] >= 254, "{middle:?} {last:?}");
+    }
+
+    #[test]
+    fn infinite_texels_and_fill_that_no_file_declares_stretch_nothing() {
+        let middle = |source: ImageSource| planet_image(&source).unwrap().texels[300][0];
+        let metres = |share: f64, other: f32| if share < 0.01 { other } else { (share * 8000.0) as f32 };
+        for other in [f32::INFINITY, f32::NEG_INFINITY, f32::MIN, -3.4e38, 9000.0, -500.0] {
+            let of = |share: f64| {
+                // Of the last two kinds there are fewer than half a percent.
+                let other = if other.abs() < 1e5 && share > 0.004 { 0.0 } else { other };
+                metres(share, other).to_le_bytes().to_vec()
+            };
+            let found = middle(slope(LayerFormat::R32Float, of));
+            assert!((124..=132).contains(&found), "{other}: {found}");
+        }
+        let half = |share: f64| {
+            let value = if share > 0.99 { f16::INFINITY } else { f16::from_f64(share * 4.0) };
+            value.to_le_bytes().to_vec()
+        };
+        let found = middle(slope(LayerFormat::R16Float, half));
+        assert!((124..=134).contains(&found), "{found}");
+        // Of nothing but fill there is a picture all the same.
+        let fill = |_| f32::INFINITY.to_le_bytes().to_vec();
+        planet_image(&slope(LayerFormat::R32Float, fill)).unwrap();
     }
 }

@@ -21,22 +21,33 @@ pub(crate) fn first_range(
 
 /// Says what black and white are, as values are stored.
 fn text(scale: StoredScale, range: [f32; 2]) -> String {
+    let span = f64::from(range[1]) - f64::from(range[0]);
     let [black, white] = range.map(|value| match scale.most() {
         Some(_) => scale.stored(value).to_string(),
-        None => short(value),
+        None => short(value, span),
     });
     format!("black is {black} and white {white}, by the values of the image; C takes those in view")
 }
 
-/// A float in four digits.
-fn short(value: f32) -> String {
+/// Digits of a float of 32 bits that tell it from any other.
+const MOST_DIGITS: i32 = 9;
+
+/// A float in four digits, or in as many more as it takes to see a hundredth of the span that it ends.
+fn short(value: f32, span: f64) -> String {
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    // Places of the first digit before the point.
+    let place = |value: f64| value.log10().floor() as i32;
+    let first = place(f64::from(value).abs());
+    let last = if span.is_normal() { place(span.abs()) - 1 } else { first };
+    let behind_first = (first - last).min(MOST_DIGITS - 1);
     match value.abs() {
-        0.0 => "0".to_owned(),
         0.001..1e6 => {
-            let before_point = value.abs().log10().floor().max(0.0) as usize + 1;
-            format!("{value:.*}", 4usize.saturating_sub(before_point))
+            let decimals = (3 - first.max(0)).max(behind_first - first).max(0);
+            format!("{value:.*}", decimals as usize)
         }
-        _ => format!("{value:.2e}"),
+        _ => format!("{value:.*e}", behind_first.max(2) as usize),
     }
 }
 
@@ -53,5 +64,17 @@ mod tests {
         assert!(said.starts_with("black is 32768 and white 65535,"), "{said}");
         let said = of(LayerFormat::R32Float, [-412.25, 0.0625]);
         assert!(said.starts_with("black is -412.2 and white 0.062,"), "{said}");
+        // They are never the same number.
+        for (range, expected) in [
+            ([300.01, 300.04], "black is 300.010 and white 300.040,"),
+            ([0.4321, 0.4325], "black is 0.43210 and white 0.43250,"),
+            ([1_234_560.0, 1_234_580.0], "black is 1.234560e6 and white 1.234580e6,"),
+            ([1.0e-7, 2.0e-5], "black is 1.00e-7 and white 2.00e-5,"),
+            ([16_777_214.0, 16_777_215.0], "black is 1.67772140e7 and white 1.67772150e7,"),
+            ([0.0, 1.0e20], "black is 0 and white 1.00e20,"),
+        ] {
+            let said = of(LayerFormat::R32Float, range);
+            assert!(said.starts_with(expected), "{said}");
+        }
     }
 }

@@ -181,9 +181,15 @@ impl Pose {
 
     /// The pose in which all of an image of so many columns and rows fits into a part of a picture, upright
     /// and in its middle: into `free`, the part's corners in pixels from the top left, and not beyond.
+    ///
+    /// The middle of the picture always shows some of the image. Where that lies nearer to an edge of the
+    /// part than half the image, the image is as near to the part's middle as this allows; where it lies
+    /// outside the part, the image fits into what reaches from it to the part's far end, for that shows more
+    /// of the image than any other pose.
     pub fn fitted(picture: [u32; 2], image: [u32; 2], [low, high]: [DVec2; 2]) -> Pose {
         let sides = |sides: [u32; 2]| DVec2::from(sides.map(|side| f64::from(side.max(1))));
         let (picture, image) = (sides(picture), sides(image));
+        let (low, high) = (low.min(picture / 2.0), high.max(picture / 2.0));
         // Pixels a texel.
         let scale = ((high - low).max(DVec2::ONE) / image).min_element();
         let beside = (picture - (low + high)) / 2.0;
@@ -421,6 +427,29 @@ mod tests {
         let (first, last) = (pixel(-1.0, 1.0), pixel(1.0, -1.0));
         assert!((first - DVec2::new(348.0, 400.0 - 153.0)).length() < 0.1, "{first}");
         assert!((last - DVec2::new(960.0, 400.0 + 153.0)).length() < 0.1, "{last}");
+    }
+
+    #[test]
+    fn of_an_image_beside_a_wide_panel_as_much_is_seen_as_can_be() {
+        // The columns that a square, or an image four times as high as wide, takes in the picture.
+        let columns = |picture: [u32; 2], image: [u32; 2], free: [f64; 2]| {
+            let corners = [DVec2::new(free[0], 0.0), DVec2::new(free[1], picture[1].into())];
+            let pose = Pose::fitted(picture, image, corners);
+            let [width, height] = picture.map(f64::from);
+            let [columns, rows] = image.map(f64::from);
+            [-1.0, 1.0].map(|x| {
+                let clip = on_screen(pose, width / height, columns / rows, DVec3::X * x);
+                ((clip.x * 0.5 + 0.5) * width).round()
+            })
+        };
+        let square = |picture: [u32; 2]| columns(picture, [2000, 2000], [348.0, picture[0].into()]);
+        assert_eq!(square([420, 420]), [210.0, 420.0], "72 of 210");
+        assert_eq!(square([512, 512]), [256.0, 512.0], "164 of 256");
+        assert_eq!(square([640, 480]), [320.0, 640.0], "292 of 320");
+        assert_eq!(square([320, 240]), [160.0, 320.0], "all is covered");
+        assert_eq!(columns([600, 800], [500, 2000], [0.0, 280.0]), [100.0, 300.0], "180 of 200");
+        // Nearer to the panel than to the other edge, and yet beside it.
+        assert_eq!(columns([1000, 800], [500, 2000], [450.0, 1000.0]), [500.0, 700.0]);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Black and white of layers that are seen for the first time and that nobody has said anything of: heights
+//! The first range of layers that are seen for the first time and that nobody has said anything of: heights
 //! in metres and values of a sensor lie anywhere.
 
 use std::time::Instant;
@@ -11,21 +11,78 @@ use super::Viewer;
 use super::panel::EVERY;
 use crate::first_range::first_range;
 
-/// Which of the textures that are displayed have their first range.
+/// Which of the layers that were displayed have their first range.
 #[derive(Default)]
 pub(super) struct FirstRanges {
     /// The opening that brought them.
     opening: u64,
-    /// How many have it, the lowest ones.
-    done: usize,
-    /// What it is so far of a texture whose rows are yet to come, and when it was looked for.
-    so_far: Option<[f32; 2]>,
+    found: Vec<Found>,
+    /// When one was looked for last.
     looked_at: Option<Instant>,
+}
+
+/// What the first range of a layer is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Found {
+    /// The texture, counted as [`LayerOptions::texture`] counts them, and the number of its layer.
+    layer: (usize, usize),
+    /// `None` where 0 and 1 are black and white.
+    range: Option<[f32; 2]>,
+    /// Whether it is of all rows, and so the last word.
+    is_last: bool,
+}
+
+impl FirstRanges {
+    fn of(&self, layer: (usize, usize)) -> Option<Found> {
+        self.found.iter().find(|found| found.layer == layer).copied()
+    }
+
+    /// Whether a layer, which is shown so, is to have its first range: it has none, or the one that was
+    /// found of fewer rows.
+    fn is_due(&self, layer: (usize, usize), options: &LayerOptions) -> bool {
+        match self.of(layer) {
+            Some(Found { is_last: true, range, .. }) => options.range.is_none() && range.is_some(),
+            Some(found) => options.range.is_none() || options.range == found.range,
+            None => options.range.is_none(),
+        }
+    }
+
+    /// Gives layers that are due the range that `look` finds, or that it found before. `shown` are the
+    /// numbers of the layers in their textures; `is_last` says of which textures all rows are there. Returns
+    /// what there is to say of the last range that was looked for.
+    fn give(
+        &mut self,
+        layers: &mut [LayerOptions],
+        shown: &[usize],
+        is_last: impl Fn(usize) -> bool,
+        mut look: impl FnMut(usize) -> Option<([f32; 2], String)>,
+    ) -> Option<String> {
+        let mut said = None;
+        let mut found = self.found.clone();
+        for (n, (options, &layer)) in layers.iter_mut().zip(shown).enumerate() {
+            let key = (options.texture, layer);
+            if !self.is_due(key, options) {
+                continue;
+            }
+            let known = self.of(key).filter(|found| found.is_last);
+            let new = known.unwrap_or_else(|| {
+                let (range, text) = look(n).unzip();
+                said = text.or(said.take());
+                Found { layer: key, range, is_last: is_last(options.texture) }
+            });
+            options.range = new.range;
+            found.retain(|found| found.layer != key);
+            found.push(new);
+        }
+        self.found = found;
+        said
+    }
 }
 
 impl Viewer {
     /// Gives layers that have no range, and that nobody said anything of, the one of their values; those of a
-    /// preview that grows one by the rows that are there. What a person chose meanwhile stays.
+    /// preview that grows one by the rows that are there. What a person chose meanwhile stays; a layer that
+    /// is chosen or reset later has its first range then.
     pub(super) fn look_for_first_ranges(&mut self) {
         if self.first_ranges.opening != self.layers_of {
             self.first_ranges = FirstRanges { opening: self.layers_of, ..FirstRanges::default() };
@@ -34,42 +91,97 @@ impl Viewer {
         let Some(displayed) = self.display.displayed().filter(|_| self.display.next().is_none()) else {
             return;
         };
-        let (count, now) = (displayed.textures().len(), Instant::now());
-        let FirstRanges { done, so_far, looked_at, .. } = self.first_ranges;
-        let is_early = !displayed.is_whole() && looked_at.is_some_and(|at| now.duration_since(at) < EVERY);
-        if done >= count || is_early {
+        let (is_whole, rows, now) = (displayed.is_whole(), displayed.rows_there(), Instant::now());
+        let is_early = !is_whole
+            && self.first_ranges.looked_at.is_some_and(|looked_at| now.duration_since(looked_at) < EVERY);
+        if is_early || !self.settings.range_is_free || rows <= 0.0 {
             return;
         }
-        let (is_whole, rows) = (displayed.is_whole(), displayed.rows_there());
+        let before = self.layers_or_first();
+        let numbers: Vec<usize> =
+            displayed.renderer.layers().iter().map(|shown| shown.layer.index()).collect();
+        let is_due = |(options, &layer): (&LayerOptions, &usize)| {
+            self.first_ranges.is_due((options.texture, layer), options)
+        };
+        if !before.iter().zip(&numbers).any(is_due) {
+            return;
+        }
         let shown: Vec<(LayerId, ColorMap)> =
             displayed.renderer.layers().iter().map(|shown| (shown.layer, shown.color_map)).collect();
-        let before = self.layers_or_first();
         let mut layers = before.clone();
-        let mut said = None;
-        if self.settings.range_is_free && rows > 0.0 {
-            for (options, (layer, color_map)) in layers.iter_mut().zip(&shown) {
-                let is_free =
-                    options.texture >= done && options.range == so_far.filter(|_| options.texture == 0);
-                let rows = if options.texture == 0 { rows } else { 1.0 };
-                let found = is_free.then(|| first_range(&self.textures, (*layer, color_map), rows));
-                if let Some((range, text)) = found.flatten() {
-                    options.range = Some(range);
-                    said = Some(text);
-                }
-            }
-        }
-        let first = |layers: &[LayerOptions]| layers.first().and_then(|layer| layer.range);
-        self.first_ranges = FirstRanges {
-            opening: self.layers_of,
-            done: if is_whole { count } else { done },
-            so_far: if layers != before { first(&layers) } else { so_far },
-            looked_at: Some(now),
-        };
+        let textures = &self.textures;
+        let is_all_there = |texture: usize| is_whole || texture != 0;
+        let said = self.first_ranges.give(&mut layers, &numbers, is_all_there, |n| {
+            let (layer, color_map) = shown.get(n)?;
+            let rows = if before[n].texture == 0 { rows } else { 1.0 };
+            first_range(textures, (*layer, color_map), rows)
+        });
+        self.first_ranges.looked_at = Some(now);
         if layers != before {
             self.show_layers(layers);
         }
         if let Some(text) = said.filter(|_| is_whole) {
             self.notify(&text);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A layer is given its range where `found` is what its values say.
+    fn give(
+        ranges: &mut FirstRanges,
+        layers: &mut [LayerOptions],
+        shown: &[usize],
+        is_last: bool,
+        found: Option<[f32; 2]>,
+    ) -> Option<String> {
+        let text = |range: [f32; 2]| (range, format!("{range:?}"));
+        ranges.give(layers, shown, |_| is_last, |_| found.map(text))
+    }
+
+    #[test]
+    fn a_range_of_a_share_of_rows_is_taken_back_and_what_a_person_chose_is_not() {
+        let (dark, all) = (Some([0.0, 0.1]), Some([0.0, 0.9]));
+        let (mut ranges, mut layers) = (FirstRanges::default(), [LayerOptions::default()]);
+        give(&mut ranges, &mut layers, &[0], false, dark);
+        assert_eq!(layers[0].range, dark);
+        give(&mut ranges, &mut layers, &[0], true, None);
+        assert_eq!(layers[0].range, None, "0 and 1 are black and white of the whole image");
+        assert!(!ranges.is_due((0, 0), &layers[0]), "that is the last word");
+        // Another share, another range; the other way round too.
+        let (mut ranges, mut layers) = (FirstRanges::default(), [LayerOptions::default()]);
+        for (found, is_last) in [(None, false), (dark, false), (None, false), (all, true)] {
+            let said = give(&mut ranges, &mut layers, &[0], is_last, found);
+            assert_eq!((layers[0].range, said.is_some()), (found, found.is_some()));
+        }
+        let (mut ranges, mut layers) = (FirstRanges::default(), [LayerOptions::default()]);
+        give(&mut ranges, &mut layers, &[0], false, dark);
+        layers[0].range = Some([0.2, 0.3]);
+        give(&mut ranges, &mut layers, &[0], true, all);
+        assert_eq!(layers[0].range, Some([0.2, 0.3]));
+    }
+
+    #[test]
+    fn a_layer_that_is_reset_or_chosen_later_has_its_first_range() {
+        let (metres, depths) = (Some([300.0, 900.0]), Some([-80.0, 0.0]));
+        let (mut ranges, mut layers) = (FirstRanges::default(), [LayerOptions::default()]);
+        give(&mut ranges, &mut layers, &[0], true, metres);
+        layers[0].range = Some([1.0, 2.0]);
+        assert!(!ranges.is_due((0, 0), &layers[0]));
+        layers[0] = LayerOptions::default();
+        let said = give(&mut ranges, &mut layers, &[0], true, depths);
+        assert_eq!((layers[0].range, said), (metres, None), "as at first");
+        // Another layer of the texture takes its place, and one is laid over it.
+        let mut layers = [LayerOptions::default(), LayerOptions { texture: 1, ..LayerOptions::default() }];
+        give(&mut ranges, &mut layers, &[2, 0], true, depths);
+        assert_eq!(layers.map(|layer| layer.range), [depths; 2]);
+        // The same layer twice.
+        let (mut ranges, mut layers) = (FirstRanges::default(), [0; 2].map(|_| LayerOptions::default()));
+        give(&mut ranges, &mut layers, &[0, 0], false, metres);
+        give(&mut ranges, &mut layers, &[0, 0], true, depths);
+        assert_eq!(layers.map(|layer| layer.range), [depths; 2]);
     }
 }

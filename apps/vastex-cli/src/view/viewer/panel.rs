@@ -214,6 +214,8 @@ impl Viewer {
         }
         if is_changed && self.settings.options.layers != options {
             self.show_layers(options);
+            // A layer that was chosen or reset has its first range in the same frame.
+            self.look_for_first_ranges();
         }
         hud_changes.iter().for_each(|change| self.change(change));
     }
