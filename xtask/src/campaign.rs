@@ -1,7 +1,7 @@
 //! `cargo xtask campaign`: the random tests with ever more cases, for as long as they are given.
 //!
 //! Each round doubles the number of simulated worlds, of property cases, of pictures by chance and of
-//! marches; the suite itself runs a fixed, small sample of each.
+//! marches and slices of volumes; the suite itself runs a fixed, small sample of each.
 
 use std::time::{Duration, Instant};
 
@@ -13,13 +13,15 @@ use crate::shell::{self, Usage};
 const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
 /// The crate of the scenes, and the test of it that is random.
 const PICTURES: [&str; 2] = ["vastex-scenes", "matrix::"];
-/// The crate that marches through a volume of 10^15 voxels, and the test that does.
-const MARCHES: [&str; 2] = ["vastex-viewer", "huge::marches"];
+/// The crate that draws marches and slices through a volume of 10^15 voxels, and the tests that do.
+const MARCHES: [&str; 2] = ["vastex-viewer", "are_the_formula"];
 const DEFAULT_MINUTES: u64 = 10;
 const FIRST_WORLDS: u64 = 10_000;
 const FIRST_CASES: u64 = 2048;
 const FIRST_PICTURES: u64 = 100;
 const FIRST_MARCHES: u64 = 10;
+/// Slices for each march: they take a fraction of its time.
+const SLICES_A_MARCH: u64 = 20;
 
 pub(crate) fn run(options: &[&str]) -> Result<()> {
     let budget = parse(options)?;
@@ -58,7 +60,9 @@ fn run_round(round: u32) -> Result<()> {
     pictures(&mut test).arg(PICTURES[1]).env("VASTEX_PICTURES", drawn.to_string());
     shell::run(&mut test).with_context(fault)?;
     let mut test = shell::cargo("test");
+    let slices_drawn = SLICES_A_MARCH * marches_drawn;
     marches(&mut test).arg(MARCHES[1]).env("VASTEX_MARCHES", marches_drawn.to_string());
+    test.env("VASTEX_SLICES", slices_drawn.to_string());
     shell::run(&mut test).with_context(fault)
 }
 

@@ -2,8 +2,8 @@
 //! marches from the whole box to a voxel, beside the reference; and that a small volume takes no less memory
 //! of the device. That of the process is in `huge_memory`.
 //!
-//! `VASTEX_MARCHES` says how many marches there are: the first two are those of the suite, the others lie by
-//! chance. `cargo xtask campaign` takes more of them.
+//! `VASTEX_MARCHES` says how many marches there are, and `VASTEX_SLICES` how many slices: the first are those
+//! of the suite, the others lie by chance. `cargo xtask campaign` takes more of them.
 
 use std::sync::Arc;
 
@@ -16,12 +16,12 @@ use vastex::{
 use vastex_viewer::Gpu;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind};
 use vastex_viewer::volume::{
-    VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
-    frames_to_ask,
+    VolumeBox, VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumePlane, VolumeRenderer,
+    VolumeView, frames_to_ask,
 };
 
 use super::volume_reference::{ArrayChannel, ArrayLevel, picture};
-use super::volume_world::{PICTURE, read};
+use super::volume_world::{PICTURE, read, within};
 
 /// Voxels along each side: 10^15 in all.
 pub(super) const HUGE: u32 = 100_000;
@@ -251,6 +251,44 @@ fn marches_from_the_whole_box_to_a_voxel_are_the_formula() {
     }
     let stats = world.textures.stats();
     assert!(stats.pool_bytes <= POOL, "{stats:?}");
+}
+
+/// A slice by chance: any place, upright on an axis or not, a pixel from a fifth of a voxel to a hundredth of
+/// the box.
+fn slice(nth: u64) -> VolumeView {
+    let mut state = nth.wrapping_add(77);
+    let mut share = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / (1_u64 << 31) as f64
+    };
+    let middle = (DVec3::new(share(), share(), share()) * f64::from(HUGE)).floor() + 0.5;
+    let pixel = 10.0_f64.powf(-0.7 + 3.7 * share());
+    let (right, down) = match nth % 4 {
+        0 => (DVec3::X, DVec3::Y),
+        1 => (DVec3::X, DVec3::Z),
+        2 => (DVec3::Y, DVec3::Z),
+        _ => {
+            let right = DVec3::new(share() - 0.5, share() - 0.5, share() - 0.5).normalize_or(DVec3::X);
+            (right, right.any_orthonormal_vector())
+        }
+    };
+    VolumeView::Plane(VolumePlane { middle, right, down, pixel })
+}
+
+#[test]
+fn slices_anywhere_are_the_formula() {
+    let slices = std::env::var("VASTEX_SLICES").ok().and_then(|count| count.parse().ok()).unwrap_or(4);
+    let mut world = World::new(HUGE);
+    for nth in 0..slices {
+        let view = slice(nth);
+        let drawn = world.drawn(VolumeMode::Mip, 1.0, view);
+        let (share, most) = within(&drawn, &world.expected(view), 2.0);
+        // Feedback looks at 16 of 64 pixels: a brick that shows in a few pixels alone, at an edge of the picture
+        // or of the volume, may not have been asked for, and a coarser one is seen there.
+        assert!(share >= 0.99, "slice {nth}, {view:?}: {share} within 2, up to {most}");
+        let lit = drawn.iter().filter(|pixel| pixel[..3].iter().any(|code| *code > 20)).count();
+        assert!(lit > 300 || nth > 3, "slice {nth}: only {lit} pixels are seen");
+    }
 }
 
 #[test]
