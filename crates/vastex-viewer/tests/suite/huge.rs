@@ -283,8 +283,8 @@ fn slices_anywhere_are_the_formula() {
         let view = slice(nth);
         let drawn = world.drawn(VolumeMode::Mip, 1.0, view);
         let (share, most) = within(&drawn, &world.expected(view), 2.0);
-        // Feedback looks at 16 of 64 pixels: a brick that shows in a few pixels alone, at an edge of the picture
-        // or of the volume, may not have been asked for, and a coarser one is seen there.
+        // Feedback looks at 16 of 64 pixels: a brick that shows in a few pixels alone, at an edge of the
+        // picture or of the volume, may not have been asked for, and a coarser one is seen there.
         assert!(share >= 0.99, "slice {nth}, {view:?}: {share} within 2, up to {most}");
         let lit = drawn.iter().filter(|pixel| pixel[..3].iter().any(|code| *code > 20)).count();
         assert!(lit > 300 || nth > 3, "slice {nth}: only {lit} pixels are seen");
