@@ -193,15 +193,28 @@ impl LevelMaker {
     }
 
     /// Has those bricks made that feedback wants, of sources that make no others ([`VolumeSource::want`]),
-    /// and where a pool is too small the coarser ones that stand for them. Returns whether any are to be
-    /// made, or to be read again, for it.
+    /// and the coarser ones that stand for them: all where a pool is too small, and for each brick that cannot
+    /// be read the first that is made. Returns whether any are to be made, or to be read again, for it.
     pub(crate) fn want(&self, textures: &Textures) -> bool {
         let waiting: Vec<_> = self.shown.iter().filter(|(_, source)| source.waits_for_want()).collect();
         if waiting.is_empty() {
             return false;
         }
-        let (inspect, is_coarser) = (textures.inspect(), textures.stats().pager.bias_eighths > 0);
+        let (inspect, pager) = (textures.inspect(), textures.stats().pager);
+        let is_coarser = pager.bias_eighths > 0;
         let mut is_new = false;
+        let failed = if pager.failed > 0 { inspect.failed_pages() } else { Vec::new() };
+        for page in failed {
+            let id = inspect.id_of(page.texture());
+            for (_, source) in waiting.iter().filter(|(texture, _)| Some(*texture) == id) {
+                let geometry = &source.description().geometry;
+                let (pos, stored) = (page.pos(geometry.dims()), source.levels().stored());
+                let mut coarser = std::iter::successors(Some(pos), |pos| geometry.parent(*pos));
+                if let Some(made) = coarser.find(|pos| usize::from(pos.level) >= stored) {
+                    is_new |= source.want(made);
+                }
+            }
+        }
         for wanted in inspect.wanted().pages {
             let id = inspect.id_of(wanted.page.texture());
             for (_, source) in waiting.iter().filter(|(texture, _)| Some(*texture) == id) {

@@ -265,7 +265,8 @@ impl<'a> Drawing<'a> {
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
         let held = frames_to_ask(bricks) + 4;
         let (mut loaded, mut quiet) = (0, 0);
-        let mut is_made = self.maker.is_done();
+        // What is made by now may have been read as a preview: it is looked once at least what has changed.
+        let mut is_made = !self.shown.iter().any(|(_, source)| source.may_lack_levels());
         let mut is_wanted = false;
         loop {
             if quiet >= held {

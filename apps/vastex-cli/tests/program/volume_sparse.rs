@@ -76,3 +76,61 @@ fn what_a_picture_does_not_show_is_not_read() {
     }
     assert_eq!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 8x8").0, all);
 }
+
+/// Where a stored brick cannot be read the picture has the level that is made, which lacks the chunk alone,
+/// and not the preview that stood for it.
+#[test]
+fn a_damaged_chunk_is_shown_by_the_level_that_is_made() {
+    let sandbox = Sandbox::new();
+    let meta = "{\"zarr_format\":2,\"shape\":[4160,128,128],\"chunks\":[64,64,64],\"dtype\":\"|u1\",\"compressor\":null,\
+                \"fill_value\":0,\"order\":\"C\",\"filters\":null,\"dimension_separator\":\".\"}";
+    std::fs::create_dir(sandbox.path("tall.zarr")).unwrap();
+    sandbox.write("tall.zarr/.zarray", meta.as_bytes());
+    // A preview is made of the chunks with 200 right beside the one that is cut off.
+    for (z, place) in (0..65).flat_map(|z| ["0.0", "0.1", "1.0", "1.1"].map(|place| (z, place))) {
+        let chunk = vec![if z % 2 == 0 { 200 } else { 100 }; 64 * 64 * 64];
+        let is_cut = (z, place) == (5, "0.0");
+        sandbox.write(&format!("tall.zarr/{z}.{place}"), if is_cut { &chunk[..1000] } else { &chunk });
+    }
+    let words = "render tall.zarr --on slices --slice z=340 --channels 0 --range 0,1 --size 128x128 --json -o out.png";
+    let ended = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
+    assert!(ended.stderr.contains("5.0.0"), "{}", ended.stderr);
+    let told = ended.json();
+    assert!(told["converged"] == true && told["bricks_failed"].as_u64() > Some(0), "{told}");
+    let pixels = sandbox.read_rgb("out.png");
+    let is_at_edge = |at: usize| (60..68).contains(&at);
+    for (x, y) in (0..128).flat_map(|y| (0..128).map(move |x| (x, y))) {
+        let expected = if x < 64 && y < 64 { 0 } else { 100 };
+        assert!(is_at_edge(x) || is_at_edge(y) || pixels[y * 128 + x][0] == expected, "{x}, {y}");
+    }
+}
+
+/// A picture is drawn of the made levels and in their window also where these are there before it begins,
+/// their first bricks having been read as a preview.
+#[test]
+fn levels_that_are_made_before_the_first_frame_are_shown() {
+    let sandbox = Sandbox::new();
+    let [width, height, depth] = [128, 66, 8064];
+    let noise: Vec<u8> = (0..width * height + 4096_usize)
+        .map(|n| ((n as u32).wrapping_mul(2_654_435_761) >> 24) as u8)
+        .collect();
+    let mut values = Vec::with_capacity(width * height * depth);
+    for z in 0..depth {
+        let plane = &noise[z * 1000 % 4093..][..width * height];
+        values.extend(plane.iter().map(|value| value / (1 + (z / 256 % 5) as u8)));
+    }
+    sandbox.write("tall.raw", &values);
+    let about = format!("width = {width}\nheight = {height}\ndepth = {depth}\nsample = \"u8\"\n");
+    sandbox.write("tall.raw.toml", about.as_bytes());
+    let drawn = |cache: &str| {
+        let words =
+            format!("render tall.raw --on slices --slice y=30 --size 1x63 --cache {cache} --json -o out.png");
+        let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
+        assert_eq!(told["converged"], true, "{told}");
+        (told["chunks_decoded"].as_u64().unwrap(), sandbox.read_rgb("out.png"))
+    };
+    let (first, again) = (drawn("kept"), drawn("kept"));
+    assert!(first.0 > 0 && again.0 == 0, "the second run has all that the first one made");
+    assert!(first.1.iter().any(|pixel| *pixel != first.1[0]));
+    assert_eq!(first.1, again.1);
+}

@@ -115,9 +115,8 @@ impl Volume {
         let array = &self.arrays[level];
         let found = match array.source.presence(KEYS_AT_HAND).await {
             Ok(Presence::These(list)) => StoredChunks::new(&array.grid, &list).map(Arc::new),
-            Ok(Presence::All | Presence::Unknown) => None,
             // A listing that fails tells nothing; reading will say what is wrong.
-            Err(_) => return None,
+            Ok(Presence::All | Presence::Unknown) | Err(_) => None,
         };
         kept().entry(level).or_insert(found).clone()
     }

@@ -146,8 +146,13 @@ impl ZarrArray {
         for of in found.iter() {
             let of: Vec<u64> = of.iter().map(|at| u64::from(*at)).collect();
             let key = join(&self.prefix, &self.meta.keys.key(&of));
-            let Some(index) = self.shards.get(&*self.keys, &key, shard).await? else { continue };
-            for place in index.stored() {
+            let stored: Vec<usize> = match self.shards.get(&*self.keys, &key, shard).await {
+                Ok(None) => continue,
+                Ok(Some(index)) => index.stored().collect(),
+                // It tells nothing of its own chunks, which will say what is wrong where they are read.
+                Err(_) => (0..shard.chunks() as usize).collect(),
+            };
+            for place in stored {
                 let coords = joined(&of, place, shard);
                 if coords.iter().zip(&chunks).all(|(at, count)| at < count) {
                     present.coords.extend(coords.iter().map(|at| *at as u32));
@@ -213,6 +218,50 @@ mod tests {
             let (of, within) = split(&coords, &shard);
             assert_eq!(joined(&of, shard.entry(&within), &shard), coords);
         }
+    }
+
+    /// An array of 2x2x2 values a chunk and 2x2x2 chunks a shard, with these shards along the first axis.
+    /// Each lists the chunks at these places as stored, or is too short for a list.
+    fn sharded(directory: &std::path::Path, shards: &[Option<&[usize]>]) -> ZarrArray {
+        let meta = format!(
+            "{{\"zarr_format\":3,\"node_type\":\"array\",\"shape\":[{},4,4],\"data_type\":\"uint8\",\"fill_value\":0,\
+             \"chunk_grid\":{{\"name\":\"regular\",\"configuration\":{{\"chunk_shape\":[4,4,4]}}}},\
+             \"chunk_key_encoding\":{{\"name\":\"default\"}},\
+             \"codecs\":[{{\"name\":\"sharding_indexed\",\"configuration\":{{\"chunk_shape\":[2,2,2],\
+             \"codecs\":[{{\"name\":\"bytes\"}}],\"index_location\":\"end\",\
+             \"index_codecs\":[{{\"name\":\"bytes\",\"configuration\":{{\"endian\":\"little\"}}}}]}}}}]}}",
+            4 * shards.len()
+        );
+        std::fs::write(directory.join("zarr.json"), meta).unwrap();
+        for (nth, stored) in shards.iter().enumerate() {
+            let entry = |place: usize| match stored.is_some_and(|stored| stored.contains(&place)) {
+                true => [0, 8],
+                false => [u64::MAX; 2],
+            };
+            let index: Vec<u8> = (0..8).flat_map(entry).flat_map(u64::to_le_bytes).collect();
+            let shard = directory.join(format!("c/{nth}/0/0"));
+            std::fs::create_dir_all(shard.parent().unwrap()).unwrap();
+            std::fs::write(shard, if stored.is_some() { &index } else { &index[..2] }).unwrap();
+        }
+        let keys: Arc<dyn KeyStore> = Arc::new(crate::keys::Directory::new(directory));
+        pollster::block_on(open_array(&keys, "")).unwrap().unwrap()
+    }
+
+    #[test]
+    fn an_index_that_cannot_be_read_leaves_the_others() {
+        let directory = tempfile::tempdir().unwrap();
+        let array = sharded(directory.path(), &[Some(&[3]), None, Some(&[])]);
+        let Presence::These(found) = pollster::block_on(array.find_present(1 << 16)).unwrap() else {
+            panic!()
+        };
+        let mut found: Vec<&[u32]> = found.iter().collect();
+        found.sort_unstable();
+        let cut = [[2, 0, 0], [2, 0, 1], [2, 1, 0], [2, 1, 1], [3, 0, 0], [3, 0, 1], [3, 1, 0], [3, 1, 1]];
+        let expected: Vec<&[u32]> =
+            std::iter::once(&[0, 1, 1][..]).chain(cut.iter().map(|at| &at[..])).collect();
+        assert_eq!(found, expected);
+        let error = pollster::block_on(array.read_chunk(&[2, 0, 0])).err().unwrap().to_string();
+        assert!(error.contains("c/1/0/0"), "{error}");
     }
 
     #[test]

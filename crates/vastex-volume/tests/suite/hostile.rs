@@ -22,8 +22,10 @@ fn read(path: &Path) -> Result<(), String> {
     for level in 0..about.levels.len() {
         let size = about.levels[level].size.map(|side| side.min(MOST_SIDE));
         let at = std::array::from_fn(|axis| about.levels[level].size[axis] - size[axis]);
-        let region = VolumeRegion { level, channel: about.channels - 1, time: about.times - 1, at, size };
-        block_on(volume.read(&region)).map_err(|error| error.to_string())?;
+        for time in [about.times - 1, 0] {
+            let region = VolumeRegion { level, channel: about.channels - 1, time, at, size };
+            block_on(volume.read(&region)).map_err(|error| error.to_string())?;
+        }
     }
     Ok(())
 }
