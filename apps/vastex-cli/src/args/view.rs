@@ -12,7 +12,7 @@ use super::render::check_is_png;
 use super::{Args, MOST_FADE_MS, SceneArgs, conflict, is_link, value_error};
 
 /// Stands for a source where none is named: no path has this byte.
-const NO_FILE: &str = "\0";
+pub(crate) const NO_FILE: &str = "\0";
 
 /// What the program is called with, for some purposes.
 const EXAMPLES: &str = "\

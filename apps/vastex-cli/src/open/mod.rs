@@ -325,6 +325,18 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
     false
 }
 
+/// Whether a directory looks like one of tiles, by a few names in it.
+#[cfg(feature = "build")]
+pub(crate) fn may_be_directory_of_tiles(path: &Path) -> bool {
+    vastex_build::DirectorySource::may_be_at(path)
+}
+
+/// Without their readers none does.
+#[cfg(not(feature = "build"))]
+pub(crate) fn may_be_directory_of_tiles(_: &Path) -> bool {
+    false
+}
+
 /// What others wrote, where it lies: a TIFF pyramid or a directory of tiles; `None` if `path` is something
 /// else.
 #[cfg(feature = "build")]

@@ -2,11 +2,14 @@
 //! beside it.
 
 use std::cmp::Ordering;
+use std::fs::File;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use vastex_tiles::raw_description;
 
+use crate::args::NO_FILE;
 use crate::open;
 
 /// Endings of the files of a folder that are stepped through. Any file can be named.
@@ -15,8 +18,16 @@ const ENDINGS: [&str; 11] = ["vastex", "jpg", "jpeg", "png", "tif", "tiff", "svs
 const VOLUMES: [&str; 2] = [".nii", ".nii.gz"];
 /// The ending of directories that are volumes.
 const VOLUME_DIRECTORY: &str = ".zarr";
-/// Directories and archives of a folder that are looked into at most, to see whether they can be shown.
+/// Directories and archives of a folder that are looked into at most, to see whether they can be shown. The
+/// window waits meanwhile, so of each a few names are read and no more.
 const MOST_LOOKED_INTO: usize = 256;
+/// What the files of Zarr are called that say what its arrays are.
+const OF_ZARR: [&str; 5] = ["zarr.json", ".zattrs", ".zgroup", ".zarray", ".zmetadata"];
+/// Bytes of an archive that are read.
+const BEGINNING: u64 = 4096;
+/// What the header of a file in an archive begins with, and its bytes before the file's name.
+const ZIP_HEADER: [u8; 4] = *b"PK\x03\x04";
+const ZIP_HEADER_BYTES: usize = 30;
 /// Files that are dropped within this time are dropped together.
 const TOGETHER: Duration = Duration::from_millis(200);
 
@@ -36,6 +47,11 @@ impl Files {
     /// The file to show.
     pub(super) fn current(&self) -> &Path {
         &self.files[self.current]
+    }
+
+    /// Whether the window waits for a first file.
+    pub(super) fn are_none(&self) -> bool {
+        self.current() == Path::new(NO_FILE)
     }
 
     /// Whether there may be others to show, which were named or dropped.
@@ -90,8 +106,8 @@ fn folder_of(file: &Path) -> Option<(Vec<PathBuf>, usize)> {
     Some((files, current))
 }
 
-/// Whether something of a folder can be shown, by its name and, of directories and archives, by what is in
-/// it.
+/// Whether something of a folder looks as if it can be shown, by its name and, of directories and archives,
+/// by names in it. No file but the beginning of an archive is read.
 fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
@@ -104,16 +120,47 @@ fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
         // Those of a .dzi file are stepped to by that.
         let is_of_description = name.ends_with("_files");
         return has_volumes && name.ends_with(VOLUME_DIRECTORY)
-            || !is_of_description && may_look() && open::is_directory_of_tiles(path);
+            || !is_of_description && may_look() && open::may_be_directory_of_tiles(path);
     }
     let is_volume = || VOLUMES.iter().any(|ending| name.ends_with(ending));
     match ending {
         ending if ENDINGS.contains(&ending) => path.is_file(),
         // What others are beside images.
         "raw" => path.is_file() && raw_description(path).is_file(),
-        "zip" => has_volumes && path.is_file() && may_look() && open::is_volume(path),
+        "zip" => has_volumes && path.is_file() && may_look() && is_archive_of_volume(path, &name),
         _ => has_volumes && is_volume() && path.is_file(),
     }
+}
+
+/// Whether an archive looks like one of Zarr: by its own name, or by the names of the first files in it.
+fn is_archive_of_volume(path: &Path, name: &str) -> bool {
+    let mut bytes = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut bytes));
+    let is_archive = read.is_ok() && bytes.starts_with(&ZIP_HEADER);
+    is_archive && (name.ends_with(".zarr.zip") || names_in_archive(&bytes).any(is_of_zarr))
+}
+
+/// The names in the beginning of an archive, as far as each file says where the next one begins.
+fn names_in_archive(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    std::iter::from_fn(move || {
+        let header = bytes.get(..ZIP_HEADER_BYTES).filter(|header| header.starts_with(&ZIP_HEADER))?;
+        let number = |at: usize| usize::from(u16::from_le_bytes([header[at], header[at + 1]]));
+        let (name, more) = (number(26), number(28));
+        let found = bytes.get(ZIP_HEADER_BYTES..)?.get(..name)?;
+        // A file whose size stands behind it says nothing of where it ends.
+        let is_sized = number(6) & 8 == 0;
+        let size = number(18) | number(20) << 16;
+        let next = ZIP_HEADER_BYTES.saturating_add(name + more).saturating_add(size);
+        bytes = bytes.get(next..).filter(|_| is_sized).unwrap_or_default();
+        Some(found)
+    })
+}
+
+/// Whether a file in an archive is one of Zarr.
+fn is_of_zarr(name: &[u8]) -> bool {
+    let name = String::from_utf8_lossy(name);
+    let mut parts = name.split('/');
+    parts.any(|part| part.ends_with(VOLUME_DIRECTORY) || OF_ZARR.contains(&part))
 }
 
 /// The order of two names, runs of digits being numbers: 2 comes before 10.
@@ -191,6 +238,54 @@ mod tests {
             expected.extend(["d.nii.gz", "g.zarr"]);
         }
         assert_eq!(found, expected);
+    }
+
+    /// An archive of empty files, whose sizes stand behind them if that is said.
+    fn archive(names: &[&str], is_sized: bool) -> Vec<u8> {
+        let of = |name: &&str| {
+            let mut header = [0; ZIP_HEADER_BYTES];
+            header[..4].copy_from_slice(&ZIP_HEADER);
+            header[6] = if is_sized { 0 } else { 8 };
+            header[26] = name.len() as u8;
+            [&header[..], name.as_bytes()].concat()
+        };
+        names.iter().flat_map(of).collect()
+    }
+
+    #[test]
+    #[cfg(all(feature = "volumes", feature = "build"))]
+    fn archives_and_directories_are_known_by_names_in_them_and_nothing_of_them_is_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, bytes: &[u8]| {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, bytes).unwrap();
+        };
+        // No archive is whole, and no file in a directory is an image.
+        write("a.zip", &archive(&["plate/", "plate/.zgroup"], true));
+        write("b.zip", &archive(&["zarr.json"], false));
+        write("c.zarr.zip", &archive(&["0/0"], false));
+        write("d.zip", &archive(&["cells.zarr/"], true));
+        write("e.zip", &archive(&["letter.txt", "photo.jpg"], true));
+        write("f.zip", &archive(&["letter.txt", "zarr.json"], false));
+        write("g.zarr.zip", b"zarr.json");
+        write("h.zip", &[&archive(&["x"], true)[..], &ZIP_HEADER].concat());
+        write("i/0_0_0.png", b"");
+        write("j/photo.jpg", b"");
+        write("k.png", b"");
+        let (found, _) = folder_of(&folder.path().join("k.png")).unwrap();
+        let found: Vec<_> = found.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+        assert_eq!(found, ["a.zip", "b.zip", "c.zarr.zip", "d.zip", "i", "k.png"]);
+        // The most that a header can say.
+        let full = [&ZIP_HEADER[..], &[0; 14], &[0xff; 12]].concat();
+        assert_eq!(names_in_archive(&full).count(), 0);
+    }
+
+    #[test]
+    fn without_a_file_there_is_none_to_step_to() {
+        let mut files = Files::new(Path::new(NO_FILE), &[]);
+        assert!(files.are_none() && !files.has_others());
+        assert!(files.drop_in(Path::new("a"), Duration::ZERO) && !files.are_none());
     }
 
     #[test]

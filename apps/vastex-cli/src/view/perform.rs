@@ -23,7 +23,14 @@ impl App {
     /// Carries an action out.
     pub(super) fn perform(&mut self, events: &ActiveEventLoop, action: Action) -> Result<()> {
         if let Action::File(step) = action {
-            return if self.files.step(step) { self.open_another() } else { Ok(()) };
+            if self.files.are_none() {
+                return self.notice_of_nothing();
+            }
+            if self.files.step(step) {
+                return self.open_another();
+            }
+            self.notice("there is no other file to show beside this one");
+            return Ok(());
         }
         if matches!(action, Action::Move(_) | Action::Magnify(..) | Action::Reset | Action::Scene(_)) {
             self.flight.stop();

@@ -13,6 +13,7 @@ use super::identity::identity;
 use super::kept::Kept;
 use super::pages::{Pages, Shape};
 use super::{SourceError, read_error};
+use crate::image::grids::guess::may_be_tiles;
 use crate::image::grids::tile::Decoded;
 use crate::image::grids::{Grid, Source, look_at_description, look_at_directory};
 use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, Profile};
@@ -34,6 +35,12 @@ impl DirectorySource {
     /// and, where the directory does not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<DirectorySource, SourceError> {
         DirectorySource::open_as(path.as_ref(), &Shape::default())
+    }
+
+    /// Whether a directory looks like one that can be opened, by the names of its first entries: for a list
+    /// of what there is to open. Takes a fraction of a millisecond, whatever is in it, and may be wrong.
+    pub fn may_be_at(directory: impl AsRef<Path>) -> bool {
+        may_be_tiles(directory.as_ref())
     }
 
     /// Opens it with pages of another shape.

@@ -112,6 +112,30 @@ fn a_sequential_file_of_several_scans_is_as_libjpeg_has_it() {
 }
 
 #[test]
+fn what_is_decoded_before_the_first_row_can_be_broken_off() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.jpg");
+    let sequential = Made { is_sequential: true, ..Made::new([97, 83], &[[2, 2], [1, 1], [1, 1]], 7) };
+    for scans in [Scans::Apart, Scans::LumaFirst] {
+        std::fs::write(&path, Made { scans, ..sequential.clone() }.file()).unwrap();
+        let opened = || open_reduced(&path, 2).unwrap().unwrap();
+        let mut reader = opened();
+        let beginning = reader.beginning().unwrap();
+        assert_eq!(beginning.share(), 0.0);
+        let mut row = vec![0; reader.header().row_bytes()];
+        reader.read_rows(&mut row).unwrap();
+        assert_eq!(beginning.share(), 1.0);
+        let mut reader = opened();
+        let beginning = reader.beginning().unwrap();
+        beginning.break_off();
+        assert!(matches!(reader.read_rows(&mut row), Err(InputFault::Io(_))) && beginning.share() == 0.0);
+    }
+    // Rows of a scan of all components come one after the other.
+    std::fs::write(&path, Made::new([97, 83], &[[1, 1]], 7).file()).unwrap();
+    assert!(open_reduced(&path, 2).unwrap().unwrap().beginning().is_none());
+}
+
+#[test]
 fn colours_are_what_the_markers_say() {
     let sandbox = Sandbox::new();
     let path = sandbox.path("image.jpg");

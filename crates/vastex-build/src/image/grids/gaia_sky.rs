@@ -52,7 +52,7 @@ pub(super) fn open(directory: &Path) -> Result<Source, InputFault> {
 }
 
 /// Column and row of a file `tx_COLUMN_ROW.ext`; the separators may also be `-`, `.` or a space.
-fn position(path: &Path) -> Option<(u32, u32)> {
+pub(super) fn position(path: &Path) -> Option<(u32, u32)> {
     const SEPARATORS: [char; 4] = ['_', '-', '.', ' '];
     let name = path.file_name()?.to_str()?;
     let (stem, extension) = name.rsplit_once('.')?;

@@ -8,6 +8,7 @@
 mod celestia;
 mod deep_zoom;
 mod gaia_sky;
+pub(crate) mod guess;
 pub(crate) mod prototype;
 mod quadtree;
 pub(crate) mod tile;

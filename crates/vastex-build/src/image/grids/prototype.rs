@@ -112,7 +112,7 @@ fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
 }
 
 /// Level, column and row of a page's file.
-fn position(path: &Path) -> Option<(u32, u32, u32)> {
+pub(super) fn position(path: &Path) -> Option<(u32, u32, u32)> {
     let stem = path.file_name()?.to_str()?.strip_suffix(".png")?;
     let mut numbers = stem.split('_').map(number);
     let found = (numbers.next()??, numbers.next()??, numbers.next()??);

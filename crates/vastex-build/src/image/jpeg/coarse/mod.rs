@@ -19,11 +19,12 @@ mod planes;
 mod stop;
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{self, BufReader};
+use std::sync::Arc;
 
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
-use crate::image::{ImageHeader, InputFault, Notice, RowReader};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, RowReader};
 use bits::Bits;
 use frame::{Frame, Segments};
 use planes::{Decoding, Plane, write_row};
@@ -44,6 +45,8 @@ pub(super) struct CoarseReader {
     planes: Vec<Plane>,
     rows: Rows,
     next_row: u32,
+    /// Of what is decoded before the first row, where that is more than a row of MCUs.
+    beginning: Option<Arc<Beginning>>,
 }
 
 /// Which rows the planes hold.
@@ -83,7 +86,20 @@ impl CoarseReader {
         header.memory = planes.iter().map(Plane::bytes).sum();
         header.notices.retain(|notice| !matches!(notice, Notice::WholeImage { .. }));
         let is_ycbcr = segments.is_ycbcr();
-        Ok(CoarseReader { header, bits, segments, frame, is_ycbcr, decoding, planes, rows, next_row: 0 })
+        let beginning = (rows == Rows::AllToDecode).then(Arc::default);
+        let next_row = 0;
+        Ok(CoarseReader {
+            header,
+            bits,
+            segments,
+            frame,
+            is_ycbcr,
+            decoding,
+            planes,
+            rows,
+            next_row,
+            beginning,
+        })
     }
 
     /// Decodes what the next row is made of, unless it is there.
@@ -96,10 +112,12 @@ impl CoarseReader {
                 let mut missing: Vec<usize> = (0..self.frame.components.len()).collect();
                 loop {
                     for row in 0..self.decoding.rows(&self.frame) {
+                        self.note_beginning(missing.len(), row)?;
                         self.decoding.row(&self.frame, &mut self.bits, &mut self.planes, row)?;
                     }
                     missing.retain(|&component| self.decoding.components().all(|found| found != component));
                     if missing.is_empty() {
+                        self.beginning.iter().for_each(|beginning| beginning.note(1, 1));
                         self.rows = Rows::All;
                         return Ok(());
                     }
@@ -107,6 +125,19 @@ impl CoarseReader {
                 }
             }
         }
+    }
+
+    /// So many components lack a scan, and so many rows of this one's MCUs are decoded. Ends where nobody
+    /// wants them any more.
+    fn note_beginning(&self, missing: usize, row: usize) -> Result<(), Stop> {
+        let Some(beginning) = &self.beginning else { return Ok(()) };
+        if beginning.is_broken_off() {
+            return Err(Stop::Io(io::Error::other("it is not wanted any more")));
+        }
+        let (all, rows) = (self.frame.components.len(), self.decoding.rows(&self.frame));
+        let done = (all - missing) * rows + self.decoding.components().count().min(missing) * row;
+        beginning.note(done as u64, (all * rows) as u64);
+        Ok(())
     }
 
     /// The number of the next row among those of its MCUs.
@@ -136,6 +167,10 @@ impl CoarseReader {
 impl RowReader for CoarseReader {
     fn header(&self) -> &ImageHeader {
         &self.header
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.beginning.clone()
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
