@@ -143,7 +143,9 @@ pub(crate) fn near_row(row: u32, height: u32) -> String {
 fn unreadable(error: &io::Error) -> String {
     match is_too_many_open(error) {
         true => format!("cannot be read: {error}; let the program open more files (`ulimit -n`)"),
-        false => format!("cannot be read: {}", read_advice(error)),
+        // What has a remedy says by itself what is wrong.
+        false if read_advice(error) != error.to_string() => read_advice(error),
+        false => format!("cannot be read: {error}"),
     }
 }
 
