@@ -50,6 +50,13 @@ impl StoredChunks {
         Some(StoredChunks { grid: grid.clone(), cell: list.cell.clone(), bits, numbers })
     }
 
+    /// Whether all chunks are stored, or all shards there, so that none is known to be absent.
+    pub(crate) fn are_all(&self) -> bool {
+        let sides = self.grid.shape.iter().zip(&self.grid.chunk).zip(&self.cell);
+        let cells = sides.map(|((side, chunk), cell)| side.div_ceil(*chunk).div_ceil(*cell));
+        cells.fold(1, u64::saturating_mul) == self.numbers.len() as u64
+    }
+
     /// How many chunks of a box are stored, of a channel and a time; no more than `most` are counted. Where
     /// it is only known which shards hold some, all of these count.
     pub(crate) fn count(&self, of: &ChunkBox, plane: (u64, u64), most: u64) -> u64 {
@@ -70,14 +77,24 @@ impl StoredChunks {
 
     /// Hands out the boxes of chunks that may be stored, of a channel and a time, each of one chunk or of a
     /// shard, until `found` returns false. Returns whether these were all.
-    pub(crate) fn each(&self, plane: (u64, u64), mut found: impl FnMut(ChunkBox) -> bool) -> bool {
+    pub(crate) fn each(&self, plane: (u64, u64), found: impl FnMut(ChunkBox) -> bool) -> bool {
+        self.each_in(&[0, 1, 2].map(|_| 0..u64::MAX), plane, found)
+    }
+
+    /// The same of those that a box of chunks touches.
+    pub(crate) fn each_in(
+        &self,
+        of: &ChunkBox,
+        plane: (u64, u64),
+        mut found: impl FnMut(ChunkBox) -> bool,
+    ) -> bool {
         let space = self.grid.space();
         let of_cell = |coords: [u64; 8]| -> ChunkBox {
             space.map(|axis| {
                 axis.map_or(0..1, |axis| coords[axis] * self.cell[axis]..(coords[axis] + 1) * self.cell[axis])
             })
         };
-        let cells = self.cells(&[0, 1, 2].map(|_| 0..u64::MAX), plane);
+        let cells = self.cells(of, plane);
         self.visit(&self.numbers, 0, &mut self.whole(), &cells, &mut |numbers| {
             numbers.iter().all(|number| found(of_cell(self.coords(*number))))
         })
@@ -233,6 +250,14 @@ mod tests {
                 true
             }));
             assert_eq!(boxes.iter().filter(touches).count() as u64 * cells, expected);
+            let mut within = Vec::new();
+            assert!(stored.each_in(&of, plane, |found| {
+                within.push(found);
+                true
+            }));
+            assert!(within.iter().all(|found| touches(&found)) && within.len() as u64 * cells == expected);
+            all.retain(|coords| coords.iter().zip(counts).all(|(at, count)| u64::from(*at) < count));
+            assert_eq!(stored.are_all(), all.len() as u64 == counts.iter().product::<u64>());
             hits += u32::from(expected > 0);
         }
         assert!((50..1950).contains(&hits), "{hits}");

@@ -65,6 +65,11 @@ pub(crate) trait KeyStore: Send + Sync {
     /// Whether all keys are in memory, so that a listing reads nothing.
     fn is_listed(&self) -> bool;
 
+    /// Bytes that are read, or inflated, for a part of a value that has so many.
+    fn bytes_for_part(&self, _key: &str, len: u64) -> u64 {
+        len
+    }
+
     /// The names right below a prefix that have something below them in turn, in order: those among the first
     /// `most` names that the store finds, whichever these are. More are not looked at.
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>>;

@@ -193,6 +193,13 @@ impl KeyStore for Zip {
         true
     }
 
+    fn bytes_for_part(&self, key: &str, len: u64) -> u64 {
+        match self.entry(key) {
+            Some(entry) if entry.method == Ok(Method::Deflated) => entry.size,
+            _ => len,
+        }
+    }
+
     fn groups<'a>(&'a self, prefix: &'a str, most: usize) -> KeyFuture<'a, Vec<String>> {
         let before = below(prefix);
         let names: BTreeSet<&str> =

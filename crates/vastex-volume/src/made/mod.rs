@@ -12,6 +12,7 @@
 //! voxels and nothing else.
 
 mod chunks;
+mod done;
 mod files;
 mod preview;
 mod sparse;
@@ -33,6 +34,7 @@ use crate::stored::StoredChunks;
 use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Volume, VolumeAbout, VoxelBox, filled, paste};
 use chunks::Lenient;
 pub(crate) use chunks::MadeChunks;
+use done::Done;
 use files::Files;
 use preview::Preview;
 pub(crate) use sparse::count_made;
@@ -90,7 +92,7 @@ pub(crate) struct Made {
     /// Held by the thread that works.
     working: Mutex<()>,
     /// Chunks of the finest made level that are done, of what the levels come to.
-    done: AtomicU64,
+    done: Mutex<Done>,
     total: u64,
 }
 
@@ -182,7 +184,7 @@ impl Made {
             preview: ChunkCache::new(usize::MAX),
             state: Mutex::new(State { faults, ..State::default() }),
             working: Mutex::new(()),
-            done: AtomicU64::new(0),
+            done: Mutex::default(),
             total,
             levels,
         };
@@ -255,7 +257,7 @@ impl Made {
 
     /// How far they are.
     pub(crate) fn progress(&self) -> MadeProgress {
-        MadeProgress { done: self.done.load(Ordering::Relaxed).min(self.total), total: self.total }
+        MadeProgress { done: self.lock_done().count(), total: self.total }
     }
 
     /// What has changed since this was last asked: chunks that a preview was given for, and that are there

@@ -1,8 +1,8 @@
 //! Which chunks of made levels have nothing stored below them, and which are made of little.
 
-use std::sync::atomic::Ordering;
+use std::sync::{MutexGuard, PoisonError};
 
-use super::{CHEAP_BYTES, Made, SIDE, is_small};
+use super::{CHEAP_BYTES, Done, Made, MadePos, SIDE, is_small};
 use crate::stored::{ChunkBox, StoredChunks};
 
 /// Stored chunks that a larger chunk of a sparse level may be made of where it is asked for: each costs a
@@ -62,28 +62,36 @@ impl Made {
         self.stored.as_ref().is_some_and(|stored| !stored.has_any(&of, plane))
     }
 
-    /// How many chunks of the finest made level that are not absent a chunk covers.
-    pub(super) fn finest_below(&self, level: usize, at: [u64; 3]) -> u64 {
-        if level == 0 || self.is_absent(level, at) {
-            return u64::from(!self.is_absent(level, at));
-        }
-        let children = self.children(level, at);
-        children.into_iter().map(|child| self.finest_below(level - 1, child)).sum()
-    }
-
-    /// Counts what a chunk covers of the finest made level as done.
+    /// Counts what a chunk covers of the finest made level as done, each once.
     pub(super) fn count_done(&self, level: usize, at: [u64; 3]) {
-        if self.stored.is_some() {
-            self.done.fetch_add(self.finest_below(level, at), Ordering::Relaxed);
+        let mut coarser: Vec<MadePos> = Vec::new();
+        let mut pos = at;
+        for (coarse, of) in self.levels.iter().enumerate().skip(level + 1) {
+            pos = std::array::from_fn(|axis| pos[axis] / of.factor[axis]);
+            coarser.push((coarse, pos));
+        }
+        if self.lock_done().has((level, at), &coarser) {
             return;
         }
+        // Nobody waits for the lock while this is found out.
+        let covered = self.count_finest(level, at);
+        self.lock_done().add((level, at), &coarser, covered);
+    }
+
+    pub(super) fn lock_done(&self) -> MutexGuard<'_, Done> {
+        self.done.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How many chunks of the finest made level that are not absent a chunk covers.
+    fn count_finest(&self, level: usize, at: [u64; 3]) -> u64 {
+        let size = self.base.volume.about().levels[self.base.level].size;
         let (finest, this) = (&self.levels[0], &self.levels[level]);
-        let covered = (0..3).map(|axis| {
+        let of = std::array::from_fn(|axis| {
             let chunks = this.scale[axis] / finest.scale[axis];
-            let all = finest.grid.size()[axis].div_ceil(SIDE);
-            chunks.min(all.saturating_sub(at[axis] * chunks))
+            at[axis].saturating_mul(chunks)..at[axis].saturating_add(1).saturating_mul(chunks)
         });
-        self.done.fetch_add(covered.product(), Ordering::Relaxed);
+        let plane = (self.base.channel, self.base.time);
+        count_within(self.stored.as_deref(), plane, size, finest.factor, &of)
     }
 }
 
@@ -95,15 +103,35 @@ pub(crate) fn count_made(
     size: [u64; 3],
     factor: [u64; 3],
 ) -> u64 {
-    let counts = [0, 1, 2].map(|axis| size[axis].div_ceil(factor[axis]).div_ceil(SIDE));
+    count_within(stored, plane, size, factor, &[0, 1, 2].map(|_| 0..u64::MAX))
+}
+
+/// The same of a box of these chunks alone, at the cost of the stored chunks below it.
+fn count_within(
+    stored: Option<&StoredChunks>,
+    plane: (u64, u64),
+    size: [u64; 3],
+    factor: [u64; 3],
+    of: &ChunkBox,
+) -> u64 {
+    let sides = factor.map(|factor| SIDE.saturating_mul(factor));
+    let of: ChunkBox = std::array::from_fn(|axis| {
+        let end = of[axis].end.min(size[axis].div_ceil(factor[axis]).div_ceil(SIDE));
+        of[axis].start.min(end)..end
+    });
+    let counts = [0, 1, 2].map(|axis| of[axis].end - of[axis].start);
     let all = counts.iter().fold(1, |chunks: u64, count| chunks.saturating_mul(*count));
     let Some(stored) = stored else { return all };
+    let below = stored.chunks_of(&std::array::from_fn(|axis| {
+        of[axis].start.saturating_mul(sides[axis])..of[axis].end.saturating_mul(sides[axis]).min(size[axis])
+    }));
     let mut found: Vec<u64> = Vec::new();
-    let is_counted = stored.each(plane, |chunks| {
+    let is_counted = stored.each_in(&below, plane, |chunks| {
         let voxels = stored.voxels_of(&chunks);
         let [xs, ys, zs] = [0, 1, 2].map(|axis| {
-            let side = SIDE.saturating_mul(factor[axis]);
-            voxels[axis].start / side..voxels[axis].end.div_ceil(side).min(counts[axis])
+            let first = (voxels[axis].start / sides[axis]).max(of[axis].start);
+            let after = voxels[axis].end.div_ceil(sides[axis]).min(of[axis].end);
+            first - of[axis].start..after.saturating_sub(of[axis].start)
         });
         let more = [&xs, &ys, &zs]
             .iter()

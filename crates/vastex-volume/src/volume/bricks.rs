@@ -41,8 +41,8 @@ pub struct BrickCount {
 
 impl Volume {
     /// Counts bricks of 64x64x64 voxels. Directories are listed up to some hundred thousand keys a level,
-    /// archives and indices of shards up to 4 million chunks; `thorough` reads them whatever their number, up
-    /// to some ten millions.
+    /// archives and up to 4096 indices of shards up to 4 million chunks; `thorough` reads them whatever their
+    /// number, up to some ten millions of keys, or a million indices.
     pub async fn count_bricks(&self, thorough: bool) -> Result<BrickCount, VolumeError> {
         let effort = if thorough { THOROUGH } else { AT_HAND };
         let mut count = BrickCount { bricks: 0, absent: Some(0) };

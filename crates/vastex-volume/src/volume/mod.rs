@@ -114,7 +114,9 @@ impl Volume {
         }
         let array = &self.arrays[level];
         let found = match array.source.presence(KEYS_AT_HAND).await {
-            Ok(Presence::These(list)) => StoredChunks::new(&array.grid, &list).map(Arc::new),
+            Ok(Presence::These(list)) => {
+                StoredChunks::new(&array.grid, &list).filter(|stored| !stored.are_all()).map(Arc::new)
+            }
             // A listing that fails tells nothing; reading will say what is wrong.
             Ok(Presence::All | Presence::Unknown) | Err(_) => None,
         };

@@ -13,6 +13,10 @@ use crate::values::swap_bytes;
 
 /// Names that are looked at to find out how keys are separated: what is not a chunk's is a handful.
 const MOST_PROBED: usize = 256;
+/// Keys that are listed in the time in which an index is read.
+const KEYS_PER_INDEX: usize = 64;
+/// Bytes that are read or inflated for indices for each key that may be listed.
+const BYTES_PER_KEY: u64 = 512;
 
 /// An array.
 pub(crate) struct ZarrArray {
@@ -135,8 +139,18 @@ impl ZarrArray {
         }
         let Some(shard) = &self.meta.shard else { return Ok(Presence::These(found)) };
         // Every chunk of an index is looked at, whether it is stored or not.
-        let entries = (found.iter().count() as u64).saturating_mul(shard.chunks());
-        if entries > most.saturating_mul(LOOKS_FOR_A_KEY) as u64 {
+        let shards = found.iter().count();
+        let entries = (shards as u64).saturating_mul(shard.chunks());
+        let key_of = |of: &[u32]| {
+            let of: Vec<u64> = of.iter().map(|at| u64::from(*at)).collect();
+            join(&self.prefix, &self.meta.keys.key(&of))
+        };
+        let bytes_of = |of| self.keys.bytes_for_part(&key_of(of), shard.index_bytes());
+        if entries > most.saturating_mul(LOOKS_FOR_A_KEY) as u64
+            || shards > most.div_ceil(KEYS_PER_INDEX)
+            || found.iter().map(bytes_of).fold(0, u64::saturating_add)
+                > (most as u64).saturating_mul(BYTES_PER_KEY)
+        {
             return Ok(Presence::These(ChunkList { cell: shard.counts.clone(), ..found }));
         }
         let mut present = ChunkList::new(axes);
@@ -262,6 +276,23 @@ mod tests {
         assert_eq!(found, expected);
         let error = pollster::block_on(array.read_chunk(&[2, 0, 0])).err().unwrap().to_string();
         assert!(error.contains("c/1/0/0"), "{error}");
+    }
+
+    #[test]
+    fn many_indices_and_those_that_are_inflated_are_not_read() {
+        let directory = tempfile::tempdir().unwrap();
+        let array = sharded(directory.path(), &[Some(&[3][..]); 9]);
+        let of_chunks = |most| match pollster::block_on(array.find_present(most)).unwrap() {
+            Presence::These(found) => found.is_of_chunks().then(|| found.iter().count()),
+            other => panic!("{other:?}"),
+        };
+        assert_eq!([8 * KEYS_PER_INDEX, 8 * KEYS_PER_INDEX + 1].map(of_chunks), [None, Some(9)]);
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/deflated.zip");
+        let zip = crate::keys::Zip::open(&path).unwrap();
+        let mut keys = Vec::new();
+        pollster::block_on(zip.list("", usize::MAX, &mut |key: &str| keys.push(key.to_owned()))).unwrap();
+        assert!(keys.iter().any(|key| zip.bytes_for_part(key, 16) > 16));
+        assert_eq!(zip.bytes_for_part("nothing", 16), 16);
     }
 
     #[test]
