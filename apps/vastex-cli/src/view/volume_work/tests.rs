@@ -80,7 +80,7 @@ fn channels_are_read_while_levels_are_made_and_those_that_are_gone_are_made_no_m
     let [(first, made), .., (_, gone)] = &shown[..] else { panic!("four") };
     let first = *first;
     host.work.keep(&[0], 0, |texture| texture == first);
-    // It has just come, so that it has none on any machine that is not very busy.
+    // The last one has just come: on a very busy machine alone all of its levels are made by now.
     let lacks = gone.has_levels_to_make();
     while host.work.is_making() {
         host.work.changes();
