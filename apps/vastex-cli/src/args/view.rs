@@ -17,8 +17,8 @@ pub(crate) const NO_FILE: &str = "\0";
 /// What the program is called with, for some purposes.
 const EXAMPLES: &str = "\
 Examples:
-  vastex view
   vastex view earth.vastex
+  vastex view
   vastex view earth.vastex --on globe --pool-mib 256
   vastex view island.vastex --on terrain
   vastex view island.vastex --layer color --layer height:map=inferno:opacity=0.4
