@@ -41,7 +41,9 @@ pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<(
     let steps = place.join("steps");
     fs::create_dir_all(&steps)?;
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
-    let mut window = Window::open(&display, (place, program, image), &["--size", &size, "--pool-mib", "2"])?;
+    // A range of somebody's own, so that the keys have one to change.
+    let first = ["--size", &size, "--pool-mib", "2", "--range", "0,1"];
+    let mut window = Window::open(&display, (place, program, image), &first)?;
     let used = window.walk_through();
     if used.is_err() {
         // What was seen when it went wrong.
