@@ -35,7 +35,7 @@ const CHECKED: &[(&str, &str)] =
     &[("0.5, chunks", ""), ("0.5, shards of 4", "--shards 4"), ("0.4, gzip", "--zarr 0.4 --compress gzip")];
 
 const INTRODUCTION: &str = "\
-# Volumes: beside ome-zarr-py, zarr-python and tensorstore
+# Volumes: beside ome-zarr-py, zarr-python and tensorstore; pictures
 
 Written by `cargo xtask bench volumes --write`. Other programs may have been at work on the machine: seconds are of processors, and what counts are
 ratios within a round.
