@@ -17,9 +17,10 @@ use crate::texture::textures::Textures;
 #[derive(Debug)]
 pub(super) struct LoadOrder {
     ranking: Ranking,
-    /// Missing pages of the working set, best first; of those of one content the one that is loaded for all.
+    /// Missing pages of the working set, best first. Of several pages with one content, only the one that is
+    /// loaded for all of them.
     order: Vec<Missing>,
-    /// Missing pages whose content another page is loaded for.
+    /// Missing pages whose content another page is already loading.
     waiting: Vec<PageId>,
     /// Where the search for the next request goes on.
     next_request: usize,
@@ -44,7 +45,8 @@ impl LoadOrder {
         }
     }
 
-    /// The pages that are missing, best first; of those of one content the one that is loaded for all.
+    /// The missing pages, best first. Of several pages with one content, only the one that is loaded for all of
+    /// them.
     pub(super) fn pages(&self) -> impl Iterator<Item = PageId> + '_ {
         self.order.iter().map(|missing| missing.page)
     }

@@ -18,7 +18,7 @@ const FRAMES: u64 = JITTER_CYCLE as u64;
 pub(crate) struct Prediction {
     /// The frame in which each was named last, and its pixels then.
     pages: FxHashMap<PageId, (u64, u32)>,
-    /// Kept for its memory.
+    /// Reused between frames to avoid allocating.
     ordered: Vec<(PageId, u32)>,
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Retention {
     foresight: Foresight,
     /// Pages out of view for at least so many rounds are the reserve.
     reserve_age: u64,
-    /// Kept for its memory.
+    /// Reused between frames to avoid allocating.
     ages: Vec<u64>,
 }
 

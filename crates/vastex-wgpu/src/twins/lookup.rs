@@ -95,8 +95,8 @@ impl Texture<'_> {
         })
     }
 
-    /// `vastexi_free_tile_texel`: the same in texels of the layer, and as far beyond the edges as the
-    /// position is.
+    /// `vastexi_free_tile_texel`: a position in the tile of its page of a level, in texels of the layer, not
+    /// clamped to the texture.
     pub(super) fn free_tile_texel(&self, position: Position, level: u8) -> [f32; 2] {
         let (first, _) = self.page_in_tile(position, level);
         let texel = self.page_texel(position, level);

@@ -3,13 +3,14 @@
 //
 // `scale` is how many texels of the texture lie along one of the layer that is sampled: 1, 2 or 4.
 
-// Where a position lies in the tile of its page of a level, in texels of the texture, and as far beyond the edges of the texture as it is.
+// A position in the tile of its page of a level, in texels of the texture. It is not clamped to the texture.
 fn vastexi_free_tile_texel(level: VastexiLevel, position: VastexiPosition, page: vec2<u32>, powers: bool) -> vec2<f32> {
     let from_page = vec2<f32>(vastexi_texel_in_page(level.sides, position.texel, page, powers)) + position.fraction;
     return level.base + from_page * level.inverse_scale;
 }
 
-// The same, beyond the edges of the texture as far as the border colour is mixed with nothing, half of the layer's texel.
+// As `vastexi_free_tile_texel`, clamped to half a texel of the layer beyond the edges of the texture: as far as
+// the border colour is mixed with texels.
 fn vastexi_tile_texel(
     texture: VastexiTexture,
     level: VastexiLevel,

@@ -54,7 +54,7 @@ impl std::fmt::Display for Shape {
     }
 }
 
-/// How shaders see pools.
+/// Shader options shared by all pools.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PoolShaderOptions {
     pub(crate) mode: FeedbackMode,

@@ -204,7 +204,7 @@ impl Gpu {
             .copied()
     }
 
-    /// How shaders see pools.
+    /// The shader options shared by all pools.
     pub(crate) fn seen(&self) -> PoolShaderOptions {
         PoolShaderOptions {
             mode: self.mode,

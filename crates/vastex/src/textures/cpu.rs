@@ -21,8 +21,8 @@ impl<'a> Cpu<'a> {
     /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv,
     /// level)` does on the GPU, with the same filter and address modes, and across pages. The level is taken
     /// as it is: neither the texture's bias nor its pool's is added
-    /// ([`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths) tells the latter, for who wants what is
-    /// drawn).
+    /// (add [`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths), in eighths of a level, to match what
+    /// the GPU shows).
     ///
     /// It never reads nor waits: the answer comes from the tiles of
     /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache
