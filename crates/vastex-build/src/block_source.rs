@@ -58,7 +58,7 @@ pub enum BlockSourceError {
         stored: &'static str,
         /// Format that was asked for.
         wanted: &'static str,
-        /// Those that it can become.
+        /// Formats that the layer can become.
         possible: Vec<&'static str>,
     },
     /// Blocks do not fit into the pages.

@@ -43,7 +43,7 @@ pub struct Ran {
 pub struct Failure {
     /// The number of its case.
     pub case: u64,
-    /// Its bytes.
+    /// Bytes of the input.
     pub input: Vec<u8>,
     /// What it did.
     pub harm: Harm,

@@ -43,7 +43,7 @@ pub struct Gpu {
     /// The device, with the adapter's own limits. Another one goes into a [`Gpu::new`], since what was made
     /// for this one is no other's.
     pub device: wgpu::Device,
-    /// Its queue.
+    /// The device's queue.
     pub queue: wgpu::Queue,
     kept: Kept,
 }

@@ -34,13 +34,13 @@ pub struct Link {
 /// A text is no link.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LinkError {
-    /// It begins otherwise.
+    /// The text does not begin as a link.
     #[error("a link begins with {SCHEME}, as in vastex:earth.tif?view=image:x=1,y=2,zoom=3")]
     Scheme,
-    /// It is longer than any that is written.
+    /// The text is longer than any link that is written.
     #[error("a link has 65,536 bytes at most, this one {0}")]
     TooLong(usize),
-    /// It names no source.
+    /// The link names no source.
     #[error("the link names no file; write one after {SCHEME}, as in vastex:earth.tif")]
     NoSource,
     /// A percent sign begins no code.
@@ -80,7 +80,7 @@ pub enum LinkError {
 }
 
 impl Link {
-    /// Whether a text is meant as a link, sound or not.
+    /// Returns true if a text is meant as a link, sound or not.
     pub fn is_link(text: &str) -> bool {
         let begin = text.trim_start().as_bytes().get(..SCHEME.len());
         begin.is_some_and(|begin| begin.eq_ignore_ascii_case(SCHEME.as_bytes()))

@@ -21,7 +21,7 @@ pub enum Scene {
 impl Scene {
     /// Every scene.
     pub const ALL: [Scene; 5] = [Scene::Image, Scene::Plane, Scene::Globe, Scene::Terrain, Scene::Planet];
-    /// Those that a texture without heights goes on and that show its colours as they are.
+    /// The scenes that a texture without heights goes on and that show its colours as they are.
     pub const SMOOTH: [Scene; 3] = [Scene::Image, Scene::Plane, Scene::Globe];
 
     /// The name on the command line.
@@ -35,7 +35,7 @@ impl Scene {
         }
     }
 
-    /// Whether it is a sphere, so that the image's left and right edges are neighbours.
+    /// Returns true if the scene is a sphere, so that the image's left and right edges are neighbours.
     pub fn is_round(self) -> bool {
         matches!(self, Scene::Globe | Scene::Planet)
     }
@@ -46,7 +46,7 @@ pub(crate) fn direction_f64(longitude: f64, latitude: f64) -> DVec3 {
     DVec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin())
 }
 
-/// The same in f32.
+/// The point of the unit sphere at a longitude and latitude, in radians.
 pub fn direction(longitude: f32, latitude: f32) -> Vec3 {
     Vec3::new(longitude.cos() * latitude.cos(), longitude.sin() * latitude.cos(), latitude.sin())
 }

@@ -22,7 +22,7 @@ pub enum VolumeFault {
     /// What is stored contradicts itself, or ends too early.
     #[error("{0}")]
     Damaged(String),
-    /// It is stored in a way that is not read.
+    /// The volume is stored in a way that is not read.
     #[error("{0}")]
     Unsupported(String),
     /// Reading it would take more memory than is allowed.
@@ -42,7 +42,7 @@ impl VolumeError {
 }
 
 impl VolumeFault {
-    /// Whether there is no volume at all, rather than a faulty one.
+    /// Returns true if there is no volume at all, rather than a faulty one.
     pub fn is_no_volume(&self) -> bool {
         matches!(self, VolumeFault::NoVolume(_))
     }

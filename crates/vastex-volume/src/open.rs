@@ -38,8 +38,8 @@ pub struct ImageList {
     pub oddities: Vec<String>,
 }
 
-/// Whether a path looks like a volume: by the names in a directory, or by the first bytes of a file. Of a
-/// TIFF file, up to four directories are looked at.
+/// Returns true if a path looks like a volume: by the names in a directory, or by the first bytes of a file.
+/// Of a TIFF file, up to four directories are looked at.
 pub fn is_volume(path: &Path) -> bool {
     const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
     if path.is_dir() {
@@ -51,9 +51,9 @@ pub fn is_volume(path: &Path) -> bool {
     }
 }
 
-/// Whether a path that looks like a volume is a TIFF file of pages in red, green and blue that neither
-/// OME-XML nor ImageJ's description calls a stack: pictures one after the other, as scanners and editors
-/// write them. As a volume its channels are these colours.
+/// Returns true if a path that looks like a volume is a TIFF file of pages in red, green and blue that
+/// neither OME-XML nor ImageJ's description calls a stack: pictures one after the other, as scanners and
+/// editors write them. As a volume its channels are these colours.
 pub fn are_pictures(path: &Path) -> bool {
     path.is_file() && stack::are_pictures(path)
 }

@@ -14,9 +14,9 @@ use crate::values::DType;
 /// What a voxel of a coarser level is, of the up to eight that it covers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Reduction {
-    /// Their mean. Of whole numbers, the nearest whole number, halves upwards (-1.5 becomes -1). Of floats,
-    /// the sum in 64 bits (along y, then z, then x) divided once; those that are no numbers are left out,
-    /// unless none is a number.
+    /// The mean of the voxels. Of whole numbers, the nearest whole number, halves upwards (-1.5 becomes -1).
+    /// Of floats, the sum in 64 bits (along y, then z, then x) divided once; those that are no numbers are
+    /// left out, unless none is a number.
     Mean,
     /// The greatest. Floats that are no numbers are left out, unless none is a number.
     Max,

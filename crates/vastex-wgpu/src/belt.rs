@@ -119,9 +119,10 @@ impl Belt {
         Belt(Arc::new(Shared { device: device.clone(), limit, state: Mutex::default() }))
     }
 
-    /// Whether it is better than `wgpu::Queue::write_texture` on this device: where buffers can be mapped by
-    /// any thread, and stay where they are. That is so with Vulkan, Metal and Direct3D 12; not with OpenGL,
-    /// where a buffer is mapped by one thread, and not in a browser, where what is mapped is a copy.
+    /// Returns true if a belt is better than `wgpu::Queue::write_texture` on this device: where buffers can
+    /// be mapped by any thread, and stay where they are. That is so with Vulkan, Metal and Direct3D 12; not
+    /// with OpenGL, where a buffer is mapped by one thread, and not in a browser, where what is mapped is a
+    /// copy.
     pub fn suits(device: &wgpu::Device) -> bool {
         use wgpu::Backend::{Dx12, Metal, Vulkan};
         matches!(device.adapter_info().backend, Vulkan | Metal | Dx12)
@@ -197,7 +198,7 @@ impl Belt {
         self.0.lock().counts
     }
 
-    /// Whether it is the same belt.
+    /// Returns true if `other` is this belt.
     pub fn is(&self, other: &Belt) -> bool {
         Arc::ptr_eq(&self.0, &other.0)
     }

@@ -82,8 +82,8 @@ impl FeedbackView {
         FeedbackView { picture, scale, frame, answers: 1, pixel: None }
     }
 
-    /// The same with so many answers of each block, at least 1: for rays, each of which meets several bricks.
-    /// They are pixels of the target below one another, which look at the same pixel of the picture.
+    /// This view with so many answers of each block, at least 1: for rays, each of which meets several
+    /// bricks. They are pixels of the target below one another, which look at the same pixel of the picture.
     pub const fn with_answers(self, answers: u32) -> FeedbackView {
         FeedbackView { answers: if answers == 0 { 1 } else { answers }, ..self }
     }
@@ -311,7 +311,7 @@ impl FeedbackTarget {
         self.raw.view()
     }
 
-    /// Its depth buffer, of the format `Depth32Float`.
+    /// The target's depth buffer, of the format `Depth32Float`.
     pub fn depth(&self) -> &wgpu::TextureView {
         &self.depth_view
     }

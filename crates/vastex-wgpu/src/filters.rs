@@ -54,7 +54,7 @@ impl VolumeFilters {
         }
     }
 
-    /// Those of a device: tried by the first call, which waits for some milliseconds, and kept for all
+    /// The filters of a device: tried by the first call, which waits for some milliseconds, and kept for all
     /// devices of the same adapter, driver and features in this process. Where the device is lost, or has no
     /// answer, they are those that are taken for granted, and the next call tries again.
     pub fn of(device: &wgpu::Device, queue: &wgpu::Queue) -> VolumeFilters {

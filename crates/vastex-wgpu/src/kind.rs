@@ -71,7 +71,7 @@ pub enum PageSides {
 }
 
 impl PageSides {
-    /// Those of a texture.
+    /// The page sides of a texture.
     pub fn of(geometry: &Geometry) -> PageSides {
         // Of a volume shaders know that a brick at a time is looked up.
         if geometry.dims() == Dims::D3 {
@@ -94,7 +94,7 @@ impl PageSides {
 /// share pipelines; if they lie in one pool, their bind group too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Kind {
-    /// Whether the textures of the pool are images or volumes.
+    /// What the textures of the pool are: images or volumes.
     pub dims: Dims,
     /// The page tables of the pool.
     pub tables: TableKind,
@@ -113,11 +113,12 @@ pub struct Kind {
 /// A member of a group: a layer of a texture, as shaders see it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct KindMember {
-    /// Its name in the names of functions: lower-case letters, digits and underscores, a letter first.
+    /// The member's name in the names of functions: lower-case letters, digits and underscores, a letter
+    /// first.
     pub name: String,
     /// The pool of its texture, by any number that no other pool has.
     pub pool: usize,
-    /// Its kind.
+    /// The member's kind.
     pub kind: Kind,
 }
 
@@ -171,7 +172,7 @@ pub(crate) struct TextRead {
 }
 
 impl Kind {
-    /// The same by another filter.
+    /// This kind by another filter.
     #[must_use]
     pub fn filtered(self, filter: Filter) -> Kind {
         Kind { filter, ..self }
@@ -223,13 +224,13 @@ impl Kinds {
         kinds
     }
 
-    /// The same with every member by another filter.
+    /// These kinds with every member by another filter.
     #[must_use]
     pub fn filtered(&self, filter: Filter) -> Kinds {
         self.with_filters(&vec![Some(filter); self.members.len()])
     }
 
-    /// The same with some members by filters of their own, in the order of the members; those without one,
+    /// These kinds with some members by filters of their own, in the order of the members; those without one,
     /// and those beyond the end of the list, keep theirs.
     #[must_use]
     pub fn with_filters(&self, filters: &[Option<Filter>]) -> Kinds {
@@ -243,7 +244,7 @@ impl Kinds {
         Kinds::gathered(self.members.iter().enumerate().map(of), self.mode, self.fade)
     }
 
-    /// Whether the same bindings serve shaders of both: those of the same layers of as many pools.
+    /// Returns true if the same bindings serve shaders of both: those of the same layers of as many pools.
     pub fn binds_like(&self, other: &Kinds) -> bool {
         let layers = |kinds: &Kinds| {
             let of_layer =
@@ -259,7 +260,7 @@ impl Kinds {
         self.mode
     }
 
-    /// Whether tiles fade in.
+    /// Returns true if tiles fade in.
     pub fn fade(&self) -> bool {
         self.fade
     }
@@ -269,7 +270,7 @@ impl Kinds {
         self.pools.iter().any(|pool| pool.dims == dims)
     }
 
-    /// Whether they are those of a group.
+    /// Returns true if the kinds are those of a group.
     pub fn is_group(&self) -> bool {
         self.members.iter().any(|member| member.name.is_some())
     }

@@ -61,7 +61,7 @@ struct Memory {
 pub struct ParamsWritten {
     /// Bytes sent to the GPU.
     pub bytes: u64,
-    /// Whether [`ParamStore::binding`] is another: bind groups of all textures are to be made anew after the
+    /// True if [`ParamStore::binding`] is another: bind groups of all textures are to be made anew after the
     /// submission.
     pub moved: bool,
 }

@@ -63,8 +63,8 @@ impl Pool {
         Pool::filtered(device, queue, layout, layers, None)
     }
 
-    /// The same for a device that filters volumes so; nothing for how it turns out to
-    /// ([`VolumeFilters::of`]). Layers of volumes are as [`held_volume_format`](crate::held_volume_format)
+    /// Makes a pool as [`Pool::new`] does, for a device that filters volumes so; nothing for how it turns out
+    /// to ([`VolumeFilters::of`]). Layers of volumes are as [`held_volume_format`](crate::held_volume_format)
     /// says.
     pub fn filtered(
         device: &wgpu::Device,
@@ -88,7 +88,7 @@ impl Pool {
         Ok(Pool { layout: *layout, layers, belt, params, bias: 0, unknown, fades: None, ranges })
     }
 
-    /// The same with tiles that may fade in, for shaders in which tiles fade in
+    /// This pool with tiles that may fade in, for shaders in which tiles fade in
     /// ([`Kinds::fade`](crate::Kinds::fade)); costs a byte for each slot.
     pub fn with_fades(self, device: &wgpu::Device) -> Pool {
         Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
@@ -99,7 +99,7 @@ impl Pool {
         self.fades.as_ref()
     }
 
-    /// The same, to be changed.
+    /// How far tiles have faded in, to be changed.
     pub fn fades_mut(&mut self) -> Option<&mut Fades> {
         self.fades.as_mut()
     }
@@ -113,7 +113,8 @@ impl Pool {
         }
     }
 
-    /// The same for a tile on a belt, whose values were looked at when it was put there; costs nothing.
+    /// Sets the range of a slot as [`Pool::set_range`] does, of a tile on a belt, whose values were looked at
+    /// when it was put there; costs nothing.
     pub fn set_range_from(&mut self, slot: Slot, tile: &BeltTile) {
         if let Some(ranges) = &mut self.ranges {
             ranges.set_range(slot, tile.range());
@@ -177,7 +178,7 @@ impl Pool {
         Ok(())
     }
 
-    /// The same for a tile that lies on a belt, for all commands submitted after `encoder`: a copy for each
+    /// Uploads a tile that lies on a belt, for all commands submitted after `encoder`: a copy for each
     /// layer, and nothing is made or copied on the CPU. The tile is kept until these commands are submitted.
     pub fn upload_from(
         &self,

@@ -101,7 +101,7 @@ impl Readback {
         }
     }
 
-    /// Whether feedback of a frame may still come.
+    /// Returns true if feedback of a frame may still come.
     pub fn is_under_way(&self, frame: u64) -> bool {
         match &self.ring {
             Ring::Lists(ring) => ring.is_under_way(frame),

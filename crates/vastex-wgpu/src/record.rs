@@ -42,7 +42,7 @@ pub const fn shader_id(number: TextureNumber, generation: u32) -> u32 {
 pub struct RecordOf<'a> {
     /// The texture's shape.
     pub geometry: &'a Geometry,
-    /// Its id: [`shader_id`].
+    /// The texture's id: [`shader_id`].
     pub id: u32,
     /// Where the voxels of a volume's levels lie, where they are not its texels.
     pub voxels: Option<&'a VoxelLevels>,

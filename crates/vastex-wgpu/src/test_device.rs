@@ -41,7 +41,7 @@ pub fn finish(device: &wgpu::Device) {
 pub struct TestDevice {
     /// The device.
     pub device: wgpu::Device,
-    /// Its queue.
+    /// The device's queue.
     pub queue: wgpu::Queue,
     /// What it is.
     pub info: wgpu::AdapterInfo,

@@ -152,8 +152,8 @@ impl Views {
         Ok(())
     }
 
-    /// Whether the cells lie elsewhere since this was asked last: bind groups are then to be made anew.
-    /// Before that, those that have the old ones report what nobody reads.
+    /// Returns true if the cells lie elsewhere since this was asked last: bind groups are then to be made
+    /// anew. Before that, those that have the old ones report what nobody reads.
     pub fn is_moved(&mut self) -> bool {
         self.cells.as_mut().is_some_and(|cells| std::mem::take(&mut cells.is_moved))
     }

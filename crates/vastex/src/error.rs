@@ -63,7 +63,7 @@ pub enum Error {
         "a texture of {pages} pages is not sampled whole on the CPU, {most} is the most; `Cpu::sample` answers from what is resident"
     )]
     TooManyPages {
-        /// Its pages.
+        /// Pages of the texture.
         pages: u64,
         /// How many there may be.
         most: u64,

@@ -6,6 +6,7 @@
 mod absences;
 mod arrows;
 mod demo;
+mod docs;
 mod fuzzing;
 mod help;
 mod rooms;

@@ -171,7 +171,7 @@ pub enum BuildError {
         path: PathBuf,
         /// Where it should go, in its own texels.
         at: [u32; 2],
-        /// Its size in texels.
+        /// The image's size in texels.
         size: [u32; 2],
         /// The level of the texture to which it belongs.
         level: u8,

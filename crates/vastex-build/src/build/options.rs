@@ -13,12 +13,12 @@ use crate::texels::filter::{LayerFilter, LevelsFrom};
 /// Which texels of an image are without data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NodataRule {
-    /// Those of the value that the file names, as GeoTIFF does; all have data where it names none.
+    /// Texels of the value that the file names, as GeoTIFF does; all have data where it names none.
     #[default]
     OfFile,
     /// None: all have data.
     Off,
-    /// Those of this value, as the file's samples are numbers; it may be no number (NaN).
+    /// Texels of this value, as the file's samples are numbers; it may be no number (NaN).
     Value(NodataValue),
 }
 
@@ -71,7 +71,7 @@ pub struct BuildOptions {
     pub compression: Compression,
     /// How well block-compressed layers are encoded.
     pub quality: Quality,
-    /// Whether colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else
+    /// True if colour is filtered in linear light and weighted by alpha, where no filter says otherwise; else
     /// every channel as it is stored.
     pub linear: bool,
     /// The filter of layers that name none of their own. `None` picks what suits each layer's name and format
@@ -81,7 +81,7 @@ pub struct BuildOptions {
     pub levels_from: LevelsFrom,
     /// Which texels of the images are without data. Coarser levels leave them out.
     pub nodata: NodataRule,
-    /// Whether the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without
+    /// True if the levels of a pyramid, a TIFF file or a tile directory, are stored as they are shown without
     /// a build; one that is missing is filtered from a finer level up to three away, else interpolated from a
     /// coarser one. Otherwise all levels are made from level 0. For a texture of one layer of colours or
     /// other plain numbers, in a format that holds the pyramid's texels as they are, or in blocks made of
@@ -95,9 +95,9 @@ pub struct BuildOptions {
     /// An image of the texture's shape, of any size. Pages where it is black or transparent get no tile, and
     /// their nearest ancestors stand in for them. `None` gives every page a tile.
     pub mask: Option<PathBuf>,
-    /// Whether pages that are transparent in all layers with alpha get no tile.
+    /// True if pages that are transparent in all layers with alpha get no tile.
     pub drop_transparent: bool,
-    /// Whether JPEG images whose compressed data are damaged or end early are read as far as the decoder can,
+    /// True if JPEG images whose compressed data are damaged or end early are read as far as the decoder can,
     /// with a notice. Otherwise they are errors, as damage in every other format always is.
     pub tolerant: bool,
     /// Images that lie over those of the layers, as fine as they or finer. The texture gets as many further
@@ -107,11 +107,12 @@ pub struct BuildOptions {
     /// One thread for each layer, which reads it, and one that writes are not counted. 0 starts one for each
     /// core.
     pub threads: usize,
-    /// Whether these threads give way to others of the program and of the machine ([`crate::give_way`]), for
-    /// a build beside something that a person looks at. It takes as long as any where nothing else is at
-    /// work. On systems other than Linux one thread fewer is started instead. It decides no byte.
+    /// True if the build's threads give way to others of the program and of the machine
+    /// ([`crate::give_way`]), for a build beside something that a person looks at. It takes as long as any
+    /// where nothing else is at work. On systems other than Linux one thread fewer is started instead. It
+    /// decides no byte.
     pub gives_way: bool,
-    /// Whether to wait at the end until the disk has everything.
+    /// True to wait at the end until the disk has everything.
     pub durable: bool,
     /// Every tile begins at a multiple of this many bytes, for direct I/O: a power of two from 4096 to
     /// 65,536, or 1 for no alignment.
@@ -124,7 +125,7 @@ pub struct BuildOptions {
     ///
     /// Every part reads the image up to its own last tile, and encodes and writes its own tiles only.
     pub part: Option<PartOf>,
-    /// Whether to go on with what an interrupted build of the same images and options left beside the output,
+    /// True to go on with what an interrupted build of the same images and options left beside the output,
     /// and to leave what is written there if this build is interrupted or fails. The container gets the bytes
     /// of one build without a break.
     pub resume: bool,

@@ -62,7 +62,7 @@ pub enum CacheError {
 /// What a cache has of an image.
 #[derive(Debug)]
 pub struct CachedImage {
-    /// Its container.
+    /// The image's container in the cache.
     pub container: Container,
     /// How it was built, where it was not there.
     pub built: Option<BuildReport>,

@@ -58,7 +58,7 @@ impl CropFormat {
 pub struct CropRegion {
     /// The column and the row of its upper left texel.
     pub at: [u32; 2],
-    /// Its columns and rows, at least 1 each.
+    /// The region's columns and rows, at least 1 each.
     pub size: [u32; 2],
 }
 
@@ -102,7 +102,7 @@ pub enum CropError {
         region: CropRegion,
         /// The level.
         level: u32,
-        /// Its columns and rows.
+        /// The level's columns and rows.
         of: [u32; 2],
     },
     /// The format cannot hold such texels.
@@ -180,7 +180,7 @@ impl CropSource {
         self.stored.channels()
     }
 
-    /// Whether the region lies within the level, and the format can hold it. Reads nothing.
+    /// Checks that the region lies within the level, and the format can hold it. Reads nothing.
     pub fn check(&self, region: CropRegion, format: CropFormat) -> Result<(), CropError> {
         let of = self.size();
         let fits = |axis: usize| {

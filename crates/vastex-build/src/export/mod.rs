@@ -110,7 +110,7 @@ pub struct ExportReport {
     pub tiles: u64,
     /// Bytes of all tiles.
     pub bytes: u64,
-    /// Their format.
+    /// Format of the tiles.
     pub format: TileFormat,
     /// What else there is to know.
     pub notices: Vec<Notice>,

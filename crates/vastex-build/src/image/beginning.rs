@@ -24,7 +24,7 @@ impl Beginning {
         self.is_broken_off.store(true, Ordering::Relaxed);
     }
 
-    /// Whether that was called.
+    /// Returns true once [`Beginning::break_off`] was called.
     pub fn is_broken_off(&self) -> bool {
         self.is_broken_off.load(Ordering::Relaxed)
     }

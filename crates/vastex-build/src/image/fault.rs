@@ -13,18 +13,18 @@ pub enum InputFault {
     /// The file cannot be opened or read.
     #[error("{}", unreadable(.0))]
     Io(io::Error),
-    /// It is a device or a pipe, of which nobody knows whether it ever ends.
+    /// The input is a device or a pipe, which may never end.
     #[error("is a device or a pipe; name an image file")]
     NotAFile,
-    /// It is a directory, and none with tiles.
+    /// The input is a directory without tiles.
     #[error(
         "no tile layout recognised in this directory; name an image file, the directory of tiles itself, or its .dzi or .ctx file"
     )]
     Directory,
-    /// It is a file where the tiles of a directory are asked for.
+    /// The input is a file where the tiles of a directory are asked for.
     #[error("holds no tiles; make a container of an image first: `vastex build IMAGE -o IMAGE.vastex`")]
     NoTiles,
-    /// It is a tile directory, or a part of one, that is not laid out as its readers expect.
+    /// The input is a tile directory, or a part of one, that is not laid out as its readers expect.
     #[error("{why}; {remedy}")]
     Layout {
         /// What is wrong and where.
@@ -41,27 +41,27 @@ pub enum InputFault {
         #[source]
         fault: Box<InputFault>,
     },
-    /// It has no bytes.
+    /// The file has no bytes.
     #[error("is empty; name an image file")]
     Empty,
-    /// It begins like text.
+    /// The file begins like text.
     #[error("is a text file, not an image; JPEG, PNG, TIFF, OpenEXR, raw files and mosaics can be read")]
     Text,
-    /// It is what is made here of images.
+    /// The file is a Vastex container, which builds write and do not read.
     #[error(
         "is a Vastex container already; `vastex view` shows it, and `vastex export` makes tile directories of it"
     )]
     Container,
-    /// It is one part of a container.
+    /// The file is one part of a container.
     #[error("is a part of a Vastex container; join all parts with `vastex merge`")]
     Part,
-    /// It begins like nothing that is known.
+    /// The file begins like no known format.
     #[error(
         "is of no known image format (it begins with {0}); convert it to JPEG, PNG, TIFF or OpenEXR, or name it NAME.raw and describe \
          its texels in NAME.raw.toml"
     )]
     UnknownFormat(String),
-    /// It ends too early.
+    /// The file ends too early.
     #[error("is truncated: it ends {place}; copy or download it again")]
     Truncated {
         /// Where in the image it ends.
@@ -76,7 +76,7 @@ pub enum InputFault {
         /// Where in the image.
         place: String,
     },
-    /// Its bytes make no sense.
+    /// The file's bytes make no sense.
     #[error("is damaged {place}: {why}; copy or download it again, or save it anew")]
     Damaged {
         /// Where in the image.
@@ -84,7 +84,7 @@ pub enum InputFault {
         /// What the decoder said.
         why: String,
     },
-    /// It is a sound image of a kind that cannot be read.
+    /// The file is a sound image of a kind that cannot be read.
     #[error("holds {what}, which cannot be read; {remedy}")]
     Unsupported {
         /// What it holds.
@@ -97,20 +97,20 @@ pub enum InputFault {
     NoImage {
         /// The name.
         name: String,
-        /// Those that there are.
+        /// Names of the images that the file has beside its first one.
         names: Vec<String>,
     },
-    /// It does not have the bands that are asked for.
+    /// The image does not have the bands that are asked for.
     #[error(
         "has no bands '{bands}'; it has {count}, counted from 1: name one, or those that are red, green and blue, as in FILE:bands=3,2,1"
     )]
     NoBands {
-        /// Those asked for.
+        /// The bands asked for.
         bands: String,
         /// How many it has.
         count: u16,
     },
-    /// It says that it has no rows or no columns.
+    /// The file says that its image has no rows or no columns.
     #[error("says that it has {width}x{height} texels; an image needs at least one")]
     NoTexels {
         /// Texels per row.

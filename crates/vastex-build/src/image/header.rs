@@ -21,7 +21,7 @@ pub struct ImageHeader {
     pub height: u32,
     /// What the texels are.
     pub format: PixelFormat,
-    /// Whether the file says that its colours are linear, not sRGB-encoded.
+    /// True if the file says that its colours are linear, not sRGB-encoded.
     pub linear: bool,
     /// The least and the greatest number that the file's samples can be, where they are signed whole numbers,
     /// which rows hold as floats. A layer of whole numbers holds this range as 0 to 1.
@@ -35,7 +35,7 @@ pub struct ImageHeader {
     pub profile: Option<Profile>,
     /// How the rows are stored, as EXIF numbers it; 1, upright, once they are given out by [`crate::open`].
     pub(crate) orientation: u16,
-    /// Whether the first column is the last one's neighbour, as on a planet.
+    /// True if the first column is the last one's neighbour, as on a planet.
     pub wraps: bool,
     /// Bytes that the reader holds while it reads, the buffers that its caller gives it to fill not counted.
     pub memory: u64,

@@ -53,7 +53,7 @@ pub enum Notice {
     ConvertedToSrgb {
         /// Name of the file's colours: its profile's, or what stands in its place.
         from: String,
-        /// Whether they are light, before and after.
+        /// True if the colours are light, before and after.
         is_linear: bool,
     },
     /// The file says what its colours are, and that was not followed.

@@ -57,7 +57,7 @@ impl Number {
         }
     }
 
-    /// Its name in NumPy: `u1`, `i2`, `f4`.
+    /// The number's name in NumPy: `u1`, `i2`, `f4`.
     pub const fn name(self) -> &'static str {
         match self {
             Number::U8 => "u1",

@@ -25,7 +25,7 @@ impl Sample {
         }
     }
 
-    /// Whether it is a float.
+    /// Returns true if the sample is a float.
     pub const fn is_float(self) -> bool {
         matches!(self, Sample::F16 | Sample::F32)
     }
@@ -76,7 +76,7 @@ impl PixelFormat {
         }
     }
 
-    /// The same channels, stored in another way.
+    /// These channels, each stored as `sample`.
     pub const fn with_sample(self, sample: Sample) -> PixelFormat {
         PixelFormat { sample, ..self }
     }
@@ -91,12 +91,12 @@ impl PixelFormat {
         self.sample
     }
 
-    /// Whether the last channel is alpha.
+    /// Returns true if the last channel is alpha.
     pub const fn has_alpha(self) -> bool {
         self.channels.is_multiple_of(2)
     }
 
-    /// Whether there are red, green and blue.
+    /// Returns true if there are red, green and blue.
     pub const fn is_color(self) -> bool {
         self.channels > 2
     }

@@ -24,11 +24,11 @@ pub struct DecodeOptions {
     /// Bytes that the image's reader may take besides, as those of progressive JPEGs and of pictures that are
     /// stored turned do. What takes more is refused.
     pub reader_bytes: u64,
-    /// Whether the left and right edges are neighbours.
+    /// True if the left and right edges are neighbours.
     pub wraps: bool,
     /// Threads that help to decode what is stored in pieces; 0 for one for each core.
     pub threads: usize,
-    /// Whether these threads give way to others, as in [`crate::BuildOptions::gives_way`].
+    /// True if the decoding threads give way to others, as in [`crate::BuildOptions::gives_way`].
     pub gives_way: bool,
 }
 

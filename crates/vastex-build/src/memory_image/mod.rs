@@ -121,7 +121,7 @@ impl MemoryImage {
         self.rows.load(Ordering::Acquire)
     }
 
-    /// Whether all of its rows are there.
+    /// Returns true if all rows of the image are there.
     pub fn is_whole(&self) -> bool {
         self.rows() == self.description.geometry.size()[1]
     }

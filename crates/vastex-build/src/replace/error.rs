@@ -51,7 +51,7 @@ pub enum ReplaceError {
         path: PathBuf,
         /// Where it should go, in texels of the layer.
         at: [u32; 2],
-        /// Its size in texels.
+        /// The image's size in texels.
         size: [u32; 2],
         /// What it reaches beyond.
         of: String,
@@ -65,7 +65,7 @@ pub enum ReplaceError {
         name: String,
         /// The image.
         path: PathBuf,
-        /// Its layers.
+        /// The container's layers.
         layers: String,
     },
     /// The container has no layer of that name.
@@ -93,7 +93,7 @@ pub enum ReplaceError {
     Differs {
         /// The container.
         name: String,
-        /// Its layer.
+        /// The layer.
         layer: String,
         /// Format or filter that it has.
         is: String,
@@ -107,7 +107,7 @@ pub enum ReplaceError {
     BetweenTexels {
         /// The image.
         path: PathBuf,
-        /// Its layer.
+        /// The layer.
         layer: String,
         /// Texels of the texture along one of the layer.
         scale: u32,
@@ -124,7 +124,7 @@ pub enum ReplaceError {
     Size {
         /// The image.
         path: PathBuf,
-        /// Its size in texels.
+        /// The image's size in texels.
         size: [u32; 2],
         /// The size that it must have.
         expected: [u32; 2],
@@ -151,7 +151,7 @@ pub enum ReplaceError {
     Decode {
         /// The container.
         name: String,
-        /// Its page.
+        /// The page of the tile.
         pos: PagePos,
         /// What is wrong with it.
         #[source]

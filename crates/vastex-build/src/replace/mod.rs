@@ -48,12 +48,12 @@ pub struct ReplaceOptions {
     /// How well the blocks of compressed layers are encoded; the same as for the container gives the same
     /// blocks.
     pub quality: Quality,
-    /// Whether to wait until the disk has the new version. A loss of power leaves a whole version in any
+    /// True to wait until the disk has the new version. A loss of power leaves a whole version in any
     /// case.
     pub durable: bool,
     /// Bytes of memory beyond which an image is refused before anything is allocated.
     pub memory_limit: u64,
-    /// Whether images whose compressed data are damaged or end early are taken for what can be made of them.
+    /// True if images whose compressed data are damaged or end early are taken for what can be made of them.
     pub tolerant: bool,
 }
 

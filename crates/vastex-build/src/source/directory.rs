@@ -37,8 +37,9 @@ impl DirectorySource {
         DirectorySource::open_as(path.as_ref(), &Shape::default())
     }
 
-    /// Whether a directory looks like one that can be opened, by the names of its first entries: for a list
-    /// of what there is to open. Takes a fraction of a millisecond, whatever is in it, and may be wrong.
+    /// Returns true if a directory looks like one that can be opened, by the names of its first entries: for
+    /// a list of what there is to open. Takes a fraction of a millisecond, whatever is in it, and may be
+    /// wrong.
     pub fn may_be_at(directory: impl AsRef<Path>) -> bool {
         may_be_tiles(directory.as_ref())
     }

@@ -39,7 +39,7 @@ pub enum SourceError {
         #[source]
         fault: InputFault,
     },
-    /// Its levels have an impossible size.
+    /// The source's levels have an impossible size.
     #[error(transparent)]
     Geometry(#[from] GeometryError),
 }

@@ -52,9 +52,9 @@ pub struct TiffSource {
 pub struct TiffLevel {
     /// By how many times level 0 was halved, about: the number of the level in Vastex.
     pub level: u32,
-    /// Its columns and rows.
+    /// The level's columns and rows.
     pub size: [u32; 2],
-    /// Those of its tiles; strips are as wide as the level.
+    /// Columns and rows of the level's tiles; strips are as wide as the level.
     pub tile: [u32; 2],
     /// The name of its compression.
     pub compression: String,

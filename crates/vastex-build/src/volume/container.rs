@@ -29,7 +29,7 @@ pub struct ContainerOptions {
     pub compression: Compression,
     /// Every tile begins at a multiple of so many bytes; 1 for no alignment.
     pub align: u32,
-    /// Whether the end waits until the disk has everything.
+    /// True if the end waits until the disk has everything.
     pub durable: bool,
 }
 

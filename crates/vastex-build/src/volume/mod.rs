@@ -55,12 +55,12 @@ pub struct VolumeOptions {
     /// How coarser levels are made; `None` for [`Reduction::Majority`] of labels, else [`Reduction::Mean`].
     /// Labels beside the image always go by majority.
     pub downsample: Option<Reduction>,
-    /// Whether z is left as it is while its voxels are larger than those along x and y; else all axes are
+    /// True if z is left as it is while its voxels are larger than those along x and y; else all axes are
     /// halved alike.
     pub keep_z: bool,
     /// Threads that read, halve and encode; 0 for one for each core.
     pub threads: usize,
-    /// Whether chunks that cannot be read become the fill value, with a note.
+    /// True if chunks that cannot be read become the fill value, with a note.
     pub tolerant: bool,
     /// Bytes of memory that blocks and what is made of them may take, besides up to 512 MiB of chunks and
     /// levels that are kept.
@@ -97,7 +97,7 @@ pub struct VolumeReport {
     pub labels: Vec<String>,
     /// Bricks, chunks or shards that have bytes of their own, labels included.
     pub pieces: u64,
-    /// Those that hold one value alone (of OME-Zarr: the fill value), and take no room.
+    /// Bricks, chunks or shards that hold one value alone (of OME-Zarr: the fill value), and take no room.
     pub empty: u64,
     /// Bytes written.
     pub bytes: u64,

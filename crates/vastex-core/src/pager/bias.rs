@@ -25,8 +25,8 @@ pub enum BiasRule {
 pub struct Integrator {
     /// The bias falls while the view takes less than this share of the slots, 0 to 1; 0.95 by default.
     pub lower: f32,
-    /// It rises while the view takes more than this share, 0 to 1; 0.95 by default. A view takes all the
-    /// slots at most, so at 0.95 and a rate of 0.2 it rises by a level in 100 frames.
+    /// The bias rises while the view takes more than this share, 0 to 1; 0.95 by default. A view takes all
+    /// the slots at most, so at 0.95 and a rate of 0.2 it rises by a level in 100 frames.
     pub upper: f32,
     /// Levels a frame, times the share by which a bound is missed; 0.2 by default.
     pub rate: f32,

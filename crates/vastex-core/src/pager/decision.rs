@@ -12,7 +12,8 @@ pub struct Request {
     pub page: PageId,
     /// The page within its texture.
     pub pos: PagePos,
-    /// Its place in the order of loading at this moment; the lowest is best. A later request may overtake it.
+    /// The request's place in the order of loading at this moment; the lowest is best. A later request may
+    /// overtake it.
     pub rank: u64,
 }
 

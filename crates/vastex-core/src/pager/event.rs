@@ -124,7 +124,7 @@ impl fmt::Display for Event {
 pub struct TexturePages {
     /// The texture.
     pub texture: TextureNumber,
-    /// Its pages in the working set at bias 0, its tail not counted.
+    /// The texture's pages in the working set at bias 0, the tail not counted.
     pub wanted: u32,
     /// Slots that hold its tiles, its tail among them.
     pub resident: u32,

@@ -45,8 +45,8 @@ impl LoadOrder {
         }
     }
 
-    /// The missing pages, best first. Of several pages with one content, only the one that is loaded for all of
-    /// them.
+    /// The missing pages, best first. Of several pages with one content, only the one that is loaded for all
+    /// of them.
     pub(super) fn pages(&self) -> impl Iterator<Item = PageId> + '_ {
         self.order.iter().map(|missing| missing.page)
     }

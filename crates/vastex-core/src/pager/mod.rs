@@ -194,7 +194,7 @@ impl Pager {
         self.ids.free_those_left(oldest);
     }
 
-    /// Whether another texture would get a number.
+    /// Returns true if another texture would get a number.
     pub fn has_free_number(&self) -> bool {
         self.ids.first_free().is_some()
     }
@@ -371,7 +371,7 @@ impl Pager {
         }
     }
 
-    /// Whether every pool has converged; see [`PoolPager::is_converged`].
+    /// Returns true if every pool has converged; see [`PoolPager::is_converged`].
     pub fn is_converged(&self) -> bool {
         self.converged
     }

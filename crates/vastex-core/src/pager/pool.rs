@@ -284,9 +284,9 @@ impl PoolPager {
         None
     }
 
-    /// Whether, for a whole jitter cycle of every view that is being drawn, no page was newly wanted and none
-    /// missing at the bias in force. A page that has failed counts as answered. A view that was not drawn for
-    /// a jitter cycle of the others is not waited for.
+    /// Returns true if, for a whole jitter cycle of every view that is being drawn, no page was newly wanted
+    /// and none missing at the bias in force. A page that has failed counts as answered. A view that was not
+    /// drawn for a jitter cycle of the others is not waited for.
     pub fn is_converged(&self) -> bool {
         self.converged
     }

@@ -130,9 +130,9 @@ impl Pager {
         self.with_members(feedback, |pager, wanted| pager.pools_mut().for_each(|pool| pool.expect(wanted)));
     }
 
-    /// Whether there is no bandwidth for a prediction, so that drawing one would be for nothing: pages in
-    /// view have waited for the in-flight budget in two frames in a row, and there were no eight in a row
-    /// since in which they have not.
+    /// Returns true if there is no bandwidth for a prediction, so that drawing one would be for nothing:
+    /// pages in view have waited for the in-flight budget in two frames in a row, and there were no eight in
+    /// a row since in which they have not.
     pub fn is_short_of_bandwidth(&self) -> bool {
         self.bandwidth.is_short
     }

@@ -62,7 +62,7 @@ pub enum TicketState {
 /// How far a ticket is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Progress {
-    /// Whether the ticket is open, and how it ended.
+    /// The ticket is open, or how it ended.
     pub state: TicketState,
     /// Pages that the ticket asks for, their ancestors included.
     pub pages: u32,

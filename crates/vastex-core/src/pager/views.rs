@@ -124,10 +124,10 @@ impl Pager {
         WorkingSet::cycle_of(self.turns)
     }
 
-    /// Whether a view has been seen for a whole jitter cycle of its own since it last jumped, and all that it
-    /// wanted in that is resident at the bias in force, or could not be had; whatever other views want. Not
-    /// for a view that there is not, nor where there is no pool. Costs a visit of each page of the working
-    /// sets.
+    /// Returns true if a view has been seen for a whole jitter cycle of its own since it last jumped, and all
+    /// that it wanted in that cycle is resident at the bias in force, or could not be had; whatever other
+    /// views want. False for a view that there is not, and where there is no pool. Costs a visit of each page
+    /// of the working sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
         !self.pools.is_empty() && self.pools().all(|pager| pager.has_all_of(view))
     }

@@ -25,7 +25,7 @@ const OLD_ADDRESS_MODES: [AddressMode; 4] =
 /// What is wrong with the bytes of a file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
-    /// They end too soon.
+    /// The bytes end too soon.
     #[error("it ends within {what}, at byte {at}: it was cut off")]
     Truncated {
         /// Where, in bytes from the beginning.

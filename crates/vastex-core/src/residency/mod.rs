@@ -93,11 +93,11 @@ pub enum PageState {
     Queued,
     /// The loader has it.
     Loading,
-    /// Its bytes are here and wait for the upload budget.
+    /// The page's bytes are here and wait for the upload budget.
     Ready,
-    /// Its tile is in a slot.
+    /// The page's tile is in a slot.
     Resident(Slot),
-    /// Its source could not give it; it is tried again from this frame on.
+    /// The source could not give the page; it is tried again from this frame on.
     Failed {
         /// The first frame in which it may be tried again.
         until: u64,

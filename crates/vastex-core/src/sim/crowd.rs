@@ -268,7 +268,7 @@ impl Crowd {
         }
     }
 
-    /// Whether every resident page is shown as its content is now.
+    /// Returns true if every resident page is shown as its content is now.
     pub fn is_up_to_date(&self) -> bool {
         self.pager.pools().all(|pager| {
             let mut resident = pager.resident();

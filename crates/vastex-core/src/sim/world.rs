@@ -41,7 +41,7 @@ pub struct Knobs {
     pub in_flight_tiles: u64,
     /// How the mip bias is decided.
     pub bias_rule: BiasRule,
-    /// Whether feedback looks at every pixel of every frame.
+    /// True if feedback looks at every pixel of every frame.
     pub complete_feedback: bool,
     /// Frames ahead for which the application predicts what it will see; 0 where it does not.
     pub lead_frames: u64,

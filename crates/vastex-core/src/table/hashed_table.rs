@@ -148,7 +148,7 @@ impl HashedTable {
         self.pages
     }
 
-    /// Whether everything leads to the tail.
+    /// Returns true if everything leads to the tail.
     pub fn is_empty(&self) -> bool {
         self.pages == 0
     }

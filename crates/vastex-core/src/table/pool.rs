@@ -141,7 +141,7 @@ impl PoolLayout {
         }
     }
 
-    /// Whether the slots lie in a 3-D texture, and not in the images of a texture array.
+    /// Returns true if the slots lie in a 3-D texture, and not in the images of a texture array.
     pub fn is_solid(&self) -> bool {
         self.tile[2] > 1
     }

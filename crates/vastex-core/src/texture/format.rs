@@ -33,11 +33,11 @@ pub enum LayerFormat {
     R32Float,
     /// Colour and one bit of alpha in blocks of 8 bytes.
     Bc1,
-    /// The same, the colours sRGB-encoded.
+    /// As [`LayerFormat::Bc1`], the colours sRGB-encoded.
     Bc1Srgb,
     /// Colour and alpha in blocks of 16 bytes.
     Bc3,
-    /// The same, the colours sRGB-encoded.
+    /// As [`LayerFormat::Bc3`], the colours sRGB-encoded.
     Bc3Srgb,
     /// One channel in blocks of 8 bytes, 0 to 1.
     Bc4,
@@ -47,7 +47,7 @@ pub enum LayerFormat {
     Bc6h,
     /// Colour and alpha in blocks of 16 bytes, better than [`LayerFormat::Bc3`].
     Bc7,
-    /// The same, the colours sRGB-encoded.
+    /// As [`LayerFormat::Bc7`], the colours sRGB-encoded.
     Bc7Srgb,
     /// One whole number of 32 bits, little-endian: a label. Of volumes alone, and never mixed.
     R32Uint,
@@ -85,8 +85,8 @@ impl LayerFormat {
     /// The formats of whole numbers, which only volumes may have and which are read as they are.
     pub const WHOLE_NUMBERS: [LayerFormat; 2] = [LayerFormat::R32Uint, LayerFormat::Rg32Uint];
 
-    /// Whether texels are whole numbers and stand for no share of 0 to 1: read by `textureLoad`, never
-    /// filtered.
+    /// Returns true if texels are whole numbers and stand for no share of 0 to 1: read by `textureLoad`,
+    /// never filtered.
     pub const fn is_whole_number(self) -> bool {
         matches!(self, LayerFormat::R32Uint | LayerFormat::Rg32Uint)
     }
@@ -108,13 +108,13 @@ impl LayerFormat {
         }
     }
 
-    /// Whether texels are encoded in blocks.
+    /// Returns true if texels are encoded in blocks.
     pub const fn is_compressed(self) -> bool {
         use LayerFormat::*;
         matches!(self, Bc1 | Bc1Srgb | Bc3 | Bc3Srgb | Bc4 | Bc5 | Bc6h | Bc7 | Bc7Srgb)
     }
 
-    /// Whether the first three channels are sRGB-encoded.
+    /// Returns true if the first three channels are sRGB-encoded.
     pub const fn is_srgb(self) -> bool {
         use LayerFormat::*;
         matches!(self, Rgba8Srgb | Bc1Srgb | Bc3Srgb | Bc7Srgb)
@@ -192,9 +192,9 @@ pub struct Layer {
     pub format: LayerFormat,
     /// Texels of the texture along one texel of the layer: 1, 2 or 4.
     pub scale: u32,
-    /// Whether a value between two texels' means something, as with colours and heights. Where it does not,
-    /// as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever the
-    /// filter, and tiles do not fade in.
+    /// True if a value between those of two texels means something, as with colours and heights. Where it
+    /// does not, as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever
+    /// the filter, and tiles do not fade in.
     pub is_mixable: bool,
     /// The value of texels of which nothing is known, if there is one. Levels leave such texels out; who
     /// draws the layer should neither draw them nor blend them with others.
@@ -222,7 +222,7 @@ pub enum LayerError {
     Scale {
         /// Of the layer.
         name: String,
-        /// Its scale.
+        /// The layer's scale.
         scale: u32,
     },
     /// Pages or borders do not hold whole texels, or whole blocks, of the layer.
@@ -235,7 +235,7 @@ pub enum LayerError {
         name: String,
         /// Name of its format.
         format: &'static str,
-        /// Its scale.
+        /// The layer's scale.
         scale: u32,
         /// Texels of payload per side.
         page: u32,
@@ -287,8 +287,8 @@ impl Description {
         layers.iter().map(|layer| layer.scale * 4).max().unwrap_or(4)
     }
 
-    /// Whether the layers suit the geometry: whole texels and blocks in every page, border and level of the
-    /// tail.
+    /// Checks that the layers suit the geometry: whole texels and blocks in every page, border and level of
+    /// the tail.
     pub fn check(&self) -> Result<(), LayerError> {
         let spec = self.geometry.spec();
         if self.layers.is_empty() {

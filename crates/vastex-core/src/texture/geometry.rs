@@ -47,7 +47,7 @@ pub enum TexelPositions {
 /// What a [`Geometry`] is made from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GeometrySpec {
-    /// Whether the texture is an image or a volume.
+    /// What the texture is: an image or a volume.
     pub dims: Dims,
     /// Size of level 0 in texels; the depth of an image is 1.
     pub size: [u32; 3],
@@ -271,12 +271,12 @@ impl Geometry {
         PagePos::at(self.tail.first_level(), [0; 3])
     }
 
-    /// Whether the page is the texture's tail.
+    /// Returns true if the page is the texture's tail.
     pub fn is_tail(&self, pos: PagePos) -> bool {
         pos.level >= self.tail.first_level()
     }
 
-    /// Whether the page exists: one of a level finer than the tail, or the tail itself.
+    /// Returns true if the page exists: one of a level finer than the tail, or the tail itself.
     pub fn contains(&self, pos: PagePos) -> bool {
         if pos.level >= self.tail.first_level() {
             return pos == self.tail_pos();

@@ -45,7 +45,7 @@ impl Region {
         Region { levels, ..self }
     }
 
-    /// Whether the tile of a page that exists holds a texel of the region, in its borders too.
+    /// Returns true if the tile of a page that exists holds a texel of the region, in its borders too.
     pub fn concerns(&self, geometry: &Geometry, pos: PagePos) -> bool {
         self.touches(geometry, pos, Reach::Tile)
     }

@@ -40,7 +40,7 @@ pub fn fold(mode: AddressMode, texel: i64, size: u32) -> u32 {
     inside as u32
 }
 
-/// Whether the border colour lies there and no texel of `0..size`.
+/// Returns true if the border colour lies at `texel`, and no texel of `0..size`.
 pub fn is_border_color(mode: AddressMode, texel: i64, size: u32) -> bool {
     mode == AddressMode::Border && !(0..i64::from(size)).contains(&texel)
 }
@@ -126,7 +126,7 @@ impl Geometry {
         std::array::from_fn(|a| fold(address[a], texel[a], size[a]))
     }
 
-    /// Whether the border colour lies at a place of the level, and no texel.
+    /// Returns true if the border colour lies at a place of the level, and no texel.
     pub fn is_border_color(&self, level: u8, texel: [i64; 3]) -> bool {
         let (size, address) = (self.level(level).size, self.address());
         (0..3).any(|a| is_border_color(address[a], texel[a], size[a]))

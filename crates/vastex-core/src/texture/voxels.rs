@@ -59,7 +59,7 @@ pub struct VoxelLevel {
     /// Where page 0 would begin, with 32 bits below the voxel. The first voxel of its
     /// tile is the whole number below.
     pub offset: [i64; 3],
-    /// Whether each page begins where [`Geometry::tile_boxes`] says: the page's first texel less the border.
+    /// True if each page begins where [`Geometry::tile_boxes`] says: the page's first texel less the border.
     pub is_aligned: bool,
     /// Which of the levels that were named it is; `None` of those that are made of the coarsest one.
     pub stored: Option<u16>,

@@ -23,7 +23,7 @@ impl ViewId {
         ViewId(number)
     }
 
-    /// Its number.
+    /// The view's number.
     pub const fn number(self) -> u32 {
         self.0
     }

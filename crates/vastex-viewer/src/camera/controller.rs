@@ -25,7 +25,7 @@ pub enum Move {
     Turn(f64),
     /// Left and right of an image exchanged, as it is seen, or top and bottom.
     Flip {
-        /// Whether it is top and bottom.
+        /// True to exchange top and bottom, false for left and right.
         is_vertical: bool,
     },
     /// Two fingers: dragged, then zoomed in by a factor towards a point, in view heights, the point from the

@@ -28,7 +28,7 @@ impl Orientation {
         self.degrees
     }
 
-    /// Whether left and right of the image are exchanged before it is turned.
+    /// Returns true if left and right of the image are exchanged before it is turned.
     pub fn is_mirrored(self) -> bool {
         self.is_mirrored
     }
@@ -45,7 +45,7 @@ impl Orientation {
         Orientation::new(-self.degrees, !self.is_mirrored)
     }
 
-    /// Whether rows and columns of the image are those of the picture, or the other way round.
+    /// Returns true if rows of the image are rows or columns of the picture.
     pub fn is_axis_aligned(self) -> bool {
         self.degrees % 90.0 == 0.0
     }

@@ -58,8 +58,8 @@ impl ImagePlacement {
         self.bounds(self.corner, 2.0 * self.middle - self.corner)
     }
 
-    /// The same in a picture that is a part of a larger one, whose pixels are meant from here on. Its first
-    /// corner is at the pixel `corner` of that one.
+    /// This placement where the picture is a part of a larger one, whose pixels are meant from here on. Its
+    /// first corner is at the pixel `corner` of that one.
     #[must_use]
     pub fn within(self, corner: DVec2) -> ImagePlacement {
         let moved = corner - self.corner;
@@ -81,7 +81,7 @@ impl Pose {
         Some(ImagePlacement { scale, centre, middle, corner, image_from_seen, seen_from_image })
     }
 
-    /// The same camera over an image that is turned otherwise, its texels as large as before; one that shows
+    /// This camera over an image that is turned otherwise, its texels as large as before; one that shows
     /// all of the image goes on to do so. `view` and `image` are width over height. Nothing changes in scenes
     /// with perspective.
     #[must_use]

@@ -73,7 +73,7 @@ impl Pose {
         Pose::Globe { longitude, latitude, altitude, aim: Aim::DOWN }
     }
 
-    /// The same camera, looking elsewhere; only one over a globe can.
+    /// This camera, looking elsewhere; only one over a globe can.
     #[must_use]
     pub fn with_aim(self, aim: Aim) -> Pose {
         match self {

@@ -45,7 +45,7 @@ impl Views {
         }
     }
 
-    /// Whether the second view says in a frame what it wants.
+    /// Returns true if the second view says in a frame what it wants.
     pub fn is_due(self, frame: u64) -> bool {
         frame.is_multiple_of(self.every())
     }

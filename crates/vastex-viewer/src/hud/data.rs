@@ -48,18 +48,18 @@ pub struct HudPool {
     pub frames: u64,
     /// How its mip bias is decided; `None` if there is never one.
     pub rule: Option<BiasRule>,
-    /// Whether a person gave it its size. The host's.
+    /// True if a person chose the pool's size. The host says so.
     pub is_sized_by_hand: bool,
-    /// Its textures, the one with the most pages first.
+    /// The pool's textures, the one with the most pages first.
     pub textures: Vec<HudTexture>,
 }
 
 /// What a pool holds of a texture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HudTexture {
-    /// Its name, or its number where it has none.
+    /// The texture's name, or its number if it has none.
     pub name: String,
-    /// Its pages whose tiles are in slots.
+    /// The texture's pages whose tiles are in slots.
     pub pages: u32,
     /// The slots of those tiles; one that several textures share counts for the first of them.
     pub slots: u32,
@@ -76,7 +76,7 @@ pub struct MachineThumbnail {
     pub overlay: Overlay,
     /// The picture.
     pub picture: PictureId,
-    /// Its width and height in pixels.
+    /// The picture's width and height in pixels.
     pub size: [u32; 2],
 }
 

@@ -69,7 +69,7 @@ pub enum Key {
 pub enum Button {
     /// The main one, or a touch.
     Primary,
-    /// The other one.
+    /// The secondary button, on most mice the right one.
     Secondary,
 }
 
@@ -91,9 +91,10 @@ pub enum InputEvent {
     Key {
         /// The key.
         key: Key,
-        /// Whether it went down.
+        /// True if the key went down.
         is_pressed: bool,
-        /// Whether it was down before, and only says so again. Only what moves the camera is done again then.
+        /// True if the key was down before and only says so again. Only what moves the camera is done again
+        /// then.
         is_repeat: bool,
     },
     /// The pointer is there, in pixels from the top left of the view.
@@ -104,7 +105,7 @@ pub enum InputEvent {
     Button {
         /// The button.
         button: Button,
-        /// Whether it went down.
+        /// True if the button went down.
         is_pressed: bool,
     },
     /// Of the keys that change what others mean these are held from here on.
@@ -113,7 +114,7 @@ pub enum InputEvent {
     Touch {
         /// Tells fingers from one another.
         finger: u64,
-        /// Whether it touches the view from here on.
+        /// True if the finger touches the view from here on.
         is_down: bool,
         /// Where it is.
         place: DVec2,
@@ -122,9 +123,9 @@ pub enum InputEvent {
     Wheel(f64),
     /// Two fingers were moved on a touchpad, by which what lies below them moves by so many pixels.
     Scroll(DVec2),
-    /// The same, after which they left it, and the system sends nothing more of it: what they moved goes on
-    /// as what a pointer lets go does. Of a system that has it go on by itself, each step is a
-    /// [`InputEvent::Scroll`], and there is no such event.
+    /// As [`InputEvent::Scroll`], after which the fingers left the touchpad and the system sends nothing more
+    /// of it: what they moved goes on as what a pointer lets go does. Of a system that has it go on by
+    /// itself, each step is a [`InputEvent::Scroll`], and there is no such event.
     ScrollEnd(DVec2),
     /// Two fingers were spread on a touchpad, to so many times their distance.
     Spread(f64),
@@ -233,7 +234,7 @@ impl Input {
         }
     }
 
-    /// Whether something goes on while nothing happens.
+    /// Returns true if the camera moves without further events: a key is held, or it glides on.
     pub fn is_moving(&self) -> bool {
         !self.held.is_empty() || self.glide.is_going()
     }

@@ -36,7 +36,7 @@ impl Thumbnail {
         Thumbnail::of_shown(textures, layers.iter(), image, size)
     }
 
-    /// The same of some layers alone.
+    /// Draws these layers as [`Thumbnail::of_layers`] draws all that are shown.
     pub fn of_shown<'a>(
         textures: &Textures,
         layers: impl Iterator<Item = &'a ShownLayer>,

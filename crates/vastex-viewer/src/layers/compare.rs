@@ -37,7 +37,7 @@ impl CompareMode {
         CompareMode::Beside,
     ];
 
-    /// Its name, without the number.
+    /// The mode's name, without its number.
     pub fn name(self) -> &'static str {
         match self {
             CompareMode::Off => "off",

@@ -19,7 +19,7 @@ pub struct ShownLayer {
     pub color_map: ColorMap,
     /// How much of what lies beneath it hides, from 0 to 1, where its own values do not say less.
     pub opacity: f32,
-    /// Whether it is drawn. Pages of a hidden layer are not asked for.
+    /// True if the layer is drawn. Pages of a hidden layer are not asked for.
     pub is_visible: bool,
     /// How its texels are blended; by the textures' own filter where none is named. Values that may not be
     /// mixed are not, whatever is named.
@@ -201,8 +201,8 @@ impl Layers {
         self.compare_mode
     }
 
-    /// Whether two layers or more are seen, so that the uppermost of them can be compared with those beneath
-    /// it.
+    /// Returns true if two layers or more are seen, so that the uppermost of them can be compared with those
+    /// beneath it.
     pub fn can_compare(&self) -> bool {
         self.over_one_another().iter().filter(|shown| shown.is_seen()).count() > 1
     }
@@ -296,7 +296,7 @@ impl Layers {
         beneath().filter(|_| is_beside).unwrap_or(&self.layers[upper])
     }
 
-    /// Whether the text is that of one opaque layer.
+    /// Returns true if the text is that of one opaque layer.
     pub fn is_single(&self) -> bool {
         self.is_single
     }

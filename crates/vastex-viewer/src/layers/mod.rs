@@ -34,7 +34,7 @@ pub const BACKGROUND: Vec4 = Vec4::new(0.008, 0.01, 0.014, 1.0);
 pub struct UnknownLayer {
     /// The name asked for.
     pub name: String,
-    /// Those that there are.
+    /// Names of the layers that there are.
     pub layers: Vec<String>,
 }
 
@@ -174,9 +174,9 @@ impl ColorMap {
         self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata | curve | gamma
     }
 
-    /// Whether what is made to draw one draws the other, too: both are of the same channels in the same
-    /// meaning, of both or of neither a value stands for no data, and shades of both or of neither follow a
-    /// curve, or have an exponent.
+    /// Returns true if pipelines made for one colour map draw the other, too: both are of the same channels
+    /// in the same meaning, of both or of neither a value stands for no data, and shades of both or of
+    /// neither follow a curve, or have an exponent.
     pub fn shares_pipelines(&self, other: &ColorMap) -> bool {
         self.constants(true) == other.constants(true)
     }
@@ -277,7 +277,7 @@ impl ColorMap {
         self.tone
     }
 
-    /// Whether it has one value that a colour map makes a colour of.
+    /// Returns true if the layer has one value that a colour map makes a colour of.
     pub fn takes_palette(&self) -> bool {
         matches!(self.channels, Channels::Grey | Channels::GreyAlpha)
     }

@@ -14,9 +14,9 @@ pub(super) fn member(n: usize) -> String {
 pub struct LayersText {
     /// Layers.
     pub count: usize,
-    /// Whether it is one opaque layer.
+    /// True for a single opaque layer.
     pub is_single: bool,
-    /// Whether they are sampled as members of a group.
+    /// True if the layers are sampled as members of a group.
     pub is_grouped: bool,
     /// Which parts a planet has beside its ground, the last of the layers, if they are on one.
     pub planet: Option<PlanetText>,

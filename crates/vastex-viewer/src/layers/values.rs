@@ -22,7 +22,7 @@ pub enum Bands {
 }
 
 impl Bands {
-    /// Whether a layer of so many channels has them.
+    /// Returns true if a layer of so many channels has these bands.
     pub fn are_within(self, channels: usize) -> bool {
         let is_there = |band: u8| usize::from(band) < channels;
         match self {
@@ -98,7 +98,7 @@ impl Nodata {
         }
     }
 
-    /// The same, with the value by another scale.
+    /// This rule with its value, if it has one, by another scale.
     #[must_use]
     pub fn map(self, scale: impl FnOnce(f64) -> f64) -> Nodata {
         match self {

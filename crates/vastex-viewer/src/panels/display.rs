@@ -64,7 +64,7 @@ impl DisplayPanel {
         self.selected
     }
 
-    /// Whether the range of the layer follows what is in view, so that a new histogram changes it.
+    /// Returns true if the range of the layer follows what is in view, so that a new histogram changes it.
     pub fn follows(&self) -> bool {
         self.follows
     }

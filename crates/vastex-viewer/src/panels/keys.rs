@@ -20,8 +20,8 @@ const GAP: f32 = 24.0;
 const BESIDE: f32 = 56.0;
 const LEAST: f32 = 260.0;
 
-/// The same of other keys and gestures: parts of a list, each with its keys and what they do. It is no wider
-/// than the window that it is in.
+/// A window as [`keys_window`] with other keys and gestures: parts of a list, each with its keys and what
+/// they do. It is no wider than the window that it is in.
 pub fn keys_window_of(context: &Context, is_open: &mut bool, controls: &Controls) {
     let content = context.content_rect();
     let window = Window::new("Keys and gestures").open(is_open).collapsible(false).resizable(false);

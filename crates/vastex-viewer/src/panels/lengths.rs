@@ -52,9 +52,9 @@ impl TexelSize {
         Some(TexelSize { size: DVec2::from(size) * metres.unwrap_or(1.0), unit, magnification: None })
     }
 
-    /// The same of an image that was taken through an objective that magnifies so many times: what is seen of
-    /// it is told beside the scale bar, as slide viewers tell it, where a pixel of the screen counts as one
-    /// of the camera.
+    /// This size for an image that was taken through an objective that magnifies so many times: what is seen
+    /// of it is told beside the scale bar, as slide viewers tell it, where a pixel of the screen counts as
+    /// one of the camera.
     #[must_use]
     pub fn with_magnification(self, magnification: Option<f64>) -> TexelSize {
         TexelSize { magnification, ..self }

@@ -77,7 +77,7 @@ impl Messages {
         self.told.len() < count
     }
 
-    /// Whether there is nothing to say.
+    /// Returns true if there is nothing to say.
     pub fn is_empty(&self) -> bool {
         self.told.is_empty()
     }

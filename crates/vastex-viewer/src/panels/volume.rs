@@ -44,7 +44,7 @@ pub struct VolumeStatus<'a> {
     pub facts: &'a VolumeFacts,
     /// The time that is seen.
     pub seen_time: u64,
-    /// Whether times are played.
+    /// True if times are played.
     pub is_playing: bool,
     /// What of all pixels is at its wanted level, 0 to 1.
     pub share: f64,

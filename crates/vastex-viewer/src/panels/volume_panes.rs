@@ -36,7 +36,7 @@ pub struct VolumePanes<'a> {
     pub panes: &'a [PaneRect],
     /// The pictures that there are, by what they are known to the painter.
     pub pictures: &'a [(VolumePane, egui::TextureId)],
-    /// Whether anything lies over them but their names.
+    /// True if anything lies over the pictures but their names.
     pub has_guides: bool,
     /// The time that is seen, from 0.
     pub seen_time: u64,

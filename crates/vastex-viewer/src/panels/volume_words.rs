@@ -94,7 +94,7 @@ pub(super) fn point_rows(facts: &VolumeFacts, told: &PointAnswer) -> Vec<(String
     rows
 }
 
-/// The same in a line.
+/// What a point answered, in a line: its voxel, values and label.
 pub fn volume_status_text(facts: &VolumeFacts, told: &PointAnswer) -> String {
     let [x, y, z] = told.voxel;
     let mut said = format!("{x}, {y}, {z}");

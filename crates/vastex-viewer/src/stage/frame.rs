@@ -62,7 +62,7 @@ pub struct StageView<'a, S: StageScene + ?Sized> {
     pub pose: S::Pose,
 }
 
-/// Whether a frame draws pictures.
+/// When frames draw pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pictures {
     /// In every frame.
@@ -83,9 +83,9 @@ pub struct Frame<'a, S: StageScene + ?Sized> {
     pub expected: Option<(&'a S::Camera, S::Pose)>,
     /// Width and height of a view in pixels.
     pub picture: [u32; 2],
-    /// Whether views are asked by a feedback pass what they want.
+    /// True if a feedback pass asks views what they want.
     pub has_feedback: bool,
-    /// Whether pictures are drawn.
+    /// When pictures are drawn.
     pub pictures: Pictures,
 }
 
@@ -113,8 +113,9 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         self.record_marked(gpu, textures, scene, target, tell, |_, _| {})
     }
 
-    /// The same, where `mark` is told in front of the commands of each part of the frame which part that is:
-    /// `feedback`, `picture`, and nothing at the end. It may add commands of its own that measure them.
+    /// Records a frame as [`Frame::record`] does, where `mark` is told in front of the commands of each part
+    /// of the frame which part that is: `feedback`, `picture`, and nothing at the end. It may add commands of
+    /// its own that measure them.
     pub fn record_marked(
         &self,
         gpu: &Gpu,

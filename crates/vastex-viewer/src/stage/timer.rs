@@ -36,7 +36,7 @@ impl GpuTimer {
         GpuTimer { profiler, open: None, period: gpu.queue.get_timestamp_period(), times: Vec::new() }
     }
 
-    /// Whether the device tells times at all.
+    /// Returns true if the device tells times at all.
     pub fn is_able(&self) -> bool {
         self.profiler.is_some()
     }

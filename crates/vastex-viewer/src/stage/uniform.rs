@@ -16,8 +16,8 @@ impl Uniform {
         Uniform::layout_in(device, wgpu::BufferUsages::UNIFORM)
     }
 
-    /// The same in a buffer of another kind: a storage buffer that shaders only read, where `usage` is
-    /// `STORAGE`.
+    /// A layout as of uniforms, for a buffer of another kind: a storage buffer that shaders only read, where
+    /// `usage` is `STORAGE`.
     pub fn layout_in(device: &wgpu::Device, usage: wgpu::BufferUsages) -> wgpu::BindGroupLayout {
         device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("scene"),
@@ -47,7 +47,7 @@ impl Uniform {
         Uniform::new_in::<T>(device, layout, wgpu::BufferUsages::UNIFORM)
     }
 
-    /// The same in a buffer of another kind, for a layout of it.
+    /// A value in a buffer of another kind, for a layout of that kind.
     pub fn new_in<T: NoUninit>(
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,

@@ -91,7 +91,7 @@ impl CameraBinding {
         CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane }
     }
 
-    /// The same for another view than the main one: [`vastex::ViewRef::number`].
+    /// This binding for another view than the main one: [`vastex::ViewRef::number`].
     #[must_use]
     pub fn with_view(self, view: u32) -> CameraBinding {
         CameraBinding { view, ..self }

@@ -20,7 +20,7 @@ use crate::stage::TargetKind;
 pub struct LayerOptions {
     /// Which of the textures that are shown together it is of, counted from 0.
     pub texture: usize,
-    /// Its name; the first where none is named.
+    /// The layer's name; the first layer where none is named.
     pub name: Option<String>,
     /// The channels of it that are shown.
     pub bands: Bands,
@@ -41,7 +41,7 @@ pub struct LayerOptions {
     pub palette: Palette,
     /// How much of what lies beneath it hides, 0 to 1.
     pub opacity: f32,
-    /// Whether it is drawn.
+    /// True if the layer is drawn.
     pub is_visible: bool,
     /// How its texels are blended. Where nothing is said, as the textures' own are; but not at all where a
     /// value stands for no data, which would be mixed with what is known.
@@ -135,7 +135,7 @@ pub enum LayerOptionsError {
     /// The layer has fewer channels.
     #[error("there are no bands {bands} in layer {layer:?}, which has {channels} of them")]
     UnknownBands {
-        /// Those asked for.
+        /// The bands asked for.
         bands: Bands,
         /// The layer's name.
         layer: String,
@@ -149,15 +149,15 @@ pub enum LayerOptionsError {
 pub struct PlanetOptions {
     /// What shines on it where it is night, if anything does.
     pub night: Option<LayerOptions>,
-    /// Its clouds, if it has any.
+    /// The planet's clouds, if it has any.
     pub clouds: Option<LayerOptions>,
     /// How it is lit.
     pub light: PlanetLight,
 }
 
 impl PlanetOptions {
-    /// Whether a texture, counted from 0 among those that are shown together, is of a planet's lights or its
-    /// clouds, and so of no other scene.
+    /// Returns true if a texture, counted from 0 among those that are shown together, is of a planet's lights
+    /// or its clouds, and so of no other scene.
     pub fn is_of(&self, texture: usize) -> bool {
         [&self.night, &self.clouds].into_iter().flatten().any(|layer| layer.texture == texture)
     }
@@ -178,7 +178,8 @@ pub struct DisplayOptions {
     pub planet: PlanetOptions,
     /// How it lies on scenes without heights.
     pub tiling: Tiling,
-    /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
+    /// True to draw the image in fixed point at any size and distance; false to do so only where a mesh would
+    /// not be exact.
     pub always_fixed: bool,
     /// What it is drawn into; else what is faster.
     pub target: Option<TargetKind>,
@@ -199,7 +200,7 @@ pub enum DescribeError {
 }
 
 impl DisplayOptions {
-    /// Whether heights displace a scene.
+    /// Returns true if heights displace a scene.
     pub fn displaces(&self, scene: Scene) -> bool {
         matches!(scene, Scene::Terrain | Scene::Planet) || scene == Scene::Globe && self.heights.are_wanted()
     }
@@ -251,7 +252,7 @@ impl DisplayOptions {
         }
     }
 
-    /// Whether a texture, counted from 0, is of a planet's lights, clouds or heights alone.
+    /// Returns true if a texture, counted from 0, is of a planet's lights, clouds or heights alone.
     pub fn is_of_planet(&self, texture: usize) -> bool {
         texture > 0 && (self.planet.is_of(texture) || self.heights.texture == Some(texture))
     }

@@ -18,7 +18,7 @@ pub enum Corners {
     Outside,
     /// Patches, whose points are numbered.
     Patches,
-    /// The same in fixed point.
+    /// Patches in fixed point, whose points are numbered.
     FixedPatches,
     /// Nothing: what is drawn fills the picture.
     None,

@@ -37,7 +37,7 @@ impl PlanetLight {
     /// A hundred times as bright as lights are told.
     pub const MOST_NIGHT: f32 = 100.0;
 
-    /// The same with the nearest numbers that texts may have; what is no number is as it is at first.
+    /// This light with the nearest numbers that texts may have; what is no number is as it is at first.
     #[must_use]
     pub fn within(self) -> PlanetLight {
         let usual = PlanetLight::default();

@@ -28,13 +28,13 @@ pub struct Heights {
     /// The value that is not displaced; else the lowest of the coarse levels. On a planet it is that of the
     /// sea, which covers what is lower.
     pub zero: Option<f32>,
-    /// Whether vertices stay where their patch has them, so that the ground is torn where patches of two
+    /// True if vertices stay where their patch has them, so that the ground is torn where patches of two
     /// sizes meet: to see that tears would be seen.
     pub is_torn: bool,
 }
 
 impl Heights {
-    /// Whether anything is said.
+    /// Returns true if anything is said of heights.
     pub fn are_wanted(&self) -> bool {
         *self != Heights::default()
     }
@@ -144,7 +144,7 @@ impl Relief {
         })
     }
 
-    /// Whether there are none, and a layer stands for them that displaces nothing.
+    /// Returns true if there are no heights, and a layer stands for them that displaces nothing.
     pub fn is_level(&self) -> bool {
         self.is_level
     }

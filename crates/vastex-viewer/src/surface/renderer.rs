@@ -36,7 +36,8 @@ pub struct SceneDesc {
     pub relief: Option<Relief>,
     /// How textures lie on a surface without heights.
     pub tiling: Tiling,
-    /// Whether it is drawn in fixed point however small and far it is; else where a mesh would not be exact.
+    /// True to draw the image in fixed point at any size and distance; false to do so only where a mesh would
+    /// not be exact.
     pub always_fixed: bool,
     /// How a planet is lit; without effect on other scenes.
     pub light: PlanetLight,
@@ -153,7 +154,7 @@ impl SceneRenderer {
         self.made_of.light
     }
 
-    /// The same scene with another list of layers, for pictures of the same format.
+    /// This scene with another list of layers, for pictures of the same format.
     pub fn with_layers(
         &self,
         gpu: &Gpu,
@@ -376,7 +377,7 @@ impl SceneRenderer {
         self.made_of.tiling
     }
 
-    /// Whether heights displace the scene.
+    /// Returns true if heights displace the scene.
     pub fn has_relief(&self) -> bool {
         self.relief.is_some()
     }

@@ -48,8 +48,8 @@ impl SceneRenderer {
         self.rough_sight(textures, pose, (picture, image), 1.0)
     }
 
-    /// The same for pixels that are so many apart: what heights hide or show that are smaller than that may
-    /// be missed, and each answer takes as many times less.
+    /// As [`SceneRenderer::sight`], for pixels that are so many apart: what heights hide or show that are
+    /// smaller than that may be missed, and each answer takes as many times less.
     pub fn rough_sight<'a>(
         &'a self,
         textures: &'a Textures,
@@ -109,7 +109,7 @@ impl Sight<'_> {
         inside(texel).then_some(SeenPlace { texel, texels_a_pixel: pixel_in_world * texels_by_world })
     }
 
-    /// Whether each answer is looked for along a ray.
+    /// Returns true if each answer is looked for along a ray.
     pub fn is_marched(&self) -> bool {
         matches!(self.seen, Seen::Heights(..))
     }

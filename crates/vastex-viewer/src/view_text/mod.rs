@@ -58,7 +58,7 @@ pub struct ViewText {
 /// A text says of no view what it shows.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ViewTextError {
-    /// Its first part is no pose.
+    /// The text's first part is no pose.
     #[error(transparent)]
     Pose(#[from] PoseTextError),
     /// A further part has a key that there is not.
@@ -69,7 +69,7 @@ pub enum ViewTextError {
     Key {
         /// The part.
         part: String,
-        /// Its key.
+        /// The key of the part.
         key: String,
     },
     /// A further part cannot be read.
@@ -137,7 +137,7 @@ impl ViewText {
         self.scene.unwrap_or_else(|| self.pose.scene(displayed))
     }
 
-    /// Whether it says all of how layers are shown: whether it names any.
+    /// Returns true if the text names any layer, and so says all of how layers are shown.
     pub fn names_layers(&self) -> bool {
         !self.layers.is_empty()
     }

@@ -67,7 +67,7 @@ pub struct ViewPlanet {
     pub lights: Option<f32>,
     /// The layer that shines where it is night.
     pub night: Option<LayerOptions>,
-    /// Its clouds.
+    /// The planet's clouds.
     pub clouds: Option<LayerOptions>,
 }
 

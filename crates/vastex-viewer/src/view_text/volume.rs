@@ -111,7 +111,7 @@ pub struct ViewLabels {
     pub name: String,
     /// How much they hide: 0 to 1.
     pub opacity: f32,
-    /// Whether slices show outlines alone.
+    /// True if slices show outlines alone.
     pub outlines: bool,
     /// The label that is shown in full.
     pub selected: Option<i128>,
@@ -130,7 +130,7 @@ pub struct VolumeViewError {
 }
 
 impl VolumeViewText {
-    /// Whether a text is meant as a view of a volume, sound or not.
+    /// Returns true if a text is meant as a view of a volume, sound or not.
     pub fn is_meant(text: &str) -> bool {
         text.trim_start().starts_with(SCHEME)
     }

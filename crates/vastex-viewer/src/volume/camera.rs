@@ -118,7 +118,7 @@ impl VolumeFace {
         [PlusX, MinusX, PlusY, MinusY, PlusZ, MinusZ]
     };
 
-    /// Its name: `+x` to `-z`.
+    /// The face's name: `+x` to `-z`.
     pub const fn name(self) -> &'static str {
         match self {
             VolumeFace::PlusX => "+x",
@@ -179,7 +179,7 @@ pub struct VolumeRays {
 }
 
 impl VolumeView {
-    /// Whether it is a slice.
+    /// Returns true if the view is a slice.
     pub fn is_slice(&self) -> bool {
         matches!(self, VolumeView::Slice { .. } | VolumeView::Plane(_))
     }

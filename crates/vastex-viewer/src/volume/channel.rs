@@ -63,7 +63,7 @@ pub fn volume_tables(bricks: u64, channels: usize) -> TableChoice {
 pub struct VolumeChannel {
     /// Where its values are.
     pub layer: LayerId,
-    /// Its colour at the upper end of the range, as display values (sRGB codes over 255).
+    /// The channel's colour at the upper end of the range, as display values (sRGB codes over 255).
     pub color: Vec3,
     /// The values, as shaders sample them (0 to 1 of whole numbers, floats as they are), that are shown
     /// black and in full. The first may be the larger one.
@@ -83,7 +83,7 @@ impl VolumeChannel {
         VolumeChannel { layer: layer.into(), color, range, gamma: 1.0, opacity: 1.0, map: None }
     }
 
-    /// The same in another colour: red, green and blue as sRGB codes.
+    /// This channel in another colour: red, green and blue as sRGB codes.
     #[must_use]
     pub fn in_color(self, codes: [u8; 3]) -> VolumeChannel {
         VolumeChannel { color: Vec3::from_array(codes.map(|code| f32::from(code) / 255.0)), ..self }

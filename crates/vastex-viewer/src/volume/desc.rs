@@ -17,7 +17,7 @@ pub enum VolumeMode {
     Mip,
     /// The smallest.
     Minip,
-    /// Their mean.
+    /// The mean of the samples.
     Average,
     /// All of them glow and hide what is behind.
     Emission,
@@ -30,7 +30,7 @@ impl VolumeMode {
     pub const ALL: [VolumeMode; 5] =
         [VolumeMode::Mip, VolumeMode::Minip, VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso];
 
-    /// Its name on the command line.
+    /// The mode's name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             VolumeMode::Mip => "mip",
@@ -45,7 +45,7 @@ impl VolumeMode {
 /// What is drawn of a volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeDesc {
-    /// Its box.
+    /// The volume's box.
     pub of: VolumeBox,
     /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format; none
     /// where there are labels alone.
@@ -62,7 +62,7 @@ pub struct VolumeDesc {
     pub density: f64,
     /// The value at which a surface is, as shaders sample it.
     pub iso: f32,
-    /// Whether samples are blended by the shader in single precision, and not by the device's filter.
+    /// True if samples are blended by the shader in single precision, and not by the device's filter.
     pub is_exact: bool,
     /// What is left of it for rays.
     pub clip: VolumeClip,

@@ -32,7 +32,7 @@ impl OtherLabels {
     /// Both.
     pub const ALL: [OtherLabels; 2] = [OtherLabels::Dimmed, OtherLabels::Hidden];
 
-    /// Its name on the command line.
+    /// The rule's name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             OtherLabels::Dimmed => "dimmed",
@@ -65,14 +65,14 @@ pub fn parse_label(text: &str) -> Result<i128, &'static str> {
 pub struct VolumeLabels {
     /// Where they are: a layer of whole numbers. 0 is nothing.
     pub layer: LayerId,
-    /// Their box, in the units of the world of the volume; voxels may be of another size than those of the
-    /// image.
+    /// The labels' box, in the units of the world of the volume; voxels may be of another size than those of
+    /// the image.
     pub of: VolumeBox,
     /// Where their box begins in the world of the volume.
     pub begin: [f64; 3],
     /// 0 to 1: how much a label hides of what lies under it.
     pub opacity: f32,
-    /// Whether slices show of each label only the voxels that have another one beside them in the plane.
+    /// True if slices show of each label only the voxels that have another one beside them in the plane.
     pub outlines: bool,
     /// The label that is shown in full, through all others.
     pub selected: Option<u64>,

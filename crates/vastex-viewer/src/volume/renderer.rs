@@ -235,7 +235,7 @@ pub enum VolumeError {
     /// There are none, or too many.
     #[error("{0} channels: a picture of a volume shows 1 to {MOST_CHANNELS}; choose some")]
     Channels(usize),
-    /// Their textures have other formats, brick sizes or layers.
+    /// The channels' textures have other formats, brick sizes or layers.
     #[error(
         "the channels do not lie in one pool; show channels of one format and one size of bricks together"
     )]

@@ -36,7 +36,7 @@ pub(super) enum Part {
 /// Where labels lie in the scene's world, and the colours that they were given.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LabelsPlace {
-    /// Their box.
+    /// The labels' box.
     pub of: VolumeBox,
     /// Where it begins.
     pub begin: [f64; 3],

@@ -30,7 +30,7 @@ const NEVER: u64 = u64::MAX;
 pub enum VolumePictures {
     /// None: what is seen is only asked for.
     None,
-    /// Those that are due, in parts that take no longer than a frame may.
+    /// Pictures that are due, in parts that take no longer than a frame may.
     Parts,
     /// All that are not drawn yet, whole, however long that takes.
     Whole,

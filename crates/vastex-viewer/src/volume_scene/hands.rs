@@ -49,14 +49,14 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
 /// What comes of an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VolumeHeard {
-    /// It is none of a volume's: a host may know what to do with it.
+    /// The event is none of a volume's: a host may know what to do with it.
     Other,
     /// What is shown is perhaps another now.
     Taken,
-    /// The same, and what is seen at this pixel of a picture is asked for; the crosshair goes there where
-    /// that is in 3-D.
+    /// A click: as [`VolumeHeard::Taken`], and what is seen at this pixel of a picture is asked for; the
+    /// crosshair goes there in 3-D.
     Click(VolumePane, DVec2),
-    /// The same of a click that selects the label there, or none where there is none.
+    /// A click as [`VolumeHeard::Click`] that also selects the label there, or none where there is none.
     Select(VolumePane, DVec2),
     /// Times are to be played, or not any more.
     Play,
@@ -112,7 +112,7 @@ impl VolumeHands {
         Some((*pane, pane.within(pointer)))
     }
 
-    /// Whether a button is down.
+    /// Returns true if a button is down.
     pub fn is_held(&self) -> bool {
         self.held.is_some() || !self.fingers.is_empty()
     }

@@ -196,7 +196,7 @@ impl VolumeScene {
         self.points.give_up(number);
     }
 
-    /// Whether the host is to ask [`VolumeScene::take_asked`], though nothing else is due.
+    /// Returns true if the host is to ask [`VolumeScene::take_asked`], though nothing else is due.
     pub fn is_asking(&self) -> bool {
         self.points.waits() || self.wants_ranges
     }

@@ -20,7 +20,7 @@ const ZOOMS: [f64; 2] = [0.05, 1e6];
 pub struct VolumeFacts {
     /// What it is called.
     pub name: String,
-    /// Its box. The world of a scene begins at its first corner.
+    /// The volume's box. The world of a scene begins at its first corner.
     pub of: VolumeBox,
     /// Where that corner lies in the file's own system, and how long a unit of the scene's world is there.
     pub origin: [f64; 3],
@@ -28,7 +28,7 @@ pub struct VolumeFacts {
     pub unit_length: f64,
     /// What the file's system is measured in, as files name it (`micrometer`), if it says so.
     pub unit: Option<String>,
-    /// Its channels; none of labels by themselves.
+    /// The volume's channels; none of labels by themselves.
     pub channels: Vec<ChannelFacts>,
     /// Labels that lie beside it, by their names; where there are no channels, itself.
     pub labels: Vec<String>,
@@ -91,7 +91,7 @@ pub struct ChannelFacts {
     pub name: Option<String>,
     /// As sRGB codes.
     pub color: Option<[u8; 3]>,
-    /// Whether it is shown at first, where that is said.
+    /// `Some(true)` if the file says that the channel is shown at first, `Some(false)` if hidden.
     pub is_active: Option<bool>,
 }
 
@@ -123,7 +123,7 @@ impl VolumePane {
         }
     }
 
-    /// Its name: `x`, `y`, `z` or `3d`.
+    /// The picture's name: `x`, `y`, `z` or `3d`.
     pub const fn name(self) -> &'static str {
         match self {
             VolumePane::X => "x",
@@ -133,7 +133,7 @@ impl VolumePane {
         }
     }
 
-    /// Its number, 0 to 3.
+    /// The picture's number, 0 to 3.
     pub const fn number(self) -> usize {
         match self {
             VolumePane::X => 0,
@@ -199,7 +199,7 @@ impl VolumeOrbit {
 /// How a channel is shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChannelLook {
-    /// Whether it is.
+    /// True if the channel is shown.
     pub is_shown: bool,
     /// sRGB codes.
     pub color: [u8; 3],
@@ -236,7 +236,7 @@ pub struct LabelsLook {
     pub shown: Option<usize>,
     /// How much they hide of what lies under them: 0 to 1.
     pub opacity: f32,
-    /// Whether slices show their outlines alone.
+    /// True if slices show the labels' outlines alone.
     pub outlines: bool,
     /// The label that is shown in full, through all others, by its number.
     pub selected: Option<i128>,

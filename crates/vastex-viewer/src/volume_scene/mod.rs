@@ -170,7 +170,7 @@ impl VolumeScene {
         &self.textures
     }
 
-    /// The same, to be changed: sizes and rules of pools, budgets.
+    /// The textures of the scene's channels, to be changed: sizes and rules of pools, budgets.
     pub fn textures_mut(&mut self) -> &mut Textures {
         self.quiet = 0;
         &mut self.textures
@@ -196,7 +196,7 @@ impl VolumeScene {
         self.current.time
     }
 
-    /// Whether times are played.
+    /// Returns true if times are played.
     pub fn is_playing(&self) -> bool {
         self.is_playing
     }
@@ -211,7 +211,7 @@ impl VolumeScene {
         &self.points
     }
 
-    /// Whether the pointer is over a picture.
+    /// Where the pointer is in the area, in pixels; `None` if it is not over it.
     pub fn pointer(&self) -> Option<DVec2> {
         self.hands.pointer()
     }
@@ -268,19 +268,19 @@ impl VolumeScene {
         std::mem::take(&mut self.faults)
     }
 
-    /// Whether the pictures stay as they are: everything that is seen is there and drawn.
+    /// Returns true if the pictures stay as they are: everything that is seen is there and drawn.
     pub fn is_settled(&self) -> bool {
         let is_drawn = self.looked.as_ref() == Some(&self.look) && self.pictures_are_drawn();
         is_drawn && self.has_all() && self.next.is_none() && self.look.time == self.current.time
     }
 
-    /// Whether a frame is due by itself.
+    /// Returns true if a frame is due by itself.
     pub fn is_due(&self) -> bool {
         let is_played = self.is_playing || self.ahead.is_loading();
         !self.is_settled() || is_played || self.under_way.is_some() || self.goes_on()
     }
 
-    /// Whether every brick that is seen was asked for, and is there or cannot be had.
+    /// Returns true if every brick that is seen was asked for, and is there or cannot be had.
     pub fn has_all(&self) -> bool {
         let waits = self.current.waits(&self.look);
         !waits && (self.current.renderer().is_none() || self.quiet >= self.quiet_frames())

@@ -5,7 +5,7 @@ use glam::DVec3;
 /// A place that is asked about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PointPlace {
-    /// It itself, in the scene's world.
+    /// A point of the scene's world.
     At(DVec3),
     /// What is seen along a ray.
     Along {

@@ -15,14 +15,14 @@ const ROOM: f64 = 1.06;
 pub struct PaneRect {
     /// Which it is.
     pub pane: VolumePane,
-    /// Its upper left corner.
+    /// The picture's upper left corner.
     pub at: [u32; 2],
-    /// Its width and height, at least 1.
+    /// The picture's width and height, at least 1.
     pub size: [u32; 2],
 }
 
 impl PaneRect {
-    /// Whether a pixel of the area lies in it.
+    /// Returns true if a pixel of the area lies in the picture.
     pub fn contains(&self, pixel: DVec2) -> bool {
         let within = pixel - DVec2::from_array(self.at.map(f64::from));
         let size = DVec2::from_array(self.size.map(f64::from));

@@ -220,7 +220,7 @@ impl VastexImage {
         self.error.as_deref()
     }
 
-    /// Whether the picture stays as it is: everything in view is there.
+    /// Returns true if the picture stays as it is: everything in view is there.
     pub fn is_settled(&self) -> bool {
         let stats = self.textures.stats();
         self.unsettled == 0 && stats.converged && stats.fading == 0

@@ -19,7 +19,7 @@ pub struct ValueCodes {
     pub base: f64,
     /// See [`ValueCodes::base`].
     pub gain: f64,
-    /// Whether a tile has every bit of a stored value.
+    /// True if a tile has every bit of a stored value.
     pub is_exact: bool,
     dtype: DType,
 }

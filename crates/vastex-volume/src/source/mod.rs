@@ -150,7 +150,7 @@ impl VolumeSource {
         &self.codes
     }
 
-    /// Whether values are labels.
+    /// Returns true if values are labels.
     pub fn is_labels(&self) -> bool {
         self.is_labels
     }
@@ -173,12 +173,12 @@ impl VolumeSource {
         self.stats.get(pos)
     }
 
-    /// Whether a page is known to hold the fill value alone, so that nothing of it need be read.
+    /// Returns true if a page is known to hold the fill value alone, so that nothing of it need be read.
     pub fn is_absent(&self, pos: PagePos) -> bool {
         self.contents.as_ref().is_some_and(|contents| contents.of(pos).is_some())
     }
 
-    /// Whether levels that are made wait for [`VolumeSource::make_levels`], or are being made by it.
+    /// Returns true if levels that are made wait for [`VolumeSource::make_levels`], or are being made by it.
     pub fn has_levels_to_make(&self) -> bool {
         self.made.has_work()
     }
@@ -397,8 +397,8 @@ pub fn levels_of(
         .map_err(|error| VolumeSourceError::Levels { path: about.path.clone(), error })
 }
 
-/// Whether the levels of a source that are not stored are made when it is opened, since the coarsest stored
-/// one is small, and not in the background.
+/// Returns true if the levels of a source that are not stored are made when it is opened, since the coarsest
+/// stored one is small, and not in the background.
 pub fn makes_levels_at_opening(about: &VolumeAbout, levels: &VoxelLevels) -> bool {
     let coarsest = levels.levels().iter().rev().find_map(|level| level.stored);
     is_small(about, coarsest.map_or(0, usize::from), None)

@@ -19,14 +19,15 @@ pub struct VolumeOptions {
     pub brick: u32,
     /// Voxels of border on each side; one is enough for filters and gradients.
     pub border: u32,
-    /// Whether values are labels, which are never mixed; `None` for what the volume says.
+    /// `Some(true)` to take values for labels, which are never mixed, `Some(false)` for numbers; `None` for
+    /// what the volume says.
     pub labels: Option<bool>,
     /// How levels are made that are not stored; `None` for the mean, and of labels for the most frequent.
     pub reduction: Option<Reduction>,
     /// A directory that keeps levels that are made in the background, a seventh of the coarsest stored one at
     /// most; `None` for 256 MiB of main memory, which all sources of a volume share.
     pub cache: Option<PathBuf>,
-    /// Whether all levels that are not stored are made as soon as somebody makes any. If not, bricks of them
+    /// True if all levels that are not stored are made as soon as somebody makes any. If not, bricks of them
     /// that are read as tiles stay a preview, of an eighth of the stored chunks, until they are wanted
     /// ([`VolumeSource::want`](super::VolumeSource::want)): all coarser bricks of what is in view are read.
     pub makes_all: bool,
@@ -53,7 +54,7 @@ pub enum VolumeSourceError {
     /// The volume cannot be read, or has no such channel or time.
     #[error(transparent)]
     Volume(#[from] VolumeError),
-    /// Its levels are no texture.
+    /// The volume's levels cannot be those of a texture.
     #[error("{path}: {error}")]
     Levels {
         /// The volume.
@@ -61,7 +62,7 @@ pub enum VolumeSourceError {
         /// What is wrong with them.
         error: VoxelLevelsError,
     },
-    /// Its bricks are none.
+    /// The volume's bricks cannot be tiles of a texture.
     #[error("{path}: {error}")]
     Layer {
         /// The volume.
@@ -80,7 +81,7 @@ pub struct LevelState {
     pub scale: [f64; 3],
     /// The corner of the first voxel in the world.
     pub origin: [f64; 3],
-    /// Whether it is made and not stored.
+    /// True if the level is made and not stored.
     pub is_made: bool,
     /// How far levels are that are made; of those that are stored, and of those made at opening, all is done.
     pub made: Option<MadeProgress>,

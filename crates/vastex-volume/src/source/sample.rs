@@ -65,11 +65,11 @@ impl VolumePlane {
 pub struct PointValue {
     /// The level that the value is of.
     pub level: u8,
-    /// Whether that level is made and not stored.
+    /// True if that level is made and not stored.
     pub is_made: bool,
     /// The voxel of that level.
     pub voxel: [u32; 3],
-    /// Its value.
+    /// The voxel's value.
     pub value: VoxelValue,
 }
 

@@ -29,13 +29,13 @@ impl Wanted {
 }
 
 impl VolumeSource {
-    /// Whether levels that are not stored may have to be made by [`VolumeSource::make_levels`]. False where
-    /// all levels are stored or were made at opening.
+    /// Returns true if levels that are not stored may have to be made by [`VolumeSource::make_levels`]. False
+    /// where all levels are stored or were made at opening.
     pub fn may_lack_levels(&self) -> bool {
         !self.made.is_whole()
     }
 
-    /// Whether bricks of levels that are not stored stay a preview until they are wanted
+    /// Returns true if bricks of levels that are not stored stay a preview until they are wanted
     /// ([`VolumeSource::want`]).
     pub fn waits_for_want(&self) -> bool {
         self.may_lack_levels() && !self.options.makes_all

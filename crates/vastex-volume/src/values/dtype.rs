@@ -56,7 +56,7 @@ impl DType {
         }
     }
 
-    /// Its name in NumPy and in Zarr v3: `uint16`.
+    /// The type's name in NumPy and in Zarr v3: `uint16`.
     pub const fn name(self) -> &'static str {
         match self {
             DType::Bool => "bool",
@@ -74,7 +74,7 @@ impl DType {
         }
     }
 
-    /// Its short name in NumPy, without the byte order: `u2`.
+    /// The type's short name in NumPy, without the byte order: `u2`.
     pub const fn short_name(self) -> &'static str {
         match self {
             DType::Bool => "b1",
@@ -92,7 +92,7 @@ impl DType {
         }
     }
 
-    /// Whether it is a float.
+    /// Returns true if values are floats.
     pub const fn is_float(self) -> bool {
         matches!(self, DType::F16 | DType::F32 | DType::F64)
     }

@@ -15,7 +15,7 @@ pub struct VolumeAbout {
     pub name: Option<String>,
     /// What its values are.
     pub dtype: DType,
-    /// Its stored levels, the finest first, at least one.
+    /// The volume's stored levels, the finest first, at least one.
     pub levels: Vec<VolumeLevel>,
     /// How many channels there are, at least 1.
     pub channels: u64,
@@ -29,7 +29,7 @@ pub struct VolumeAbout {
     pub convention: Convention,
     /// Images of labels that lie beside it; each is opened at `labels/NAME` below its path.
     pub labels: Vec<String>,
-    /// Whether its values are labels: numbers of things, which are never mixed.
+    /// True if the volume's values are labels: numbers of things, which are never mixed.
     pub is_label: bool,
     /// Colours that it gives to some labels, as they stand in tiles: red, green, blue, and how opaque they
     /// are; in the order of the file, where a label may come twice.
@@ -68,15 +68,15 @@ pub struct VolumeLevel {
 /// What is said of a channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct VolumeChannel {
-    /// Its name.
+    /// The channel's name.
     pub name: Option<String>,
     /// Red, green and blue.
     pub color: Option<[u8; 3]>,
     /// The stored values that are shown as dark and as bright; the first is below the second.
     pub window: Option<[f64; 2]>,
-    /// Whether it is shown at first.
+    /// `Some(true)` if the channel is shown at first, `Some(false)` if hidden; `None` if nothing is said.
     pub is_active: Option<bool>,
-    /// Whether dark and bright are exchanged.
+    /// True if dark and bright are exchanged.
     pub is_inverted: bool,
 }
 

@@ -39,7 +39,7 @@ pub struct BrickPos {
     pub channel: u64,
     /// The time, from 0.
     pub time: u64,
-    /// Its place along x, y and z, in bricks.
+    /// The brick's place along x, y and z, in bricks.
     pub at: [u64; 3],
 }
 
@@ -49,8 +49,8 @@ pub struct Brick {
     /// Values of `outer` voxels along each side, little-endian, x fastest. Voxels of the payload that lie
     /// beyond the level repeat its last ones, as borders do.
     pub values: Vec<u8>,
-    /// Whether no chunk of its payload is stored, so that it holds the fill value alone; then `values` is
-    /// empty.
+    /// True if no chunk of the brick's payload is stored, so that it holds the fill value alone; then
+    /// `values` is empty.
     pub is_absent: bool,
 }
 

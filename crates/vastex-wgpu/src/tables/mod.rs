@@ -148,7 +148,7 @@ type IsNew = bool;
 pub struct PoolApplied {
     /// Bytes sent to the GPU.
     pub bytes: u64,
-    /// Whether [`PoolTables::binding`] is another: bind groups are to be made anew after the submission.
+    /// True if [`PoolTables::binding`] is another: bind groups are to be made anew after the submission.
     pub moved: bool,
     /// Textures whose [`Placement`] may be another: their records are to be set before these commands are
     /// submitted.
@@ -175,7 +175,7 @@ impl PoolTables {
         Ok(PoolTables { kind, is_submitted: true })
     }
 
-    /// Whether its tables are hashed.
+    /// Returns true if the pool's tables are hashed.
     pub fn is_hashed(&self) -> bool {
         matches!(self.kind, Kind::Hashed { .. })
     }
@@ -192,8 +192,8 @@ impl PoolTables {
         full_entries(geometry)
     }
 
-    /// Whether a texture's table fits at its full size beside those that are there, at theirs. A hashed one
-    /// always does.
+    /// Returns true if a texture's table fits at its full size beside those that are there, at theirs. A
+    /// hashed one always does.
     pub fn has_room(&self, geometry: &Geometry) -> bool {
         match &self.kind {
             Kind::Direct(tables) => full_entries(geometry) <= tables.directory.room(),
@@ -345,7 +345,7 @@ impl PoolTables {
         self.is_submitted = false;
     }
 
-    /// Whether nothing is left that is sent by and by.
+    /// Returns true if nothing is left that is sent by and by.
     pub fn is_settled(&self) -> bool {
         match &self.kind {
             Kind::Direct(tables) => tables.is_settled(),

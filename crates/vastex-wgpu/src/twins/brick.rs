@@ -8,7 +8,7 @@ use super::sample::decode;
 /// A volume, as far as it takes to find the voxels around a place in the tiles of its bricks.
 #[derive(Clone, Copy, Debug)]
 pub struct Bricks<'a> {
-    /// Its shape.
+    /// The volume's shape.
     pub geometry: &'a Geometry,
     /// Where its voxels lie, where they are not its texels.
     pub voxels: Option<&'a VoxelLevels>,

@@ -27,13 +27,13 @@ use crate::filter::Filter;
 /// that does not fade.
 #[derive(Clone, Copy, Debug)]
 pub struct Texture<'a> {
-    /// Its shape.
+    /// The texture's shape.
     pub geometry: &'a Geometry,
-    /// Its page table.
+    /// The texture's page table.
     pub table: &'a dyn PageTable,
     /// How texels are blended, on which the level depends.
     pub filter: Filter,
-    /// Its number in page ids.
+    /// The texture's number in page ids.
     pub number: TextureNumber,
     /// How its levels are chosen, as far as it has them.
     pub rule: LevelRule,

@@ -36,7 +36,7 @@ impl CpuFeedback {
         }
     }
 
-    /// The same drawn by another filter; an anisotropic one wants finer levels.
+    /// This feedback for a texture drawn by another filter; an anisotropic one wants finer levels.
     pub fn with_filter(self, filter: Filter) -> CpuFeedback {
         CpuFeedback { filter, ..self }
     }

@@ -75,7 +75,7 @@ impl CpuTexture {
     /// Pages that it lists at most, of 60 bytes each.
     pub const MOST_PAGES: u64 = 1 << 24;
 
-    /// The same with levels chosen by another rule.
+    /// This texture with levels chosen by another rule.
     pub fn with_levels(mut self, rule: LevelRule) -> CpuTexture {
         self.rule = rule.within(&self.source.description().geometry);
         self

@@ -18,11 +18,11 @@ pub struct CpuStats {
     /// Tiles of layers that are held decoded because they were asked for; the bytes never exceed
     /// [`Settings::cpu_cache_bytes`](crate::Settings::cpu_cache_bytes).
     pub tiles: u64,
-    /// Their bytes.
+    /// Bytes of those decoded tiles.
     pub bytes: u64,
     /// Tiles of layers that [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu) holds.
     pub kept_tiles: u64,
-    /// Their bytes: at most the layer's part of its pool.
+    /// Bytes of the kept tiles: at most the layer's part of its pool.
     pub kept_bytes: u64,
     /// Times that a decoded tile was at hand.
     pub hits: u64,

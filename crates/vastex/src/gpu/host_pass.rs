@@ -30,8 +30,9 @@ impl FeedbackPass {
         &self.color
     }
 
-    /// Its depth buffer, of [`Textures::FEEDBACK_DEPTH_FORMAT`](crate::Textures::FEEDBACK_DEPTH_FORMAT); to
-    /// be cleared to [`FeedbackPass::clear_depth`], and not kept.
+    /// The pass's depth buffer, of
+    /// [`Textures::FEEDBACK_DEPTH_FORMAT`](crate::Textures::FEEDBACK_DEPTH_FORMAT); to be cleared to
+    /// [`FeedbackPass::clear_depth`], and not kept.
     pub fn depth(&self) -> &wgpu::TextureView {
         &self.depth
     }

@@ -13,7 +13,7 @@ use crate::error::Error;
 pub struct PoolResize {
     /// Bytes of the pool before; 0 while it had no textures.
     pub before: u64,
-    /// Its bytes now.
+    /// Bytes of the pool now.
     pub bytes: u64,
     /// Bytes that both took together while tiles were copied. They are the old pool's and the new one's, and
     /// the old one's are given back when the GPU is done with the copies.

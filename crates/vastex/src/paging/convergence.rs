@@ -47,7 +47,7 @@ impl Shared {
 }
 
 impl Convergence {
-    /// Whether the view has converged, or will not any more.
+    /// Returns true if the view has converged, or will not any more.
     pub fn has_ended(&self) -> bool {
         self.shared.inner().outcome.is_some()
     }

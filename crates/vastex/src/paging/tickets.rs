@@ -91,7 +91,7 @@ impl Ticket {
         self.shared.inner().progress()
     }
 
-    /// Whether pages are still missing, and its deadline has not passed.
+    /// Returns true if pages are still missing and the ticket's deadline has not passed.
     pub fn is_open(&self) -> bool {
         self.shared.inner().is_open()
     }

@@ -23,7 +23,7 @@ pub enum Pace {
     /// Nothing is waited for: feedback and tiles act when they arrive. For anything that a person looks at.
     #[default]
     Realtime,
-    /// The same frames give the same pictures on every machine: the feedback of frame `n` acts in frame `n +
+    /// Equal frames give equal pictures on every machine: the feedback of frame `n` acts in frame `n +
     /// 2`, and a load takes a whole number of frames and is waited for. For tests and for rendering to files;
     /// not in a browser, where nothing may be waited for.
     LockStep {
@@ -116,7 +116,7 @@ pub struct Settings {
     /// ([`FeedbackMode::best`]). A mode that the device lacks is an error, but in a browser, whose limits do
     /// not say all that its device has.
     pub feedback: Option<FeedbackMode>,
-    /// Whether nearer is a larger depth in the application's passes: feedback targets are then cleared to 0
+    /// True if nearer is a larger depth in the application's passes: feedback targets are then cleared to 0
     /// instead of 1. By default it is not.
     pub reversed_depth: bool,
     /// The group and the first binding at which the application's shaders see the textures. A group of its
@@ -127,7 +127,7 @@ pub struct Settings {
     pub unknown_color: [f32; 4],
     /// How the loop keeps time. [`Pace::Realtime`] by default.
     pub pace: Pace,
-    /// Whether pages that a source says have the same content
+    /// True if pages that a source says have the same content
     /// ([`TileSource::contents`](crate::TileSource::contents)) share a load and a slot. To be switched off
     /// only to see what that saves. On by default.
     pub share_contents: bool,

@@ -23,7 +23,7 @@ pub struct PoolRule {
     pub formats: Option<Vec<LayerFormat>>,
     /// Texels per side of a tile, border included, at least; of one that is not square, of its longer side.
     pub tile_min: Option<u32>,
-    /// The same at most.
+    /// Texels per side of a tile, border included, at most; of one that is not square, of its longer side.
     pub tile_max: Option<u32>,
     /// What is set.
     pub tuning: PoolTuning,
@@ -35,12 +35,12 @@ pub struct PoolTuning {
     /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see
     /// [`PoolEstimate`] (which is 1 GiB at most) and [`Settings::picture`](crate::Settings::picture).
     pub bytes: Option<u64>,
-    /// Whether the size is multiplied by the factor of the pool's scale group; unset, it is not.
+    /// `Some(true)` multiplies the size by the factor of the pool's scale group; unset, it is not multiplied.
     pub allow_size_scale: Option<bool>,
     /// The scale group, 0 to 2; unset, 0.
     pub scale_group: Option<u8>,
-    /// Whether the picture may become coarser where the pool is too small; unset, it may. Where it may not,
-    /// what came first is shown, and the rest by its ancestors.
+    /// `Some(false)` keeps the picture from becoming coarser where the pool is too small; unset, it may.
+    /// Where it may not, what came first is shown, and the rest by its ancestors.
     pub residency_mip_bias: Option<bool>,
     /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted
     /// share the largest.

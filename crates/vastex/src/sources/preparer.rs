@@ -130,7 +130,7 @@ impl Preparer {
         self.read_with(source, TextureSettings::default()).await
     }
 
-    /// The same for a texture with settings of its own.
+    /// Reads and prepares a texture as [`Preparer::read`] does, with settings of its own.
     pub async fn read_with(
         &self,
         source: Arc<dyn TileSource>,

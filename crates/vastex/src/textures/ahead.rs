@@ -123,7 +123,7 @@ impl Ahead<'_> {
         FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
 
-    /// Whether [`Ahead::feedback`] would draw: not while pages in view wait for the in-flight budget.
+    /// Returns true if [`Ahead::feedback`] would draw: not while pages in view wait for the in-flight budget.
     pub fn can_look_ahead(&self) -> bool {
         !self.textures.paging.pager().is_short_of_bandwidth()
     }

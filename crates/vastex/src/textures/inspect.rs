@@ -45,7 +45,7 @@ impl<'a> Inspect<'a> {
         self.textures.paging.frame()
     }
 
-    /// Whether, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
+    /// Returns true if, for a whole jitter cycle, no page was newly wanted and none was missing, in any pool.
     pub fn is_converged(&self) -> bool {
         self.textures.paging.pager().is_converged() && self.textures.is_seen_whole()
     }

@@ -48,8 +48,8 @@ impl Pixels<'_> {
         self.textures.watch.poll_explained(self.textures.paging.pager())
     }
 
-    /// The same, for which it waits; `None` if nothing was asked. Not for browsers, where nothing can be
-    /// waited for.
+    /// Waits for the answer to the oldest question of [`Pixels::explain`]; `None` if nothing was asked. Not
+    /// for browsers, where nothing can be waited for.
     pub fn wait(&mut self) -> Result<Option<ExplainedPixel>, Error> {
         self.textures.watch.wait_explained(
             self.textures.gpu.device(),

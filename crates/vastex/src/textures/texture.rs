@@ -77,7 +77,7 @@ impl<'a> TextureRef<'a> {
         self.pool().map_or(0, |pool| self.textures.paging.pager().pool(pool).bias_eighths())
     }
 
-    /// Its name for people, if it was given one.
+    /// The texture's name for people, if it was given one.
     pub fn name(&self) -> Option<&'a str> {
         self.textures.watch.name(self.id.number())
     }

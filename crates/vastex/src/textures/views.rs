@@ -95,9 +95,9 @@ impl ViewRef<'_> {
         self.textures.gpu.view_number(self.id)
     }
 
-    /// Whether the view has been drawn for a whole jitter cycle since it last jumped, one of rays for as many
-    /// as they need ([`ViewMut::set_bricks_of_a_ray`]), and all that it wanted in that is in the pools at the
-    /// bias in force, or could not be had; whatever other views want. A second
+    /// Returns true if the view has been drawn for a whole jitter cycle since it last jumped, one of rays for
+    /// as many as they need ([`ViewMut::set_bricks_of_a_ray`]), and all that it wanted in that is in the
+    /// pools at the bias in force, or could not be had; whatever other views want. A second
     /// view at the place where the camera will cut to warms the pools for it, and says so here. Costs a visit
     /// of each page of the working sets.
     pub fn is_converged(&self) -> bool {

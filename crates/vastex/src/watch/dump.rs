@@ -17,36 +17,37 @@ pub struct PoolDump {
 /// What is in a pool.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DumpedPool {
-    /// Its number.
+    /// Number of the pool.
     pub pool: u16,
-    /// Its tiles, for people: size in texels, formats of the layers.
+    /// The pool's tiles, for people: size in texels, formats of the layers.
     pub tiles: String,
-    /// Its bytes in GPU memory; 0 while it has no textures.
+    /// The pool's bytes in GPU memory; 0 while it has no textures.
     pub bytes: u64,
-    /// Its slots.
+    /// Slots of the pool.
     pub slots: u32,
     /// Slots that hold a tile.
     pub occupied: u32,
     /// The pages whose tiles those are: more, where pages of the same content share one.
     pub pages: u32,
-    /// Those of them that are not given up whatever is in view: tails, and what is pinned by hand.
+    /// Slots that are not given up whatever is in view: tails, and what is pinned by hand.
     pub locked: u32,
     /// The mip bias in force, in levels.
     pub bias: f64,
-    /// Its textures, the one with the most pages first.
+    /// The pool's textures, the one with the most pages first.
     pub textures: Vec<DumpedTexture>,
 }
 
 /// What a pool holds of one texture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DumpedTexture {
-    /// Its number.
+    /// Number of the texture.
     pub texture: u16,
     /// The name that the application gave it, if it did.
     pub name: Option<String>,
-    /// Its pages whose tiles are in slots, its tail among them.
+    /// The texture's pages whose tiles are in slots, the tail among them.
     pub pages: u32,
-    /// The same by level, finest first, levels without pages left out; the tail counts as its finest level.
+    /// The texture's pages in slots by level, finest first, levels without pages left out; the tail counts as
+    /// its finest level.
     pub levels: Vec<LevelPages>,
     /// The finest level that may be shown or asked for.
     pub finest: u8,
@@ -61,7 +62,7 @@ pub struct DumpedTexture {
 pub struct LevelPages {
     /// The level.
     pub level: u8,
-    /// Its pages.
+    /// Pages of that level whose tiles are in slots.
     pub pages: u32,
 }
 

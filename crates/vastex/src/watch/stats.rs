@@ -9,9 +9,9 @@ use vastex_core::{PoolId, Stats};
 pub struct PoolStats {
     /// The pool, as events name it.
     pub pool: PoolId,
-    /// Its tiles, for people: size in texels, formats of the layers.
+    /// The pool's tiles, for people: size in texels, formats of the layers.
     pub tiles: Arc<str>,
-    /// Its bytes in GPU memory; 0 while it has no textures.
+    /// The pool's bytes in GPU memory; 0 while it has no textures.
     pub bytes: u64,
     /// Of its pager: slots, the working set, loads and evictions.
     pub pager: Stats,
@@ -29,13 +29,14 @@ impl PoolStats {
         (u64::from(self.pager.slots) * 9 / 10) as u32
     }
 
-    /// Whether all that is wanted now takes no more than 80 % of the slots, so that a mip bias that is still
-    /// in force falls.
+    /// Returns true if all that is wanted now takes no more than 80 % of the slots, so that a mip bias that
+    /// is still in force falls.
     pub fn fits(&self) -> bool {
         u64::from(self.pager.wanted) * 5 <= u64::from(self.pager.slots) * 4
     }
 
-    /// Whether the pool is too small for what views want now: it is shown coarser than that, and will be.
+    /// Returns true if the pool is too small for what views want now: it is shown coarser than that, and will
+    /// be.
     pub fn is_oversubscribed(&self) -> bool {
         let Stats { wanted, slots, bias_eighths, .. } = self.pager;
         bias_eighths > 0 && !self.fits() || wanted > slots
@@ -55,7 +56,7 @@ pub struct FrameStats {
     pub frame: u64,
     /// Of all pools together: slots, the working sets, loads and evictions; the largest mip bias of any.
     pub pager: Stats,
-    /// Whether, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
+    /// True if, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
     pub converged: bool,
     /// Bytes of all pools in GPU memory.
     pub pool_bytes: u64,

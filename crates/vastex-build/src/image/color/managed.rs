@@ -21,8 +21,8 @@ const PIECE_BYTES: usize = 256 << 10;
 /// What a table of the profile takes once it is floats, for each of its bytes.
 const TABLE_SCALE: u64 = 4;
 
-/// The same image as a picture: in sRGB, or in its light where the image is linear, with no profile left in
-/// the header.
+/// The image that `inner` reads, as a picture: in sRGB, or in its light where the image is linear, with no
+/// profile left in the header.
 ///
 /// Grey and colours of 8 and 16 bits are converted by rows, alpha is kept. A notice tells what was converted,
 /// and why a profile was not followed. Images whose numbers are no colours are better read as they are.

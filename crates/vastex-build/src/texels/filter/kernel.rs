@@ -71,19 +71,19 @@ impl Kernel {
         }
     }
 
-    /// Whether a texel is one of those that it is made of and no mixture. (Two steps of `min` or `max` are
-    /// the same as one of twice the factor.)
+    /// Returns true if a filtered texel is one of those that it is made of, and no mixture. (Two steps of
+    /// `min` or `max` are the same as one of twice the factor.)
     pub const fn picks(self) -> bool {
         matches!(self, Kernel::Min | Kernel::Max | Kernel::Majority | Kernel::Nearest)
     }
 
-    /// Whether values that it is meant for may be mixed where they are sampled: not where it picks because a
-    /// mixture would mean nothing.
+    /// Returns true if values that the kernel is meant for may be mixed where they are sampled: not for those
+    /// that pick because a mixture would mean nothing.
     pub const fn may_mix(self) -> bool {
         !matches!(self, Kernel::Majority | Kernel::Nearest)
     }
 
-    /// Whether the kernel has an odd number of texels and so keeps their positions.
+    /// Returns true if the kernel has an odd number of texels and so keeps their positions.
     pub const fn is_odd(self) -> bool {
         matches!(self, Kernel::Gauss3 | Kernel::Sharpen5)
     }

@@ -34,7 +34,7 @@ impl Meaning {
         }
     }
 
-    /// Whether values of a format can have this meaning.
+    /// Returns true if values of a format can have this meaning.
     pub const fn suits(self, format: LayerFormat) -> bool {
         match self {
             Meaning::Stored => true,

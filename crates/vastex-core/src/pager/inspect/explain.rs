@@ -34,7 +34,7 @@ pub enum Wait {
     Representative {
         /// The page that is loaded for both.
         page: PageId,
-        /// Whether that page is of an image or of a volume.
+        /// What that page is of: an image or a volume.
         dims: Dims,
     },
     /// The page's tile is in main memory, and so many others are uploaded before it, as the upload budget
@@ -71,7 +71,7 @@ pub struct Explanation {
     pub pool: PoolId,
     /// The frame of which this is true.
     pub frame: u64,
-    /// Whether the texture is an image or a volume.
+    /// What the texture is: an image or a volume.
     pub dims: Dims,
     /// What is wanted at mip bias 0, and how far into its level, in eighths.
     pub wanted: WantedPage,
@@ -87,7 +87,8 @@ pub struct Explanation {
     pub wait: Option<Wait>,
     /// Loads of it that failed in a row.
     pub failures: u32,
-    /// Whether its content has changed, so that what is shown is out of date until its new tile is here.
+    /// True if the page's content has changed, so that what is shown is out of date until its new tile is
+    /// here.
     pub is_stale: bool,
     /// Pages in its slot, itself included; 0 where it is in none.
     pub in_slot: u32,

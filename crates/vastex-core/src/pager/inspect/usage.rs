@@ -31,7 +31,7 @@ pub struct PoolUsage {
     pub locked: u32,
     /// The mip bias in force, in eighths of a level.
     pub bias_eighths: u16,
-    /// Its textures, the one with the most pages first, among equals the one with the lowest number.
+    /// The pool's textures, the one with the most pages first, among equals the one with the lowest number.
     pub textures: Vec<TextureUsage>,
 }
 
@@ -54,9 +54,9 @@ pub struct SlotUsage {
     pub page: PageId,
     /// Pages whose tile it is.
     pub pages: u32,
-    /// Whether any of them is in view, at the mip bias in force.
+    /// True if any page of the slot is in view, at the mip bias in force.
     pub is_in_view: bool,
-    /// Whether it holds a tail, or what an application pins.
+    /// True if the slot holds a tail, or what an application pins.
     pub is_locked: bool,
 }
 

@@ -41,13 +41,13 @@ pub struct PrefetchSets {
 /// Why bytes are no prefetch sets.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetsError {
-    /// They begin otherwise.
+    /// The bytes do not begin with the letters of prefetch sets.
     #[error("not prefetch sets: it does not begin with the letters VXSETS; make them with `vastex learn`")]
     NotSets,
-    /// They are of another version.
+    /// The prefetch sets are of a version that is not read.
     #[error("prefetch sets of version {0}, and this program reads versions {old} and {new}; learn them again", old = codec::OLD_SHAPES, new = codec::VERSION)]
     Version(u32),
-    /// They are damaged.
+    /// The prefetch sets are damaged.
     #[error("the prefetch sets are damaged: {0}; copy or learn them again")]
     Damaged(#[from] FileError),
     /// The parts do not fit one another.

@@ -61,15 +61,15 @@ pub enum TraceRecordError {
 /// Why bytes are no trace.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TraceError {
-    /// They begin otherwise.
+    /// The bytes do not begin with the letters of a trace.
     #[error(
         "not a trace: it does not begin with the letters VXTRACE; record one with `vastex render --record-trace`"
     )]
     NotATrace,
-    /// They are of another version.
+    /// The trace is of a version that is not read.
     #[error("a trace of version {0}, and this program reads versions {old} to {new}; record it again", old = codec::WITHOUT_PLACES, new = codec::VERSION)]
     Version(u32),
-    /// They are damaged.
+    /// The trace is damaged.
     #[error("the trace is damaged: {0}; copy or record it again")]
     Damaged(#[from] FileError),
     /// The parts do not fit one another.

@@ -17,9 +17,9 @@ pub(super) struct Beside {
 /// How a view beside the main one looks at a crowd.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Watch {
-    /// Its cameras are so many frames ahead on their paths.
+    /// The view's cameras are so many frames ahead on their paths.
     pub ahead: u64,
-    /// It is drawn every so many frames; never where 0.
+    /// The view is drawn every so many frames; never where 0.
     pub every: u64,
 }
 

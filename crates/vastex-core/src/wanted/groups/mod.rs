@@ -34,7 +34,7 @@ impl GroupNumber {
 /// Why textures cannot be a group.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GroupError {
-    /// It would be empty.
+    /// The group would be empty.
     #[error("a group of no textures; name one at least")]
     Empty,
     /// There is no such texture.

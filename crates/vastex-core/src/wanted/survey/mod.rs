@@ -36,9 +36,9 @@ use walk::{Found, walk};
 /// A texture, as a survey needs it.
 #[derive(Clone, Copy, Debug)]
 pub struct SurveyedTexture<'a> {
-    /// Its number in page ids.
+    /// The texture's number in page ids.
     pub number: TextureNumber,
-    /// Its shape. Of a volume nothing is wanted.
+    /// The texture's shape. Of a volume nothing is wanted.
     pub geometry: &'a Geometry,
     /// How its levels are chosen.
     pub rule: LevelRule,

@@ -42,7 +42,7 @@ pub struct FlatSurface {
     pub along: [[f64; 3]; 2],
     /// How far the surface may lie above or below the plane; 0 where it is flat.
     pub relief: f64,
-    /// Its steepest slope against the plane, in radians, below a right angle.
+    /// The surface's steepest slope against the plane, in radians, below a right angle.
     pub slope: f64,
 }
 
@@ -76,7 +76,7 @@ impl Surface for FlatSurface {
 /// degrees, v the latitude, from north to south. Seen from outside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GlobeSurface {
-    /// Its centre.
+    /// The globe's centre.
     pub centre: [f64; 3],
     /// Radii along x (longitude 0), y (90 degrees east) and z (north).
     pub radii: [f64; 3],

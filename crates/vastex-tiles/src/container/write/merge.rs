@@ -53,7 +53,7 @@ pub enum MergeError {
     Mismatch {
         /// One of the two parts.
         one: PathBuf,
-        /// The other part.
+        /// The part that does not fit it.
         other: PathBuf,
         /// In what they differ.
         what: &'static str,

@@ -82,13 +82,13 @@ impl Palette {
         Palette { map, is_reversed: false }
     }
 
-    /// The other way round: the colour of 1 for 0.
+    /// This colour map the other way round: the colour of 1 for 0.
     #[must_use]
     pub const fn reversed(self) -> Palette {
         Palette { is_reversed: !self.is_reversed, ..self }
     }
 
-    /// Whether it is another way round than its name without `_r` says.
+    /// Returns true if the colour map is another way round than its name without `_r` says.
     pub const fn is_reversed(self) -> bool {
         self.is_reversed
     }

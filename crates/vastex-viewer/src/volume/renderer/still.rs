@@ -54,7 +54,7 @@ impl VolumeStill {
 /// What became of a mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StillStep {
-    /// It is of all pictures, and nothing was drawn.
+    /// The mean is of all pictures, and nothing was drawn.
     Rests,
     /// Rows were drawn, and there is nothing new to be seen.
     Goes,
@@ -63,9 +63,9 @@ pub enum StillStep {
 }
 
 impl VolumeRenderer {
-    /// Whether several pictures of a view make a better one, as [`VolumeDesc::passes`] wants: in the modes
-    /// whose samples add up, on devices that blend half floats. A maximum, a minimum and a surface are of one
-    /// picture, whose samples lie where they always do, and so are slices.
+    /// Returns true if several pictures of a view make a better one, as [`VolumeDesc::passes`] wants: in the
+    /// modes whose samples add up, on devices that blend half floats. A maximum, a minimum and a surface are
+    /// of one picture, whose samples lie where they always do, and so are slices.
     pub fn is_better_still(&self, view: &VolumeView) -> bool {
         let adds_up = matches!(self.desc.mode, VolumeMode::Average | VolumeMode::Emission);
         adds_up

@@ -10,7 +10,7 @@ use crate::volume::{VolumeBox, VolumeClip};
 pub struct ClipLook {
     /// Of each axis, from where to where something is seen, as shares of the box.
     pub shares: [[f64; 2]; 3],
-    /// Whether a plane hides what lies before it, as one looks along it.
+    /// True if a plane hides what lies before it, as one looks along it.
     pub has_plane: bool,
     /// Where that plane looks, in degrees as [`VolumeOrbit`] has them.
     pub plane_yaw: f64,

@@ -28,7 +28,7 @@ const MAX_FACTOR: f64 = 1024.0;
 /// Why a settings file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum SettingsError {
-    /// It cannot be read.
+    /// The settings file cannot be read.
     #[error("{file}: the settings cannot be read: {}", vastex_tiles::read_advice(.error))]
     Unreadable {
         /// The file.
@@ -36,7 +36,7 @@ pub enum SettingsError {
         /// What the system said.
         error: io::Error,
     },
-    /// It says something that is not understood.
+    /// The settings file says something that is not understood.
     #[error("{file}:{line}: {fault}")]
     Invalid {
         /// The file.
@@ -93,7 +93,8 @@ impl Settings {
         self.read_toml(&file, &text, Platform::current())
     }
 
-    /// The same from text; errors call it `file`. Where it fails, the settings are as they were.
+    /// Lays the text of a settings file over these settings; errors call it `file`. If it fails, the settings
+    /// are as they were.
     pub fn read_toml(
         &mut self,
         file: &str,

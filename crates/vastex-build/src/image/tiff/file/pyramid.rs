@@ -53,7 +53,7 @@ pub struct TiffOther {
     pub name: String,
     /// What the file calls it, if it does: OME-TIFF names its images.
     pub title: Option<String>,
-    /// Its columns and rows, as far as the file says them.
+    /// The image's columns and rows, as far as the file says them.
     pub size: [u64; 2],
 }
 
