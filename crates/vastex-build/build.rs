@@ -21,8 +21,8 @@ fn main() {
     }
 }
 
-/// Whether the configuration that mozjpeg-sys was compiled with names SIMD. The first of the directories that
-/// it tells of has it.
+/// Returns true if the configuration that mozjpeg-sys was compiled with names SIMD. The first of the
+/// directories that it tells of has it.
 fn has_simd() -> bool {
     let Some(directories) = std::env::var_os("DEP_JPEG_INCLUDE") else { return false };
     let config = |directory: &Path| std::fs::read_to_string(directory.join("jconfig.h")).unwrap_or_default();

@@ -39,7 +39,7 @@ struct Case {
     /// Runs: fewer of what takes long.
     runs: usize,
     is_held_whole: bool,
-    /// Whether frames are drawn without a pause until the source is there.
+    /// True if frames are drawn without a pause until the source is there.
     is_restless: bool,
 }
 

@@ -23,10 +23,10 @@ pub(crate) struct Figures {
     /// The profile that it is built with.
     profile: &'static str,
     report: &'static str,
-    /// Whether it is given a container of the real Earth.
+    /// True if it is given a container of the real Earth.
     reads_earth: bool,
     introduction: &'static str,
-    /// Whether parts of it may be run alone, by their names.
+    /// True if parts of it may be run alone, by their names.
     sections: bool,
 }
 

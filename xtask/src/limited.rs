@@ -61,7 +61,7 @@ impl Limited {
         self.child.id()
     }
 
-    /// Whether it has ended, without waiting for it.
+    /// Returns true if it has ended, without waiting for it.
     pub fn has_ended(&mut self) -> Result<bool> {
         Ok(self.child.try_wait()?.is_some())
     }
@@ -88,7 +88,7 @@ impl Limited {
         Ok(Output { status, stdout: taken(&self.stdout), stderr: taken(&self.stderr) })
     }
 
-    /// Whether both of its outputs are closed, which is waited for until then.
+    /// Returns true if both of its outputs are closed, which is waited for until then.
     fn is_closed_before(&self, deadline: Instant) -> bool {
         loop {
             match self.closed.recv_timeout(deadline.saturating_duration_since(Instant::now())) {

@@ -15,7 +15,7 @@ pub(crate) struct Need {
     what: &'static str,
     /// What it is needed for.
     why: &'static str,
-    /// Whether the machine has it.
+    /// True if the machine has it.
     present: fn() -> bool,
     /// The packages that bring it, on Debian and Ubuntu.
     debian: &'static [&'static str],
@@ -190,8 +190,8 @@ fn has_graphics_driver() -> bool {
     loader && drives(&driver_manifests(), gpu)
 }
 
-/// Whether one of these Vulkan drivers has something to drive: a hardware driver on a machine without a GPU
-/// has not.
+/// Returns true if one of these Vulkan drivers has something to drive: a hardware driver on a machine without
+/// a GPU has not.
 fn drives(manifests: &[PathBuf], gpu: bool) -> bool {
     let software = |manifest: &PathBuf| {
         let name = manifest.file_name().unwrap_or_default().to_string_lossy();

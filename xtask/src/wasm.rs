@@ -73,7 +73,8 @@ pub(crate) fn build_program(package: &str) -> Result<Option<PathBuf>> {
     Ok(Some(directory.join(TARGET).join("debug").join(name)))
 }
 
-/// Whether cargo says that one of the crates has warnings, as it does also where nothing was compiled anew.
+/// Returns true if cargo says that one of the crates has warnings, as it does also where nothing was compiled
+/// anew.
 fn is_warned(line: &str) -> bool {
     let rest = line.strip_prefix("warning: `").and_then(|rest| rest.split_once('`'));
     rest.is_some_and(|(name, rest)| CRATES.contains(&name) && rest.contains("generated"))

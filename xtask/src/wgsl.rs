@@ -65,7 +65,7 @@ pub(crate) fn mixed(text: &str) -> Vec<Mixed> {
 struct Expression<'a> {
     operators: Vec<&'a str>,
     line: usize,
-    /// Whether an operand stands before what comes next, so that an operator there has two.
+    /// True if an operand stands before what comes next, so that an operator there has two.
     has_operand: bool,
 }
 

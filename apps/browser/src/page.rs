@@ -33,7 +33,7 @@ impl Page {
         self.0.adapter()
     }
 
-    /// Whether every picture has been drawn.
+    /// Returns true if every picture has been drawn.
     pub fn is_done(&self) -> bool {
         self.0.is_done()
     }

@@ -155,7 +155,7 @@ impl Show {
         self.gpu.adapter_name()
     }
 
-    /// Whether every picture has been drawn.
+    /// Returns true if every picture has been drawn.
     pub fn is_done(&self) -> bool {
         self.left.is_empty() && self.drawing.is_none()
     }

@@ -61,7 +61,7 @@ pub enum ReferenceKind {
 /// How a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// Whether the last view had converged, with all its tiles there.
+    /// True if the last view had converged, with all its tiles there.
     pub converged: bool,
     /// The loop at the end.
     pub stats: FrameStats,
@@ -447,7 +447,7 @@ impl Offscreen {
         places(shown, pose, self.canvas.size()).into_iter().map(|place| Some(place?.texels)).collect()
     }
 
-    /// Whether a view of this pose is drawn in fixed point.
+    /// Returns true if a view of this pose is drawn in fixed point.
     pub fn is_in_fixed_point(&self, pose: &Pose) -> bool {
         self.renderer.anchor(&self.textures, pose, self.canvas.size()).is_some()
     }

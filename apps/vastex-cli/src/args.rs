@@ -380,7 +380,8 @@ impl SceneArgs {
         self.view_text(size).map(|view| view.pose)
     }
 
-    /// Whether black and white of what is shown are nobody's choice: neither options nor a view say them.
+    /// Returns true if black and white of what is shown are nobody's choice: neither options nor a view say
+    /// them.
     pub(crate) fn range_is_free(&self) -> bool {
         let named = self.view_text([1; 2]).is_some_and(|view| view.names_layers());
         self.layers.range_is_free() && !named
@@ -395,7 +396,7 @@ impl SceneArgs {
         })
     }
 
-    /// Whether one opaque layer is shown.
+    /// Returns true if one opaque layer is shown.
     fn shows_one_layer(&self) -> bool {
         matches!(&self.shown().layers[..], [layer] if layer.is_visible && layer.opacity >= 1.0)
     }

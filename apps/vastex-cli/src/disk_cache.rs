@@ -43,7 +43,7 @@ fn shared(directory: &Path, bytes: u64) -> Opened {
     Ok(tier)
 }
 
-/// Whether two paths lead to one directory that is there.
+/// Returns true if two paths lead to one directory that is there.
 fn same_file(one: &Path, other: &Path) -> bool {
     matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }

@@ -58,7 +58,7 @@ struct LackingSource {
     source: Arc<VolumeSource>,
     /// Ends its turn, or the making of its levels once it is not among the others any more.
     stop: Arc<AtomicBool>,
-    /// Whether it is seen now.
+    /// True if it is seen now.
     is_seen: bool,
     /// Its last turn.
     turn: u64,
@@ -167,7 +167,7 @@ impl LevelMaker {
         }
     }
 
-    /// Whether nothing is left to be made. What changed last may not have been taken yet.
+    /// Returns true if nothing is left to be made. What changed last may not have been taken yet.
     pub(crate) fn is_done(&self) -> bool {
         // A thread that has ended, ended by a fault: nothing more comes of it.
         let is_working = self.thread.as_ref().is_some_and(|thread| !thread.is_finished());

@@ -42,7 +42,7 @@ impl PictureOutput {
         }
     }
 
-    /// Whether every picture of a path is wanted.
+    /// Returns true if every picture of a path is wanted.
     pub(crate) fn is_sequence(&self) -> bool {
         matches!(self, PictureOutput::Numbered(_) | PictureOutput::Raw(_))
     }
@@ -144,7 +144,7 @@ impl NumberedName {
         }))
     }
 
-    /// Whether a file has a name that a picture may get.
+    /// Returns true if a file has a name that a picture may get.
     pub(crate) fn may_name(&self, file: &Path) -> bool {
         let directory = |path: &Path| {
             let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };

@@ -171,7 +171,7 @@ fn check_free(target: &Path, may_replace: fn(&Path) -> bool) -> Result<(), Strin
     }
 }
 
-/// Whether a directory has nothing in it, as far as that can be told.
+/// Returns true if a directory has nothing in it, as far as that can be told.
 fn is_empty(directory: &Path) -> bool {
     fs::read_dir(directory).is_ok_and(|mut entries| entries.next().is_none())
 }

@@ -51,7 +51,7 @@ fn start(threads: usize, begin: fn()) -> Result<ThreadPool, ThreadsError> {
         .map_err(|e| ThreadsError { threads, why: e.to_string() })
 }
 
-/// Whether threads of one program have priorities of their own that may be lowered.
+/// True if threads of one program have priorities of their own that may be lowered.
 const CAN_GIVE_WAY: bool = cfg!(target_os = "linux");
 /// By how much less urgent threads are that give way, of the 20 steps that there are: beside a busy thread
 /// they get a tenth of a core, so that what they do always goes on.

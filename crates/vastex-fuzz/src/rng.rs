@@ -22,7 +22,7 @@ impl Rng {
         (self.next() % end.max(1) as u64) as usize
     }
 
-    /// Whether something happens that happens once in `n` times.
+    /// Returns true if something happens that happens once in `n` times.
     pub(crate) fn one_in(&mut self, n: usize) -> bool {
         self.below(n) == 0
     }

@@ -191,7 +191,7 @@ impl ChunkList {
         self.coords.chunks_exact(self.cell.len().max(1))
     }
 
-    /// Whether it has chunks, and not shards of which it is not known what they hold.
+    /// Returns true if it has chunks, and not shards of which it is not known what they hold.
     pub(crate) fn is_of_chunks(&self) -> bool {
         self.cell.iter().all(|count| *count == 1)
     }
@@ -218,7 +218,7 @@ pub(crate) trait ChunkSource: Send + Sync {
         vec![None; coords.len() / axes]
     }
 
-    /// Whether another is about to have a chunk.
+    /// Returns true if another is about to have a chunk.
     fn is_under_way(&self, _coords: &[u64]) -> bool {
         false
     }

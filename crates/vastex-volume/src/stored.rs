@@ -50,7 +50,7 @@ impl StoredChunks {
         Some(StoredChunks { grid: grid.clone(), cell: list.cell.clone(), bits, numbers })
     }
 
-    /// Whether all chunks are stored, or all shards there, so that none is known to be absent.
+    /// Returns true if all chunks are stored, or all shards there, so that none is known to be absent.
     pub(crate) fn are_all(&self) -> bool {
         let sides = self.grid.shape.iter().zip(&self.grid.chunk).zip(&self.cell);
         let cells = sides.map(|((side, chunk), cell)| side.div_ceil(*chunk).div_ceil(*cell));
@@ -70,7 +70,7 @@ impl StoredChunks {
         counted.min(most)
     }
 
-    /// Whether a chunk of a box may be stored, of a channel and a time.
+    /// Returns true if a chunk of a box may be stored, of a channel and a time.
     pub(crate) fn has_any(&self, of: &ChunkBox, plane: (u64, u64)) -> bool {
         self.count(of, plane, 1) > 0
     }

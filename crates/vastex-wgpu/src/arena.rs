@@ -131,7 +131,7 @@ mod tests {
             }
         }
 
-        /// Whether somewhere so many entries are free in a row, from a multiple of them on.
+        /// Returns true if somewhere so many entries are free in a row, from a multiple of them on.
         fn has_room(&self, entries: u32, capacity: u32) -> bool {
             (0..capacity / entries).any(|n| {
                 let mut places = (n * entries..(n + 1) * entries).map(|at| at as usize);

@@ -98,8 +98,8 @@ pub(crate) fn guarded<T>(device: &wgpu::Device, bytes: u64, make: impl FnOnce() 
     }
 }
 
-/// Whether the device refuses to make something. Where the answer comes only later, as in a browser, it is
-/// taken to be no.
+/// Returns true if the device refuses to make something. Where the answer comes only later, as in a browser,
+/// it is taken to be no.
 pub(crate) fn refused<T>(device: &wgpu::Device, make: impl FnOnce() -> T) -> bool {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let made = make();

@@ -114,7 +114,7 @@ impl Stages {
     }
 }
 
-/// Whether stages may see a storage buffer.
+/// Returns true if stages may see a storage buffer.
 fn has_storage(device: &wgpu::Device, visibility: wgpu::ShaderStages, read_only: bool) -> bool {
     let ty = whole_buffer(wgpu::BufferBindingType::Storage { read_only });
     let entry = wgpu::BindGroupLayoutEntry { binding: 0, visibility, ty, count: None };

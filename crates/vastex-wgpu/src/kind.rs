@@ -265,7 +265,7 @@ impl Kinds {
         self.fade
     }
 
-    /// Whether members are of these dimensions.
+    /// Returns true if members are of these dimensions.
     pub(crate) fn has(&self, dims: Dims) -> bool {
         self.pools.iter().any(|pool| pool.dims == dims)
     }

@@ -112,8 +112,8 @@ impl Mapping {
     }
 }
 
-/// Whether commands that map this buffer were submitted: from then on no other commands may use it. Where
-/// they were not, it is cleared.
+/// Returns true if commands that map this buffer were submitted: from then on no other commands may use it.
+/// Where they were not, it is cleared.
 fn is_submitted(device: &wgpu::Device, queue: &wgpu::Queue, buffer: &wgpu::Buffer) -> bool {
     refused(device, || {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -254,7 +254,7 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
     constants
 }
 
-/// Whether a way to read a layer reads images or volumes.
+/// What a way to read a layer reads: images or volumes.
 fn dims_of(kinds: &Kinds, read: &TextRead) -> Dims {
     kinds.text_pools()[kinds.layers()[read.layer].pool].dims
 }
@@ -338,7 +338,7 @@ fn shared_modules(kinds: &Kinds) -> Vec<&'static str> {
     modules
 }
 
-/// Whether a filter takes taps beyond the four of a place.
+/// Returns true if a filter takes taps beyond the four of a place.
 fn reaches(filter: Filter) -> bool {
     matches!(filter, Filter::Anisotropic(_) | Filter::Bicubic)
 }

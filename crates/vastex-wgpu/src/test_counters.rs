@@ -32,7 +32,7 @@ pub fn fail_after(steps: Option<u32>) -> bool {
     STEPS_TO_FAILURE.replace(steps).is_some()
 }
 
-/// Whether this step is the one to fail.
+/// Returns true if this step is the one to fail.
 pub(crate) fn is_to_fail() -> bool {
     let left = STEPS_TO_FAILURE.get();
     STEPS_TO_FAILURE.set(left.and_then(|left| left.checked_sub(1)));

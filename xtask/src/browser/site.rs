@@ -18,7 +18,7 @@ pub(crate) trait Site {
     /// The answer to what is asked at a path.
     fn respond(&mut self, path: &str, body: &str) -> Answer;
 
-    /// Whether all pages have said all that they are to say.
+    /// Returns true if all pages have said all that they are to say.
     fn is_done(&self) -> bool;
 }
 

@@ -229,7 +229,7 @@ fn frames_are_played_in_few_places() -> Result<()> {
     Ok(())
 }
 
-/// Whether a file is part of a library or a program, and no test, example or benchmark.
+/// Returns true if a file is part of a library or a program, and no test, example or benchmark.
 fn is_shipped(path: &str) -> bool {
     !["/tests/", "/examples/", "/benches/", "/tests.rs"].iter().any(|part| path.contains(part))
 }

@@ -42,7 +42,7 @@ pub(crate) fn picture(gpu: &Gpu) -> [u32; 2] {
     if is_processor(gpu) { [320, 180] } else { [1920, 1080] }
 }
 
-/// Whether the adapter is a software driver.
+/// Returns true if the adapter is a software driver.
 pub(crate) fn is_processor(gpu: &Gpu) -> bool {
     gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
 }

@@ -17,7 +17,7 @@ pub(crate) struct CacheArgs {
 }
 
 impl CacheArgs {
-    /// Whether nothing is to be kept.
+    /// Returns true if nothing is to be kept.
     #[cfg(feature = "build")]
     pub(crate) fn is_off(&self) -> bool {
         self.cache.as_ref().is_some_and(|cache| cache.as_os_str() == "off")

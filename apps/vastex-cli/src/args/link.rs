@@ -41,7 +41,7 @@ pub(super) fn link_of(source: &Path) -> Result<Option<Link>, clap::Error> {
     Ok(Some(link))
 }
 
-/// Whether words of a command line are meant as a link.
+/// Returns true if words of a command line are meant as a link.
 #[cfg(feature = "view")]
 pub(crate) fn is_link(words: &Path) -> bool {
     words.to_str().is_some_and(Link::is_link)

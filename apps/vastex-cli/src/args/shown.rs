@@ -66,14 +66,14 @@ impl ShownArgs {
         layers
     }
 
-    /// Whether layers are named, or a range of the first one.
+    /// Returns true if layers are named, or a range of the first one.
     pub(super) fn are_named(&self) -> bool {
         !self.layers.is_empty()
             || self.layer_shown.is_some()
             || self.range.is_some_and(|range| range != [0.0, 1.0])
     }
 
-    /// Whether black and white of what is shown are nobody's choice.
+    /// Returns true if black and white of what is shown are nobody's choice.
     pub(super) fn range_is_free(&self) -> bool {
         self.layers.is_empty() && self.range.is_none()
     }

@@ -198,7 +198,7 @@ impl RenderVolumeArgs {
         }
     }
 
-    /// Whether what is asked for goes together.
+    /// Checks that what is asked for goes together.
     pub(crate) fn check(&self) -> Result<(), clap::Error> {
         let wrong = |why: String| Err(value_error(&why));
         self.look.check()?;

@@ -162,7 +162,7 @@ impl VolumeLookArgs {
         Ok(())
     }
 
-    /// Whether what is asked for can be.
+    /// Checks that what is asked for can be.
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         if self.channels.len() > MOST_CHANNELS {
             return Err(value_error(&format!(

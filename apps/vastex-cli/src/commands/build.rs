@@ -43,7 +43,7 @@ fn end_now() -> ! {
     std::process::exit(INTERRUPTED.into());
 }
 
-/// Whether the work should stop.
+/// Returns true if the work should stop.
 pub(crate) fn is_interrupted() -> bool {
     INTERRUPT.load(Ordering::Relaxed)
 }

@@ -109,8 +109,8 @@ fn refuse_volume(_: &std::path::Path) -> Result<()> {
     Ok(())
 }
 
-/// Whether `output` is, or would be, a file of a tile directory, or one beside the text that describes such,
-/// in a directory.
+/// Returns true if `output` is, or would be, a file of a tile directory, or one beside the text that
+/// describes such, in a directory.
 fn is_within(source: &std::path::Path, output: &std::path::Path) -> bool {
     let is_text = source.extension().is_some_and(|ending| ending == "dzi" || ending == "ctx");
     let beside = source.parent().filter(|_| is_text);

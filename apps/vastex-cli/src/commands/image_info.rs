@@ -22,7 +22,7 @@ pub(super) struct ImageSummary {
     size: [u32; 2],
     /// What its texels are, such as `8-bit RGB`.
     texels: String,
-    /// Whether the file says that its colours are linear, not sRGB-encoded.
+    /// True if the file says that its colours are linear, not sRGB-encoded.
     is_linear: bool,
     /// Bytes of memory that reading it takes.
     memory: u64,

@@ -242,7 +242,7 @@ struct LayerSummary {
     scale: u32,
     /// What made the coarser levels, where the file says.
     filter: Option<String>,
-    /// Whether its values may be mixed where they are sampled.
+    /// True if its values may be mixed where they are sampled.
     mixable: bool,
     /// The value of texels without data, as texels store it; `nan` for what is no number.
     nodata: Option<String>,

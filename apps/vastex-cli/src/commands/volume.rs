@@ -17,7 +17,8 @@ use crate::report;
 /// Images of a list that are named to people.
 const MOST_NAMED: usize = 20;
 
-/// Whether `vastex info` tells of a path as a volume. A TIFF pyramid is none, whatever else lies in it.
+/// Returns true if `vastex info` tells of a path as a volume. A TIFF pyramid is none, whatever else lies in
+/// it.
 pub(crate) fn is_described_as_volume(path: &Path) -> bool {
     is_volume(path) && !is_pyramid(path)
 }

@@ -65,7 +65,7 @@ pub(crate) struct FileAbout {
     pub(crate) bands: Option<FileBands>,
     /// What `vastex info` says of it: a name and a value each.
     pub(crate) rows: Arc<[(String, String)]>,
-    /// Whether it is a generated planet.
+    /// True if it is a generated planet.
     pub(crate) is_generated: bool,
 }
 

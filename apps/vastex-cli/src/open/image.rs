@@ -139,7 +139,7 @@ fn at_a_share(
     Some(Arc::new(image))
 }
 
-/// Whether a file is something else than an image, about which others know more.
+/// Returns true if a file is something else than an image, about which others know more.
 pub(crate) fn is_no_image(fault: &InputFault) -> bool {
     matches!(
         fault,

@@ -55,7 +55,7 @@ pub(crate) struct Opened {
 pub(crate) struct OpenImage<'a> {
     /// Where its container is kept.
     pub(crate) cache: &'a CacheArgs,
-    /// Whether its left and right edges are neighbours, as on a globe.
+    /// True if its left and right edges are neighbours, as on a globe.
     pub(crate) wraps: bool,
     pub(crate) observer: &'a dyn OpenObserver,
 }
@@ -116,7 +116,8 @@ pub(crate) fn image_of_planet(source: &Path) -> Option<&Path> {
     words_of_planet(source)?.split_once(':').map(|(_, image)| Path::new(image))
 }
 
-/// Whether the words of a source name a generated planet: no mesh in uv shows where its smallest texels are.
+/// Returns true if the words of a source name a generated planet: no mesh in uv shows where its smallest
+/// texels are.
 pub(crate) fn is_generated(source: &Path) -> bool {
     words_of_planet(source).is_some()
 }
@@ -174,7 +175,7 @@ pub(crate) fn what_lies_at(source: &Path) -> Result<Lies> {
     Ok(if start.starts_with(CONTAINER) || start.is_empty() { Lies::Container } else { Lies::Other })
 }
 
-/// Whether a path means another image of a file, as `slide.svs:label` does.
+/// Returns true if a path means another image of a file, as `slide.svs:label` does.
 #[cfg(feature = "build")]
 fn is_image_in_file(path: &Path) -> bool {
     vastex_build::image_in_file(path).is_some()
@@ -198,8 +199,8 @@ pub(crate) fn source_file(source: &Path) -> &Path {
     file_of(image_of_planet(source).unwrap_or(source))
 }
 
-/// Whether `place` is the file that the words of a source mean, which is there: that of one of its images, or
-/// of a planet's continents.
+/// Returns true if `place` is the file that the words of a source mean, which is there: that of one of its
+/// images, or of a planet's continents.
 pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
     let file = source_file(source);
     matches!((file.canonicalize(), place.canonicalize()), (Ok(file), Ok(place)) if file == place)
@@ -223,7 +224,7 @@ fn of_volume(path: &Path) -> anyhow::Error {
     )
 }
 
-/// Whether a path is a volume that cannot be taken for an image: pages of TIFF can.
+/// Returns true if a path is a volume that cannot be taken for an image: pages of TIFF can.
 #[cfg(feature = "volumes")]
 pub(crate) fn is_volume(path: &Path) -> bool {
     let is_tiff = path
@@ -288,7 +289,7 @@ fn check_is_image(_: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Whether a file is sound, as far as is known, and of a kind that cannot be read.
+/// Returns true if a file is sound, as far as is known, and of a kind that cannot be read.
 #[cfg(feature = "build")]
 fn is_unsupported(error: &anyhow::Error) -> bool {
     let is = |fault: &vastex_build::InputFault| matches!(fault, vastex_build::InputFault::Unsupported { .. });
@@ -313,7 +314,7 @@ fn open_direct(path: &Path) -> Result<Arc<dyn TileSource>, vastex::Error> {
     Ok(Arc::new(container))
 }
 
-/// Whether a path is the directory of tiles of another program, or the file that describes one.
+/// Returns true if a path is the directory of tiles of another program, or the file that describes one.
 #[cfg(feature = "build")]
 pub(crate) fn is_directory_of_tiles(path: &Path) -> bool {
     (path.is_dir() || path.is_file()) && vastex_build::DirectorySource::open(path).is_ok()
@@ -325,7 +326,7 @@ pub(crate) fn is_directory_of_tiles(_: &Path) -> bool {
     false
 }
 
-/// Whether a directory looks like one of tiles, by a few names in it.
+/// Returns true if a directory looks like one of tiles, by a few names in it.
 #[cfg(feature = "build")]
 pub(crate) fn may_be_directory_of_tiles(path: &Path) -> bool {
     vastex_build::DirectorySource::may_be_at(path)

@@ -28,7 +28,7 @@ pub(crate) type MendObserver = Arc<dyn Fn(Mending) + Send + Sync>;
 /// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that
 /// opens it.
 pub(crate) trait OpenObserver {
-    /// Whether a person looks at something meanwhile, so that what is built gives way to that.
+    /// Returns true if a person looks at something meanwhile, so that what is built gives way to that.
     fn is_watched(&self) -> bool {
         false
     }
@@ -38,7 +38,7 @@ pub(crate) trait OpenObserver {
         None
     }
 
-    /// Whether previews are wanted at all.
+    /// Returns true if previews are wanted at all.
     fn wants_preview(&self) -> bool {
         false
     }

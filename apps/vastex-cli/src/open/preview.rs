@@ -24,7 +24,7 @@ pub(super) struct Preview<'a> {
     path: &'a Path,
     wraps: bool,
     observer: &'a dyn OpenObserver,
-    /// Whether a quick way was looked for.
+    /// True if a quick way was looked for.
     is_begun: bool,
     picture: Picture,
     /// Of the image, while another program builds it.
@@ -127,7 +127,7 @@ impl<'a> Preview<'a> {
         }
     }
 
-    /// Whether there is a picture that grows with the rows of an image.
+    /// Returns true if there is a picture that grows with the rows of an image.
     fn grow(&mut self, image: &ImageHeader) -> bool {
         if matches!(self.picture, Picture::None) {
             let halvings = MemoryImage::halvings_to_side(image, BUILT_SIDE);

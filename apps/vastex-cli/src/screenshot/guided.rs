@@ -21,7 +21,7 @@ pub(crate) struct Guided<'a> {
     pub(crate) texel_size: Option<&'a TexelSize>,
     pub(crate) shapes: Option<&'a Shapes>,
     pub(crate) is_settled: bool,
-    /// Whether anybody sees it; else there is no map.
+    /// True if anybody sees it; else there is no map.
     pub(crate) is_seen: bool,
 }
 

@@ -50,9 +50,9 @@ pub(crate) struct Shot {
     pub(crate) pose: Option<Pose>,
     pub(crate) options: DisplayOptions,
     pub(crate) overlay: Option<Overlay>,
-    /// Whether large texels are shown as they are, where no filter is asked for.
+    /// True if large texels are shown as they are, where no filter is asked for.
     pub(crate) may_be_crisp: bool,
-    /// Whether black and white are nobody's choice, and so those of the values.
+    /// True if black and white are nobody's choice, and so those of the values.
     pub(crate) range_is_free: bool,
     pub(crate) ground: Ground,
     /// Width and height in pixels.

@@ -52,7 +52,7 @@ pub(super) struct Bookmarks {
     views: Vec<Bookmark>,
     /// `None` if the system names no place for them.
     kept_in: Option<PathBuf>,
-    /// Whether it was said that they cannot be read or written.
+    /// True if it was said that they cannot be read or written.
     is_said: bool,
 }
 

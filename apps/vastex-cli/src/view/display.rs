@@ -55,7 +55,7 @@ impl<S> Display<S> {
         }
     }
 
-    /// Whether it is a source that is seen, and no preview.
+    /// Returns true if it is a source that is seen, and no preview.
     pub(super) fn is_source(&self) -> bool {
         matches!(self, Display::Source(_))
     }

@@ -27,9 +27,9 @@ pub(super) struct DisplaySettings {
     pub(super) scene: Scene,
     pub(super) options: DisplayOptions,
     pub(super) overlay: Option<Overlay>,
-    /// Whether large texels are shown as they are, where no filter is asked for.
+    /// True if large texels are shown as they are, where no filter is asked for.
     pub(super) may_be_crisp: bool,
-    /// Whether black and white of layers are nobody's choice, and so those of their values at first.
+    /// True if black and white of layers are nobody's choice, and so those of their values at first.
     pub(super) range_is_free: bool,
 }
 
@@ -59,9 +59,9 @@ pub(super) struct Displayed {
     /// The heights of the texture, once a scene has needed them, and by what they were looked for.
     relief: Option<Relief>,
     heights: Heights,
-    /// Whether one of the sources is a generated planet, and so all of them are drawn in fixed point.
+    /// True if one of the sources is a generated planet, and so all of them are drawn in fixed point.
     is_generated: bool,
-    /// Whether its texels are shown as they are, blended with nothing.
+    /// True if its texels are shown as they are, blended with nothing.
     is_crisp: bool,
     growth: Growth,
     /// Rows of a growing preview that were there when it was looked at last.
@@ -301,7 +301,7 @@ impl Displayed {
         }
     }
 
-    /// Whether all of its rows are there.
+    /// Returns true if all of its rows are there.
     pub(super) fn is_whole(&self) -> bool {
         matches!(self.growth, Growth::Whole)
     }

@@ -6,7 +6,7 @@ use glam::DVec2;
 use vastex_viewer::input::{Button, InputEvent, Key, Modifiers};
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 
-/// Whether the system goes on to scroll by itself when fingers leave a touchpad.
+/// True if the system goes on to scroll by itself when fingers leave a touchpad.
 const SYSTEM_HAS_MOMENTUM: bool = cfg!(any(target_os = "macos", target_os = "ios", target_os = "windows"));
 
 /// What an event is to the viewer, while Shift is held or not; `None` if it is none of keys and pointer.

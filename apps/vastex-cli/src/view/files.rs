@@ -49,12 +49,12 @@ impl Files {
         &self.files[self.current]
     }
 
-    /// Whether the window waits for a first file.
+    /// Returns true if the window waits for a first file.
     pub(super) fn are_none(&self) -> bool {
         self.current() == Path::new(NO_FILE)
     }
 
-    /// Whether there may be others to show, which were named or dropped.
+    /// Returns true if there may be others to show, which were named or dropped.
     pub(super) fn has_others(&self) -> bool {
         self.files.len() > 1 || self.dropped_at.is_some()
     }
@@ -106,8 +106,8 @@ fn folder_of(file: &Path) -> Option<(Vec<PathBuf>, usize)> {
     Some((files, current))
 }
 
-/// Whether something of a folder looks as if it can be shown, by its name and, of directories and archives,
-/// by names in it. No file but the beginning of an archive is read.
+/// Returns true if something of a folder looks as if it can be shown, by its name and, of directories and
+/// archives, by names in it. No file but the beginning of an archive is read.
 fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
     let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     let ending = name.rsplit_once('.').map_or("", |(_, ending)| ending);
@@ -132,7 +132,8 @@ fn may_be_shown(path: &Path, looked_into: &mut usize) -> bool {
     }
 }
 
-/// Whether an archive looks like one of Zarr: by its own name, or by the names of the first files in it.
+/// Returns true if an archive looks like one of Zarr: by its own name, or by the names of the first files in
+/// it.
 fn is_archive_of_volume(path: &Path, name: &str) -> bool {
     let mut bytes = Vec::new();
     let read = File::open(path).and_then(|file| file.take(BEGINNING).read_to_end(&mut bytes));
@@ -156,7 +157,7 @@ fn names_in_archive(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Whether a file in an archive is one of Zarr.
+/// Returns true if a file in an archive is one of Zarr.
 fn is_of_zarr(name: &[u8]) -> bool {
     let name = String::from_utf8_lossy(name);
     let mut parts = name.split('/');

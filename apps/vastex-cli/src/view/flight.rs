@@ -26,7 +26,7 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// Whether the camera is moved by a path.
+    /// Returns true if the camera is moved by a path.
     pub(super) fn is_playing(&self) -> bool {
         self.playing.is_some()
     }

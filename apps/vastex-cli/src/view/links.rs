@@ -35,7 +35,7 @@ pub(super) struct Linked {
 pub(super) struct AskedBefore {
     pub(super) first_layers: Vec<LayerOptions>,
     pub(super) settings: DisplaySettings,
-    /// Whether the files beside it that they ask for are yet to come.
+    /// True if the files beside it that they ask for are yet to come.
     pub(super) is_asked: bool,
 }
 

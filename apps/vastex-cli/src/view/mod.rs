@@ -163,12 +163,12 @@ struct App {
     files: Files,
     /// The files before one that a person chose in the window, until it can be shown.
     files_before: Option<Files>,
-    /// Whether the dialog for files is open.
+    /// True if the dialog for files is open.
     is_choosing: bool,
-    /// Whether what is chosen in it is to lie over what is displayed.
+    /// True if what is chosen in it is to lie over what is displayed.
     chooses_over: bool,
     input: Input,
-    /// Whether Shift is held.
+    /// True if Shift is held.
     is_shifted: bool,
     /// When the program began; times of input are told from then.
     begun: Instant,
@@ -187,7 +187,7 @@ struct App {
     /// The link that is being opened; and what was asked for before the one that was opened last.
     linked: Option<Linked>,
     before_link: Option<(AskedBefore, Arc<ViewArgs>, u64)>,
-    /// Whether they stay where they are when the file that is being opened is displayed.
+    /// True if they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
     flight: Flight,
     shots: Shots,
@@ -246,7 +246,8 @@ impl App {
         Ok(())
     }
 
-    /// Whether the window is opened for a test or a benchmark, and nobody is there to choose another file.
+    /// Returns true if the window is opened for a test or a benchmark, and nobody is there to choose another
+    /// file.
     fn is_measured(&self) -> bool {
         self.args.exit_after_frames.is_some() || self.args.times
     }

@@ -79,7 +79,7 @@ pub(super) struct PreparedSource {
     pub(super) growth: Growth,
 }
 
-/// Whether a source has all of its rows.
+/// How many of its rows a source has.
 #[derive(Clone)]
 pub(super) enum Growth {
     Whole,
@@ -184,7 +184,7 @@ impl Openings {
         self.current.as_ref().filter(|current| current.number == number)
     }
 
-    /// Whether a source is being opened.
+    /// Returns true if a source is being opened.
     pub(super) fn is_opening(&self) -> bool {
         self.current.is_some()
     }
@@ -224,7 +224,7 @@ impl Drop for Openings {
     }
 }
 
-/// Whether both paths are one, however they are written.
+/// Returns true if both paths are one, however they are written.
 fn is_same(path: &Path, other: &Path) -> bool {
     let [path, other] = [path, other].map(std::path::absolute);
     matches!((path, other), (Ok(path), Ok(other)) if path == other)

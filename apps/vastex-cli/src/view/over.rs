@@ -30,7 +30,7 @@ impl Over {
         Over { files: files.map(Path::to_owned).collect(), ..Over::default() }
     }
 
-    /// Whether this is the opening of one of them.
+    /// Returns true if this is the opening of one of them.
     pub(super) fn is_of(&self, opening: u64) -> bool {
         self.opening == Some(opening)
     }

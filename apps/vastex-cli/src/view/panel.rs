@@ -149,7 +149,7 @@ impl Panel {
         self.is_open = !self.is_open;
     }
 
-    /// Whether guides lie over an image.
+    /// Returns true if guides lie over an image.
     pub(super) fn guides_are_shown(&self) -> bool {
         self.guides_are_shown
     }
@@ -158,7 +158,7 @@ impl Panel {
         self.guides_are_shown = !self.guides_are_shown;
     }
 
-    /// Whether a line at the foot of the picture says what lies below the pointer.
+    /// Returns true if a line at the foot of the picture says what lies below the pointer.
     pub(super) fn values_are_shown(&self) -> bool {
         self.values_are_shown
     }

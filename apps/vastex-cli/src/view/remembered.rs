@@ -62,7 +62,7 @@ pub(super) struct KeptPool {
 }
 
 impl KeptPool {
-    /// Whether nothing is.
+    /// Returns true if nothing is.
     pub(super) fn is_empty(&self) -> bool {
         *self == KeptPool::default()
     }

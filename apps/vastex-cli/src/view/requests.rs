@@ -17,7 +17,7 @@ use super::{App, Message};
 use crate::args::is_link;
 use crate::open;
 
-/// Whether a path names bands of a file.
+/// Returns true if a path names bands of a file.
 fn is_bands(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.rsplit(':').next().is_some_and(|name| name.starts_with("bands=")))
 }

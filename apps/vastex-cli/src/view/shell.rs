@@ -24,9 +24,9 @@ use pasting::{Pasting, is_paste};
 /// What egui makes of an event.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Heard {
-    /// Whether it is of a panel, and of nothing else.
+    /// True if it is of a panel, and of nothing else.
     pub(super) is_taken: bool,
-    /// Whether a frame is due for it.
+    /// True if a frame is due for it.
     pub(super) is_stale: bool,
 }
 
@@ -100,7 +100,7 @@ impl Shell {
         self.state.egui_ctx().options(|options| options.theme_preference).into()
     }
 
-    /// Whether what is shown now is dark.
+    /// Returns true if what is shown now is dark.
     pub(super) fn is_dark(&self) -> bool {
         self.state.egui_ctx().theme() == egui::Theme::Dark
     }
@@ -110,13 +110,13 @@ impl Shell {
         self.painter = None;
     }
 
-    /// Whether keys are for a field, or for something that is open over the picture.
+    /// Returns true if keys are for a field, or for something that is open over the picture.
     fn takes_keys(&self) -> bool {
         let context = self.state.egui_ctx();
         context.egui_wants_keyboard_input() || egui::Popup::is_any_open(context)
     }
 
-    /// Whether a place of the window is a panel's, as the last run left it.
+    /// Returns true if a place of the window is a panel's, as the last run left it.
     fn is_over(&self, pixels: PhysicalPosition<f64>) -> bool {
         let context = self.state.egui_ctx();
         let pixels_per_point = f64::from(context.pixels_per_point());
@@ -285,7 +285,7 @@ impl Shell {
         self.painter.as_ref().filter(|painter| painter.format == format).map(|_| self.painters)
     }
 
-    /// Whether the pointer is over a panel.
+    /// Returns true if the pointer is over a panel.
     pub(super) fn is_over_panel(&self) -> bool {
         self.is_over
     }

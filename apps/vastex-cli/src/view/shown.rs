@@ -23,7 +23,7 @@ impl Shown {
         is_other
     }
 
-    /// Whether it is what an opening brought: the source, or what has come of it so far.
+    /// Returns true if it is what an opening brought: the source, or what has come of it so far.
     pub(super) fn is_of(&self, opening: u64) -> bool {
         self.opening == opening
     }
@@ -40,7 +40,7 @@ impl App {
         self.shown.path().unwrap_or(self.files.current())
     }
 
-    /// Whether what is seen is of the source that is being opened, and not of the one before.
+    /// Returns true if what is seen is of the source that is being opened, and not of the one before.
     pub(super) fn is_opening_shown(&self) -> bool {
         self.openings.first().is_some_and(|opening| self.shown.is_of(opening))
     }

@@ -114,7 +114,7 @@ enum Next {
 /// thread could be started.
 struct Reader {
     queue: Arc<Mutex<Queue>>,
-    /// Whether it is counted.
+    /// True if it is counted.
     counts: bool,
 }
 
@@ -317,7 +317,7 @@ impl VolumeWork {
         self.levels.changes()
     }
 
-    /// Whether levels are being made: the window is to look now and then what has changed.
+    /// Returns true if levels are being made: the window is to look now and then what has changed.
     pub(super) fn is_making(&self) -> bool {
         !self.levels.is_done()
     }

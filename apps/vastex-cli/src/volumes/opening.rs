@@ -55,9 +55,9 @@ fn usual_cache() -> Option<PathBuf> {
 /// Channels of a volume that is shown, at most.
 const MOST_CHANNELS: u64 = 4096;
 
-/// Whether the window shows a path as a volume: what cannot be an image, and of TIFF files the stacks that
-/// `vastex info` tells of as volumes, unless something is asked for that images alone have. Pages in red,
-/// green and blue of which nothing says that they are a stack are images.
+/// Returns true if the window shows a path as a volume: what cannot be an image, and of TIFF files the stacks
+/// that `vastex info` tells of as volumes, unless something is asked for that images alone have. Pages in
+/// red, green and blue of which nothing says that they are a stack are images.
 pub(crate) fn opens_as_volume(path: &Path, args: &ViewArgs) -> bool {
     let is_stack = || volume::is_described_as_volume(path) && !vastex_volume::are_pictures(path);
     open::is_volume(path) || (is_stack() && args.check_of_volume().is_ok())

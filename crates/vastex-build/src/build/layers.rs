@@ -25,7 +25,7 @@ pub(crate) struct OpenLayer {
     pub(crate) layer: Layer,
     /// As asked for.
     filter: Option<LayerFilter>,
-    /// Whether its numbers are colours.
+    /// True if its numbers are colours.
     is_color: bool,
 }
 

@@ -43,7 +43,7 @@ pub(crate) struct Leftover {
     pub(crate) fingerprint: u64,
     /// Insets that are in.
     pub(crate) insets: usize,
-    /// Whether it is the texture, and not what was written of it so far.
+    /// True if it is the texture, and not what was written of it so far.
     pub(crate) is_whole: bool,
 }
 

@@ -70,7 +70,7 @@ impl Selection {
         columns.map(|x| self.keeps(geometry, bands.pos(x), || transparent[x as usize])).collect()
     }
 
-    /// Whether a page gets a tile. Every page that has children must be asked for after them;
+    /// Returns true if a page gets a tile. Every page that has children must be asked for after them;
     /// `is_transparent` is called where nothing else decides.
     fn keeps(&mut self, geometry: &Geometry, pos: PagePos, is_transparent: impl FnOnce() -> bool) -> bool {
         if self.allowed.as_ref().is_some_and(|allowed| !allowed.contains(pos)) {

@@ -18,12 +18,12 @@ pub(super) struct Encoder {
     pub(super) quality: u8,
 }
 
-/// Whether a layer's texels can be JPEG, transparency left aside.
+/// Returns true if a layer's texels can be JPEG, transparency left aside.
 pub(super) fn fits_jpeg(layer: LayerFormat) -> bool {
     matches!(layer, LayerFormat::R8 | LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb)
 }
 
-/// Whether a layer's texels can be PNG: integers of 8 and 16 bits.
+/// Returns true if a layer's texels can be PNG: integers of 8 and 16 bits.
 pub(super) fn fits_png(layer: LayerFormat) -> bool {
     color_of(layer).is_some()
 }

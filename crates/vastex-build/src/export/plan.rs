@@ -51,9 +51,9 @@ pub(super) struct LevelPlan {
     /// Texels from one tile to the next.
     pub(super) step: u32,
     pub(super) reach: Reach,
-    /// Whether the last column's neighbour is the first.
+    /// True if the last column's neighbour is the first.
     pub(super) wraps: bool,
-    /// Whether a tile may be left out where the texture has none of its own.
+    /// True if a tile may be left out where the texture has none of its own.
     pub(super) may_lack_tiles: bool,
 }
 
@@ -102,7 +102,7 @@ impl LevelPlan {
         }
     }
 
-    /// Whether the texture has tiles of its own where a tile of this level lies.
+    /// Returns true if the texture has tiles of its own where a tile of this level lies.
     pub(super) fn has_texels(&self, column: u32, row: u32, geometry: &Geometry, present: &PageSet) -> bool {
         if geometry.tail().first_level() <= self.level {
             return true;

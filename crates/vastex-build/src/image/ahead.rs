@@ -135,7 +135,7 @@ impl<R: Send + 'static> Ahead<R> {
         self.helpers = (pieces > 0).then(|| Helpers { pieces, ..helpers.clone() });
     }
 
-    /// Whether one more piece may be pushed.
+    /// Returns true if one more piece may be pushed.
     pub(super) fn has_room(&self) -> bool {
         self.places.len() <= self.helpers.as_ref().map_or(0, |helpers| helpers.pieces)
     }

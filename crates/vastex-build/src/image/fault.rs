@@ -149,7 +149,7 @@ fn unreadable(error: &io::Error) -> String {
     }
 }
 
-/// Whether so many files are open that the system opens no further one, for this program or at all.
+/// Returns true if so many files are open that the system opens no further one, for this program or at all.
 fn is_too_many_open(error: &io::Error) -> bool {
     const TOO_MANY_OPEN: [i32; 2] = [24, 23];
     cfg!(unix) && error.raw_os_error().is_some_and(|number| TOO_MANY_OPEN.contains(&number))

@@ -41,7 +41,7 @@ struct Piece {
     path: PathBuf,
     at: [u32; 2],
     header: ImageHeader,
-    /// Whether it is decoded whole when its first row is read, so that no file stays open.
+    /// True if it is decoded whole when its first row is read, so that no file stays open.
     is_held: bool,
     rows: Option<PieceRows>,
 }
@@ -65,7 +65,7 @@ pub(super) struct MosaicReader {
     row: Vec<u8>,
     next_row: u32,
     rows_with_gaps: u64,
-    /// Whether damaged pieces are taken for what can be made of them.
+    /// True if damaged pieces are taken for what can be made of them.
     tolerates: bool,
     /// As many as pieces may be open at once.
     _open_files: OpenFiles,

@@ -32,11 +32,11 @@ pub(super) fn upright(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
 /// What leads from the stored picture to the upright one: first mirrored, then transposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Turn {
-    /// Whether the last stored column is the first.
+    /// True if the last stored column is the first.
     mirrors_x: bool,
-    /// Whether the last stored row is the first.
+    /// True if the last stored row is the first.
     mirrors_y: bool,
-    /// Whether columns become rows.
+    /// True if columns become rows.
     transposes: bool,
 }
 
@@ -50,7 +50,7 @@ impl Turn {
         })
     }
 
-    /// Whether the first row needs more than the first stored one.
+    /// Returns true if the first row needs more than the first stored one.
     fn needs_all(self) -> bool {
         self.mirrors_y || self.transposes
     }

@@ -37,7 +37,7 @@ pub(super) struct PngReader {
     header: ImageHeader,
     reader: Reader<BufReader<File>>,
     interlaced: bool,
-    /// Whether the rows are those of the first pass alone.
+    /// True if the rows are those of the first pass alone.
     is_first_pass: bool,
     /// All rows of an interlaced image, once the first is asked for.
     image: Vec<u8>,
@@ -173,8 +173,8 @@ fn check_size(file: &mut File) -> Result<u32, InputFault> {
     Ok(0)
 }
 
-/// Whether there is a profile before the picture: of one that it cannot read, the decoder says nothing. Goes
-/// back to the start.
+/// Returns true if there is a profile before the picture: of one that it cannot read, the decoder says
+/// nothing. Goes back to the start.
 fn has_profile(file: &mut File) -> Result<bool, InputFault> {
     const SIGNATURE_BYTES: u64 = 8;
     let mut at = SIGNATURE_BYTES;

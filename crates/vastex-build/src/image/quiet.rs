@@ -10,7 +10,7 @@ use std::sync::Once;
 use std::thread;
 
 thread_local! {
-    /// Whether this thread's panics are caught in here.
+    /// True if this thread's panics are caught in here.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 

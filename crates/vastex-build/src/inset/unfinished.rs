@@ -32,7 +32,7 @@ pub(super) struct Unfinished {
     output: PathBuf,
     path: PathBuf,
     fingerprint: u64,
-    /// Whether the texture without insets is there.
+    /// True if the texture without insets is there.
     is_built: bool,
     insets: usize,
     is_kept: bool,
@@ -60,7 +60,7 @@ impl Unfinished {
         &self.path
     }
 
-    /// Whether the texture without insets is there.
+    /// Returns true if the texture without insets is there.
     pub(super) fn is_built(&self) -> bool {
         self.is_built
     }

@@ -10,7 +10,7 @@ pub(super) struct Levels {
     levels: Vec<Level>,
     filter: Filter,
     texel: usize,
-    /// Whether the first column is the last one's neighbour.
+    /// True if the first column is the last one's neighbour.
     wraps: bool,
 }
 

@@ -172,7 +172,7 @@ impl<'a> Pyramid<'a> {
         Pyramid { geometry, levels, straight }
     }
 
-    /// Whether every row has been pushed.
+    /// Returns true if every row has been pushed.
     pub(crate) fn is_complete(&self) -> bool {
         self.levels[0].rows.is_complete()
     }
@@ -229,7 +229,7 @@ impl<'a> Pyramid<'a> {
         descent.make(rows, layout, &source.rows, &source.layout);
     }
 
-    /// Whether the next band of a level has all its rows.
+    /// Returns true if the next band of a level has all its rows.
     pub(crate) fn has_band(&self, level: u8) -> bool {
         let level = &self.levels[usize::from(level)];
         level.bands.as_ref().is_some_and(|bands| bands.is_ready(level.rows.filled()))
@@ -290,7 +290,8 @@ impl<'a> Band<'a> {
         PagePos::new_2d(self.level, x, self.y)
     }
 
-    /// Whether the last quarter of each of its tile's texels is zero: alpha, where a texel has four channels.
+    /// Returns true if the last quarter of each of its tile's texels is zero: alpha, where a texel has four
+    /// channels.
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
         let bytes = self.tile_bytes(&(x..x + 1));
         let alpha = self.texel - self.texel / 4;

@@ -114,7 +114,7 @@ impl Rows {
         self.filled
     }
 
-    /// Whether all are.
+    /// Returns true if all are.
     pub(crate) fn is_complete(&self) -> bool {
         self.filled == self.order.height
     }

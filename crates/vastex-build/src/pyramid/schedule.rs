@@ -39,7 +39,7 @@ impl<'a> Schedule<'a> {
         }
     }
 
-    /// Whether there is a next band, and `filled` rows are enough for it.
+    /// Returns true if there is a next band, and `filled` rows are enough for it.
     pub(crate) fn is_ready(&self, filled: u32) -> bool {
         self.cut < self.count() && filled >= self.next_needs
     }

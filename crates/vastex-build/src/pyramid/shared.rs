@@ -39,13 +39,13 @@ impl Waiting {
         self.0.fetch_sub(1, Ordering::Relaxed);
     }
 
-    /// Whether a thread that has nothing to do finds nothing.
+    /// Returns true if a thread that has nothing to do finds nothing.
     fn is_none(&self) -> bool {
         self.0.load(Ordering::Relaxed) == 0
     }
 }
 
-/// Whether tiles of such pages share whole blocks.
+/// Returns true if tiles of such pages share whole blocks.
 pub(crate) fn shares_blocks(geometry: &Geometry) -> bool {
     geometry.page()[..2].iter().all(|page| page.is_multiple_of(SIDE as u32))
 }

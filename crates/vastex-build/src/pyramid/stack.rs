@@ -47,7 +47,7 @@ impl LayerPlan {
         self.geometry.size()[0] as usize * self.conversion.image_texel_bytes()
     }
 
-    /// Whether the last of the layer's channels is alpha.
+    /// Returns true if the last of the layer's channels is alpha.
     pub(crate) fn has_alpha(&self) -> bool {
         self.layer.format.decoded().channels() == 4
     }
@@ -130,7 +130,7 @@ impl<'a> Stack<'a> {
         Ok(())
     }
 
-    /// Whether every row has been pushed.
+    /// Returns true if every row has been pushed.
     pub(crate) fn is_complete(&self) -> bool {
         self.pyramids.iter().all(Pyramid::is_complete)
     }
@@ -178,8 +178,8 @@ impl LayerBands<'_> {
         self.layers[0].pos(x)
     }
 
-    /// Whether its tile is transparent, border included, in every layer that has an alpha channel. At least
-    /// one has.
+    /// Returns true if its tile is transparent, border included, in every layer that has an alpha channel. At
+    /// least one has.
     pub(crate) fn is_transparent(&self, x: u32) -> bool {
         let with_alpha = self.plans.iter().zip(&self.layers).filter(|(plan, _)| plan.has_alpha());
         with_alpha.into_iter().all(|(_, band)| band.is_transparent(x))

@@ -26,7 +26,7 @@ impl Before {
         &self.0.description().geometry
     }
 
-    /// Whether a page has a tile.
+    /// Returns true if a page has a tile.
     pub(super) fn has(&self, pos: PagePos) -> bool {
         self.0.present().is_none_or(|present| present.contains(pos))
     }
@@ -117,7 +117,7 @@ struct Segment {
     /// The page whose tile says what stands there, and the one beside it that holds them in its border.
     owner: u32,
     second_owner: Option<u32>,
-    /// Whether the texels are the level's, and not what the address mode puts beyond its edge.
+    /// True if the texels are the level's, and not what the address mode puts beyond its edge.
     is_inside: bool,
     /// The page that has in its payload what stands there; nothing for the border colour.
     source: Option<u32>,

@@ -85,7 +85,7 @@ pub(crate) fn list(layers: &[Layer]) -> String {
     layers.iter().map(|layer| layer.name.as_str()).collect::<Vec<_>>().join(", ")
 }
 
-/// Whether images of different layers are of one region: as large as each other, measured in the texture.
+/// Checks that images of different layers are of one region: as large as each other, measured in the texture.
 pub(super) fn check_sizes(images: &[OpenImage<'_>]) -> Result<(), ReplaceError> {
     let scale = |image: &OpenImage<'_>| image.rules.shape.layer.scale;
     let Some(finest) = images.iter().min_by_key(|image| scale(image)) else { return Ok(()) };
@@ -111,7 +111,7 @@ fn texels_at(strips: &[Strip], ratio: u32) -> u32 {
     strips.iter().map(|strip| strip.to.end.div_ceil(ratio) - strip.to.start / ratio).sum()
 }
 
-/// Whether every layer has one image, and those are filtered as their images are expected to be.
+/// Checks that every layer has one image, and those are filtered as their images are expected to be.
 pub(super) fn check_layers(
     images: &[LayerImage],
     open: &[OpenImage<'_>],

@@ -121,7 +121,7 @@ pub(crate) struct LayerRules {
     pub(super) filter: Filter,
     /// The filter by its name.
     pub(super) named: LayerFilter,
-    /// Whether the layer holds colours.
+    /// True if the layer holds colours.
     is_color: bool,
 }
 

@@ -153,7 +153,7 @@ impl Axis {
         Spans::new(pages.ranges().iter().map(|pages| first(pages.start)..first(pages.end)))
     }
 
-    /// Whether all of the texels `origin..origin + len` show a changed one.
+    /// Returns true if all of the texels `origin..origin + len` show a changed one.
     pub(super) fn all_change(&self, changed: &Spans, origin: i64, len: u32) -> bool {
         let mut shown = origin..origin + i64::from(len);
         shown.all(|texel| self.inside(texel).is_some_and(|texel| changed.contains(texel)))

@@ -25,8 +25,8 @@ pub(super) trait Cells: Send + Sync {
     /// Texels of a cell of a level; those of the last column and row may be fewer.
     fn cell(&self, level: u32) -> [u32; 2];
 
-    /// Whether a level is made of the next finer one whenever a page of it is asked for. Its edges are
-    /// clamped.
+    /// Returns true if a level is made of the next finer one whenever a page of it is asked for. Its edges
+    /// are clamped.
     fn is_reduced(&self, level: u32) -> bool {
         let _ = level;
         false

@@ -43,7 +43,7 @@ impl Lost {
     }
 }
 
-/// Whether this build has the encoders.
+/// True if this build has the encoders.
 pub(crate) const AVAILABLE: bool = cfg!(feature = "bc");
 
 /// Texels along each side of a block.
@@ -128,7 +128,7 @@ pub(crate) fn encode(
     lost
 }
 
-/// Whether all texels, of so many bytes, are the same.
+/// Returns true if all texels, of so many bytes, are the same.
 pub(crate) fn is_constant(rows: &[&[u8]], texel: usize) -> bool {
     // Each texel equals the next exactly if the row equals itself shifted by one.
     let is_one = |row: &[u8]| row[texel..] == row[..row.len() - texel];

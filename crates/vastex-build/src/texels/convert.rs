@@ -75,7 +75,7 @@ pub(crate) struct Conversion {
     /// The range of numbers that becomes 0 to 1; `None` if it is 0 to 1 already, or the layer holds them
     /// as they are.
     range: Option<[i64; 2]>,
-    /// Whether the image has alpha and the layer keeps none.
+    /// True if the image has alpha and the layer keeps none.
     drops_alpha: bool,
 }
 
@@ -113,7 +113,7 @@ impl Conversion {
         as_light.into_iter().chain(self.range.map(Notice::RangeScaled))
     }
 
-    /// Whether rows of the image have transparency that the layer does not keep.
+    /// Returns true if rows of the image have transparency that the layer does not keep.
     pub(crate) fn loses_alpha_of(&self, image: &[u8]) -> bool {
         let sample = self.image.sample();
         self.drops_alpha

@@ -54,7 +54,7 @@ impl Missing {
         self.channels * self.sample.bytes()
     }
 
-    /// Whether a texel is without data.
+    /// Returns true if a texel is without data.
     pub(crate) fn is(&self, texel: &[u8]) -> bool {
         let value = self.value.value();
         let is_missing = |sample: f32| sample == value || sample.is_nan();

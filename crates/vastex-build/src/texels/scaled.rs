@@ -53,7 +53,7 @@ struct Mix {
     channels: usize,
     /// Numbers that are mixed for a texel.
     mixed: usize,
-    /// Whether colours are sRGB-encoded.
+    /// True if colours are sRGB-encoded.
     is_encoded: bool,
     is_weighted: bool,
     is_normal: bool,

@@ -11,7 +11,7 @@ use vastex_core::LayerFormat;
 
 use super::srgb::SRGB;
 
-/// Whether sRGB-encoded values are taken as they are.
+/// How sRGB-encoded values are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Light {
     /// As they are stored.
@@ -71,7 +71,7 @@ pub(crate) fn texel_of_color(format: LayerFormat, color: [u8; 4]) -> Vec<u8> {
     texel
 }
 
-/// Whether the channels of a format that is not compressed are floats.
+/// Returns true if the channels of a format that is not compressed are floats.
 pub(super) fn is_float(format: LayerFormat) -> bool {
     matches!(format, LayerFormat::R16Float | LayerFormat::Rgba16Float | LayerFormat::R32Float)
 }

@@ -13,9 +13,9 @@ pub(crate) struct Findings(Vec<OfLayer>);
 
 #[derive(Default)]
 struct OfLayer {
-    /// Whether texels are not opaque, and the format keeps no alpha.
+    /// True if texels are not opaque, and the format keeps no alpha.
     transparency: AtomicBool,
-    /// Whether numbers are negative, and the format holds none.
+    /// True if numbers are negative, and the format holds none.
     negatives: AtomicBool,
 }
 

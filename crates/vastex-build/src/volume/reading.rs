@@ -15,7 +15,7 @@ const MOST_NAMED: usize = 20;
 /// Reads the finest level of a volume.
 pub(super) struct Reading<'a> {
     volume: &'a Volume,
-    /// Whether chunks that cannot be read become the fill value.
+    /// True if chunks that cannot be read become the fill value.
     is_tolerant: bool,
     fill: Vec<u8>,
     damage: Mutex<Damage>,

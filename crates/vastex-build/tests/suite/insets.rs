@@ -88,13 +88,14 @@ impl World {
     }
 }
 
-/// Whether the texels of the tile of `pos` all lie within the box from `at` of so many texels of its level.
+/// Returns true if the texels of the tile of `pos` all lie within the box from `at` of so many texels of its
+/// level.
 fn is_within(geometry: &Geometry, pos: PagePos, at: [i64; 2], size: [i64; 2]) -> bool {
     let shown = geometry.level_box_of_tile(pos);
     (0..2).all(|a| shown.origin[a] >= at[a] && shown.origin[a] + i64::from(shown.size[a]) <= at[a] + size[a])
 }
 
-/// Whether the payload of `pos` shows any of the box.
+/// Returns true if the payload of `pos` shows any of the box.
 fn touches(geometry: &Geometry, pos: PagePos, at: [u32; 2], size: [u32; 2]) -> bool {
     let page = geometry.page()[0];
     [pos.x, pos.y]

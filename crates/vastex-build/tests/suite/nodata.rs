@@ -41,7 +41,7 @@ where
     path
 }
 
-/// Whether there is no data at a place: in discs of several sizes, and in single texels.
+/// Returns true if there is no data at a place: in discs of several sizes, and in single texels.
 fn is_hole(x: u32, y: u32) -> bool {
     let disc = |cx: i64, cy: i64, r: i64| (i64::from(x) - cx).pow(2) + (i64::from(y) - cy).pow(2) < r * r;
     disc(20, 14, 11) || disc(70, 50, 30) || disc(0, 60, 9) || (x * 7 + y * 13).is_multiple_of(17)

@@ -83,12 +83,12 @@ impl<'a> Pool<'a> {
         self.frame as u64 + 1 - self.wanted[page as usize]
     }
 
-    /// Whether the page is resident, not wanted, and without resident descendants.
+    /// Returns true if the page is resident, not wanted, and without resident descendants.
     pub(crate) fn may_evict(&self, page: u32) -> bool {
         self.below[page as usize] == 0 && self.is_resident(page) && !self.is_wanted(page)
     }
 
-    /// Whether it will be so when one descendant has gone.
+    /// Returns true if it will be so when one descendant has gone.
     pub(crate) fn may_evict_after(&self, page: u32) -> bool {
         self.below[page as usize] == 1 && self.is_resident(page) && !self.is_wanted(page)
     }

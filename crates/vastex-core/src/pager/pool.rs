@@ -39,7 +39,7 @@ pub struct PoolPager {
     pub(super) load_order: LoadOrder,
     pub(super) plan: ExplicitPlan,
     pub(super) reranks: Reranks,
-    /// Whether what has been ingested begins a new main view.
+    /// True if what has been ingested begins a new main view.
     cut: bool,
     /// The frame of the newest feedback.
     pub(super) newest_feedback: Option<u64>,
@@ -291,8 +291,9 @@ impl PoolPager {
         self.converged
     }
 
-    /// Whether a view has been seen for a whole jitter cycle, and all that it wanted of the pool in that is
-    /// resident at the bias in force, or could not be had. Costs a visit of each page of the working set.
+    /// Returns true if a view has been seen for a whole jitter cycle, and all that it wanted of the pool in
+    /// that is resident at the bias in force, or could not be had. Costs a visit of each page of the working
+    /// set.
     pub(super) fn has_all_of(&self, view: ViewId) -> bool {
         let is_had =
             |page| self.residency.has_failed(page) || matches!(self.state(page), PageState::Resident(_));

@@ -136,7 +136,7 @@ impl Tickets {
         Tickets { pool, ..Tickets::default() }
     }
 
-    /// Whether none is open.
+    /// Returns true if none is open.
     pub(crate) fn is_empty(&self) -> bool {
         self.open.is_empty()
     }
@@ -246,7 +246,7 @@ impl Tickets {
         entry.map_or_else(Vec::new, |entry| entry.pages.clone())
     }
 
-    /// Whether the page is pinned.
+    /// Returns true if the page is pinned.
     pub(crate) fn pins(&self, page: PageId) -> bool {
         self.pinned.contains_key(&page)
     }

@@ -45,7 +45,7 @@ impl Views {
         }
     }
 
-    /// Whether feedback of this view is taken in.
+    /// Returns true if feedback of this view is taken in.
     pub(crate) fn has(&self, view: ViewId) -> bool {
         self.all.iter().any(|known| known.view == view)
     }
@@ -132,7 +132,7 @@ impl Pager {
         !self.pools.is_empty() && self.pools().all(|pager| pager.has_all_of(view))
     }
 
-    /// Whether it is a feedback of a view that there is.
+    /// Returns true if it is a feedback of a view that there is.
     pub(crate) fn knows(&self, feedback: &Feedback) -> bool {
         self.views.has(feedback.view)
     }

@@ -231,8 +231,8 @@ impl Foresight {
         self.turn();
     }
 
-    /// Whether the view stands as far as can be told: nothing of it has moved within a cycle, or it is
-    /// younger than that.
+    /// Returns true if the view stands as far as can be told: nothing of it has moved within a cycle, or it
+    /// is younger than that.
     pub(crate) fn is_still(&self) -> bool {
         self.known < CYCLE || !self.is_moving
     }

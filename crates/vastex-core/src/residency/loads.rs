@@ -98,7 +98,7 @@ impl Residency {
         }
     }
 
-    /// Whether the loader has the page, not called off, with a rank that this one should replace.
+    /// Returns true if the loader has the page, not called off, with a rank that this one should replace.
     pub(crate) fn needs_rerank(&self, page: PageId, rank: u64) -> bool {
         let Some(record) = self.records.get(page) else { return false };
         let is_loading = match record.state {
@@ -119,8 +119,8 @@ impl Residency {
         }
     }
 
-    /// Whether the page's tile is for what is in view: the page itself, or another of its content that it is
-    /// loaded for.
+    /// Returns true if the page's tile is for what is in view: the page itself, or another of its content
+    /// that it is loaded for.
     #[cfg(feature = "sim")]
     pub(crate) fn is_for_view(&self, page: PageId) -> bool {
         let content =

@@ -341,19 +341,19 @@ impl Residency {
         self.records.get_or_add(page, RecordHint::default()).use_for(self.frame);
     }
 
-    /// Whether a tile that comes for the page has a use: it is in the working set of this round, or a
+    /// Returns true if a tile that comes for the page has a use: it is in the working set of this round, or a
     /// prefetch or a prediction holds it, or another page of the content that it represents.
     pub(crate) fn has_use_for(&self, page: PageId, hint: RecordHint) -> bool {
         self.is_wanted(page, hint) || self.is_claimed(page) || self.represents_something_of_use(page)
     }
 
-    /// Whether the last load of the page's content failed; it stays so while that is tried again.
+    /// Returns true if the last load of the page's content failed; it stays so while that is tried again.
     pub(crate) fn has_failed(&self, page: PageId) -> bool {
         let page = self.sharing.representative_of(page).unwrap_or(page);
         self.records.get(page).is_some_and(|record| record.failures > 0)
     }
 
-    /// Whether the page is in the working set of this round; its record may be where `hint` says.
+    /// Returns true if the page is in the working set of this round; its record may be where `hint` says.
     pub(crate) fn is_wanted(&self, page: PageId, hint: RecordHint) -> bool {
         self.records.find(page, hint).is_some_and(|at| self.records.at(at).wanted_round >= self.round)
     }
@@ -363,7 +363,7 @@ impl Residency {
         self.is_wanted(page, RecordHint::default())
     }
 
-    /// Whether a tile waits for a slot.
+    /// Returns true if a tile waits for a slot.
     pub(crate) fn has_ready(&self) -> bool {
         !self.ready.is_empty()
     }

@@ -39,7 +39,7 @@ impl RankClass {
         RankClass((rank >> PLACE_BITS) as u8 * RankClass::OF_BAND + (u64::BITS - place.leading_zeros()) as u8)
     }
 
-    /// Whether it is of a page in view that is missing.
+    /// Returns true if it is of a page in view that is missing.
     pub(crate) fn is_for_view(self) -> bool {
         self.band() == RankBand::View as u8
     }
@@ -48,7 +48,7 @@ impl RankClass {
         self.0 / RankClass::OF_BAND
     }
 
-    /// Whether a load of this class is to be ranked anew when its rank would be of the class `now`.
+    /// Returns true if a load of this class is to be ranked anew when its rank would be of the class `now`.
     pub(crate) fn gives_way_to(self, now: RankClass) -> bool {
         now < self || now.band() != self.band()
     }

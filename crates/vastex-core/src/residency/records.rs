@@ -9,7 +9,7 @@ use crate::residency::rank::RankClass;
 use crate::table::pool::Slot;
 use crate::texture::page::PageId;
 
-/// Whether a load has been called off.
+/// How far the calling off of a load is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Cancel {
     No,

@@ -71,7 +71,7 @@ impl Refreshes {
         self.pages.is_empty()
     }
 
-    /// Whether a tile is with the loader, or waits for the upload budget.
+    /// Returns true if a tile is with the loader, or waits for the upload budget.
     pub(crate) fn is_in_flight(&self, page: PageId) -> bool {
         self.pages.get(&page).is_some_and(Refresh::is_in_flight)
     }
@@ -100,7 +100,7 @@ impl Refreshes {
         self.pages.get(&page).is_some_and(|refresh| matches!(refresh.step, Step::Ready(_)))
     }
 
-    /// Whether any tile waits for the upload budget.
+    /// Returns true if any tile waits for the upload budget.
     pub(crate) fn any_ready(&self) -> bool {
         self.ready > 0
     }
@@ -111,7 +111,7 @@ impl Refreshes {
         Some(refresh)
     }
 
-    /// Whether the tiles that wait for the upload budget are counted right.
+    /// Returns true if the tiles that wait for the upload budget are counted right.
     #[cfg(feature = "checks")]
     pub(crate) fn ready_are_counted(&self) -> bool {
         let ready = self.pages.values().filter(|refresh| matches!(refresh.step, Step::Ready(_)));
@@ -134,7 +134,7 @@ impl Refreshes {
         self.remove(page);
     }
 
-    /// Whether what a load has brought for a page that is not resident is out of date. Asked once.
+    /// Returns true if what a load has brought for a page that is not resident is out of date. Asked once.
     pub(crate) fn take_stale(&mut self, page: PageId) -> bool {
         self.stale.remove(&page)
     }

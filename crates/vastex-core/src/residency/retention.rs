@@ -67,7 +67,7 @@ impl Retention {
         self.foresight.frames_until(page, age, textures)
     }
 
-    /// Whether the view stands, as far as can be told.
+    /// Returns true if the view stands, as far as can be told.
     pub(crate) fn is_still(&self) -> bool {
         self.foresight.is_still()
     }

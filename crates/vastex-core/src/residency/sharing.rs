@@ -116,7 +116,7 @@ pub(crate) struct Sharing {
 }
 
 impl Sharing {
-    /// Whether every page of every texture is like no other.
+    /// Returns true if every page of every texture is like no other.
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }
@@ -200,7 +200,7 @@ impl Sharing {
         }
     }
 
-    /// Whether the texture says which of its pages are the same.
+    /// Returns true if the texture says which of its pages are the same.
     pub(crate) fn has(&self, texture: TextureNumber) -> bool {
         self.textures.get(usize::from(texture.number())).is_some_and(Option::is_some)
     }

@@ -121,7 +121,7 @@ impl Residency {
         is_free
     }
 
-    /// Whether a page that is queued is to be asked for: its content is neither here nor under way.
+    /// Returns true if a page that is queued is to be asked for: its content is neither here nor under way.
     pub(crate) fn may_load(&self, page: PageId) -> bool {
         let content = self.sharing.get(self.sharing.of(page));
         content.is_none_or(|content| {
@@ -189,7 +189,7 @@ impl Residency {
         Some(self.representative_for(page))
     }
 
-    /// Whether the content that the page represents has a use, for whichever of its pages.
+    /// Returns true if the content that the page represents has a use, for whichever of its pages.
     pub(crate) fn represents_something_of_use(&self, page: PageId) -> bool {
         let content =
             self.sharing.get(self.sharing.of(page)).filter(|content| content.representative == page);
@@ -198,8 +198,8 @@ impl Residency {
         })
     }
 
-    /// Whether the page, which is resident, is in a slot that is not to be written over with what is its own
-    /// alone.
+    /// Returns true if the page, which is resident, is in a slot that is not to be written over with what is
+    /// its own alone.
     pub(crate) fn is_stale_sharer(&self, page: PageId) -> bool {
         if self.sharing.is_empty() {
             return false;

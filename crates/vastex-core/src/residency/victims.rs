@@ -90,7 +90,7 @@ impl Residency {
         record.age_out_of_view(self.round).filter(|_| record.below == 0 && !self.is_busy(record))
     }
 
-    /// Whether a tile has come into the page's slot in this frame, or a new one is under way for it.
+    /// Returns true if a tile has come into the page's slot in this frame, or a new one is under way for it.
     pub(crate) fn is_busy(&self, record: &Record) -> bool {
         // A frame's evictions act before its loads, so that a page is not loaded and evicted in one.
         record.settled_at == self.frame || self.refreshes.is_in_flight(record.page)

@@ -123,13 +123,13 @@ impl Contents {
         self.shown.clear();
     }
 
-    /// Whether the slot shows the page, as it is now or was once.
+    /// Returns true if the slot shows the page, as it is now or was once.
     pub(crate) fn is_shown(&self, pool: PoolId, slot: Slot, page: PageId) -> bool {
         let shown = self.shown.get(&(pool, slot));
         (0..=self.changes(page)).any(|changes| shown == Some(&self.after(page, changes)))
     }
 
-    /// Whether the slot shows the page as it is now.
+    /// Returns true if the slot shows the page as it is now.
     pub(crate) fn is_shown_as_it_is(&self, pool: PoolId, slot: Slot, page: PageId) -> bool {
         self.shown.get(&(pool, slot)) == Some(&self.now(page))
     }

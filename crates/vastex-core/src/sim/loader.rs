@@ -77,7 +77,7 @@ impl Loads {
         }
     }
 
-    /// Whether the page's tile can never be had: a property of the page.
+    /// Returns true if the page's tile can never be had: a property of the page.
     pub(crate) fn is_broken(&self, page: PageId) -> bool {
         Random::new(page.to_bits()).chance(self.broken)
     }

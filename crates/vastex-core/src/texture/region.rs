@@ -22,7 +22,7 @@ pub struct Region {
     pub levels: RangeInclusive<u8>,
 }
 
-/// Whether a page belongs to a region by the texels that it covers, or by all that its tile holds.
+/// How a page belongs to a region by the texels that it covers, or by all that its tile holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Reach {
     Payload,
@@ -79,7 +79,7 @@ impl Region {
         tail.into_iter().chain(finer)
     }
 
-    /// Whether a page that exists is one of [`Region::pages`].
+    /// Returns true if a page that exists is one of [`Region::pages`].
     pub(crate) fn touches(&self, geometry: &Geometry, pos: PagePos, reach: Reach) -> bool {
         if geometry.is_tail(pos) {
             return self.has_tail(geometry);

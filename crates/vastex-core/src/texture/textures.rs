@@ -70,7 +70,7 @@ impl Textures {
         true
     }
 
-    /// Whether there is nothing in any of them but its tail.
+    /// Returns true if there is nothing in any of them but its tail.
     pub(crate) fn are_all_tail(&self) -> bool {
         self.with_pages == 0
     }
@@ -113,7 +113,7 @@ impl Textures {
         })
     }
 
-    /// Whether the page exists, in a texture that exists.
+    /// Returns true if the page exists, in a texture that exists.
     pub(crate) fn contains(&self, page: PageId) -> bool {
         self.pos(page).is_some_and(|(geometry, pos)| geometry.contains(pos))
     }
@@ -127,12 +127,12 @@ impl Textures {
         std::iter::once(page).chain(self.ancestors(page)).find(has_tile).unwrap_or(page)
     }
 
-    /// Whether any page of any texture has no tile.
+    /// Returns true if any page of any texture has no tile.
     pub(crate) fn are_sparse(&self) -> bool {
         self.sparse > 0
     }
 
-    /// Whether the page is a tail. The page exists.
+    /// Returns true if the page is a tail. The page exists.
     pub(crate) fn is_tail(&self, page: PageId) -> bool {
         self.pos(page).is_some_and(|(geometry, pos)| geometry.is_tail(pos))
     }

@@ -19,7 +19,7 @@ struct Kind {
     layers: Vec<Layer>,
     compression: Compression,
     align: u32,
-    /// Whether every fifth page has no tile.
+    /// True if every fifth page has no tile.
     lacks_pages: bool,
 }
 

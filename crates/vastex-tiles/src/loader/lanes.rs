@@ -165,8 +165,8 @@ impl Lanes {
         self.heads.iter().map(|(_, id)| *id).find(may_begin)
     }
 
-    /// Whether a lane may begin a read in a crowd: it has less than its part of the places that are lent, or
-    /// it answers so soon that it has lent none.
+    /// Returns true if a lane may begin a read in a crowd: it has less than its part of the places that are
+    /// lent, or it answers so soon that it has lent none.
     fn has_part(&self, lane: &Lane) -> bool {
         #[cfg(not(target_family = "wasm"))]
         let part = (CROWD / self.lending.max(1)).max(1);

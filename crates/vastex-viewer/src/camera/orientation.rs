@@ -7,7 +7,7 @@ use glam::{DMat2, DVec2};
 pub struct Orientation {
     /// By how much it is turned clockwise, in degrees, 0 to 360, after it was mirrored.
     degrees: f64,
-    /// Whether left and right of it are exchanged.
+    /// True if left and right of it are exchanged.
     is_mirrored: bool,
 }
 

@@ -66,7 +66,7 @@ impl Glide {
         self.0 = DVec2::ZERO;
     }
 
-    /// Whether anything goes on.
+    /// Returns true if anything goes on.
     pub(super) fn is_going(&self) -> bool {
         self.0 != DVec2::ZERO
     }

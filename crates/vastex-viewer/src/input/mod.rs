@@ -142,10 +142,10 @@ pub struct Input {
     /// Up to when the motions have been carried out.
     moved_at: Option<Duration>,
     pointer: DVec2,
-    /// Whether the pointer is over the view.
+    /// True if the pointer is over the view.
     has_pointer: bool,
     is_dragging: bool,
-    /// Whether that turns and tilts the camera, rather than to move it.
+    /// True if that turns and tilts the camera, rather than to move it.
     is_orbiting: bool,
     /// When and where the pointer was lately, while it drags.
     trail: Trail,
@@ -153,7 +153,7 @@ pub struct Input {
     scrolled: Trail,
     /// What goes on after that.
     glide: Glide,
-    /// Whether an image is looked at, flat.
+    /// True if an image is looked at, flat.
     is_flat: bool,
     modifiers: Modifiers,
     /// Fingers on the view, and where they are.

@@ -19,7 +19,7 @@ pub struct InspectedTexel {
     /// The channels as they are stored: whole numbers of 8 or 16 bits, or floats. Without an alpha that hides
     /// nothing.
     pub values: Vec<f64>,
-    /// Whether they are floats.
+    /// True if they are floats.
     is_float: bool,
 }
 

@@ -107,7 +107,7 @@ impl Nodata {
         }
     }
 
-    /// Whether a value stands for none, or one that is so near to it. Twin of `scene_is_nodata` in
+    /// Returns true if a value stands for none, or one that is so near to it. Twin of `scene_is_nodata` in
     /// surface.wgsl.
     pub(super) fn is(self, value: f32, within: f32) -> bool {
         match self {

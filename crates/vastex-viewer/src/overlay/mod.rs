@@ -99,7 +99,7 @@ struct Plan {
 }
 
 impl Plan {
-    /// Whether it is drawn by what was made for it.
+    /// Returns true if it is drawn by what was made for it.
     fn is_of(&self, shown: &ShownLayer) -> bool {
         self.shown.layer == shown.layer && self.shown.color_map.shares_pipelines(&shown.color_map)
     }

@@ -48,7 +48,7 @@ pub struct DisplayPanel {
     selected: usize,
     /// The share of the values in view, in percent, that the automatic range leaves out at each end.
     clipped: f64,
-    /// Whether the range follows what is in view.
+    /// True if the range follows what is in view.
     follows: bool,
 }
 

@@ -30,7 +30,7 @@ struct Message {
     text: String,
     /// How often it happened.
     times: u32,
-    /// Whether nothing went wrong.
+    /// True if nothing went wrong.
     is_note: bool,
 }
 

@@ -46,7 +46,7 @@ fn number(ui: &mut Ui, number: &mut f32, range: RangeInclusive<f32>, name: &str,
     ui.add(slider.text(name)).on_hover_text(what);
 }
 
-/// Whether a part is there and seen, which a person may change.
+/// Returns true if a part is there and seen, which a person may change.
 fn part(ui: &mut Ui, layer: &mut Option<LayerOptions>, name: &str) -> bool {
     let Some(layer) = layer else { return false };
     ui.checkbox(&mut layer.is_visible, name);

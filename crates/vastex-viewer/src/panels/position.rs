@@ -36,7 +36,7 @@ pub struct PositionPanel {
     error: Option<String>,
     /// Bookmarks, and what becomes of the view as a text.
     bookmarks: BookmarksPanel,
-    /// Whether two numbers are coordinates of the file's own system, where it has one.
+    /// True if two numbers are coordinates of the file's own system, where it has one.
     is_by_map: bool,
 }
 

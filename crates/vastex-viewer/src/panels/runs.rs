@@ -15,7 +15,7 @@ pub(super) struct Runs {
     high: DVec2,
     first: Option<DVec2>,
     last: Option<DVec2>,
-    /// Whether the last run reaches to the last place.
+    /// True if the last run reaches to the last place.
     is_at_last: bool,
     runs: Vec<Vec<Pos2>>,
     /// How many points the runs may have yet.

@@ -248,8 +248,8 @@ impl Crowd {
         Crowd { corner, columns, rows, is_taken: vec![false; columns * rows] }
     }
 
-    /// Whether the cell of a place has no shape yet, which it then has. Nothing is seen of what lies beside
-    /// all cells.
+    /// Returns true if the cell of a place has no shape yet, which it then has. Nothing is seen of what lies
+    /// beside all cells.
     fn has_room(&mut self, place: DVec2) -> bool {
         let cell = ((place - self.corner) / f64::from(DOT)).floor();
         if !(0.0..self.columns as f64).contains(&cell.x) || !(0.0..self.rows as f64).contains(&cell.y) {

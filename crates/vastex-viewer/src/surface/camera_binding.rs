@@ -161,7 +161,7 @@ impl CameraBinding {
         [0, 1].map(|axis: usize| self.pane[axis].load(Relaxed) as f32)
     }
 
-    /// Whether it sees the surface in fixed point.
+    /// Returns true if it sees the surface in fixed point.
     pub(crate) fn is_fixed(&self) -> bool {
         self.is_fixed.load(Relaxed)
     }

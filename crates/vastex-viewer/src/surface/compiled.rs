@@ -27,7 +27,7 @@ pub(super) struct ModuleKey {
     pub(super) place: BindingPlace,
     /// How many there are.
     pub(super) layers: LayersText,
-    /// Whether heights displace the surface.
+    /// True if heights displace the surface.
     pub(super) has_relief: bool,
 }
 

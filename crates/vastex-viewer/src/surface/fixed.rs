@@ -41,7 +41,7 @@ impl FixedUniform {
     }
 }
 
-/// Whether a mesh in uv would show texels beside their places.
+/// Returns true if a mesh in uv would show texels beside their places.
 pub(crate) fn is_needed(pose: &Pose, size: [u32; 2], [width, height]: [u32; 2]) -> bool {
     let pixels = match *pose {
         Pose::Image { .. } => {

@@ -186,7 +186,7 @@ pub(crate) struct Patches {
     /// The distance from the camera within which a patch is drawn, by its side along u.
     pub(crate) range_per_side: f32,
     pub(crate) depth: u32,
-    /// Whether columns are merged near the poles. In uv they are not, and there are the more of them.
+    /// True if columns are merged near the poles. In uv they are not, and there are the more of them.
     is_merging: bool,
 }
 

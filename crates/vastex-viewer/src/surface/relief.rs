@@ -77,9 +77,9 @@ pub struct Relief {
     bounds: [f32; 2],
     texels: [u32; 2],
     is_torn: bool,
-    /// Whether somebody has said which value is not displaced.
+    /// True if somebody has said which value is not displaced.
     has_zero: bool,
-    /// Whether there are none, and a layer stands for them that displaces nothing.
+    /// True if there are none, and a layer stands for them that displaces nothing.
     is_level: bool,
 }
 
@@ -218,7 +218,7 @@ pub(crate) struct ReliefSurface {
     pub(super) scale: f32,
     /// The same before it was exaggerated.
     said: f32,
-    /// Whether what is lower than what is not displaced is covered by a sea.
+    /// True if what is lower than what is not displaced is covered by a sea.
     has_sea: bool,
     relief: Relief,
 }
@@ -290,7 +290,7 @@ impl ReliefSurface {
         self.relief.layer
     }
 
-    /// Whether nothing is displaced.
+    /// Returns true if nothing is displaced.
     pub(super) fn is_level(&self) -> bool {
         self.relief.is_level
     }

@@ -27,7 +27,7 @@ pub struct VolumeCameraBinding {
     uniform: Uniform,
     labels: Option<LabelBinding>,
     view: u32,
-    /// Whether it sees a slice: views of one volume may see slices and all of it in one frame.
+    /// True if it sees a slice: views of one volume may see slices and all of it in one frame.
     is_slice: AtomicBool,
     /// Bricks that one of its rays meets.
     bricks: AtomicU32,

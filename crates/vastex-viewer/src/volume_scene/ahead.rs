@@ -44,7 +44,7 @@ pub(super) struct BricksAhead {
 }
 
 impl BricksAhead {
-    /// Whether every brick that the views of this number want is there.
+    /// Returns true if every brick that the views of this number want is there.
     pub(super) fn are_there(&self, view: u64, textures: &Textures) -> bool {
         let is_there = |page: &PageId| {
             textures.inspect().explain(*page).is_some_and(|explained| explained.shown == explained.at_bias)
@@ -206,7 +206,7 @@ impl TimesAhead {
         }
     }
 
-    /// Whether bricks are on their way.
+    /// Returns true if bricks are on their way.
     pub(super) fn is_loading(&self) -> bool {
         let tickets = self.times.iter().filter_map(|ahead| ahead.bricks.as_ref()?.ticket.as_ref());
         tickets.into_iter().any(Ticket::is_open)

@@ -163,13 +163,13 @@ impl Channels {
         }
     }
 
-    /// Whether every channel that is shown is here, or will never be.
+    /// Returns true if every channel that is shown is here, or will never be.
     pub(super) fn is_complete(&self, look: &VolumeLook) -> bool {
         let is_there = |channel| matches!(self.held.get(channel), Some(Held::Here(_) | Held::Refused));
         look.shown().all(is_there) && !self.labels_wait(look)
     }
 
-    /// Whether a channel that is shown is still to come.
+    /// Returns true if a channel that is shown is still to come.
     pub(super) fn waits(&self, look: &VolumeLook) -> bool {
         let is_to_come = |channel| matches!(self.held.get(channel), Some(Held::Asked | Held::Absent));
         look.shown().any(is_to_come) || self.labels_wait(look)

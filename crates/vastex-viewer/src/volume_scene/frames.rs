@@ -91,7 +91,7 @@ impl VolumeScene {
         }
     }
 
-    /// Whether what views want has yet to be drawn. A device that answers nothing is asked again.
+    /// Returns true if what views want has yet to be drawn. A device that answers nothing is asked again.
     fn is_asking_still(&self, now: Duration) -> bool {
         let is_out = |(at, done): &(Duration, Arc<AtomicBool>)| {
             !done.load(Ordering::Acquire) && now.saturating_sub(*at) < LONGEST_ANSWER

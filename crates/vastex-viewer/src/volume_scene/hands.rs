@@ -417,7 +417,7 @@ fn shift(pane: &PaneRect, pixels: DVec2, look: &mut VolumeLook, room: &VolumeRoo
     }
 }
 
-/// Whether a key moves the crosshair or the camera, or goes on in time.
+/// Returns true if a key moves the crosshair or the camera, or goes on in time.
 fn is_motion(key: Key) -> bool {
     let is_zoom = matches!(key, Key::Char('+' | '=' | 'i' | 'I' | '-' | '_' | 'o' | 'O'));
     let is_arrow = matches!(key, Key::Left | Key::Right | Key::Up | Key::Down | Key::PageUp | Key::PageDown);

@@ -91,7 +91,7 @@ pub struct VolumeScene {
     drawn_at: Duration,
     played_at: Duration,
     is_playing: bool,
-    /// Whether the last frame drew pictures in parts: only then means of several pictures are made.
+    /// True if the last frame drew pictures in parts: only then means of several pictures are made.
     draws_parts: bool,
     /// What the device is drawing.
     under_way: Option<UnderWay>,
@@ -310,7 +310,8 @@ impl VolumeScene {
         })
     }
 
-    /// Whether pictures of what is to be seen are there, however old their bricks: enough to go on in time.
+    /// Returns true if pictures of what is to be seen are there, however old their bricks: enough to go on in
+    /// time.
     fn pictures_are_seen(&self) -> bool {
         let panes = self.panes();
         panes.iter().all(|pane| {

@@ -116,12 +116,12 @@ impl PanePicture {
         }
     }
 
-    /// Whether it is the whole picture of this.
+    /// Returns true if it is the whole picture of this.
     pub(super) fn is_of(&self, key: &Key) -> bool {
         self.seen_small.is_none() && self.drawn == Some(*key)
     }
 
-    /// Whether anything of the same view is seen, however old its bricks.
+    /// Returns true if anything of the same view is seen, however old its bricks.
     pub(super) fn is_of_view(&self, key: &Key) -> bool {
         let seen = self.seen_small.or(self.drawn);
         seen.is_some_and(|seen| seen.is_of_same_view(key))
@@ -210,7 +210,7 @@ impl PanePicture {
         self.still.as_ref().filter(|_| is_seen).map_or(1, |still| still.passes().max(1))
     }
 
-    /// Whether nothing makes the picture of this better, as far as it is whole.
+    /// Returns true if nothing makes the picture of this better, as far as it is whole.
     pub(super) fn is_rested(&self, renderer: &VolumeRenderer, key: &Key) -> bool {
         !self.is_of(key) || self.rested == Some(*key) || !renderer.is_better_still(&key.view)
     }

@@ -123,7 +123,7 @@ impl Points {
         Some(asked)
     }
 
-    /// Whether a question can be asked.
+    /// Returns true if a question can be asked.
     pub(super) fn waits(&self) -> bool {
         self.out.is_none() && self.wanted.iter().any(Option::is_some)
     }

@@ -10,12 +10,12 @@ impl VolumeScene {
         self.pictures[pane.number()].as_ref().map_or(1, PanePicture::passes)
     }
 
-    /// Whether what is seen stays, so that more pictures of it make a better one.
+    /// Returns true if what is seen stays, so that more pictures of it make a better one.
     pub(super) fn is_resting(&self) -> bool {
         self.is_settled() && !self.is_playing
     }
 
-    /// Whether such pictures are to come.
+    /// Returns true if such pictures are to come.
     pub(super) fn goes_on(&self) -> bool {
         let Some(renderer) = self.current.renderer().filter(|_| self.draws_parts && self.is_resting()) else {
             return false;

@@ -25,7 +25,7 @@ struct Program {
     image: VastexImage,
     gpu: Gpu,
     time: f64,
-    /// Whether egui was asked for another frame by the last one.
+    /// True if egui was asked for another frame by the last one.
     goes_on: bool,
 }
 

@@ -142,7 +142,7 @@ fn read_header(input: &[u8], most: usize) -> Result<Header, String> {
     Ok(Header { flags, within, width: usize::from(width).max(1), bytes, block })
 }
 
-/// Whether there is a stream for each byte of a value in a block of so many bytes.
+/// Returns true if there is a stream for each byte of a value in a block of so many bytes.
 fn is_split(header: &Header, block: usize) -> bool {
     header.flags & ONE_STREAM == 0
         && header.width <= MOST_STREAMS

@@ -28,7 +28,7 @@ const RGBA: i16 = 2304;
 struct Header {
     version: u8,
     is_big_endian: bool,
-    /// Whether the values lie in a file of their own.
+    /// True if the values lie in a file of their own.
     is_pair: bool,
     dims: [i64; 8],
     datatype: i16,
@@ -40,7 +40,7 @@ struct Header {
     name: String,
 }
 
-/// Whether a file is one of NIfTI, by its first bytes, inflated where they must be.
+/// Returns true if a file is one of NIfTI, by its first bytes, inflated where they must be.
 pub(crate) fn is_nifti(path: &Path) -> bool {
     start_of(path).is_ok_and(|(start, _)| read_header(&start).is_some())
 }

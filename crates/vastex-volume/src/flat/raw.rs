@@ -80,7 +80,7 @@ fn text_of(raw: &Path) -> Option<String> {
     Some(text)
 }
 
-/// Whether a path is a raw file whose description has a depth.
+/// Returns true if a path is a raw file whose description has a depth.
 pub(crate) fn is_raw_volume(path: &Path) -> bool {
     let table = raw_file(path).and_then(|raw| text_of(&raw)?.parse::<toml::Table>().ok());
     table.is_some_and(|table| table.contains_key("depth"))

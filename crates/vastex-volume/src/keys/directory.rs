@@ -104,7 +104,7 @@ impl Directory {
     }
 }
 
-/// Whether there is no file of that name.
+/// Returns true if there is no file of that name.
 fn is_absent(error: &io::Error) -> bool {
     matches!(
         error.kind(),

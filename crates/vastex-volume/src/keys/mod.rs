@@ -62,7 +62,7 @@ pub(crate) trait KeyStore: Send + Sync {
         found: &'a mut (dyn FnMut(&str) + Send),
     ) -> KeyFuture<'a, bool>;
 
-    /// Whether all keys are in memory, so that a listing reads nothing.
+    /// Returns true if all keys are in memory, so that a listing reads nothing.
     fn is_listed(&self) -> bool;
 
     /// Bytes that are read, or inflated, for a part of a value that has so many.

@@ -34,7 +34,7 @@ pub(crate) struct Zip {
     spare: Arc<Spare>,
 }
 
-/// Whether a file begins as an archive does.
+/// Returns true if a file begins as an archive does.
 pub(crate) fn is_zip(path: &Path) -> bool {
     let mut start = [0; 4];
     File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok() && begins(&start)

@@ -63,7 +63,7 @@ fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(bytes.get(at..)?.first_chunk().copied()?))
 }
 
-/// Whether an archive begins so.
+/// Returns true if an archive begins so.
 pub(super) fn begins(start: &[u8]) -> bool {
     matches!(u32_at(start, 0), Some(LOCAL | END))
 }

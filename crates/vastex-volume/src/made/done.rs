@@ -23,7 +23,7 @@ impl Done {
         self.count
     }
 
-    /// Whether a chunk came before, by itself or with one of those `coarser` that it is a part of.
+    /// Returns true if a chunk came before, by itself or with one of those `coarser` that it is a part of.
     pub(super) fn has(&self, of: MadePos, coarser: &[MadePos]) -> bool {
         let is_whole = |of: &MadePos| self.coarser.get(of).is_some_and(|(_, is_whole)| *is_whole);
         let (block, bit) = place(of.1);

@@ -77,7 +77,7 @@ pub(crate) struct Made {
     levels: Vec<MadeLevel>,
     /// Which chunks of the base are stored, where that is known.
     stored: Option<Arc<StoredChunks>>,
-    /// Whether all was made at opening.
+    /// True if all was made at opening.
     is_whole: bool,
     /// One of how many stored chunks a preview is made of at most.
     share: u64,
@@ -231,7 +231,7 @@ impl Made {
         is_new
     }
 
-    /// Whether all of them were made at opening, so that none will have to be.
+    /// Returns true if all of them were made at opening, so that none will have to be.
     pub(crate) fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -474,8 +474,8 @@ pub(crate) fn kept_in_files(directory: &Path, identity: &str, total: u64) -> Mad
 /// A chunk on its way.
 type Making<'a> = Pin<Box<dyn Future<Output = Result<Chunk, VolumeError>> + Send + 'a>>;
 
-/// Whether a box of voxels of a stored level, all of it where no size is named, may be read while somebody
-/// waits.
+/// Returns true if a box of voxels of a stored level, all of it where no size is named, may be read while
+/// somebody waits.
 pub(crate) fn is_small(about: &VolumeAbout, level: usize, size: Option<[u64; 3]>) -> bool {
     let level = &about.levels[level];
     let size = size.unwrap_or(level.size);

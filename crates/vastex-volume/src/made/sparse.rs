@@ -14,8 +14,8 @@ const SPARSE: u64 = 64;
 const MOST_COUNTED: usize = 1 << 23;
 
 impl Made {
-    /// Whether a chunk of a level is made where it is asked for: of few stored chunks, and of a small part of
-    /// the base for whoever wants it as it is; else where next to nothing is stored below it.
+    /// Returns true if a chunk of a level is made where it is asked for: of few stored chunks, and of a small
+    /// part of the base for whoever wants it as it is; else where next to nothing is stored below it.
     pub(super) fn is_cheap(&self, level: usize, at: [u64; 3], is_wanted: bool) -> bool {
         let size = self.base.volume.about().levels[self.base.level].size;
         let scale = self.levels[level].scale;
@@ -32,7 +32,7 @@ impl Made {
         })
     }
 
-    /// Whether nothing is stored of what a chunk is made of.
+    /// Returns true if nothing is stored of what a chunk is made of.
     pub(super) fn is_absent(&self, level: usize, at: [u64; 3]) -> bool {
         self.stored.as_ref().is_some_and(|stored| self.count_stored(stored, level, at, 1) == 0)
     }
@@ -54,7 +54,7 @@ impl Made {
         }))
     }
 
-    /// Whether a chunk of the base is known not to be stored.
+    /// Returns true if a chunk of the base is known not to be stored.
     pub(super) fn is_not_stored(&self, coords: &[u64]) -> bool {
         let at = self.base.volume.grid(self.base.level).space();
         let of = at.map(|axis| axis.map_or(0..1, |axis| coords[axis]..coords[axis] + 1));

@@ -38,7 +38,7 @@ impl Wake for Signal {
 }
 
 impl Made {
-    /// Whether something is asked for, or being made.
+    /// Returns true if something is asked for, or being made.
     pub(crate) fn has_work(&self) -> bool {
         let state = self.lock();
         !state.asked.is_empty() || state.in_hand > 0

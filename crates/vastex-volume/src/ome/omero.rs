@@ -15,9 +15,9 @@ pub(super) struct Omero {
     /// The stored values that are shown as dark and as bright, within the bounds that the file gives; the
     /// first is below the second.
     pub(super) window: Option<[f64; 2]>,
-    /// Whether it is shown at first.
+    /// `Some(true)` if the channel is shown at first, `Some(false)` if hidden.
     pub(super) is_active: Option<bool>,
-    /// Whether dark and bright are exchanged.
+    /// True if dark and bright are exchanged.
     pub(super) is_inverted: bool,
 }
 

@@ -11,7 +11,7 @@ use crate::zarr::shortened;
 pub(super) struct Diagonal {
     pub(super) scale: Vec<f64>,
     pub(super) translation: Vec<f64>,
-    /// Whether anything said what the scale is.
+    /// True if anything said what the scale is.
     pub(super) is_given: bool,
 }
 

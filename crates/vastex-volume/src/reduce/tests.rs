@@ -59,7 +59,7 @@ fn float(bytes: &[u8]) -> f64 {
     }
 }
 
-/// Whether a result is what the voxels that it covers make it.
+/// Returns true if a result is what the voxels that it covers make it.
 fn is_right(dtype: DType, rule: Reduction, covered: &[&[u8]], found: &[u8]) -> bool {
     if rule == Reduction::Majority {
         let times = |value: &[u8]| covered.iter().filter(|other| **other == value).count();

@@ -49,7 +49,7 @@ pub(super) struct StackAbout {
     pub(super) names: Vec<VolumeChannel>,
 }
 
-/// Whether a description is OME's or ImageJ's: pages without one may be anything.
+/// Returns true if a description is OME's or ImageJ's: pages without one may be anything.
 pub(super) fn says_stack(description: &str) -> bool {
     let trimmed = description.trim_start_matches('\u{feff}').trim_start();
     trimmed.starts_with("ImageJ=") || trimmed.contains("<OME")

@@ -76,7 +76,7 @@ pub(super) struct Pages {
     is_big_endian: bool,
 }
 
-/// Whether a file is TIFF with several pages of one size, or with one that stands for many.
+/// Returns true if a file is TIFF with several pages of one size, or with one that stands for many.
 pub(crate) fn is_stack(path: &Path) -> bool {
     let mut start = [0; 4];
     let is_tiff = File::open(path).and_then(|mut file| file.read_exact(&mut start)).is_ok()
@@ -84,7 +84,7 @@ pub(crate) fn is_stack(path: &Path) -> bool {
     is_tiff && Pages::open_first(path, FIRST_PAGES, &mut Vec::new()).is_ok_and(|pages| pages.count() > 1)
 }
 
-/// Whether a file is TIFF with several pages of colours, of which nothing says that they are a stack.
+/// Returns true if a file is TIFF with several pages of colours, of which nothing says that they are a stack.
 pub(crate) fn are_pictures(path: &Path) -> bool {
     is_stack(path)
         && Pages::open_first(path, FIRST_PAGES, &mut Vec::new())
@@ -202,7 +202,7 @@ impl Pages {
         &self.description
     }
 
-    /// Whether each page has red, green and blue of its own.
+    /// Returns true if each page has red, green and blue of its own.
     pub(super) fn has_colors(&self) -> bool {
         matches!(self.page.color, ColorType::RGB(_) | ColorType::RGBA(_))
     }

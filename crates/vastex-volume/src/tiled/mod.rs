@@ -24,7 +24,7 @@ pub use about::container_volume;
 /// The first bytes of a container.
 const BEGIN: [u8; 4] = *b"\x89VTX";
 
-/// Whether a file is a container that holds a volume.
+/// Returns true if a file is a container that holds a volume.
 pub(crate) fn is_container(path: &Path) -> bool {
     let mut begin = [0; 4];
     let is_one = File::open(path).is_ok_and(|mut file| file.read_exact(&mut begin).is_ok());

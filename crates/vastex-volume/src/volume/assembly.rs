@@ -76,9 +76,9 @@ struct Pending {
     values: Vec<u8>,
     /// Chunks that it still waits for.
     waits: usize,
-    /// Whether a chunk of its payload is stored.
+    /// True if a chunk of its payload is stored.
     has_payload: bool,
-    /// Whether a chunk could not be read, and the error was delivered.
+    /// True if a chunk could not be read, and the error was delivered.
     has_failed: bool,
 }
 

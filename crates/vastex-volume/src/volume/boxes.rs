@@ -44,7 +44,7 @@ pub(crate) struct VoxelBox {
 pub(crate) struct BoxValues {
     /// Little-endian, x fastest, then y, then z.
     pub(crate) values: Vec<u8>,
-    /// Whether no chunk of it is stored, so that it holds the fill value alone.
+    /// True if no chunk of it is stored, so that it holds the fill value alone.
     pub(crate) is_absent: bool,
 }
 
@@ -308,7 +308,7 @@ fn repeat(values: &mut [u8], size: [usize; 3], width: usize, axis: usize, begin:
 pub(crate) struct Shared<'a> {
     volume: &'a Volume,
     level: usize,
-    /// Whether the ends of chunks are kept side by side, for borders.
+    /// True if the ends of chunks are kept side by side, for borders.
     has_ends: bool,
 }
 

@@ -130,7 +130,7 @@ impl ChunkCache {
         found
     }
 
-    /// Whether a read has a chunk under way.
+    /// Returns true if a read has a chunk under way.
     pub(crate) fn is_under_way(&self, key: &Key) -> bool {
         self.with(|kept| kept.under_way.contains_key(key))
     }

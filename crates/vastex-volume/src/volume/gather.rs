@@ -291,12 +291,12 @@ impl<'a> RowsOf<'a> {
 }
 
 impl Piece<'_> {
-    /// Whether its values lie side by side, and its rows one after the other.
+    /// Returns true if its values lie side by side, and its rows one after the other.
     fn is_run(&self, width: usize, rows: usize) -> bool {
         self.count > 1 && self.step == width && self.has_rows(width, rows)
     }
 
-    /// Whether it is one value of each row, and the rows lie one after the other.
+    /// Returns true if it is one value of each row, and the rows lie one after the other.
     fn is_end(&self, width: usize, rows: usize) -> bool {
         self.count == 1 && self.has_rows(width, rows)
     }

@@ -3,7 +3,7 @@
 /// How keys of chunks are made of their coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ChunkKeys {
-    /// Whether `c` stands before the coordinates.
+    /// True if `c` stands before the coordinates.
     pub(crate) has_c: bool,
     /// Between the coordinates: `/` or `.`.
     pub(crate) separator: char,

@@ -201,7 +201,7 @@ impl Place {
         Place { list: compactor.list(device), mapped, state: State::Free }
     }
 
-    /// Whether nothing of its frame is there while something of a later one is.
+    /// Returns true if nothing of its frame is there while something of a later one is.
     fn is_overtaken_by(&self, newest: Option<u64>) -> bool {
         match &self.state {
             State::Copying { gathered, .. } => gathered.head.is_none() && Some(gathered.frame) < newest,

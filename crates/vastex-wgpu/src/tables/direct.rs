@@ -219,7 +219,7 @@ impl DirectTables {
         }
     }
 
-    /// Whether no level is still on its way.
+    /// Returns true if no level is still on its way.
     pub(super) fn is_settled(&self) -> bool {
         self.directory.hidden.is_empty()
     }

@@ -41,7 +41,7 @@ pub(super) struct DirectTable {
     pub(super) tail: TableEntry,
     /// Coarse levels first.
     pub(super) ranges: Vec<LevelRange>,
-    /// Whether its placement is another than what was last asked for.
+    /// True if its placement is another than what was last asked for.
     pub(super) is_placed: bool,
 }
 
@@ -195,7 +195,7 @@ impl DirectTable {
         self.ranges.iter().find(|level| level.is_fresh).map(|level| level.coarsest)
     }
 
-    /// Whether nothing of it was written.
+    /// Returns true if nothing of it was written.
     pub(super) fn is_fresh(&self) -> bool {
         self.ranges.iter().all(|level| level.is_fresh)
     }

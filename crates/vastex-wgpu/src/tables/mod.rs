@@ -140,7 +140,7 @@ enum Kind {
     Hashed { tables: HashedTables, textures: BTreeMap<TextureNumber, IsNew>, anew: BTreeSet<TextureNumber> },
 }
 
-/// Whether nobody has been told of a texture's placement.
+/// True if nobody has been told of a texture's placement.
 type IsNew = bool;
 
 /// What a [`PoolTables::apply`] has done.

@@ -14,7 +14,7 @@ pub(crate) struct Drawing<'a> {
     pub(crate) depth: wgpu::TextureFormat,
     pub(crate) compare: wgpu::CompareFunction,
     pub(crate) samples: u32,
-    /// Whether depth is moved away from the light.
+    /// True if depth is moved away from the light.
     pub(crate) is_biased: bool,
 }
 

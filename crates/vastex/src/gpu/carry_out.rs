@@ -13,7 +13,7 @@ use crate::error::Error;
 pub(super) struct Undone {
     /// In the order in which they were decided.
     pub(super) uploads: Vec<(PoolId, Upload)>,
-    /// Whether page tables were being changed, which was not submitted: they begin anew with what is
+    /// True if page tables were being changed, which was not submitted: they begin anew with what is
     /// resident.
     has_tables: bool,
 }
@@ -25,7 +25,7 @@ impl Undone {
 }
 
 impl Gpu {
-    /// Whether all that was decided has been carried out, and all that was set has been told.
+    /// Returns true if all that was decided has been carried out, and all that was set has been told.
     pub(crate) fn is_done(&self) -> bool {
         self.undone.is_empty() && self.to_tell.is_empty()
     }

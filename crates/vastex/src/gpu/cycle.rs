@@ -69,8 +69,8 @@ impl Cycle {
         self.come = 0;
     }
 
-    /// Whether each of so many positions is among the last feedbacks, as many as there are positions; also
-    /// where the view is not drawn: never, or not for so many frames.
+    /// Returns true if each of so many positions is among the last feedbacks, as many as there are positions;
+    /// also where the view is not drawn: never, or not for so many frames.
     pub(super) fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
         let is_drawn = self.drawn.is_some_and(|drawn| drawn + length >= frame);
         let is_recent = |&seen: &u64| seen > 0 && seen + length > self.come;

@@ -43,8 +43,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Whether a view says what it wants in a pass of its own: what is only expected has no main pass, and a
-    /// ray has more to say than a pixel of that could.
+    /// Returns true if a view says what it wants in a pass of its own: what is only expected has no main
+    /// pass, and a ray has more to say than a pixel of that could.
     pub(super) fn is_drawn_apart(&self, view: ViewId) -> bool {
         let is_of_rays = |state: &ViewState| state.view == view && state.bricks_of_a_ray > 0;
         self.mode != FeedbackMode::Inline || view == ViewId::EXPECTED || self.views.iter().any(is_of_rays)
@@ -96,8 +96,8 @@ impl Gpu {
         if path.readback.is_under_way(frame) { Err(Error::FeedbackTwice { view, frame }) } else { Ok(()) }
     }
 
-    /// Whether a picture of this size needs another feedback path, which is made with [`Gpu::carry_out`] up
-    /// to date.
+    /// Returns true if a picture of this size needs another feedback path, which is made with
+    /// [`Gpu::carry_out`] up to date.
     pub(crate) fn needs_feedback_path(&self, view: ViewId, picture: [u32; 2]) -> bool {
         let state = self.views.iter().find(|state| state.view == view);
         let fits = |state: &ViewState| {
@@ -194,8 +194,8 @@ impl Gpu {
         Ok(())
     }
 
-    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is
-    /// on the GPU.
+    /// Returns true if every view that is drawn has been looked at at every sample position, and all that
+    /// follows is on the GPU.
     pub(crate) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
         self.undone.is_empty()

@@ -42,7 +42,8 @@ impl FeedbackPath {
         self.readback.bytes_read()
     }
 
-    /// Whether it is for pictures of this size, with so many answers of each block; 0 for those of surfaces.
+    /// Returns true if it is for pictures of this size, with so many answers of each block; 0 for those of
+    /// surfaces.
     pub(super) fn fits(&self, picture: [u32; 2], answers: u32) -> bool {
         match &self.target {
             Target::Drawn(target) => (target.picture(), target.answers()) == (picture, answers.max(1)),

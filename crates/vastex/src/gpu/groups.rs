@@ -92,7 +92,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Whether there is a group.
+    /// Returns true if there is a group.
     pub(crate) fn has_group(&self, group: GroupId) -> bool {
         self.group(group).is_some()
     }

@@ -86,7 +86,7 @@ pub(crate) struct Gpu {
     groups: Vec<GroupState>,
     /// There in lock-step.
     due: Option<DueFeedback>,
-    /// Whether the device has been polled since the last update.
+    /// True if the device has been polled since the last update.
     is_polled: bool,
     undone: Undone,
     to_tell: TablesToTell,

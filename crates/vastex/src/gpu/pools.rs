@@ -58,7 +58,7 @@ impl std::fmt::Display for Shape {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PoolShaderOptions {
     pub(crate) mode: FeedbackMode,
-    /// Whether tiles fade in.
+    /// True if tiles fade in.
     pub(crate) fade: bool,
     /// What ids show that name no texture.
     pub(crate) unknown: [f32; 4],
@@ -71,9 +71,9 @@ pub(crate) struct PoolState {
     /// Where the slots lie, also while the memory is given back.
     pub(crate) slots: PoolLayout,
     pub(crate) shape: Shape,
-    /// Whether it is for textures that are held whole.
+    /// True if it is for textures that are held whole.
     pub(crate) is_whole: bool,
-    /// Whether somebody chose its size, so that it does not follow the picture.
+    /// True if somebody chose its size, so that it does not follow the picture.
     pub(crate) is_sized: bool,
     pub(crate) tiles: Arc<str>,
     /// The first texture, as its source and as the device has it.
@@ -84,7 +84,7 @@ pub(crate) struct PoolState {
     /// How each layer is read.
     atlases: Vec<Atlas>,
     seen: PoolShaderOptions,
-    /// Whether there are textures in it, for which the memory is there but while a device is lost.
+    /// True if there are textures in it, for which the memory is there but while a device is lost.
     is_used: bool,
 }
 

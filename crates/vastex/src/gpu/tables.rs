@@ -18,7 +18,7 @@ pub(super) struct TablesToTell {
     /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from
     /// those that recorded commands see.
     pub(super) pools: BTreeSet<PoolId>,
-    /// Whether a record was set, or a table begun.
+    /// True if a record was set, or a table begun.
     pub(super) has_records: bool,
 }
 
@@ -106,7 +106,7 @@ impl Gpu {
         all
     }
 
-    /// Whether all tables have been sent whole.
+    /// Returns true if all tables have been sent whole.
     pub(super) fn tables_are_settled(&self) -> bool {
         self.pools.iter().filter_map(|pool| pool.tables()).all(vastex_wgpu::PoolTables::is_settled)
     }

@@ -122,7 +122,7 @@ impl Gpu {
         self.generations.get(usize::from(number.number())).copied().unwrap_or(0)
     }
 
-    /// Whether there is a texture.
+    /// Returns true if there is a texture.
     pub(crate) fn has(&self, texture: TextureId) -> bool {
         self.texture(texture.number()).is_some() && self.generation(texture.number()) == texture.generation()
     }
@@ -227,7 +227,8 @@ impl Gpu {
     }
 }
 
-/// Whether a texture has so many pages that its page table is hashed unless something else is asked for.
+/// Returns true if a texture has so many pages that its page table is hashed unless something else is asked
+/// for.
 fn is_large(geometry: &Geometry) -> bool {
     PageNumbering::new(geometry).entries() > TableImage::MOST_ENTRIES
 }

@@ -132,7 +132,7 @@ impl Paging {
         self.pager.tiles_lost();
     }
 
-    /// Whether one more texture or group can have a number.
+    /// Checks that one more texture or group can have a number.
     pub(crate) fn check_free_number(&self) -> Result<(), PoolError> {
         if self.pager.has_free_number() { Ok(()) } else { Err(PoolError::TooManyTextures) }
     }

@@ -132,7 +132,7 @@ impl OpenTickets {
         Ticket { shared }
     }
 
-    /// Whether a ticket is one of these, open or not.
+    /// Returns true if a ticket is one of these, open or not.
     fn own(&self, ticket: &Ticket) -> bool {
         std::ptr::eq(ticket.shared.owner.as_ptr(), Arc::as_ptr(&self.owner))
     }

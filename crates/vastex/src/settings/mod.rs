@@ -218,7 +218,7 @@ pub(crate) struct Sampling {
     pub(crate) filter: Filter,
     /// That of shaders that sample it, which read it nearest where its values may not be mixed.
     pub(crate) kind_filter: Filter,
-    /// Whether its values are not mixed, with those of a coarser tile neither.
+    /// True if its values are not mixed, with those of a coarser tile neither.
     pub(crate) is_unmixed: bool,
 }
 

@@ -203,7 +203,7 @@ impl Prepared {
         self.0.plan.given
     }
 
-    /// Whether it was prepared as this one prepares.
+    /// Returns true if it was prepared as this one prepares.
     pub(crate) fn is_by(&self, preparer: &Preparer) -> bool {
         self.0.preparer == *preparer
     }

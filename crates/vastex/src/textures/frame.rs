@@ -123,8 +123,8 @@ impl Textures {
         self.paging.poll_event(is_seen_whole)
     }
 
-    /// Whether every view that is drawn has been looked at at every sample position, and all that follows is
-    /// on the GPU.
+    /// Returns true if every view that is drawn has been looked at at every sample position, and all that
+    /// follows is on the GPU.
     pub(super) fn is_seen_whole(&self) -> bool {
         self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
     }

@@ -60,7 +60,7 @@ fn pixels(feedback: &Feedback, texture: TextureNumber) -> BTreeMap<PagePos, u32>
     pages.map(|wanted| (wanted.page.pos(Dims::D2), wanted.pixels)).collect()
 }
 
-/// Whether a pixel is one of those that show the first texture at first.
+/// Returns true if a pixel is one of those that show the first texture at first.
 fn is_first(pixel: usize) -> bool {
     (pixel % PICTURE[0] as usize + pixel / PICTURE[0] as usize).is_multiple_of(2)
 }

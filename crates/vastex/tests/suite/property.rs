@@ -209,7 +209,7 @@ fn a_pool_too_small_moves_every_pixel_to_the_level_of_its_bias() {
     }
 }
 
-/// Whether a page is there to be sampled.
+/// Returns true if a page is there to be sampled.
 fn resident(screen: &Screen, pos: PagePos) -> bool {
     let page = PageId::new(screen.texture(0).number(), Dims::D2, pos).unwrap_or(PageId::NONE);
     matches!(screen.textures.inspect().state(page), PageState::Resident(_))

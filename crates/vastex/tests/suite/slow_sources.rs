@@ -87,7 +87,7 @@ fn screen(hung: &Arc<Hung>, settings: Settings) -> Screen {
     screen
 }
 
-/// Whether all that the second texture certainly wants is there.
+/// Returns true if all that the second texture certainly wants is there.
 fn second_is_sharp(screen: &Screen, wanted: &[vastex_core::WantedPage]) -> bool {
     let texture = screen.texture(1);
     let mut of_it =

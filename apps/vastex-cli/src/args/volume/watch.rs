@@ -35,7 +35,7 @@ pub(crate) struct VolumeWatchArgs {
 }
 
 impl VolumeWatchArgs {
-    /// Whether what is asked for can be had of a picture of so many pixels, of a slice or of rays.
+    /// Checks that what is asked for can be had of a picture of so many pixels, of a slice or of rays.
     pub(super) fn check(&self, is_slice: bool, [width, height]: [u32; 2]) -> Result<(), clap::Error> {
         if self.report.is_some() {
             return Err(value_error(

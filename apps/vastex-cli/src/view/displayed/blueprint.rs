@@ -138,7 +138,7 @@ impl Displayed {
         Ok(made)
     }
 
-    /// Whether its tiles come from the same sources.
+    /// Returns true if its tiles come from the same sources.
     pub(in super::super) fn is_of(&self, other: &Displayed) -> bool {
         let is_same = |(a, b): (&Arc<dyn TileSource>, &Arc<dyn TileSource>)| Arc::ptr_eq(a, b);
         self.sources.len() == other.sources.len() && self.sources.iter().zip(&other.sources).all(is_same)

@@ -26,7 +26,7 @@ struct Coming {
     field: Option<Id>,
 }
 
-/// Whether a key that goes down asks for what was copied.
+/// Returns true if a key that goes down asks for what was copied.
 pub(super) fn is_paste(event: &KeyEvent, held: ModifiersState) -> bool {
     use vastex_viewer::input::Key;
     let command = if cfg!(target_os = "macos") { ModifiersState::SUPER } else { ModifiersState::CONTROL };

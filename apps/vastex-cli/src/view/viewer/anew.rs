@@ -122,7 +122,7 @@ impl Anew {
         self.wanted.take_if(is_of)
     }
 
-    /// Whether textures are wanted that nothing makes.
+    /// Returns true if textures are wanted that nothing makes.
     fn is_waiting(&self) -> bool {
         self.wanted.as_ref().is_some_and(|wanted| wanted.making.is_none())
     }

@@ -23,7 +23,7 @@ pub(super) struct Below {
     /// When that was, and how long the frame took.
     shown_at: Option<Instant>,
     took: Duration,
-    /// Whether it says something else now.
+    /// True if it says something else now.
     is_stale: bool,
 }
 

@@ -53,7 +53,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Whether a volume is shown: without what reads them there is none.
+    /// Returns true if a volume is shown: without what reads them there is none.
     #[cfg(not(feature = "volumes"))]
     pub(in super::super) fn shows_volume(&self) -> bool {
         false

@@ -28,7 +28,7 @@ struct Found {
     layer: (usize, usize),
     /// `None` where 0 and 1 are black and white.
     range: Option<[f32; 2]>,
-    /// Whether it is of all rows, and so the last word.
+    /// True if it is of all rows, and so the last word.
     is_last: bool,
 }
 
@@ -37,8 +37,8 @@ impl FirstRanges {
         self.found.iter().find(|found| found.layer == layer).copied()
     }
 
-    /// Whether a layer, which is shown so, is to have its first range: it has none, or the one that was
-    /// found of fewer rows.
+    /// Returns true if a layer, which is shown so, is to have its first range: it has none, or the one that
+    /// was found of fewer rows.
     fn is_due(&self, layer: (usize, usize), options: &LayerOptions) -> bool {
         match self.of(layer) {
             Some(Found { is_last: true, range, .. }) => options.range.is_none() && range.is_some(),

@@ -29,9 +29,9 @@ pub(super) struct WindowHud {
     /// The pixel below the pointer, and whether it has yet to be asked about.
     pixel: Option<[u32; 2]>,
     is_to_ask: bool,
-    /// Whether the view had settled in the last frame.
+    /// True if the view had settled in the last frame.
     had_settled: bool,
-    /// Whether something has come that the panel does not show yet.
+    /// True if something has come that the panel does not show yet.
     is_stale: bool,
 }
 
@@ -45,7 +45,7 @@ struct SmallOverlays {
 }
 
 impl WindowHud {
-    /// Whether it is shown.
+    /// Returns true if it is shown.
     pub(super) fn is_shown(&self) -> bool {
         self.is_shown
     }
@@ -62,7 +62,7 @@ impl WindowHud {
         self.is_to_ask = self.pixel.is_some();
     }
 
-    /// Whether a frame is due for the panel alone.
+    /// Returns true if a frame is due for the panel alone.
     pub(super) fn is_due(&self) -> bool {
         self.is_shown && (self.is_stale || self.is_to_ask || !self.had_settled)
     }

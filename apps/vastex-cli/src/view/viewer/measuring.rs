@@ -7,7 +7,7 @@ use vastex_viewer::panels::Measure;
 use super::Viewer;
 
 impl Viewer {
-    /// Whether clicks set points to be measured.
+    /// Returns true if clicks set points to be measured.
     pub(in super::super) fn is_measuring(&self) -> bool {
         self.panel.measure.is_some()
     }

@@ -125,7 +125,7 @@ pub(super) struct Viewer {
     first_layers: Vec<LayerOptions>,
     layers_of: u64,
     first_ranges: FirstRanges,
-    /// Whether the files beside it that are asked for are those of the file that is displayed next, as the
+    /// True if the files beside it that are asked for are those of the file that is displayed next, as the
     /// command line and links name them; else they went with the one before.
     is_asked: bool,
     /// What flickers does so by the time since then.
@@ -212,7 +212,7 @@ impl Viewer {
         self.textures.preparer()
     }
 
-    /// Whether there is anything to see.
+    /// Returns true if there is anything to see.
     pub(super) fn is_empty(&self) -> bool {
         self.display.displayed().is_none() && !self.shows_volume()
     }
@@ -293,7 +293,7 @@ impl Viewer {
         Ok(made)
     }
 
-    /// Whether anything has been displayed so far.
+    /// Returns true if anything has been displayed so far.
     pub(super) fn has_displayed(&self) -> bool {
         self.layers_of > 0
     }
@@ -489,7 +489,7 @@ impl Viewer {
         wake
     }
 
-    /// Whether the picture stays as it is: everything is there, and no mip bias is about to fall.
+    /// Returns true if the picture stays as it is: everything is there, and no mip bias is about to fall.
     fn is_settled(&self, stats: &FrameStats) -> bool {
         let is_falling = |pool: &PoolStats| pool.pager.bias_eighths > 0 && pool.fits();
         let at_rest = stats.converged && stats.fading == 0 && self.unsettled == 0;

@@ -28,7 +28,7 @@ pub(super) struct Values {
     /// Of which of the shown layers.
     layer: usize,
     taken_at: Instant,
-    /// Whether they are those of a view that had settled.
+    /// True if they are those of a view that had settled.
     are_last: bool,
 }
 

@@ -41,7 +41,7 @@ pub(super) struct VolumeShown {
     of: Option<(u64, u64)>,
     /// Where the pictures lie in the window, in pixels: the corner and the size.
     area: ([f64; 2], [u32; 2]),
-    /// Whether what lies over the pictures is another than in the last frame.
+    /// True if what lies over the pictures is another than in the last frame.
     is_stale: bool,
     /// When a frame was shown last, of which size, and whether the last one was not, since nothing of it
     /// would have been another.
@@ -118,12 +118,12 @@ impl Viewer {
         self.volume = None;
     }
 
-    /// Whether a volume is shown.
+    /// Returns true if a volume is shown.
     pub(in super::super) fn shows_volume(&self) -> bool {
         self.volume.is_some()
     }
 
-    /// Whether something is asked for that only images have, while a volume is shown.
+    /// Returns true if something is asked for that only images have, while a volume is shown.
     pub(in super::super) fn ignores(&self, action: &Action) -> bool {
         use Action::*;
         let is_of_any = matches!(

@@ -55,7 +55,7 @@ pub fn in_srgb(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
     Box::new(Managed { inner, header, pieces, seen })
 }
 
-/// Whether an image of that kind is in sRGB already, or in its light, by what its profile says.
+/// Returns true if an image of that kind is in sRGB already, or in its light, by what its profile says.
 pub(super) fn changes_nothing(meaning: &Meaning, format: PixelFormat) -> bool {
     Conversion::new(meaning, format).is_ok_and(|conversion| conversion.converter.is_none())
 }
@@ -183,7 +183,7 @@ impl Pieces {
 
 /// What a profile means for the rows of an image.
 struct Conversion {
-    /// Whether the rows are light afterwards.
+    /// True if the rows are light afterwards.
     is_linear: bool,
     converter: Option<Converter>,
 }

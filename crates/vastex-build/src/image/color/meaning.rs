@@ -102,7 +102,7 @@ fn of_curve(gamma: Option<u32>, chromaticities: Option<[[u32; 2]; 4]>) -> Result
     Ok(Meaning { name, profile })
 }
 
-/// Whether white, red, green and blue span anything.
+/// Returns true if white, red, green and blue span anything.
 fn is_sound([white, red, green, blue]: [[f64; 2]; 4]) -> bool {
     let in_range = |[x, y]: [f64; 2]| (0.0..=1.0).contains(&x) && (1e-3..=1.0).contains(&y);
     let area = (green[0] - red[0]) * (blue[1] - red[1]) - (blue[0] - red[0]) * (green[1] - red[1]);

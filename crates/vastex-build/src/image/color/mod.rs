@@ -39,7 +39,7 @@ enum Stored {
     CodePoints {
         primaries: u8,
         transfer: u8,
-        /// Whether the samples are red, green and blue over their full range.
+        /// True if the samples are red, green and blue over their full range.
         is_plain: bool,
     },
 }

@@ -37,15 +37,15 @@ pub(super) struct ExrReader {
     chunks: AllChunksReader<BufReader<File>>,
     decoding: Arc<Decoding>,
     ahead: Ahead<Result<Option<Block>, BlockFault>>,
-    /// Whether there are no more chunks, or none that can be read.
+    /// True if there are no more chunks, or none that can be read.
     has_ended: bool,
-    /// Whether all blocks are read before the first row is given out.
+    /// True if all blocks are read before the first row is given out.
     whole: bool,
     /// Rows from `first_row` on, as they are given out.
     band: Vec<u8>,
     first_row: u32,
     next_row: u32,
-    /// Whether a number was too large to stay exact.
+    /// True if a number was too large to stay exact.
     rounded: bool,
 }
 

@@ -24,7 +24,7 @@ struct Context {
     prefix: String,
 }
 
-/// Whether a text is a `.ctx` file.
+/// Returns true if a text is a `.ctx` file.
 pub(super) fn is_context(text: &str) -> bool {
     tokens(text).next().is_some_and(|first| first == "VirtualTexture")
 }

@@ -43,7 +43,7 @@ pub(super) fn find(directory: &Path) -> Result<Option<PathBuf>, InputFault> {
     }
 }
 
-/// Whether a text is a `.dzi` file.
+/// Returns true if a text is a `.dzi` file.
 pub(super) fn is_manifest(text: &str) -> bool {
     text.trim_start_matches('\u{feff}').trim_start().starts_with('<')
         && text.contains("Image")

@@ -11,7 +11,7 @@ use crate::image::InputFault;
 /// Texels per side of a tile.
 const SIDES: std::ops::RangeInclusive<u32> = 4..=1024;
 
-/// Whether there are tiles of Gaia Sky in the directory.
+/// Returns true if there are tiles of Gaia Sky in the directory.
 pub(super) fn is_here(directory: &Path) -> Result<bool, InputFault> {
     for path in entries(directory)? {
         let is_level = path.file_name().and_then(|name| level_number(name.to_str()?)).is_some();

@@ -8,8 +8,8 @@ use super::{gaia_sky, prototype};
 /// Entries of a directory that count: tiles and what describes them are most of what such a directory holds.
 const MOST: usize = 256;
 
-/// Whether a directory may be one of tiles. Opens no file, and reads no more of lists than their beginning:
-/// a directory may be none all the same, and one that holds much else may be passed over.
+/// Returns true if a directory may be one of tiles. Opens no file, and reads no more of lists than their
+/// beginning: a directory may be none all the same, and one that holds much else may be passed over.
 pub(crate) fn may_be_tiles(directory: &Path) -> bool {
     let (mut manifests, mut contexts) = (0, 0);
     for path in first(directory) {

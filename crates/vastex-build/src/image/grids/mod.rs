@@ -63,7 +63,7 @@ pub(crate) struct Source {
 pub(crate) struct Texels {
     /// Into which all go.
     pub(crate) format: PixelFormat,
-    /// Whether the colours of the first are linear.
+    /// True if the colours of the first are linear.
     pub(crate) linear: bool,
     /// What the first says of its colours besides.
     pub(crate) profile: Option<Profile>,
@@ -84,7 +84,7 @@ struct DirectoryReader {
     /// Cells whose files somebody was asked for, row by row, and the file of the last of them.
     asked: u64,
     asked_path: PathBuf,
-    /// Whether the files may be damaged.
+    /// True if the files may be damaged.
     tolerates: bool,
 }
 

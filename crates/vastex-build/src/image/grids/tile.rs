@@ -30,7 +30,7 @@ pub(crate) struct Decoded {
     path: PathBuf,
     size: [u32; 2],
     texels: Vec<u8>,
-    /// Whether the file may be damaged.
+    /// True if the file may be damaged.
     tolerates: bool,
 }
 
@@ -62,7 +62,7 @@ impl Decoded {
         Ok(decoded)
     }
 
-    /// Whether it is the file of a piece.
+    /// Returns true if it is the file of a piece.
     pub(crate) fn is_of(&self, piece: &Piece) -> bool {
         self.path == piece.path && !self.texels.is_empty()
     }

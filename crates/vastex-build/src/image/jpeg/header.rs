@@ -17,7 +17,7 @@ pub(super) struct JpegHeader {
     /// Horizontal and vertical sampling factors, 1 to 4 each, of 1 to 4 components.
     pub(super) sampling: Vec<(u8, u8)>,
     pub(super) progressive: bool,
-    /// Whether the first scan holds every component, as it must for reading by rows.
+    /// True if the first scan holds every component, as it must for reading by rows.
     pub(super) interleaved: bool,
     pub(super) orientation: Option<u16>,
     pub(super) profile: Option<Profile>,

@@ -53,9 +53,9 @@ pub(super) struct JpegReader {
     state: State,
     ended: Arc<AtomicBool>,
     next_row: u32,
-    /// Whether the picture's data may be damaged.
+    /// True if the picture's data may be damaged.
     tolerates: bool,
-    /// Whether the whole picture is decoded before the first row is given out.
+    /// True if the whole picture is decoded before the first row is given out.
     is_decoded_first: bool,
     beginning: Option<Arc<Beginning>>,
     /// Texels per side that are made of a block of 8x8.
@@ -64,7 +64,7 @@ pub(super) struct JpegReader {
     faults: u32,
     /// Bytes that belong to nothing, as far as they are few.
     stray_bytes: u32,
-    /// Whether the picture could not be trusted beyond the rows that are given out.
+    /// True if the picture could not be trusted beyond the rows that are given out.
     is_guess: bool,
 }
 

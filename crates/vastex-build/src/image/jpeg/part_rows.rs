@@ -26,7 +26,7 @@ pub(in crate::image) struct PartShape {
     /// Rows that it has at most.
     pub(in crate::image) most_rows: u32,
     pub(in crate::image) channels: u8,
-    /// Whether three channels are YCbCr, where the stream does not say.
+    /// True if three channels are YCbCr, where the stream does not say.
     pub(in crate::image) is_ycbcr: bool,
 }
 
@@ -101,7 +101,7 @@ fn next_of_head(stored: &mut impl BufRead) -> io::Result<u8> {
     }
 }
 
-/// Whether the rows of a stream come while it is decoded. What makes no sense has none.
+/// Returns true if the rows of a stream come while it is decoded. What makes no sense has none.
 pub(in crate::image) fn has_rows(tables: &[u8], stored: &mut impl BufRead, shape: &PartShape) -> bool {
     let found = head_of(tables, stored, shape);
     found.is_ok_and(|(_, found)| found.interleaved && !found.progressive)

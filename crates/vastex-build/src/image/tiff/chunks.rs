@@ -112,7 +112,7 @@ impl Chunks {
         plane * per_plane as u32 + row / self.rows * self.columns + column
     }
 
-    /// Whether all that holds `row` lies within the file.
+    /// Checks that all that holds `row` lies within the file.
     pub(super) fn check(&self, row: u32) -> Result<(), InputFault> {
         for plane in 0..self.planes {
             for column in 0..self.columns {
@@ -138,12 +138,12 @@ impl Chunks {
         (self.offsets[number], self.lengths[number])
     }
 
-    /// Whether none is left out of the file.
+    /// Returns true if none is left out of the file.
     pub(super) fn are_all_stored(&self) -> bool {
         self.lengths.iter().all(|&len| len > 0)
     }
 
-    /// Whether `image` says the same of how the image is cut and what its texels are.
+    /// Returns true if `image` says the same of how the image is cut and what its texels are.
     pub(super) fn is_of(&self, image: &TiffImage) -> bool {
         let rows = self.rows.min(self.size[1]);
         let is_alike = image.pixel_format().is_ok_and(|format| format == self.format);
@@ -189,7 +189,7 @@ impl Chunks {
         }
     }
 
-    /// Whether what is decoded are the rows.
+    /// Returns true if what is decoded are the rows.
     pub(super) fn are_rows(&self) -> bool {
         self.columns == 1 && self.planes == 1 && self.stored == Stored::AsItIs
     }
@@ -330,7 +330,7 @@ pub(super) struct ReadyRows {
     ready: vec::IntoIter<Result<Chunk, InputFault>>,
     first_row: u32,
     rows: Vec<u8>,
-    /// Whether a number was too large to stay exact.
+    /// True if a number was too large to stay exact.
     pub(super) rounded: bool,
 }
 

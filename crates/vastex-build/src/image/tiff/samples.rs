@@ -47,7 +47,7 @@ impl Stored {
         }
     }
 
-    /// Whether nothing is done to it.
+    /// Returns true if nothing is done to it.
     pub(super) fn is_as_it_is(self) -> bool {
         self == Stored::AsItIs
     }

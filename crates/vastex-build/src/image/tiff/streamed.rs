@@ -39,7 +39,7 @@ pub(super) struct StreamedRows {
     next_row: u32,
     /// A row of a plane, as it is stored.
     stored: Vec<u8>,
-    /// Whether a number was too large to stay exact.
+    /// True if a number was too large to stay exact.
     pub(super) rounded: bool,
 }
 
@@ -48,13 +48,13 @@ struct Strip {
     decoder: Box<dyn Read + Send>,
     /// Bytes of it that were decoded.
     decoded: u64,
-    /// Whether the file ends before it.
+    /// True if the file ends before it.
     is_cut: bool,
 }
 
 impl StreamedRows {
-    /// Whether an image has strips that can be decoded from the top, and are better not held. Looks at how
-    /// each of them begins, where they are JPEG.
+    /// Returns true if an image has strips that can be decoded from the top, and are better not held. Looks
+    /// at how each of them begins, where they are JPEG.
     pub(super) fn can_be_of(image: &TiffImage, chunks: &Chunks, file: &Arc<File>) -> bool {
         let is_large = chunks.rows >= image.size[1] || chunks.decoded_bytes() > MOST_HELD;
         let has_lengths = image.compression == codecs::NONE || chunks.are_all_stored();
@@ -89,7 +89,7 @@ impl StreamedRows {
         u64::from(self.chunks.planes_read()) * strip + 2 * self.stored.len() as u64
     }
 
-    /// Whether a row can be read without those before it.
+    /// Returns true if a row can be read without those before it.
     pub(super) fn is_plain(&self) -> bool {
         self.image.compression == codecs::NONE
     }

@@ -137,8 +137,8 @@ impl LayerFilter {
         LayerFilter::new(kernel, meaning)
     }
 
-    /// Whether the numbers of a layer that has this filter are colours, as far as the layer's name and format
-    /// tell; `None` for the filter that suits both.
+    /// Returns true if the numbers of a layer that has this filter are colours, as far as the layer's name
+    /// and format tell; `None` for the filter that suits both.
     pub(crate) fn is_of_color(filter: Option<LayerFilter>, layer: &Layer) -> bool {
         let usual = LayerFilter::for_layer(&layer.name, layer.format, true);
         usual.meaning == Meaning::LinearColor && filter.is_none_or(|filter| filter.meaning != Meaning::Normal)

@@ -141,7 +141,7 @@ pub(super) fn group(version: ZarrVersion, said: Option<Value>) -> Vec<(&'static 
     }
 }
 
-/// Whether metadata of a group say that it was made here.
+/// Returns true if metadata of a group say that it was made here.
 pub(super) fn is_ours(said: &Value) -> bool {
     let images = [&said["attributes"]["ome"]["multiscales"], &said["multiscales"]];
     images.into_iter().any(|image| image[0]["metadata"]["method"] == METHOD)

@@ -75,7 +75,7 @@ pub(super) fn new_directory(output: &Path) -> Result<NewDirectory, VolumeBuildEr
     Ok(NewDirectory::create(output, is_ours)?)
 }
 
-/// Whether a directory is an OME-Zarr that was made here, so that it may be replaced.
+/// Returns true if a directory is an OME-Zarr that was made here, so that it may be replaced.
 fn is_ours(path: &Path) -> bool {
     ["zarr.json", ".zattrs"].iter().any(|name| {
         let file = path.join(name);
@@ -189,7 +189,7 @@ impl<'a> ZarrSink<'a> {
     }
 }
 
-/// Whether values are all the fill value.
+/// Returns true if values are all the fill value.
 fn is_filled(values: &[u8], fill: &[u8]) -> bool {
     // Each equals the next exactly if all equal themselves shifted by one.
     values.starts_with(fill) && values[fill.len()..] == values[..values.len() - fill.len()]

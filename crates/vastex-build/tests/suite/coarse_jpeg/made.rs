@@ -23,13 +23,13 @@ pub(super) struct Made {
     pub(super) blocks: Vec<[usize; 2]>,
     pub(super) ids: [u8; 3],
     pub(super) scans: Scans,
-    /// Whether each scan has all coefficients.
+    /// True if each scan has all coefficients.
     pub(super) is_sequential: bool,
     /// Lowest bits that come in later scans.
     pub(super) missing_bits: u32,
     /// MCUs between restarts; 0 for none.
     pub(super) restarts: u16,
-    /// Whether codes have up to 13 bits, else all have four.
+    /// True if codes have up to 13 bits, else all have four.
     pub(super) has_long_codes: bool,
     pub(super) has_jfif: bool,
     pub(super) adobe: Option<u8>,

@@ -17,7 +17,7 @@ fn rows(path: &std::path::Path) -> (PixelFormat, Vec<u8>) {
     (header.format, rows)
 }
 
-/// Whether samples go into a layer as they are.
+/// Returns true if samples go into a layer as they are.
 fn is_exact(format: PixelFormat) -> bool {
     format.channels() == 1 || (format.sample() == Sample::U8 && format.channels() != 3)
 }

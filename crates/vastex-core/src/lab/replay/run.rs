@@ -36,7 +36,7 @@ struct View {
     /// Pages that were resident or under way when it began.
     had: Vec<bool>,
     is_full: bool,
-    /// Whether one that knew the future could have filled it.
+    /// True if one that knew the future could have filled it.
     could_be_full: bool,
 }
 

@@ -12,7 +12,7 @@ const VISITS: usize = 256;
 pub(crate) struct CheckPace(AtomicUsize);
 
 impl CheckPace {
-    /// Whether, after another step, a check of so many visits is due.
+    /// Returns true if, after another step, a check of so many visits is due.
     pub(crate) fn is_due(&self, visits: usize) -> bool {
         let saved = self.0.load(Ordering::Relaxed) + VISITS;
         let is_due = saved >= visits;

@@ -60,7 +60,7 @@ pub(crate) struct Node {
     pub(in crate::pager) pixels: u32,
     /// Those of them that already show something finer than the page.
     pub(in crate::pager) finer: u32,
-    /// Whether its tile is in a slot.
+    /// True if its tile is in a slot.
     pub(in crate::pager) is_resident: bool,
     /// Where its record was when the set was worked out.
     pub(in crate::pager) record: RecordHint,

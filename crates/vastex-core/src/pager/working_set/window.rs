@@ -65,12 +65,12 @@ impl Window {
         self.cut = Some(frame);
     }
 
-    /// Whether a cut was declared that the feedback of this frame is the first to show.
+    /// Returns true if a cut was declared that the feedback of this frame is the first to show.
     pub(super) fn take_cut(&mut self, frame: u64) -> bool {
         self.cut.take_if(|cut| *cut <= frame).is_some()
     }
 
-    /// Whether the view has been seen for a whole cycle, and no cut was declared that is yet to show.
+    /// Returns true if the view has been seen for a whole cycle, and no cut was declared that is yet to show.
     fn is_known(&self) -> bool {
         self.is_whole() && self.cut.is_none()
     }
@@ -106,13 +106,13 @@ impl Window {
         self.rest = self.rest.saturating_add(1);
     }
 
-    /// Whether the view is being drawn: neither before its first feedback nor for a jitter cycle of rounds
-    /// without one.
+    /// Returns true if the view is being drawn: neither before its first feedback nor for a jitter cycle of
+    /// rounds without one.
     pub(super) fn is_drawn(&self) -> bool {
         self.feedbacks() > 0 && self.rest <= self.length
     }
 
-    /// Whether a whole cycle of the view was quiet.
+    /// Returns true if a whole cycle of the view was quiet.
     pub(super) fn is_quiet(&self) -> bool {
         self.quiet >= self.length && self.is_whole()
     }
@@ -188,7 +188,7 @@ impl WorkingSet {
         self.cycle
     }
 
-    /// Whether the feedback is the first after a cut of its view: one that was declared, or a jump.
+    /// Returns true if the feedback is the first after a cut of its view: one that was declared, or a jump.
     pub(crate) fn is_cut(&mut self, feedback: &Feedback, textures: &Textures) -> bool {
         let window = self.window_mut(feedback.view);
         window.is_some_and(|window| window.take_cut(feedback.frame)) || self.is_jump(feedback, textures)
@@ -218,8 +218,8 @@ impl WorkingSet {
         self.windows.iter_mut().flatten().find(|window| window.view == view)
     }
 
-    /// Whether under a quarter of the feedback's pixels fall on pages of its view's window, their ancestors
-    /// or descendants.
+    /// Returns true if under a quarter of the feedback's pixels fall on pages of its view's window, their
+    /// ancestors or descendants.
     ///
     /// Only a window of a whole jitter cycle can tell: where pages are smaller than the blocks of pixels that
     /// feedback stands for, the frames of a cycle see different pages of one view.

@@ -70,7 +70,7 @@ impl Groups {
         self.groups.get(usize::from(number.number()))?.as_ref()
     }
 
-    /// Whether there is none.
+    /// Returns true if there is none.
     pub(crate) fn is_empty(&self) -> bool {
         self.count == 0
     }

@@ -63,8 +63,8 @@ impl Pixel {
     }
 }
 
-/// Whether two pages, each of its texture and of any level, have a point of uv in common; by comparing
-/// fractions.
+/// Returns true if two pages, each of its texture and of any level, have a point of uv in common; by
+/// comparing fractions.
 fn overlap(a: (&Geometry, PagePos), b: (&Geometry, PagePos)) -> bool {
     let side = |(shape, pos): (&Geometry, PagePos), axis: usize| {
         let texels = shape.level(pos.level).scale[axis] * u64::from(shape.page()[axis]);

@@ -109,7 +109,7 @@ impl Camera {
         }
     }
 
-    /// Whether any of a sphere may lie in the view.
+    /// Returns true if any of a sphere may lie in the view.
     pub(super) fn sees(&self, centre: Vec3, radius: f64) -> bool {
         let w = self.w(centre);
         let within = |row: usize, sign: f64| {

@@ -25,7 +25,7 @@ pub(super) struct Footprint {
     pub(super) lambda: f64,
     /// Feedback pixels that it covers; where it is not seen, that it would cover.
     pub(super) pixels: f64,
-    /// Whether it may be in the view and turned towards the eye.
+    /// True if it may be in the view and turned towards the eye.
     pub(super) is_seen: bool,
 }
 

@@ -223,7 +223,8 @@ impl Kept {
         true
     }
 
-    /// Whether a cache, with this tile, has taken at most half of what others used in the last jitter cycle.
+    /// Returns true if a cache, with this tile, has taken at most half of what others used in the last jitter
+    /// cycle.
     fn may_take(&self, taker: u64, owner: u64, pos: PagePos) -> bool {
         let Some((tile, _)) = self.caches.get(&owner).and_then(|owner| owner.tiles.get(&pos)) else {
             return false;

@@ -108,7 +108,7 @@ impl Palette {
         }
     }
 
-    /// Whether values are their own shades.
+    /// Returns true if values are their own shades.
     pub(crate) fn is_plain(self) -> bool {
         self == Palette::GREY
     }

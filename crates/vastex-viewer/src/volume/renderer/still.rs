@@ -167,7 +167,7 @@ fn shared(nth: u32) -> f32 {
     (f64::from(nth.reverse_bits()) / 2.0f64.powi(32)) as f32
 }
 
-/// Whether a device adds in half floats.
+/// Returns true if a device adds in half floats.
 fn blends(gpu: &Gpu) -> bool {
     let features = gpu.adapter.get_texture_format_features(LIGHT);
     features.flags.contains(wgpu::TextureFormatFeatureFlags::BLENDABLE)

@@ -32,7 +32,7 @@ pub(super) struct Frame {
     pub(super) components: Vec<Component>,
     /// The most blocks that any component has of an MCU, across and down.
     pub(super) most: [usize; 2],
-    /// Whether a scan has all coefficients of its components.
+    /// True if a scan has all coefficients of its components.
     is_sequential: bool,
 }
 
@@ -181,8 +181,8 @@ impl Segments {
         self.frame.as_ref()
     }
 
-    /// Whether three components are YCbCr, or else RGB: what libjpeg makes of the markers, and of the names
-    /// of the components where there are none.
+    /// Returns true if three components are YCbCr, or else RGB: what libjpeg makes of the markers, and of the
+    /// names of the components where there are none.
     pub(super) fn is_ycbcr(&self) -> bool {
         let ids = self.frame.iter().flat_map(|frame| &frame.components).map(|component| component.id);
         self.has_jfif || self.adobe.map_or_else(|| !ids.eq(*b"RGB"), |transform| transform != 0)

@@ -45,7 +45,7 @@ impl TiffImage {
         (self.has_pick() || self.samples > channels.into()).then_some(self.samples)
     }
 
-    /// Whether some of its bands are shown, and not its colours.
+    /// Returns true if some of its bands are shown, and not its colours.
     pub(in crate::image::tiff) fn has_pick(&self) -> bool {
         self.pick.is_some()
     }

@@ -93,7 +93,7 @@ impl TiffImage {
         PartShape { size, most_rows: self.chunk[1], channels: channels as u8, is_ycbcr }
     }
 
-    /// Whether the rows of a strip of so many come while it is decoded.
+    /// Returns true if the rows of a strip of so many come while it is decoded.
     pub(in crate::image::tiff) fn has_rows(&self, mut stored: impl BufRead, rows: u32) -> bool {
         match self.compression {
             codecs::JPEG => part_rows::has_rows(&self.tables, &mut stored, &self.part_shape(rows)),

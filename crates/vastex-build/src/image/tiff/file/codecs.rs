@@ -20,7 +20,7 @@ pub(crate) const APERIO_RGB: u64 = 33005;
 pub(crate) const JPEG_2000: u64 = 34712;
 pub(crate) const ZSTD: u64 = 50000;
 
-/// Whether strips and tiles are codestreams of JPEG 2000.
+/// Returns true if strips and tiles are codestreams of JPEG 2000.
 pub(crate) fn is_jpeg_2000(compression: u64) -> bool {
     matches!(compression, APERIO_YCBCR | VIPS_JPEG_2000 | APERIO_RGB | JPEG_2000)
 }
@@ -46,7 +46,7 @@ pub(crate) fn name(compression: u64) -> String {
     name.into()
 }
 
-/// Whether what it compresses can be decoded bit by bit, from the first byte on.
+/// Returns true if what it compresses can be decoded bit by bit, from the first byte on.
 pub(in crate::image::tiff) fn is_stream(compression: u64) -> bool {
     matches!(compression, NONE | LZW | DEFLATE | OLD_DEFLATE | PACKBITS | ZSTD)
 }

@@ -54,7 +54,7 @@ pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, D
 pub(crate) struct Pick {
     /// One, or those that are red, green and blue, counted from 0.
     pub(super) bands: Vec<u16>,
-    /// Whether somebody asked for them.
+    /// True if somebody asked for them.
     pub(super) is_asked: bool,
 }
 
@@ -67,7 +67,7 @@ pub(crate) struct TiffImage {
     /// The same of a strip or tile; those of the last column and row of tiles reach beyond the image.
     pub(crate) chunk: [u32; 2],
     pub(crate) is_tiled: bool,
-    /// Whether its strips are parts of the one strip of a plane, which is not compressed.
+    /// True if its strips are parts of the one strip of a plane, which is not compressed.
     pub(super) is_cut: bool,
     /// Channels of a texel as it is stored, alpha and others included.
     pub(crate) samples: u16,
@@ -77,7 +77,7 @@ pub(crate) struct TiffImage {
     pub(crate) photometric: u64,
     pub(crate) compression: u64,
     pub(super) predictor: u64,
-    /// Whether each channel has strips or tiles of its own.
+    /// True if each channel has strips or tiles of its own.
     pub(super) is_planar: bool,
     /// The bands that are shown, where they are others than the first ones as the file means them.
     pub(super) pick: Option<Pick>,

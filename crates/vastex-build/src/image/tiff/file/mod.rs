@@ -37,7 +37,7 @@ pub(crate) struct TiffFile {
     file: Arc<File>,
     len: u64,
     is_big_endian: bool,
-    /// Whether offsets have 64 bits.
+    /// True if offsets have 64 bits.
     is_big: bool,
     /// Where the first directory lies.
     first: u64,

@@ -166,7 +166,7 @@ impl TiffImage {
         }
     }
 
-    /// Whether colours are multiplied by alpha.
+    /// Returns true if colours are multiplied by alpha.
     fn is_premultiplied(&self) -> bool {
         self.pick.is_none() && matches!(self.samples, 2 | 4) && self.extra.first() == Some(&ASSOCIATED_ALPHA)
     }
