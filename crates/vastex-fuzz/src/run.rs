@@ -45,7 +45,7 @@ pub struct Failure {
     pub case: u64,
     /// Bytes of the input.
     pub input: Vec<u8>,
-    /// What it did.
+    /// What the input did.
     pub harm: Harm,
 }
 

@@ -38,9 +38,9 @@ pub enum Form {
 /// Something that reads what others wrote.
 #[derive(Clone, Copy, Debug)]
 pub struct Target {
-    /// What it is called on the command line.
+    /// The target's name on the command line.
     pub name: &'static str,
-    /// What its bytes are.
+    /// What the target's bytes are.
     pub form: Form,
     pub(crate) check: fn(&[u8]),
     pub(crate) seeds: fn() -> Result<Vec<Vec<u8>>>,

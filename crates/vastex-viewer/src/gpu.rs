@@ -24,7 +24,7 @@ pub enum GpuSetupError {
     NoDevice {
         /// The adapter's name.
         adapter: String,
-        /// What it said.
+        /// What the adapter said.
         error: String,
     },
 }

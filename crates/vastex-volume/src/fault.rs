@@ -25,7 +25,7 @@ pub enum VolumeFault {
     /// The volume is stored in a way that is not read.
     #[error("{0}")]
     Unsupported(String),
-    /// Reading it would take more memory than is allowed.
+    /// Reading the volume would take more memory than is allowed.
     #[error("{0}")]
     TooLarge(String),
     /// What was asked for is not in the volume.

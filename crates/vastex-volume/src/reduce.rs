@@ -28,10 +28,10 @@ pub enum Reduction {
 }
 
 impl Reduction {
-    /// All of them.
+    /// Every reduction.
     pub const ALL: [Reduction; 4] = [Reduction::Mean, Reduction::Max, Reduction::Min, Reduction::Majority];
 
-    /// What it is called in options and metadata.
+    /// The reduction's name in options and metadata.
     pub const fn name(self) -> &'static str {
         match self {
             Reduction::Mean => "mean",

@@ -193,7 +193,7 @@ impl Belt {
         self.0.lock().bytes
     }
 
-    /// What it has done so far.
+    /// What the belt has done so far.
     pub fn counts(&self) -> BeltCounts {
         self.0.lock().counts
     }
@@ -259,7 +259,7 @@ impl BeltTile {
         &self.belt
     }
 
-    /// How it lies there.
+    /// How the tile lies on the belt.
     pub fn layout(&self) -> &BeltLayout {
         &self.layout
     }

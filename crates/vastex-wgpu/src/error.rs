@@ -75,7 +75,7 @@ pub enum GpuError {
     TableTooLarge {
         /// Entries of the table.
         entries: u64,
-        /// Bytes that they take.
+        /// Bytes that the entries take.
         bytes: u64,
         /// Bytes that the device allows.
         max: u64,
@@ -94,7 +94,7 @@ pub enum GpuError {
          less what is the application's own; build textures alike, so that they share a pool, or draw with two groups"
     )]
     GroupTooLarge {
-        /// Pools of its textures.
+        /// Pools of the group's textures.
         pools: usize,
         /// Layers that are members.
         layers: usize,

@@ -82,7 +82,7 @@ impl VolumeFilters {
         }
     }
 
-    /// Each by its name, for people and for scripts.
+    /// Each filter by its name, for people and for scripts.
     pub fn named(self) -> [(&'static str, bool); 5] {
         let VolumeFilters { r8, r16, high_low, r16f, r32f } = self;
         [("r8", r8), ("r16", r16), ("rg8", high_low), ("r16f", r16f), ("r32f", r32f)]

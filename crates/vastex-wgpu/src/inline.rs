@@ -107,7 +107,7 @@ impl InlineTarget {
         self.run(encoder, &self.pipelines.forget);
     }
 
-    /// After it: makes pixels of what was reported, of each cell the nearest.
+    /// Records what follows the main pass: makes pixels of what was reported, of each cell the nearest.
     pub fn end(&self, encoder: &mut wgpu::CommandEncoder) {
         self.run(encoder, &self.pipelines.settle);
     }

@@ -102,7 +102,7 @@ pub struct Kind {
     pub pages: PageSides,
     /// Which layer of the pool it is.
     pub layer: u8,
-    /// How its atlas is read.
+    /// How the layer's atlas is read.
     pub atlas: Atlas,
     /// Texels of the texture along one of the layer: 1, 2 or 4.
     pub scale: u32,

@@ -94,7 +94,7 @@ impl Pool {
         Pool { fades: Some(Fades::new(device, &self.layout)), ..self }
     }
 
-    /// How far its tiles have faded in, if they may.
+    /// How far the pool's tiles have faded in, if they may.
     pub fn fades(&self) -> Option<&Fades> {
         self.fades.as_ref()
     }
@@ -209,7 +209,7 @@ impl Pool {
         Ok(())
     }
 
-    /// How its tiles lie on a [belt](crate::Belt).
+    /// How the pool's tiles lie on a [belt](crate::Belt).
     pub fn belt_layout(&self) -> &Arc<BeltLayout> {
         &self.belt
     }

@@ -46,13 +46,13 @@ pub struct RecordOf<'a> {
     pub id: u32,
     /// Where the voxels of a volume's levels lie, where they are not its texels.
     pub voxels: Option<&'a VoxelLevels>,
-    /// Where its tail lies.
+    /// The slot of the texture's tail.
     pub tail_slot: Slot,
-    /// How its levels are chosen, as far as it has them.
+    /// How the texture's levels are chosen, as far as it has them.
     pub rule: LevelRule,
     /// Bit `n`: values of layer `n` may not be mixed; of the first 32 layers.
     pub unmixed: u32,
-    /// Where its entries lie in the page table.
+    /// Where the texture's entries lie in the page table.
     pub placement: &'a Placement,
 }
 

@@ -43,7 +43,7 @@ pub struct TestDevice {
     pub device: wgpu::Device,
     /// The device's queue.
     pub queue: wgpu::Queue,
-    /// What it is.
+    /// What the adapter is.
     pub info: wgpu::AdapterInfo,
 }
 

@@ -31,7 +31,7 @@ pub enum Error {
     TailOverdue {
         /// Width and height of the texture.
         size: [u32; 2],
-        /// How long it was waited for; of a texture that is held whole, since its last page.
+        /// How long the tail was waited for; of a texture that is held whole, since its last page.
         time_out: Duration,
     },
     /// Reading the coarsest levels of a texture ended otherwise than reads should.

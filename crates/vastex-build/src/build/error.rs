@@ -24,7 +24,7 @@ pub enum BuildError {
     Input {
         /// The input file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         #[source]
         fault: InputFault,
     },
@@ -47,7 +47,7 @@ pub enum BuildError {
     Format {
         /// The image.
         path: PathBuf,
-        /// What its texels are.
+        /// What the image's texels are.
         image: String,
         /// Name of the format asked for.
         format: &'static str,
@@ -105,7 +105,7 @@ pub enum BuildError {
     NoLevels {
         /// The input.
         path: PathBuf,
-        /// What it is.
+        /// What the source is.
         why: String,
     },
     /// A tile of a pyramid whose levels are kept cannot be read.
@@ -169,7 +169,7 @@ pub enum BuildError {
     InsetOutside {
         /// The inset's image.
         path: PathBuf,
-        /// Where it should go, in its own texels.
+        /// Where the image should go, in its own texels.
         at: [u32; 2],
         /// The image's size in texels.
         size: [u32; 2],

@@ -64,7 +64,7 @@ pub enum CacheError {
 pub struct CachedImage {
     /// The image's container in the cache.
     pub container: Container,
-    /// How it was built, where it was not there.
+    /// How the container was built, if it was not in the cache.
     pub built: Option<BuildReport>,
 }
 

@@ -43,7 +43,7 @@ pub enum CropFormat {
 }
 
 impl CropFormat {
-    /// What it is called.
+    /// The format's name.
     pub const fn name(self) -> &'static str {
         match self {
             CropFormat::Npy => "an array of NumPy",
@@ -70,7 +70,7 @@ pub enum CropError {
     Input {
         /// The image.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         #[source]
         fault: InputFault,
     },
@@ -170,7 +170,7 @@ impl CropSource {
         self.stored.size()
     }
 
-    /// What its numbers are.
+    /// The kind of the source's numbers.
     pub fn number(&self) -> Number {
         self.stored.number()
     }

@@ -37,7 +37,7 @@ pub enum InputFault {
     Tile {
         /// The file in the directory.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         #[source]
         fault: Box<InputFault>,
     },
@@ -87,7 +87,7 @@ pub enum InputFault {
     /// The file is a sound image of a kind that cannot be read.
     #[error("holds {what}, which cannot be read; {remedy}")]
     Unsupported {
-        /// What it holds.
+        /// What the file holds.
         what: String,
         /// What to do.
         remedy: &'static str,
@@ -107,7 +107,7 @@ pub enum InputFault {
     NoBands {
         /// The bands asked for.
         bands: String,
-        /// How many it has.
+        /// How many bands the image has.
         count: u16,
     },
     /// The file says that its image has no rows or no columns.

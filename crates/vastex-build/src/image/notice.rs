@@ -13,7 +13,7 @@ pub enum Notice {
     WholeImage {
         /// Bytes held.
         bytes: u64,
-        /// What kind of file it is.
+        /// The kind of file.
         why: &'static str,
     },
     /// Colours that the file holds sRGB-encoded became light, in a layer of 16 bits.

@@ -16,7 +16,7 @@ pub enum ReplaceError {
     Image {
         /// The image.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the image.
         #[source]
         fault: InputFault,
     },
@@ -28,7 +28,7 @@ pub enum ReplaceError {
     Unsupported {
         /// The container.
         name: String,
-        /// What it is.
+        /// What the container holds.
         what: String,
     },
     /// The image's texels are not those of the container.
@@ -36,7 +36,7 @@ pub enum ReplaceError {
     Format {
         /// The image.
         path: PathBuf,
-        /// What its texels are.
+        /// What the image's texels are.
         image: String,
         /// The format of the container's layer.
         container: &'static str,
@@ -49,11 +49,11 @@ pub enum ReplaceError {
     Outside {
         /// The image.
         path: PathBuf,
-        /// Where it should go, in texels of the layer.
+        /// Where the image should go, in texels of the layer.
         at: [u32; 2],
         /// The image's size in texels.
         size: [u32; 2],
-        /// What it reaches beyond.
+        /// What the image reaches beyond.
         of: String,
         /// Size of the layer in texels.
         texture: [u32; 2],
@@ -153,7 +153,7 @@ pub enum ReplaceError {
         name: String,
         /// The page of the tile.
         pos: PagePos,
-        /// What is wrong with it.
+        /// What is wrong with the tile.
         #[source]
         error: DecodeError,
     },

@@ -35,7 +35,7 @@ pub enum SourceError {
     Input {
         /// The directory, the file that describes it, or the image.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the file.
         #[source]
         fault: InputFault,
     },

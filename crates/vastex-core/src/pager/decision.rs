@@ -22,7 +22,7 @@ pub struct Request {
 pub struct Upload {
     /// The page.
     pub page: PageId,
-    /// Where its tile goes.
+    /// The slot that the page's tile goes into.
     pub slot: Slot,
     /// The tile, all layers.
     pub bytes: Bytes,

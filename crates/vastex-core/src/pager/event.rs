@@ -40,7 +40,7 @@ pub enum Event {
         pool: PoolId,
         /// Bytes asked for.
         asked: u64,
-        /// Bytes that it has.
+        /// Bytes that the pool has.
         bytes: u64,
     },
     /// The bind groups that read a pool are others than before: whoever keeps one, or a render bundle that
@@ -61,7 +61,7 @@ pub enum Event {
         pool: PoolId,
         /// The page.
         page: PageId,
-        /// What its source said.
+        /// What the page's source said.
         why: String,
     },
     /// A tile that had failed is here.

@@ -56,7 +56,7 @@ pub enum FileError {
     Shape {
         /// The texture, counted from 0.
         texture: usize,
-        /// Where its shape begins, in bytes from the beginning.
+        /// Where the texture's shape begins, in bytes from the beginning.
         at: usize,
         /// Why.
         error: GeometryBytesError,
@@ -66,7 +66,7 @@ pub enum FileError {
     Geometry {
         /// The texture, counted from 0.
         texture: usize,
-        /// Where its shape ends, in bytes from the beginning.
+        /// Where the texture's shape ends, in bytes from the beginning.
         at: usize,
         /// Why.
         error: GeometryError,

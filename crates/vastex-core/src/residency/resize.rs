@@ -16,9 +16,9 @@ use crate::texture::textures::Textures;
 /// moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SlotMove {
-    /// Where it was.
+    /// The slot that the tile was in.
     pub from: Slot,
-    /// Where it is.
+    /// The slot that the tile is in.
     pub to: Slot,
 }
 

@@ -35,7 +35,7 @@ pub struct HashedBucket {
 impl HashedBucket {
     /// Nobody's. No page has such a high half: no texture has such a number.
     const FREE: HashedBucket = HashedBucket { page: [u32::MAX; 2], entry: u32::MAX };
-    /// Words that it takes.
+    /// Words that a bucket takes.
     pub const WORDS: usize = 3;
 
     fn is_free(self) -> bool {

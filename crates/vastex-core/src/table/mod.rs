@@ -86,7 +86,7 @@ pub struct TableChange {
     pub page: PageId,
     /// Which entries are replaced.
     pub rule: ChangeRule,
-    /// What they are replaced with.
+    /// The entry that replaces them.
     pub entry: TableEntry,
 }
 

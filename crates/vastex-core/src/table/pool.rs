@@ -67,7 +67,7 @@ pub enum PoolError {
     TooSmall {
         /// The budget in bytes.
         budget: u64,
-        /// Slots that it gives.
+        /// Slots that the budget gives.
         slots: u32,
         /// Bytes of one tile.
         tile_bytes: u64,

@@ -233,7 +233,7 @@ pub enum LayerError {
     Blocks {
         /// Of the layer.
         name: String,
-        /// Name of its format.
+        /// Name of the layer's format.
         format: &'static str,
         /// The layer's scale.
         scale: u32,
@@ -243,7 +243,7 @@ pub enum LayerError {
         border: u32,
         /// Texels that offsets in the tail are multiples of.
         align: u32,
-        /// What they must be multiples of, in texels of the texture.
+        /// The unit that sides must be multiples of, in texels of the texture.
         unit: u32,
     },
     /// A volume cannot have compressed layers.

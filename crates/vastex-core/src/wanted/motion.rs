@@ -12,7 +12,7 @@ use crate::wanted::vector::{Vec3, angle, cross, dot, length, sub_scaled};
 /// turns.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Motion {
-    /// Where it is now.
+    /// Where the camera is now.
     pub position: [f64; 3],
     /// By how much it moves in a frame, now.
     pub velocity: [f64; 3],
@@ -36,7 +36,7 @@ impl Motion {
         Motion { velocity: still.turned(step, 0.5).map(|n| n * longer), ..still }
     }
 
-    /// Where it will be after so many frames.
+    /// Where the camera will be after so many frames.
     pub fn position_after(&self, frames: f64) -> [f64; 3] {
         let rate = length(self.turn);
         let angle = rate * frames;

@@ -55,7 +55,7 @@ pub enum ReadError {
         pos: PagePos,
         /// Where the bytes came from: a file or URL, and the range in it.
         place: String,
-        /// What is wrong with them.
+        /// What is wrong with the bytes.
         fault: String,
     },
 }

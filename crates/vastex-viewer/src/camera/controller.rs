@@ -58,7 +58,7 @@ impl Controller {
         Controller { pose, rest: DVec2::ZERO }
     }
 
-    /// Where it is.
+    /// Where the camera is.
     pub fn pose(&self) -> Pose {
         self.pose
     }

@@ -157,12 +157,12 @@ impl CameraPath {
         text
     }
 
-    /// How long it takes, in seconds.
+    /// How long the path takes, in seconds.
     pub fn seconds(&self) -> f64 {
         self.keys.last().map_or(0.0, |(time, _)| *time)
     }
 
-    /// Pictures that it has, the first and the last among them.
+    /// Pictures that the path has, the first and the last among them.
     pub fn frames(&self) -> u64 {
         // What a rate and a time come to is a whole number wherever a person means one.
         (self.seconds() * self.rate + 1e-6).floor() as u64 + 1

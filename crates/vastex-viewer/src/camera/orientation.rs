@@ -12,7 +12,7 @@ pub struct Orientation {
 }
 
 impl Orientation {
-    /// As it is stored.
+    /// The orientation of an image that is shown as it is stored.
     pub const UPRIGHT: Orientation = Orientation { degrees: 0.0, is_mirrored: false };
 
     /// Mirrored from left to right, if so, and then turned clockwise by so many degrees; by none where that

@@ -21,7 +21,7 @@ use super::pose::{METRE, Pose};
 pub struct PoseTextError {
     /// The text.
     pub text: String,
-    /// What of it cannot be read; `None` if its kind is unknown.
+    /// The part of the text that cannot be read; `None` if its kind is unknown.
     pub place: Option<String>,
 }
 

@@ -22,7 +22,7 @@ pub enum Views {
 const HALF_EYES: f64 = 0.03;
 
 impl Views {
-    /// All of them.
+    /// Every choice of views.
     pub const ALL: [Views; 3] = [Views::One, Views::Stereo, Views::Mirror];
 
     /// The name on the command line.

@@ -40,13 +40,13 @@ pub struct HudData {
 /// A pool, and what is in it.
 #[derive(Clone, Debug)]
 pub struct HudPool {
-    /// How it stands.
+    /// The pool's figures after the last frame.
     pub stats: PoolStats,
     /// After each of the last frames, oldest first.
     pub records: Vec<PoolRecord>,
     /// Frames that the graphs are wide.
     pub frames: u64,
-    /// How its mip bias is decided; `None` if there is never one.
+    /// How the pool's mip bias is decided; `None` if there is never one.
     pub rule: Option<BiasRule>,
     /// True if a person chose the pool's size. The host says so.
     pub is_sized_by_hand: bool,
@@ -72,7 +72,7 @@ pub struct HudTexture {
 /// A small picture of the machine, registered with what draws the panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MachineThumbnail {
-    /// What it is of; a click on it shows that in the place of the picture.
+    /// The overlay that the picture is of; a click on it shows that in the place of the picture.
     pub overlay: Overlay,
     /// The picture.
     pub picture: PictureId,

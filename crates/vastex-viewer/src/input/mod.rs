@@ -116,7 +116,7 @@ pub enum InputEvent {
         finger: u64,
         /// True if the finger touches the view from here on.
         is_down: bool,
-        /// Where it is.
+        /// Where the finger is.
         place: DVec2,
     },
     /// The wheel was turned by so many notches, away from the person.

@@ -15,14 +15,14 @@ const HEIGHT: &str = "height";
 pub struct ShownLayer {
     /// The layer, of any texture.
     pub layer: LayerId,
-    /// How its values become colours.
+    /// How the layer's values become colours.
     pub color_map: ColorMap,
     /// How much of what lies beneath it hides, from 0 to 1, where its own values do not say less.
     pub opacity: f32,
     /// True if the layer is drawn. Pages of a hidden layer are not asked for.
     pub is_visible: bool,
-    /// How its texels are blended; by the textures' own filter where none is named. Values that may not be
-    /// mixed are not, whatever is named.
+    /// How the layer's texels are blended; by the textures' own filter where none is named. Values that may
+    /// not be mixed are not, whatever is named.
     pub filter: Option<Filter>,
 }
 

@@ -71,8 +71,8 @@ impl SmallOverlay {
         &self.shown
     }
 
-    /// Draws it as the pools and tables are now, between two frames: moves the camera of the renderer, and
-    /// submits a pass of its own.
+    /// Draws the overlay as the pools and tables are now, between two frames: moves the camera of the
+    /// renderer, and submits a pass of its own.
     pub fn draw(
         &mut self,
         gpu: &Gpu,

@@ -46,7 +46,7 @@ impl MapPlace {
         &self.system
     }
 
-    /// What its two coordinates are called, in the order in which they are written.
+    /// What the place's two coordinates are called, in the order in which they are written.
     pub fn axes(&self) -> &'static str {
         if self.is_geographic { "latitude, longitude" } else { "x, y" }
     }

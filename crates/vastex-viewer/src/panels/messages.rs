@@ -82,8 +82,8 @@ impl Messages {
         self.told.is_empty()
     }
 
-    /// Shows them at the top of `free`, the part of the window that no panel covers, each with a button that
-    /// dismisses it.
+    /// Shows the messages at the top of `free`, the part of the window that no panel covers, each with a
+    /// button that dismisses it.
     pub fn show(&mut self, context: &Context, free: Rect) {
         if self.is_empty() {
             return;

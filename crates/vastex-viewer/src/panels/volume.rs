@@ -31,7 +31,7 @@ pub enum VolumeChange {
     UsualRanges(Vec<usize>),
     /// Times are to be played, or not any more.
     Play(bool),
-    /// All of it, as at first.
+    /// Show the whole volume, as at first.
     Fit,
     /// The crosshair in a label of this number, wherever that is.
     FindLabel(i128),

@@ -30,7 +30,7 @@ const SMALL: f32 = 170.0;
 pub struct VolumePanes<'a> {
     /// What is known of the volume.
     pub facts: &'a VolumeFacts,
-    /// How it is shown.
+    /// How the volume is shown.
     pub look: &'a VolumeLook,
     /// Where the pictures lie, in pixels of the area.
     pub panes: &'a [PaneRect],
@@ -43,7 +43,7 @@ pub struct VolumePanes<'a> {
 }
 
 impl VolumePanes<'_> {
-    /// Paints them into an area, a pixel of theirs on a pixel of the window.
+    /// Paints the pictures into an area, a pixel of theirs on a pixel of the window.
     pub fn paint(&self, painter: &Painter, area: Rect, pixels_per_point: f32) {
         painter.rect_filled(area, 0.0, if self.panes.len() > 1 { BETWEEN } else { Color32::BLACK });
         for pane in self.panes {

@@ -56,7 +56,7 @@ pub trait StageScene {
 pub struct StageView<'a, S: StageScene + ?Sized> {
     /// The view of the textures.
     pub view: ViewId,
-    /// What it is seen through.
+    /// The camera that the view is seen through.
     pub camera: &'a S::Camera,
     /// Where the camera is.
     pub pose: S::Pose,

@@ -43,8 +43,8 @@ pub struct LayerOptions {
     pub opacity: f32,
     /// True if the layer is drawn.
     pub is_visible: bool,
-    /// How its texels are blended. Where nothing is said, as the textures' own are; but not at all where a
-    /// value stands for no data, which would be mixed with what is known.
+    /// How the layer's texels are blended. Where nothing is said, as the textures' own are; but not at all
+    /// where a value stands for no data, which would be mixed with what is known.
     pub filter: Option<Filter>,
 }
 
@@ -139,7 +139,7 @@ pub enum LayerOptionsError {
         bands: Bands,
         /// The layer's name.
         layer: String,
-        /// How many it has.
+        /// How many channels the layer has.
         channels: usize,
     },
 }
@@ -151,7 +151,7 @@ pub struct PlanetOptions {
     pub night: Option<LayerOptions>,
     /// The planet's clouds, if it has any.
     pub clouds: Option<LayerOptions>,
-    /// How it is lit.
+    /// How the planet is lit.
     pub light: PlanetLight,
 }
 
@@ -176,12 +176,12 @@ pub struct DisplayOptions {
     pub heights: Heights,
     /// What the planet has beside that.
     pub planet: PlanetOptions,
-    /// How it lies on scenes without heights.
+    /// How the texture lies on scenes without heights.
     pub tiling: Tiling,
     /// True to draw the image in fixed point at any size and distance; false to do so only where a mesh would
     /// not be exact.
     pub always_fixed: bool,
-    /// What it is drawn into; else what is faster.
+    /// The target that the scene is drawn into; `None` for the faster one.
     pub target: Option<TargetKind>,
 }
 

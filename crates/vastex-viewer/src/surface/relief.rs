@@ -149,7 +149,7 @@ impl Relief {
         self.is_level
     }
 
-    /// Which layer they are.
+    /// The layer of the heights.
     pub fn layer(&self) -> LayerId {
         self.layer
     }

@@ -397,7 +397,7 @@ impl SceneRenderer {
         self.layers.inspected().layer
     }
 
-    /// How its values become colours.
+    /// How the values of [`SceneRenderer::layer`] become colours.
     pub fn color_map(&self) -> ColorMap {
         self.layers.inspected().color_map
     }

@@ -77,7 +77,7 @@ pub enum ViewTextError {
     Part {
         /// The part.
         part: String,
-        /// What is wrong with it.
+        /// What is wrong with the part.
         why: String,
     },
 }

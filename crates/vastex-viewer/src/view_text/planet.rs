@@ -57,7 +57,7 @@ impl Display for Sun {
 /// What a view says of a planet; nothing of what is `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ViewPlanet {
-    /// Where its sun stands.
+    /// Where the planet's sun stands.
     pub sun: Option<Sun>,
     /// By how much mountains are made higher than they are, 0 to [`PlanetLight::MOST_EXAGGERATION`].
     pub exaggeration: Option<f32>,

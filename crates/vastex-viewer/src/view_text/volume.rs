@@ -83,7 +83,7 @@ pub struct ViewSlices {
     pub at: [u32; 3],
     /// What is in the middle of the pictures; where slices meet, if nothing is said.
     pub middle: Option<[f64; 3]>,
-    /// How large they are seen: 1 where all of them fit.
+    /// How large the slices are seen: 1 where all of them fit.
     pub zoom: f64,
 }
 
@@ -109,7 +109,7 @@ pub struct ViewChannel {
 pub struct ViewLabels {
     /// Which of those beside the volume.
     pub name: String,
-    /// How much they hide: 0 to 1.
+    /// How much labels hide: 0 to 1.
     pub opacity: f32,
     /// True if slices show outlines alone.
     pub outlines: bool,
@@ -125,7 +125,7 @@ pub struct ViewLabels {
 pub struct VolumeViewError {
     /// The part.
     pub part: String,
-    /// What is wrong with it.
+    /// What is wrong with the text.
     pub why: String,
 }
 

@@ -39,8 +39,9 @@ pub enum VolumeFace {
 /// What is seen of a volume, and from where.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum VolumeView {
-    /// All of it in parallel rays, a face filling the picture as far as its proportions allow. Where the
-    /// picture is as large as the face is in voxels, a pixel is a voxel, also of voxels that are no cubes.
+    /// The whole volume in parallel rays, a face filling the picture as far as its proportions allow. Where
+    /// the picture is as large as the face is in voxels, a pixel is a voxel, also of voxels that are no
+    /// cubes.
     Face(VolumeFace),
     /// A plane of voxels: across which axis (0 to 2), and which, counted from 0 in voxels of level 0. z and y
     /// are seen with x to the right, x with y.
@@ -167,7 +168,7 @@ pub struct VolumeRays {
     /// Where the ray of the corner of pixel 0,0 begins, in the world; what is added for a pixel to the right,
     /// and downward.
     pub origin: [DVec3; 3],
-    /// Where it goes, in the world, not of unit length; and what is added.
+    /// The ray's direction in the world, not of unit length; and what is added.
     pub toward: [DVec3; 3],
     /// The smaller side of a pixel at the beginning, in units of the world, which levels follow from; where
     /// the picture has as many pixels as the face has voxels, the smallest side of a voxel.

@@ -61,7 +61,7 @@ pub fn volume_tables(bricks: u64, channels: usize) -> TableChoice {
 /// format.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeChannel {
-    /// Where its values are.
+    /// The layer that holds the channel's values.
     pub layer: LayerId,
     /// The channel's colour at the upper end of the range, as display values (sRGB codes over 255).
     pub color: Vec3,

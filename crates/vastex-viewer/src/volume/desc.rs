@@ -19,7 +19,7 @@ pub enum VolumeMode {
     Minip,
     /// The mean of the samples.
     Average,
-    /// All of them glow and hide what is behind.
+    /// Emission and absorption: all samples glow, and hide what is behind them.
     Emission,
     /// The surface at which a value is reached.
     Iso,

@@ -63,12 +63,12 @@ pub fn parse_label(text: &str) -> Result<i128, &'static str> {
 /// Labels, as they are shown: over the channels of a volume, or alone.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLabels {
-    /// Where they are: a layer of whole numbers. 0 is nothing.
+    /// The layer that holds the labels, one of whole numbers. 0 is nothing.
     pub layer: LayerId,
     /// The labels' box, in the units of the world of the volume; voxels may be of another size than those of
     /// the image.
     pub of: VolumeBox,
-    /// Where their box begins in the world of the volume.
+    /// Where the labels' box begins in the world of the volume.
     pub begin: [f64; 3],
     /// 0 to 1: how much a label hides of what lies under it.
     pub opacity: f32,

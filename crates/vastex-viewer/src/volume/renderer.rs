@@ -141,8 +141,8 @@ impl VolumeRenderer {
         &self.desc
     }
 
-    /// What its shaders sample, and so whose bind group they are given: the layer of the one channel, the
-    /// group of all, or that of a channel and labels.
+    /// What the renderer's shaders sample, and so whose bind group they are given: the layer of the one
+    /// channel, the group of all, or that of a channel and labels.
     pub fn sampled(&self) -> Sampled {
         self.bound
     }

@@ -38,7 +38,7 @@ pub(super) enum Part {
 pub struct LabelsPlace {
     /// The labels' box.
     pub of: VolumeBox,
-    /// Where it begins.
+    /// Where the labels' box begins.
     pub begin: [f64; 3],
     /// The colours of those that do not have the usual one.
     pub colors: Arc<LabelColors>,

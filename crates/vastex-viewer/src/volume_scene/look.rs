@@ -18,7 +18,7 @@ const ZOOMS: [f64; 2] = [0.05, 1e6];
 /// What is known of a volume before any of it is read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeFacts {
-    /// What it is called.
+    /// The volume's name.
     pub name: String,
     /// The volume's box. The world of a scene begins at its first corner.
     pub of: VolumeBox,
@@ -34,7 +34,7 @@ pub struct VolumeFacts {
     pub labels: Vec<String>,
     /// Of each of them the least and the greatest number that its values can have.
     pub label_bounds: Vec<[i128; 2]>,
-    /// Times that it has, at least one.
+    /// Times that the volume has, at least one.
     pub times: u64,
     /// A stored value is `base + gain * sampled`.
     pub base: f64,
@@ -42,7 +42,7 @@ pub struct VolumeFacts {
     pub gain: f64,
     /// The least and the greatest value that its kind of number can have; `None` for floats.
     pub bounds: Option<[f64; 2]>,
-    /// How its coarser levels were made, where it says so.
+    /// How the volume's coarser levels were made, if the file says so.
     pub downsample: Option<String>,
     /// Voxels of a brick along each side.
     pub brick: u32,
@@ -87,7 +87,7 @@ impl VolumeFacts {
 /// What is known of a channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ChannelFacts {
-    /// What it is called.
+    /// The channel's name.
     pub name: Option<String>,
     /// As sRGB codes.
     pub color: Option<[u8; 3]>,
@@ -104,13 +104,13 @@ pub enum VolumePane {
     Y,
     /// The slice across z: right is +x, down is +y.
     Z,
-    /// All of it, from a point around it.
+    /// The whole volume, from a point around it.
     #[default]
     Space,
 }
 
 impl VolumePane {
-    /// Every one, in the order in which they lie beside each other, row by row.
+    /// Every picture, in the order in which they lie beside each other, row by row.
     pub const ALL: [VolumePane; 4] = [VolumePane::Z, VolumePane::X, VolumePane::Y, VolumePane::Space];
 
     /// The axis that a slice is across, 0 to 2; `None` for all of it.
@@ -153,7 +153,7 @@ impl VolumePane {
     }
 }
 
-/// Which of them are seen.
+/// Which pictures of a volume are seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum VolumeLayout {
     /// All four.
@@ -234,7 +234,7 @@ impl ChannelLook {
 pub struct LabelsLook {
     /// Which of [`VolumeFacts::labels`], if any.
     pub shown: Option<usize>,
-    /// How much they hide of what lies under them: 0 to 1.
+    /// How much labels hide of what lies under them: 0 to 1.
     pub opacity: f32,
     /// True if slices show the labels' outlines alone.
     pub outlines: bool,

@@ -11,7 +11,7 @@ pub enum PointPlace {
     Along {
         /// Where the ray begins.
         from: DVec3,
-        /// Which way it goes, of unit length.
+        /// The ray's direction, of unit length.
         toward: DVec3,
         /// The side of a pixel there, in the world.
         pixel: f64,
@@ -47,7 +47,7 @@ pub struct PointValue {
 pub struct PointAnswer {
     /// Of the question.
     pub number: u64,
-    /// Where it is, in the scene's world; `None` where nothing is seen.
+    /// Where the point is, in the scene's world; `None` where nothing is seen.
     pub place: Option<DVec3>,
     /// The voxel of level 0 that it lies in.
     pub voxel: [u32; 3],

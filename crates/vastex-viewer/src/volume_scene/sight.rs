@@ -13,7 +13,7 @@ const ROOM: f64 = 1.06;
 /// Where a picture lies in the area of all of them, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PaneRect {
-    /// Which it is.
+    /// Which picture it is.
     pub pane: VolumePane,
     /// The picture's upper left corner.
     pub at: [u32; 2],

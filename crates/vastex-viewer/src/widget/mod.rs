@@ -135,13 +135,13 @@ impl VastexImage {
         Ok(())
     }
 
-    /// Shows it in all the space that is left.
+    /// Shows the image in all the space that is left.
     pub fn show(&mut self, ui: &mut Ui) -> Response {
         let size = ui.available_size_before_wrap();
         self.show_sized(ui, size)
     }
 
-    /// Shows it in so many points. What goes wrong while it is drawn is written in its place.
+    /// Shows the image in so many points. What goes wrong while it is drawn is written in its place.
     pub fn show_sized(&mut self, ui: &mut Ui, size: Vec2) -> Response {
         let (place, response) = ui.allocate_exact_size(size.max(Vec2::splat(1.0)), Sense::click_and_drag());
         let label = match self.size() {

@@ -59,7 +59,7 @@ pub enum VolumeSourceError {
     Levels {
         /// The volume.
         path: String,
-        /// What is wrong with them.
+        /// What is wrong with the levels.
         error: VoxelLevelsError,
     },
     /// The volume's bricks cannot be tiles of a texture.
@@ -67,7 +67,7 @@ pub enum VolumeSourceError {
     Layer {
         /// The volume.
         path: String,
-        /// What is wrong with them.
+        /// What is wrong with the bricks.
         error: LayerError,
     },
 }

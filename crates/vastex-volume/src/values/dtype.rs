@@ -30,7 +30,7 @@ pub enum DType {
 }
 
 impl DType {
-    /// All of them.
+    /// Every type.
     pub const ALL: [DType; 12] = [
         DType::Bool,
         DType::U8,

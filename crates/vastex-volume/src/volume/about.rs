@@ -11,9 +11,9 @@ pub struct VolumeAbout {
     pub kind: &'static str,
     /// The version of its format, where it names one.
     pub version: Option<String>,
-    /// What it calls itself.
+    /// What the volume calls itself.
     pub name: Option<String>,
-    /// What its values are.
+    /// The type of the volume's values.
     pub dtype: DType,
     /// The volume's stored levels, the finest first, at least one.
     pub levels: Vec<VolumeLevel>,
@@ -31,8 +31,8 @@ pub struct VolumeAbout {
     pub labels: Vec<String>,
     /// True if the volume's values are labels: numbers of things, which are never mixed.
     pub is_label: bool,
-    /// Colours that it gives to some labels, as they stand in tiles: red, green, blue, and how opaque they
-    /// are; in the order of the file, where a label may come twice.
+    /// Colours that the file gives to some labels, as they stand in tiles: red, green, blue, and how opaque
+    /// they are; in the order of the file, where a label may come twice.
     pub label_colors: Vec<(u64, [u8; 4])>,
     /// What makes meant values of stored ones: `slope * value + intercept`. Nothing here applies it.
     pub value_scale: Option<[f64; 2]>,
@@ -53,7 +53,7 @@ impl VolumeAbout {
 /// along each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLevel {
-    /// Where it lies below the volume's path; empty where it is the volume's only array.
+    /// Where the level lies below the volume's path; empty where it is the volume's only array.
     pub path: String,
     /// Voxels along x, y and z, at least 1 each.
     pub size: [u64; 3],
@@ -85,12 +85,12 @@ pub struct VolumeChannel {
 pub enum Convention {
     /// Of the corner of the first voxel, as files have them that name none.
     Corner,
-    /// Of its middle.
+    /// Of the middle of the first voxel.
     Center,
 }
 
 impl Convention {
-    /// What it is called.
+    /// The convention's name.
     pub const fn name(self) -> &'static str {
         match self {
             Convention::Corner => "corner",

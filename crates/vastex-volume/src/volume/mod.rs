@@ -129,7 +129,7 @@ impl Volume {
         self.arrays[0].source.fill()[..self.about.dtype.bytes()].to_vec()
     }
 
-    /// What is known of it without reading its values.
+    /// What is known of the volume without reading its values.
     pub fn about(&self) -> &VolumeAbout {
         &self.about
     }

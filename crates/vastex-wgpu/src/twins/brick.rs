@@ -10,7 +10,7 @@ use super::sample::decode;
 pub struct Bricks<'a> {
     /// The volume's shape.
     pub geometry: &'a Geometry,
-    /// Where its voxels lie, where they are not its texels.
+    /// Where the volume's voxels lie, if they are not its texels.
     pub voxels: Option<&'a VoxelLevels>,
     /// The format of its one layer.
     pub format: LayerFormat,

@@ -35,7 +35,7 @@ pub struct Texture<'a> {
     pub filter: Filter,
     /// The texture's number in page ids.
     pub number: TextureNumber,
-    /// How its levels are chosen, as far as it has them.
+    /// How the texture's levels are chosen, as far as it has them.
     pub rule: LevelRule,
     /// The pool's mip bias, in eighths of a level.
     pub pool_bias: u16,

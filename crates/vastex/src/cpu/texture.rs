@@ -72,7 +72,7 @@ impl CpuTexture {
         })
     }
 
-    /// Pages that it lists at most, of 60 bytes each.
+    /// Pages that a texture on the CPU lists at most, of 60 bytes each.
     pub const MOST_PAGES: u64 = 1 << 24;
 
     /// This texture with levels chosen by another rule.

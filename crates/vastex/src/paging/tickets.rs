@@ -86,7 +86,7 @@ impl Shared {
 }
 
 impl Ticket {
-    /// How far it is, as of the last [`Textures::update`](crate::Textures::update).
+    /// How far the ticket's pages are, as of the last [`Textures::update`](crate::Textures::update).
     pub fn progress(&self) -> Progress {
         self.shared.inner().progress()
     }

@@ -193,7 +193,7 @@ impl Preparer {
 }
 
 impl Prepared {
-    /// As its source describes it.
+    /// The texture as its source describes it.
     pub fn description(&self) -> &Arc<Description> {
         self.0.plan.given.description()
     }

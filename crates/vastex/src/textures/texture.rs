@@ -44,7 +44,7 @@ impl<'a> TextureRef<'a> {
         self.id.number()
     }
 
-    /// What is known of it.
+    /// The texture's shape, layers and levels, as its source describes them.
     pub fn description(&self) -> &'a Arc<Description> {
         &self.state.description
     }
@@ -62,7 +62,7 @@ impl<'a> TextureRef<'a> {
         Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
     }
 
-    /// How its levels are chosen, within the levels that it has.
+    /// How the texture's levels are chosen, within the levels that it has.
     pub fn levels(&self) -> LevelRule {
         self.textures.paging.pager().levels(self.id.number()).unwrap_or_default()
     }

@@ -13,7 +13,7 @@ pub struct PoolStats {
     pub tiles: Arc<str>,
     /// The pool's bytes in GPU memory; 0 while it has no textures.
     pub bytes: u64,
-    /// Of its pager: slots, the working set, loads and evictions.
+    /// Figures of the pool's pager: slots, the working set, loads and evictions.
     pub pager: Stats,
 }
 

@@ -13,7 +13,7 @@ use vastex_tiles::{Tiers, TileSource};
 /// A pool after a frame, and what happened in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoolRecord {
-    /// What its pager says.
+    /// Figures of the pool's pager.
     pub pager: PoolFrame,
     /// The tiers behind its textures: what they did since the record before, and what they hold. A source
     /// that several textures share counts for each of them.

@@ -45,7 +45,7 @@ enum Stored {
 }
 
 impl Profile {
-    /// What it is called: the name of an ICC profile, or what a file says instead of one.
+    /// The profile's name: that of an ICC profile, or what a file says instead of one.
     pub fn name(&self) -> String {
         match self.meaning() {
             Ok(meaning) => meaning.name,

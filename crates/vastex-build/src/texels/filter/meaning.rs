@@ -22,7 +22,7 @@ pub enum Meaning {
 pub(crate) const LEAST_WEIGHT: f32 = 1.0 / (1 << 20) as f32;
 
 impl Meaning {
-    /// All of them.
+    /// Every meaning.
     pub const ALL: [Meaning; 3] = [Meaning::Stored, Meaning::LinearColor, Meaning::Normal];
 
     /// What follows the kernel in the name of a filter.

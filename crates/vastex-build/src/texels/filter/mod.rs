@@ -58,7 +58,7 @@ pub enum LevelsFrom {
 }
 
 impl LevelsFrom {
-    /// All of them.
+    /// Every rule.
     pub const ALL: [LevelsFrom; 3] = [LevelsFrom::Chain, LevelsFrom::TwoFiner, LevelsFrom::Finest];
 
     /// The name in help texts and, but for `chain`, in names of filters.

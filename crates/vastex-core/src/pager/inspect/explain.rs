@@ -83,9 +83,9 @@ pub struct Explanation {
     pub shown: PageId,
     /// The state of the page that is wanted at the bias.
     pub state: PageState,
-    /// What it waits for, if it is not in a slot.
+    /// What the page waits for, if it is not in a slot.
     pub wait: Option<Wait>,
-    /// Loads of it that failed in a row.
+    /// Loads of the page that failed in a row.
     pub failures: u32,
     /// True if the page's content has changed, so that what is shown is out of date until its new tile is
     /// here.

@@ -89,7 +89,7 @@ impl<R> History<R> {
         History { frames, records: VecDeque::new() }
     }
 
-    /// Frames that it can hold.
+    /// Frames that the history can hold.
     pub fn frames(&self) -> u64 {
         self.frames
     }

@@ -44,7 +44,7 @@ impl Camera {
         }
     }
 
-    /// Where it is; `None` if the projection is parallel.
+    /// Where the camera is; `None` if the projection is parallel.
     pub fn eye(&self) -> Option<[f64; 3]> {
         self.eye
     }

@@ -40,7 +40,7 @@ pub struct SurveyedTexture<'a> {
     pub number: TextureNumber,
     /// The texture's shape. Of a volume nothing is wanted.
     pub geometry: &'a Geometry,
-    /// How its levels are chosen.
+    /// How the texture's levels are chosen.
     pub rule: LevelRule,
 }
 
@@ -80,7 +80,7 @@ impl Default for SurveySettings {
 pub struct Surveyed {
     /// What the view wants; more than it shows where one thing hides another.
     pub seen: Feedback,
-    /// What it would want if it turned, or if what is turned away were not.
+    /// What the view would want if it turned, or if surfaces that are turned away were not.
     pub unseen: Feedback,
 }
 

@@ -39,7 +39,7 @@ pub enum MergeError {
     Damaged {
         /// The part.
         path: PathBuf,
-        /// What is wrong with it.
+        /// What is wrong with the part.
         fault: String,
     },
     /// There are no parts, some are missing, or one is named twice.

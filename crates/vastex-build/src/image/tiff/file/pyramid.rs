@@ -46,10 +46,10 @@ pub(crate) struct TiffPyramid {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct TiffOther {
-    /// What it is: `thumbnail`, `label`, `macro`, `mask`, or `image` of which nothing is known.
+    /// The image's role: `thumbnail`, `label`, `macro`, `mask`, or `image` of which nothing is known.
     pub role: &'static str,
-    /// What it is opened by, after the file's path and a colon: its role, from the second of a role on with
-    /// its number, as in `image2`.
+    /// The name that opens the image, after the file's path and a colon: its role, from the second of a role
+    /// on with its number, as in `image2`.
     pub name: String,
     /// What the file calls it, if it does: OME-TIFF names its images.
     pub title: Option<String>,
