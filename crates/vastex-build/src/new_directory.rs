@@ -11,7 +11,7 @@ use vastex_tiles::{remove_abandoned, resolved, write_advice};
 /// Why a directory cannot be made or filled.
 #[derive(Debug)]
 pub(crate) enum DirectoryFault {
-    /// It cannot be made, or cannot be put in its place: its path, what is wrong, and what to do.
+    /// The directory cannot be made, or cannot be put in its place: its path, what is wrong, and what to do.
     Target(PathBuf, String),
     /// A file of it cannot be written.
     Output(PathBuf, String),

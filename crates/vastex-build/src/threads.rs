@@ -33,7 +33,7 @@ pub(crate) fn pool(threads: usize) -> Result<ThreadPool, ThreadsError> {
     start(count(threads), || {})
 }
 
-/// The same threads, which give way to others of the program and of the machine ([`give_way`]); where the
+/// Threads that give way to others of the program and of the machine ([`give_way`]); where the
 /// system has no such threads one fewer, so that a core is left to others.
 pub(crate) fn pool_that_gives_way(threads: usize) -> Result<ThreadPool, ThreadsError> {
     let threads = count(threads);

@@ -92,13 +92,13 @@ pub(crate) struct Chunk(Arc<Parts>);
 /// What a chunk has.
 #[derive(Debug)]
 pub(crate) struct Parts {
-    /// Its values, little-endian.
+    /// The chunk's values, little-endian.
     pub(crate) bytes: Bytes,
     /// Bytes from a value to the next one along each axis of the array.
     pub(crate) strides: Arc<[usize]>,
     /// Bytes that were read for it: as they are stored, or of TIFF as they are decoded. 0 of what was made.
     pub(crate) stored: usize,
-    /// Its first and last values along x, side by side, where they are kept.
+    /// The chunk's first and last values along x, side by side, where they are kept.
     pub(crate) ends: Option<[Vec<u8>; 2]>,
 }
 
@@ -165,7 +165,7 @@ fn ends_of<const WIDTH: usize>(bytes: &[u8], row: usize) -> [Vec<u8>; 2] {
 pub(crate) enum Presence {
     /// All of them.
     All,
-    /// These.
+    /// These chunks alone.
     These(ChunkList),
     /// Finding out takes more than was allowed.
     Unknown,

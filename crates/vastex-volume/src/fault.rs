@@ -62,7 +62,7 @@ pub(crate) fn damaged(what: impl Into<String>) -> VolumeFault {
     VolumeFault::Damaged(what.into())
 }
 
-/// It is stored in a way that is not read.
+/// The volume is stored in a way that is not read.
 pub(crate) fn unsupported(what: impl Into<String>) -> VolumeFault {
     VolumeFault::Unsupported(what.into())
 }
@@ -92,7 +92,7 @@ impl Oddities {
         oddities.into_iter().for_each(|oddity| self.push(oddity));
     }
 
-    /// Those that were kept, and how many more there were.
+    /// Oddities that were kept, and how many more there were.
     pub(crate) fn into_vec(mut self) -> Vec<String> {
         if self.left > 0 {
             self.said.push(format!("and {} more", self.left));

@@ -18,7 +18,7 @@ impl Range {
     /// One entry at the beginning, for what has no range.
     pub(crate) const EMPTY: Range = Range { first: 0, order: 0 };
 
-    /// Its entries, a power of two.
+    /// The range's entries, a power of two.
     pub(crate) fn entries(self) -> u32 {
         1 << self.order
     }

@@ -94,9 +94,9 @@ struct Shared {
 struct State {
     /// Of all rooms.
     bytes: u64,
-    /// Those that are mapped and not filled, by their bytes.
+    /// Buffers that are mapped and not filled, by their bytes.
     free: HashMap<u64, Vec<wgpu::Buffer>>,
-    /// Those that the GPU is not done with, by a number.
+    /// Buffers that the GPU is not done with, by a number.
     returning: HashMap<u64, wgpu::Buffer>,
     numbers: u64,
     counts: BeltCounts,

@@ -6,14 +6,14 @@ use vastex_tiles::{EncodedTile, WriteError, Written};
 use super::error::BuildError;
 use super::pipeline::Sink;
 
-/// The same texture, with texels where blocks were.
+/// The description of a texture with texels where blocks were.
 pub(crate) fn without_blocks(description: &Description) -> Description {
     let mut plain = description.clone();
     plain.layers.iter_mut().for_each(|layer| layer.format = layer.format.decoded());
     plain
 }
 
-/// The same texture with so many levels more, all finer.
+/// The description of a texture with so many levels more, all finer.
 pub(crate) fn finer(description: &Description, levels: u8) -> Result<Description, BuildError> {
     let geometry = &description.geometry;
     let size = geometry.size();

@@ -205,9 +205,9 @@ pub(crate) fn describe(layers: &[OpenLayer], options: &BuildOptions) -> Result<D
 pub(crate) struct Same {
     /// What decides the bytes, wherever the inputs lie: for parts, which may come from several machines.
     pub(crate) anywhere: String,
-    /// The same, of these very files, which nobody has changed.
+    /// What decides the bytes of a build of these very files, which nobody has changed.
     pub(crate) here: String,
-    /// These very files alone, whatever is made of them.
+    /// What identifies these very files, whatever is made of them.
     pub(crate) input: String,
 }
 

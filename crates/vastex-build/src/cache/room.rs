@@ -28,7 +28,7 @@ fn beside(directory: &Path, name: &str, ending: &str) -> PathBuf {
 
 /// The right to build a container, or to remove it with what was made so far of it.
 pub(super) enum Lock {
-    /// It lasts until the file is closed.
+    /// This program has the right until the file is closed.
     Ours(File),
     /// Another program has it.
     Taken,

@@ -220,7 +220,7 @@ pub(crate) mod tests {
     /// Counts those who are at work at once: everybody stays until so many have been there together.
     #[derive(Default)]
     pub(crate) struct Rendezvous {
-        /// Those who are there, the most that ever were, and whether somebody has lost patience.
+        /// The threads that are there, the most that ever were, and whether somebody has lost patience.
         there: Mutex<(usize, usize, bool)>,
         came: Condvar,
     }

@@ -52,7 +52,7 @@ impl Row {
         Row { bytes: 0..bytes.len(), block: Arc::new(bytes) }
     }
 
-    /// Its bytes.
+    /// The row's bytes.
     pub(crate) fn bytes(&self) -> &[u8] {
         &self.block[self.bytes.clone()]
     }

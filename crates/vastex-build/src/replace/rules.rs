@@ -27,7 +27,7 @@ pub(crate) struct Rules {
 }
 
 impl Rules {
-    /// Those of a texture whose levels the named filters made; an error says why it has none.
+    /// The rules of a texture whose levels the named filters made; an error says why it has none.
     pub(crate) fn new(description: &Arc<Description>, filters: &[String]) -> Result<Rules, String> {
         let geometry = &description.geometry;
         if geometry.dims() != Dims::D2 {

@@ -30,7 +30,7 @@ pub(super) struct LayerShape {
 }
 
 impl LayerShape {
-    /// Those of all layers of a texture.
+    /// The shapes of all layers of a texture.
     pub(super) fn all(description: &Description) -> Vec<LayerShape> {
         let shape = |(number, layer): (usize, &Layer)| LayerShape {
             geometry: Arc::new(description.geometry.of_layer(layer.scale)),
@@ -85,7 +85,7 @@ const GAIN: f64 = 2.0;
 /// What has happened to a block.
 #[derive(Clone, Copy, Debug, Default)]
 struct Block {
-    /// Its bytes are there, as they were stored.
+    /// True if the block's bytes are there as they were stored.
     is_stored: bool,
     /// One bit for each texel, row by row: whether it is new.
     new: u16,

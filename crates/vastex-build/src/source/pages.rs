@@ -224,8 +224,8 @@ impl<C: Cells> Pages<C> {
         Ok(texels)
     }
 
-    /// The same of one that reaches beyond an edge whose other side is seen there: line by line along that
-    /// axis, each where it lies within the level. Only borders reach there.
+    /// As [`Pages::reduced`], of a rectangle that reaches beyond an edge whose other side is seen there: line
+    /// by line along that axis, each where it lies within the level. Only borders reach there.
     fn reduced_across(
         &self,
         level: u32,

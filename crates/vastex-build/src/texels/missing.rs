@@ -118,7 +118,7 @@ pub(crate) fn number(bytes: &[u8], sample: Sample) -> f32 {
     }
 }
 
-/// The other way round; whole numbers are rounded.
+/// Stores a value as a sample; whole numbers are rounded.
 pub(crate) fn store(to: &mut [u8], value: f32, sample: Sample) {
     match sample {
         Sample::U8 => to[0] = value.round() as u8,

@@ -11,7 +11,7 @@ pub(super) struct Block {
     pub(super) at: [u64; 3],
     /// Voxels that are there, along x, y and z.
     pub(super) size: [usize; 3],
-    /// Their values, little-endian, x fastest, then y, then z.
+    /// The voxels' values, little-endian, x fastest, then y, then z.
     pub(super) values: Vec<u8>,
     /// The voxels of the part itself: the first, and the one past the last.
     pub(super) inner: [[u64; 3]; 2],

@@ -16,7 +16,7 @@ pub(super) struct Place {
 pub(super) struct Counts {
     /// Bricks, chunks or shards that have bytes of their own.
     pub(super) pieces: u64,
-    /// Those that hold the fill value alone, or one value, and take no room.
+    /// Pieces that hold the fill value alone, or one value, and take no room.
     pub(super) empty: u64,
     /// Bytes of all of them.
     pub(super) bytes: u64,

@@ -99,7 +99,7 @@ pub struct Pager {
 #[derive(Debug)]
 struct Pool {
     pager: PoolPager,
-    /// Its part of the feedback that is being ingested.
+    /// The pool's part of the feedback that is being ingested.
     feedback: Feedback,
     /// A tile waits for a slot that is not to be had in this frame.
     is_stuck: bool,

@@ -114,7 +114,7 @@ struct Entry {
     texture: TextureNumber,
     /// Each once, coarsest first.
     pages: Vec<PageId>,
-    /// It has been said that all are here.
+    /// True if an event has said that all pages are here.
     is_done: bool,
 }
 
@@ -126,7 +126,7 @@ pub(crate) struct Tickets {
     open: BTreeMap<u64, Entry>,
     /// Open pins of each page.
     pinned: FxHashMap<PageId, u32>,
-    /// Those that have ended and nobody has asked for yet, with the frame in which they did.
+    /// Tickets that have ended and that nobody has asked for yet, with the frame in which they did.
     ended: VecDeque<(u64, Ticket, Progress)>,
     frame: u64,
 }

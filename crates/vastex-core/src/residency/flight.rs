@@ -29,7 +29,7 @@ const FRAMES_UNANSWERED: u64 = 64;
 struct OfTexture {
     /// Tiles in flight.
     tiles: u32,
-    /// Those of them that are for the view, or were.
+    /// How many tiles in flight are for the view, or were.
     for_view: u32,
     /// The frame in which a load was last answered or a tile left, or in which the first of those in flight
     /// was asked for.

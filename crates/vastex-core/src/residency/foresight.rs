@@ -36,7 +36,7 @@ type Span = [[u32; 2]; 3];
 struct Region {
     texture: TextureNumber,
     level: u8,
-    /// It was seen within the last cycle.
+    /// True if the region was seen within the last cycle.
     is_active: bool,
     /// Pages of level 0 along each axis of one of its pages.
     scale: [f64; 3],

@@ -9,9 +9,9 @@ use crate::texture::page::PageId;
 pub(crate) struct PageHistory {
     /// Since then it is in the working set without a break.
     pub(crate) wanted_since: Option<u64>,
-    /// Its load was asked for.
+    /// When the page's load was asked for.
     pub(crate) asked_at: Option<u64>,
-    /// Its tile came into its slot.
+    /// When the page's tile came into its slot.
     pub(crate) settled_at: Option<u64>,
     /// Loads of it that failed in a row.
     pub(crate) failures: u32,

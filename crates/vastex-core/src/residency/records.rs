@@ -42,7 +42,8 @@ pub(crate) struct Record {
     pub(super) failures: u16,
     /// How the loader ranks its load, while there is one.
     pub(super) rank: RankClass,
-    /// Its tile is in flight, and was asked for when the page was in view, or was in view with the loader.
+    /// True if the page's tile is in flight, and was asked for when the page was in view, or was in view with
+    /// the loader.
     pub(super) for_view: bool,
     /// Resident pages below it, at any depth.
     pub(super) below: u32,
@@ -121,7 +122,7 @@ std::thread_local! {
 /// A record for each page that has a state other than `Absent`, or a resident descendant.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Records {
-    /// Those of no page are free.
+    /// All records; those of no page are free.
     records: Vec<Record>,
     index: PageMap<u32>,
     free: Vec<u32>,

@@ -60,7 +60,7 @@ impl Refresh {
 #[derive(Debug, Default)]
 pub(crate) struct Refreshes {
     pages: FxHashMap<PageId, Refresh>,
-    /// Those of them that are `Ready`.
+    /// How many refreshes are `Ready`.
     ready: u32,
     /// Pages whose first load is under way and will bring what is out of date.
     stale: FxHashSet<PageId>,

@@ -33,12 +33,12 @@ struct Running {
 /// The loads of a simulated world.
 #[derive(Clone, Debug)]
 pub struct Loads {
-    /// Those that no lane has taken yet.
+    /// Loads that no lane has taken yet.
     waiting: Vec<(Turn, PageId)>,
     running: Vec<Running>,
-    /// Those that were called off before a lane took them.
+    /// Loads that were called off before a lane took them.
     called_off: Vec<PageId>,
-    /// Those that never end.
+    /// Loads that never end.
     lost: Vec<PageId>,
     requests: u64,
     random: Random,

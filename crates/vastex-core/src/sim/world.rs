@@ -114,7 +114,7 @@ pub struct World {
     texture: TextureNumber,
     /// The pager under test.
     pub pager: Pager,
-    /// Its only pool.
+    /// The world's only pool.
     pool: PoolId,
     /// What a GPU's page table would hold.
     pub table: TableImage,

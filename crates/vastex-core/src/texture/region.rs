@@ -135,7 +135,7 @@ impl Region {
     }
 }
 
-/// The same numbers in ranges that do not overlap, in ascending order.
+/// The numbers of these ranges in ranges that do not overlap, in ascending order.
 fn apart(mut ranges: [Range<u32>; 3]) -> [Range<u32>; 3] {
     ranges.sort_by_key(|range| range.start);
     let mut reached = 0;

@@ -12,7 +12,7 @@ use crate::texture::page_set::PageSet;
 pub(crate) struct Textures {
     textures: Vec<Option<Texture>>,
     count: u32,
-    /// Those with pages that have no tile, and those with pages beside their tail.
+    /// How many textures have pages without a tile, and how many have pages beside their tail.
     sparse: u32,
     with_pages: u32,
 }

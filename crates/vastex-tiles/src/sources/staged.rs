@@ -52,7 +52,7 @@ impl Staged {
         lock(&self.0).by_address.values().map(Vec::len).sum()
     }
 
-    /// The same bytes; [`Staged::room_of`] finds the room until they are dropped.
+    /// These bytes, in the room; [`Staged::room_of`] finds the room until they are dropped.
     fn holding(&self, tile: Bytes, room: Room) -> Bytes {
         let mut rooms = lock(&self.0);
         let number = rooms.made;

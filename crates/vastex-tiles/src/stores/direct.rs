@@ -197,7 +197,7 @@ fn aligned(buffer: &mut Vec<u8>, len: usize, block: usize) -> io::Result<&mut [u
         .ok_or_else(|| io::Error::other("memory cannot be aligned"))
 }
 
-/// The same file once more, for direct reads, and the block that they take.
+/// The file opened once more, for direct reads, and the block that they take.
 #[cfg(target_os = "linux")]
 fn open_direct(buffered: &File, path: &Path) -> io::Result<(File, NonZeroU32)> {
     use std::os::unix::fs::{MetadataExt, OpenOptionsExt};

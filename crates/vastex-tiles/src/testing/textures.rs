@@ -83,7 +83,7 @@ pub(crate) fn container_bytes(description: &Description, compression: Compressio
     aligned_bytes(description, compression, seed, 1)
 }
 
-/// The same with tiles that begin at multiples of `align`.
+/// A container with tiles that begin at multiples of `align`.
 pub(crate) fn aligned_bytes(
     description: &Description,
     compression: Compression,

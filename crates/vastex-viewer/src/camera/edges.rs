@@ -46,7 +46,7 @@ impl Pose {
         Some(Seen { middle, half_view, farthest })
     }
 
-    /// The same with another middle, as [`Seen`] has it.
+    /// This pose with another middle, as [`Seen`] has it.
     fn looking_at(self, middle: DVec2, [_, image]: Aspects) -> Pose {
         let Pose::Image { orientation, .. } = self else { return self };
         let size = DVec2::new(1.0, 1.0 / image);

@@ -197,7 +197,7 @@ impl Pose {
         Some(if is_above { turned.on_ground(heights) } else { self })
     }
 
-    /// The same camera, looking straight down, as [`Pose::uprighted`] does it without heights.
+    /// This camera, looking straight down, as [`Pose::uprighted`] does it without heights.
     pub(super) fn uprighted_over(self, heights: &mut dyn GroundHeights) -> Option<Pose> {
         match self {
             Pose::Image { .. } => None,

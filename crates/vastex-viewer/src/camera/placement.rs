@@ -15,7 +15,7 @@ pub struct ImagePlacement {
     centre: DVec2,
     /// The middle of the picture, in pixels.
     middle: DVec2,
-    /// Its first corner.
+    /// The picture's first corner.
     corner: DVec2,
     /// Steps in the image from those that are seen, and the other way round.
     image_from_seen: DMat2,

@@ -52,7 +52,7 @@ const MOST_ZOOM: f64 = 4e9;
 pub(super) const LEAST_ALTITUDE: f64 = 1e-10;
 /// How far from the ground a camera over a globe goes, in radii.
 pub(super) const MOST_ALTITUDE: f64 = 20.0;
-/// The same over a plane: how near to the ground a camera comes, and how far it goes.
+/// Over a plane: how near to the ground a camera comes, and how far it goes.
 pub(super) const LEAST_HEIGHT: f64 = 0.0005;
 pub(super) const MOST_HEIGHT: f64 = 10.0;
 /// Radii of the Earth in a metre.
@@ -298,7 +298,7 @@ impl Pose {
         }
     }
 
-    /// The same camera over another point, or the nearest to it that it may be over.
+    /// This camera over another point, or the nearest to it that it may be over.
     pub(crate) fn at(self, over: DVec2) -> Pose {
         match self {
             Pose::Image { zoom, orientation, .. } => {
@@ -312,7 +312,7 @@ impl Pose {
         }
     }
 
-    /// The same camera with a place of the image, in uv, in the middle of its view; over a globe, above it.
+    /// This camera with a place of the image, in uv, in the middle of its view; over a globe, above it.
     /// `image` is the image's width over its height. `None` where a camera that looks so sees no such place
     /// there.
     #[cfg(feature = "egui")]

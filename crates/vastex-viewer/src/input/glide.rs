@@ -26,13 +26,13 @@ impl Trail {
         self.0.clear();
     }
 
-    /// It is there now, in pixels.
+    /// The pointer is there now, in pixels.
     pub(super) fn push(&mut self, now: Duration, place: DVec2) {
         self.0.retain(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
         self.0.push((now, place));
     }
 
-    /// It was moved by so many pixels.
+    /// The pointer was moved by so many pixels.
     pub(super) fn push_by(&mut self, now: Duration, delta: DVec2) {
         let lately = self.0.last().filter(|(then, _)| now.saturating_sub(*then) <= MEASURED[0]);
         // Since when a first step has been under way nobody knows.
@@ -61,7 +61,7 @@ impl Glide {
         self.0 = if is_fast { speed.clamp_length_max(FASTEST_GLIDE) } else { DVec2::ZERO };
     }
 
-    /// It rests.
+    /// Stops the glide.
     pub(super) fn stop(&mut self) {
         self.0 = DVec2::ZERO;
     }

@@ -9,7 +9,7 @@ use crate::surface::SceneRenderer;
 
 /// Places along and down the picture, one value each.
 const PLACES: [u32; 2] = [128, 72];
-/// The same where each is looked for along a ray, as over heights.
+/// The places where each is looked for along a ray, as over heights.
 const MARCHED_PLACES: [u32; 2] = [64, 36];
 /// The share of values at each end that a first range leaves out.
 const LEFT_OUT: f64 = 0.005;

@@ -75,7 +75,7 @@ pub enum LayersError {
 /// the visible ones need.
 #[derive(Clone, Debug)]
 pub struct Layers {
-    /// Those that lie over one another, then the parts of a planet.
+    /// Layers that lie over one another, then the parts of a planet.
     layers: Vec<ShownLayer>,
     /// The parts that a planet has, if they are on one.
     planet: Option<PlanetText>,

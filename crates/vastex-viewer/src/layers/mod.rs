@@ -205,7 +205,7 @@ impl ColorMap {
         ColorMap { palette, ..self }
     }
 
-    /// The same where values have become light already.
+    /// This colour map where values have become light already.
     pub(crate) fn of_light(self) -> ColorMap {
         ColorMap { is_srgb: true, ..self }
     }

@@ -63,7 +63,7 @@ impl Overlay {
         Overlay::ALL.get(place).copied()
     }
 
-    /// Its entry point, and whether it colours the surface; else it is a plan.
+    /// The overlay's entry point, and true if it colours the surface; else it is a plan.
     fn entry(self) -> (&'static str, bool) {
         match self {
             Overlay::Levels => ("shade_levels", true),

@@ -375,7 +375,7 @@ fn name_in(textures: &[PanelTexture], texture: usize, layer: &str) -> String {
     }
 }
 
-/// The same values, the second moved where they are equal, since black and white must not be.
+/// These values, the second moved where they are equal, since black and white must not be.
 fn distinct([low, high]: [f64; 2], scale: StoredScale) -> [f64; 2] {
     // What two floats of their size can tell apart, whatever the scale makes of them.
     let least = scale.most().map_or_else(|| low.abs().max(1e-30) * 1e-5, |_| 1.0);

@@ -62,7 +62,7 @@ pub(crate) enum Placed {
 #[derive(Debug)]
 pub struct CameraBinding {
     uniform: Uniform,
-    /// Those of a surface with heights; room for one where it has none.
+    /// Patches of a surface with heights; room for one where it has none.
     pub(crate) patches: wgpu::Buffer,
     patch_count: AtomicU32,
     /// The number by which shaders know its view.

@@ -150,7 +150,7 @@ impl Cell {
         (0.25 / cosine.max(f64::EPSILON)).log2().floor().max(0.0) as u32
     }
 
-    /// Its quarters or, where they are merged beside a pole, fewer.
+    /// The cell's quarters or, where they are merged beside a pole, fewer.
     fn children(self, base: Base, is_merging: bool) -> impl Iterator<Item = Cell> {
         let rows = u64::from(base.roots()[1]) << (self.depth + 1);
         (0..2).flat_map(move |down| {
@@ -236,7 +236,7 @@ impl Patches {
         Patches::to_depth(base, depth, picture_rows, false)
     }
 
-    /// The same in fixed point, where nothing but texels limits how fine they are.
+    /// Patches in fixed point, where nothing but texels limits how fine they are.
     pub(crate) fn fixed(base: Base, heights: [u32; 2], picture_rows: u32) -> Patches {
         let depth = (texel_depth(base, heights) + SUBDIVISIONS).clamp(0.0, MOST_FIXED_DEPTH);
         Patches::to_depth(base, depth, picture_rows, base == Base::Globe)

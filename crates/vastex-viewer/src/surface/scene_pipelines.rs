@@ -142,7 +142,7 @@ impl PipelineMaker {
         self.of_ways(|way| [format!("{place}_{way}"), format!("{shade}_{way}")], group, formats)
     }
 
-    /// Those of the feedback pass.
+    /// Pipelines of the feedback pass.
     pub(super) fn wanted(self: &Arc<Self>) -> ScenePipelines {
         let entries = |way: &str| [format!("place_{way}_feedback"), format!("want_{way}")];
         self.of_ways(entries, None, &[Textures::FEEDBACK_FORMAT])

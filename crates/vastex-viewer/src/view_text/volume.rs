@@ -258,7 +258,7 @@ impl VolumeViewText {
     }
 }
 
-/// Its text.
+/// The view as a text.
 impl Display for VolumeViewText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let VolumeViewText { target: [x, y, z], zoom, yaw, pitch, .. } = self;

@@ -53,7 +53,7 @@ impl BricksAhead {
         self.view == view && is_done && self.pages.iter().all(is_there)
     }
 
-    /// They are not prefetched any more; what has come of them stays until its slots are needed.
+    /// Ends prefetching the bricks; what has come of them stays until its slots are needed.
     pub(super) fn release(&self, textures: &mut Textures) {
         if let Some(ticket) = &self.ticket {
             textures.ahead().release(ticket);
@@ -92,7 +92,7 @@ impl TimesAhead {
         self.times.iter().map(|ahead| ahead.channels.time)
     }
 
-    /// Those whose bricks are all there, for the views of this number.
+    /// Times whose bricks are all there, for the views of this number.
     pub(super) fn ready(&self, view: u64, textures: &Textures) -> Vec<u64> {
         let is_ready =
             |ahead: &&TimeAhead| ahead.bricks.as_ref().is_some_and(|bricks| bricks.are_there(view, textures));

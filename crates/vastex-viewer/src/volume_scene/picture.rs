@@ -86,7 +86,7 @@ impl PanePicture {
         }
     }
 
-    /// It is drawn by the renderer of this number from here on, through a camera of that.
+    /// The picture is drawn by the renderer of this number from here on, through a camera of that.
     pub(super) fn see_through(&mut self, of: u64, camera: impl FnOnce() -> VolumeCameraBinding) {
         if self.camera.0 != of {
             self.camera = (of, camera());

@@ -73,7 +73,7 @@ pub(super) enum Purpose {
     Below,
     /// What lies where a click was.
     Click,
-    /// The same, and the label there is selected.
+    /// As for a click, and the label there is selected.
     Select,
 }
 

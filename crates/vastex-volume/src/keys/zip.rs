@@ -123,7 +123,7 @@ impl Bytewise {
         self.read_into(offset, len, Vec::new())
     }
 
-    /// The same into memory that is there already, where it has so many bytes.
+    /// Reads into memory that is there already, where it has so many bytes.
     fn read_into(&self, offset: u64, len: usize, memory: Vec<u8>) -> Result<Vec<u8>, VolumeFault> {
         let cut = || damaged("lies beyond the end of the archive; copy the archive anew");
         if offset.checked_add(len as u64).is_none_or(|last| last > self.len) {

@@ -108,7 +108,7 @@ struct State {
     asked: BTreeSet<MadePos>,
     /// How many of those that were asked for are being made.
     in_hand: usize,
-    /// Those that a preview was given for.
+    /// Chunks that a preview was given for.
     previewed: FxHashSet<MadePos>,
     changed: Vec<MadePos>,
     faults: Vec<VolumeError>,

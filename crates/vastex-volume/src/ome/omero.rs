@@ -8,7 +8,7 @@ use crate::json::{finite, list, text};
 /// What `omero` says of a channel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Omero {
-    /// Its name.
+    /// The channel's name.
     pub(super) label: Option<String>,
     /// Red, green and blue.
     pub(super) color: Option<[u8; 3]>,

@@ -25,7 +25,7 @@ pub(crate) enum Root {
     Images {
         /// What lists them.
         what: &'static str,
-        /// Their paths below the key.
+        /// The images' paths below the key.
         paths: Vec<String>,
         oddities: Vec<String>,
     },

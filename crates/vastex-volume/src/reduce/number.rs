@@ -7,7 +7,7 @@ pub(super) trait Number<const N: usize>: Copy + Default + Send + Sync {
 
     fn of_bytes(bytes: [u8; N]) -> Self;
     fn to_bytes(self) -> [u8; N];
-    /// Its bytes as a number without a sign.
+    /// The number's bytes as a number without a sign.
     fn bits(self) -> u64;
     fn widen(self) -> Self::Sum;
     fn add(left: Self::Sum, right: Self::Sum) -> Self::Sum;

@@ -20,7 +20,7 @@ const MOST_MARKS: u64 = 1 << 26;
 
 /// One level of what is asked about.
 pub(super) struct Asked<'a> {
-    /// Its number in the geometry, and its voxels.
+    /// The level's number in the geometry, and its voxels.
     pub(super) number: u8,
     pub(super) level: &'a VoxelLevel,
     /// The stored level that its voxels are made of, and how many of those are one of its own.

@@ -68,7 +68,7 @@ struct Page {
 pub(super) struct Pages {
     path: PathBuf,
     page: Page,
-    /// Their places among the file's directories.
+    /// The pages' places among the file's directories.
     places: Vec<usize>,
     description: String,
     /// Where the values begin if the file has one directory for many pages, as ImageJ writes large stacks.

@@ -52,7 +52,7 @@ pub struct ChunkWork {
 /// How a chunk was had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Had {
-    /// It was read, and decoded if it was there.
+    /// The chunk was read, and decoded if it was there.
     Read,
     /// By others.
     Shared,

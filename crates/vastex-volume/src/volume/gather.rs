@@ -305,7 +305,7 @@ impl Piece<'_> {
         self.bytes.is_some() && (rows == 1 || self.row >= self.count * width)
     }
 
-    /// Its rows in a layer, of `len` bytes at least, which lie one after the other.
+    /// The piece's rows in a layer, of `len` bytes at least, which lie one after the other.
     #[inline(always)]
     fn chunks_of(&self, layer: usize, len: usize) -> std::slice::Chunks<'_, u8> {
         self.rows_of(layer).rest.chunks(self.row.max(len))

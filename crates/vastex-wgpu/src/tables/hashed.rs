@@ -12,7 +12,7 @@ use crate::feedback_mode::FeedbackMode;
 pub(super) struct HashedTables {
     now: Copied,
     before: Vec<Before<Copied>>,
-    /// It lies elsewhere than what was last submitted.
+    /// True if the table lies elsewhere than what was last submitted.
     is_moved: bool,
     /// Pages for which it has room from the beginning.
     pages: usize,

@@ -13,7 +13,7 @@ const COARSEST: f32 = 1024.0;
 pub(super) struct Footprint {
     /// Levels coarser than level 0.
     pub(super) lambda: f32,
-    /// Its longer axis, along which taps lie, in texels of level 0.
+    /// The footprint's longer axis, along which taps lie, in texels of level 0.
     pub(super) axis: [f32; 2],
 }
 

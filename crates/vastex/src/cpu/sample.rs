@@ -113,7 +113,7 @@ struct AtHand<'a> {
     state: &'a PagedTexture,
     layer: LayerId,
     filter: Filter,
-    /// Its texels of the layer.
+    /// The layer's texels in the tail.
     tail: OnceCell<Bytes>,
     found: [OnceCell<Found>; FOUND],
 }

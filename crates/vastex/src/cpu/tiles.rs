@@ -195,7 +195,7 @@ impl Used {
     }
 }
 
-/// The same bytes and no others: a slice keeps all of the tile that it is cut from.
+/// A copy of these bytes alone: a slice keeps all of the tile that it is cut from.
 pub(crate) fn owned(texels: &Bytes) -> Bytes {
     Bytes::copy_from_slice(texels)
 }

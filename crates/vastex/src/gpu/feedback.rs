@@ -203,7 +203,7 @@ impl Gpu {
             && views.all(|state| state.cycle.is_seen_whole(frame, state.length(cycle)))
     }
 
-    /// The same of one view, whatever the others; `None` if there is none.
+    /// As [`Gpu::is_seen_whole`], of one view, whatever the others; `None` if there is none.
     pub(crate) fn is_view_seen_whole(&self, view: ViewId, frame: u64, cycle: u32) -> Option<bool> {
         let state = self.views.iter().find(|state| state.view == view)?;
         let is_on_gpu = self.undone.is_empty() && self.tables_are_settled();

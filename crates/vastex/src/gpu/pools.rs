@@ -173,7 +173,7 @@ impl PoolState {
         Ok(PoolLayout::fit(&self.held, bytes, limits(device))?)
     }
 
-    /// The same pool with other slots, empty, for the same pipelines; its memory is taken where this one's
+    /// This pool with other slots, empty, for the same pipelines; its memory is taken where this one's
     /// is.
     pub(crate) fn resized(
         &self,
@@ -214,7 +214,7 @@ impl PoolState {
         settings.plan(&self.stored, &self.held, picture).bytes
     }
 
-    /// The same pool on another device, empty.
+    /// This pool on another device, empty.
     pub(crate) fn restore(
         &mut self,
         device: &wgpu::Device,
@@ -248,7 +248,7 @@ impl PoolState {
         self.gpu.as_ref().map(|memory| &memory.pool)
     }
 
-    /// Its page tables, while there are textures.
+    /// The pool's page tables, while there are textures.
     pub(super) fn tables(&self) -> Option<&PoolTables> {
         self.gpu.as_ref().map(|memory| &memory.tables)
     }

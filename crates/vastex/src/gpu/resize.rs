@@ -26,7 +26,7 @@ impl Gpu {
         self.pools[usize::from(pool.number())].fit(&self.device, bytes)
     }
 
-    /// The same pool with other slots, empty, beside the one that there is.
+    /// A pool with other slots, empty, beside the one that there is.
     pub(crate) fn resized_pool(&self, pool: PoolId, slots: PoolLayout) -> Result<PoolState, Error> {
         self.pools[usize::from(pool.number())].resized(&self.device, &self.queue, slots)
     }

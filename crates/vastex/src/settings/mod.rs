@@ -184,7 +184,7 @@ impl Settings {
     #[doc(hidden)]
     pub const READ_TIME_OUT_S: RangeInclusive<f64> = 0.001..=86_400.0;
 
-    /// Those that concern the loader.
+    /// The settings that concern the loader.
     pub(crate) fn of_loader(&self) -> LoaderSettings {
         LoaderSettings {
             threads: self.loader_threads,

@@ -109,10 +109,10 @@ impl JpegReader {
         })
     }
 
-    /// The same picture at an eighth of its size, a quarter or a half, with `side` texels or more along its
-    /// longer axis, if the picture is larger than that by as much. Of a file of several scans, of which
-    /// libjpeg decodes all at any size, there is an eighth, where that has half of `side` or more. `None` if
-    /// there is none of them.
+    /// A reader of the picture at an eighth of its size, a quarter or a half, with `side` texels or more
+    /// along its longer axis, if the picture is larger than that by as much. Of a file of several scans, of
+    /// which libjpeg decodes all at any size, there is an eighth, where that has half of `side` or more.
+    /// `None` if there is none of them.
     pub(super) fn reduced(mut self, side: u32) -> Option<Box<dyn RowReader>> {
         let longer = self.header.width.max(self.header.height);
         if self.is_decoded_first {

@@ -326,7 +326,7 @@ pub(super) struct ReadyRows {
     asked: u64,
     /// Strips are gone to one by one, so that none beside them is worth decoding.
     is_sparse: bool,
-    /// Those that are decoded and whose turn it is.
+    /// Chunks that are decoded and whose turn it is.
     ready: vec::IntoIter<Result<Chunk, InputFault>>,
     first_row: u32,
     rows: Vec<u8>,

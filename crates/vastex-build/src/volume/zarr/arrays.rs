@@ -33,7 +33,7 @@ pub(super) struct Axes {
 }
 
 impl Axes {
-    /// Their names.
+    /// Names of the axes.
     pub(super) fn names(self) -> Vec<&'static str> {
         self.along("t", "c", ["x", "y", "z"])
     }

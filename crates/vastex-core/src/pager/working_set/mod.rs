@@ -52,13 +52,13 @@ pub(crate) struct Node {
     views_below: u8,
     /// Feedbacks of the cycles in which the sharpest need was so many eighths.
     feedbacks: [u16; STEPS_PER_LEVEL as usize],
-    /// It is wanted at every bias, whatever feedback says.
+    /// True if the page is wanted at every bias, whatever feedback says.
     is_pinned: bool,
     /// The sharpest need of the page and all that lies below it.
     need: Need,
     /// Feedback pixels of the page and all that lies below it, over the cycles.
     pub(in crate::pager) pixels: u32,
-    /// Those of them that already show something finer than the page.
+    /// Feedback pixels, among `pixels`, that already show something finer than the page.
     pub(in crate::pager) finer: u32,
     /// True if its tile is in a slot.
     pub(in crate::pager) is_resident: bool,

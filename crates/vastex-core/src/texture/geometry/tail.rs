@@ -34,7 +34,7 @@ impl TailLayout {
         self.first_level
     }
 
-    /// The same for a layer with one texel along each `scale`.
+    /// This layout for a layer with one texel along each `scale`.
     pub(crate) fn divided(&self, scale: u32) -> TailLayout {
         let offsets = self.offsets.iter().map(|offset| offset.map(|n| n / scale)).collect();
         TailLayout { first_level: self.first_level, offsets }

@@ -22,7 +22,7 @@ pub(super) trait Medium: Send + Sync {
 
 /// An open file: read by any number of threads, written by one.
 pub(super) trait MediumFile: Send + Sync {
-    /// Its length in bytes.
+    /// The file's length in bytes.
     fn len(&self) -> io::Result<u64>;
 
     /// Fills `bytes` from `offset` on, as far as the file reaches; gives back how many there were.

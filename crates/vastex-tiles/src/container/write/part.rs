@@ -61,7 +61,7 @@ impl std::fmt::Display for PartOf {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Head {
     pub(super) of: PartOf,
-    /// The same in all parts that belong together.
+    /// A number that is equal in all parts that belong together.
     pub(super) fingerprint: u64,
     pub(super) tiles: u64,
     pub(super) description: Vec<u8>,

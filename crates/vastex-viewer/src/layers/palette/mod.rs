@@ -166,7 +166,7 @@ impl Palette {
     }
 }
 
-/// Its name, with `_r` behind it where it is reversed.
+/// The colour map's name, with `_r` behind it where it is reversed.
 impl fmt::Display for Palette {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;

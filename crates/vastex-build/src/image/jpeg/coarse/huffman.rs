@@ -31,7 +31,7 @@ impl Codes {
         }
     }
 
-    /// The same of AC coefficients.
+    /// Codes of AC coefficients.
     pub(super) fn of_ac(counts: &[u8; 16], symbols: &[u8]) -> Result<Codes, Stop> {
         Codes::new(counts, symbols)
     }

@@ -52,7 +52,7 @@ pub(super) struct CoarseReader {
 /// Which rows the planes hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rows {
-    /// Those of one row of MCUs, as they are decoded.
+    /// The rows of one row of MCUs, as they are decoded.
     OneOfMcus,
     /// All, once they are decoded.
     AllToDecode,

@@ -21,7 +21,7 @@ impl TiffImage {
         self
     }
 
-    /// The same image, showing the bands of a text.
+    /// This image, showing the bands of a text.
     pub(super) fn pick(self, text: &str) -> Result<TiffImage, InputFault> {
         let number = |word: &str| {
             let number: u16 = word.parse().ok()?;
@@ -50,7 +50,7 @@ impl TiffImage {
         self.pick.is_some()
     }
 
-    /// The same as it is stored, whatever it says of turns.
+    /// This image as it is stored, whatever it says of turns.
     pub(in crate::image::tiff) fn upright(self) -> TiffImage {
         TiffImage { orientation: 1, ..self }
     }

@@ -64,7 +64,7 @@ pub(crate) struct TiffImage {
     pub(super) file: Arc<TiffFile>,
     /// Texels per row, and rows.
     pub(crate) size: [u32; 2],
-    /// The same of a strip or tile; those of the last column and row of tiles reach beyond the image.
+    /// Columns and rows of a strip or tile; those of the last column and row of tiles reach beyond the image.
     pub(crate) chunk: [u32; 2],
     pub(crate) is_tiled: bool,
     /// True if its strips are parts of the one strip of a plane, which is not compressed.
@@ -101,8 +101,9 @@ impl TiffImage {
         TiffImage::read_beside(file, directory, None)
     }
 
-    /// The same of an image that may be a level of another one: libvips says in the first directory alone
-    /// that samples are signed or floats, so where it is not said, they are as the other's of as many bits.
+    /// Reads, as [`TiffImage::read`] does, an image that may be a level of another one: libvips says in the
+    /// first directory alone that samples are signed or floats, so where it is not said, they are as the
+    /// other's of as many bits.
     pub(super) fn read_beside(
         file: &Arc<TiffFile>,
         directory: &Directory,
@@ -181,7 +182,7 @@ impl TiffImage {
         Ok(image.pick_first())
     }
 
-    /// The same image, the one strip of a plane taken for several where that is possible without decoding it.
+    /// This image, the one strip of a plane taken for several where that is possible without decoding it.
     pub(crate) fn cut(mut self) -> TiffImage {
         let row_bytes = u64::from(self.size[0]) * (self.samples_of_chunk() * self.number.bytes()) as u64;
         self.is_cut = !self.is_tiled

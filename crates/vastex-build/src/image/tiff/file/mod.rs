@@ -51,7 +51,7 @@ impl TiffFile {
         TiffFile::of(Arc::new(open_file(path)?)).map(|file| file.map(Arc::new))
     }
 
-    /// The same of a file that is open.
+    /// As [`TiffFile::open`], of a file that is open already.
     pub(crate) fn of(file: Arc<File>) -> Result<Option<TiffFile>, InputFault> {
         let len = file.metadata()?.len();
         let mut start = [0; 16];

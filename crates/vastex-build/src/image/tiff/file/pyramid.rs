@@ -118,7 +118,7 @@ impl TiffPyramid {
         self.levels.first()?.as_ref()
     }
 
-    /// The same with other bands.
+    /// This pyramid with other bands.
     fn picked(mut self, bands: &str) -> Result<TiffPyramid, InputFault> {
         let pick = |level: Option<TiffImage>| level.map(|image| image.pick(bands)).transpose();
         self.levels = self.levels.into_iter().map(pick).collect::<Result<_, _>>()?;

@@ -20,7 +20,7 @@ const SUB_IFDS: u16 = 330;
 pub(crate) struct Directories {
     /// The chain, which has at least one.
     pub(super) chain: Vec<Directory>,
-    /// Those below the first of the chain.
+    /// Directories below the first of the chain.
     pub(super) below: Vec<Directory>,
 }
 

@@ -122,7 +122,7 @@ impl Geometry {
 /// Positions in lists of lists.
 #[derive(Default)]
 pub(super) struct Coordinates {
-    /// Those of all lists, one after another.
+    /// Points of all lists, one after another.
     points: Vec<DVec2>,
     /// Where each of the innermost lists ends.
     ends: Vec<usize>,
