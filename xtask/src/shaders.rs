@@ -94,13 +94,12 @@ fn faults(texts: &[(String, String)]) -> Vec<String> {
 
 /// Constants whose values are a test's own, by their names or how those begin; and the values that there are,
 /// where those are few.
-const FREE: [(&str, &[&str]); 8] = [
+const FREE: [(&str, &[&str]); 7] = [
     ("ID", &[]),
     ("WANTED", &[]),
     ("VIEW", &[]),
     ("VASTEXI_BINDING_", &[]),
-    // Layers of the tests' textures, and what they have of the texture's texels.
-    ("VASTEXI_INDEX_", &[]),
+    // What layers of the tests' textures have of the texture's texels.
     ("VASTEXI_SCALE_", &["1u", "2u", "4u"]),
     ("VASTEXI_TAPS_", &["1u", "2u", "4u", "8u", "16u"]),
     // Whether sides of pages are powers of two.

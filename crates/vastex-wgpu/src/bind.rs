@@ -276,7 +276,8 @@ mod tests {
         let member = |nth: usize| {
             let (tables, pages) = (TableKind::Direct, PageSides::Any);
             let (atlas, filter, layer) = (Atlas::Float, Filter::Trilinear, (nth / pools) as u8);
-            let kind = Kind { dims: Dims::D2, tables, pages, layer, atlas, scale: 1, filter };
+            let (dims, is_mixed) = (Dims::D2, true);
+            let kind = Kind { dims, tables, pages, layer, atlas, scale: 1, filter, is_mixed };
             KindMember { name: format!("m{nth}"), pool: nth % pools, kind }
         };
         Kinds::of_group((0..layers).map(member).collect(), mode, fade).unwrap()

@@ -106,8 +106,11 @@ pub struct Kind {
     pub atlas: Atlas,
     /// Texels of the texture along one of the layer: 1, 2 or 4.
     pub scale: u32,
-    /// How texels are blended, where their values may be mixed.
+    /// How texels are blended: [`Filter::Nearest`] where values are not mixed.
     pub filter: Filter,
+    /// True if values are mixed: with those beside them by the filter, and with those of a coarser tile while
+    /// a tile fades in. Where they are not, each pixel shows one texel of the tile that is there.
+    pub is_mixed: bool,
 }
 
 /// A member of a group: a layer of a texture, as shaders see it.
@@ -169,13 +172,14 @@ pub(crate) struct TextLayer {
 pub(crate) struct TextRead {
     pub(crate) layer: usize,
     pub(crate) filter: Filter,
+    pub(crate) is_mixed: bool,
 }
 
 impl Kind {
-    /// This kind by another filter.
+    /// This kind by another filter; where values are not mixed by [`Filter::Nearest`], whatever is named.
     #[must_use]
     pub fn filtered(self, filter: Filter) -> Kind {
-        Kind { filter, ..self }
+        Kind { filter: if self.is_mixed { filter } else { Filter::Nearest }, ..self }
     }
 }
 
@@ -209,7 +213,8 @@ impl Kinds {
         };
         let mut known_pools = Vec::new();
         for (member, (name, pool, kind)) in of.into_iter().enumerate() {
-            let Kind { dims, tables, pages, layer: index, atlas, scale, filter } = kind;
+            let Kind { dims, tables, pages, layer: index, atlas, scale, filter, is_mixed } =
+                kind.filtered(kind.filter);
             let pool = place_of(&mut known_pools, |known| *known == pool, || pool);
             if pool == kinds.pools.len() {
                 kinds.pools.push(TextPool { dims, tables, pages, member });
@@ -217,21 +222,21 @@ impl Kinds {
             let is_layer = |layer: &TextLayer| (layer.pool, layer.index) == (pool, index);
             let new_layer = || TextLayer { pool, index, atlas, scale, member };
             let layer = place_of(&mut kinds.layers, is_layer, new_layer);
-            let is_read = |read: &TextRead| (read.layer, read.filter) == (layer, filter);
-            let read = place_of(&mut kinds.reads, is_read, || TextRead { layer, filter });
+            let read = TextRead { layer, filter, is_mixed };
+            let read = place_of(&mut kinds.reads, |known| *known == read, || read.clone());
             kinds.members.push(TextMember { name, read });
         }
         kinds
     }
 
-    /// These kinds with every member by another filter.
+    /// These kinds with every member by another filter, but for members whose values are not mixed.
     #[must_use]
     pub fn filtered(&self, filter: Filter) -> Kinds {
         self.with_filters(&vec![Some(filter); self.members.len()])
     }
 
     /// These kinds with some members by filters of their own, in the order of the members; those without one,
-    /// and those beyond the end of the list, keep theirs.
+    /// those beyond the end of the list, and those whose values are not mixed keep theirs.
     #[must_use]
     pub fn with_filters(&self, filters: &[Option<Filter>]) -> Kinds {
         let of = |(nth, member): (usize, &TextMember)| {
@@ -239,7 +244,9 @@ impl Kinds {
             let TextLayer { pool, index, atlas, scale, .. } = self.layers[read.layer];
             let TextPool { dims, tables, pages, .. } = self.pools[pool];
             let filter = filters.get(nth).copied().flatten().unwrap_or(read.filter);
-            (member.name.clone(), pool, Kind { dims, tables, pages, layer: index, atlas, scale, filter })
+            let is_mixed = read.is_mixed;
+            let kind = Kind { dims, tables, pages, layer: index, atlas, scale, filter, is_mixed };
+            (member.name.clone(), pool, kind)
         };
         Kinds::gathered(self.members.iter().enumerate().map(of), self.mode, self.fade)
     }

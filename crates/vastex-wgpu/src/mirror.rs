@@ -214,6 +214,7 @@ mod tests {
             atlas: Atlas::Float,
             scale: 1,
             filter: Filter::Trilinear,
+            is_mixed: true,
         };
         shader::wgsl(&Kinds::of(kind, mode, false), BindingPlace::default())
     }

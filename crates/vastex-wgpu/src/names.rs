@@ -16,6 +16,8 @@ pub(crate) const VOLUME_RECORDS: &str = include_str!("wgsl/volume_records.wgsl")
 pub(crate) const BRICK: &str = include_str!("wgsl/brick.wgsl");
 pub(crate) const NAMES_BRICK: &str = include_str!("wgsl/names_brick.wgsl");
 pub(crate) const NAMES_BRICK_VALUES: &str = include_str!("wgsl/names_brick_values.wgsl");
+pub(crate) const NAMES_BRICK_BLENDED: &str = include_str!("wgsl/names_brick_blended.wgsl");
+pub(crate) const NAMES_BRICK_UNBLENDED: &str = include_str!("wgsl/names_brick_unblended.wgsl");
 pub(crate) const NAMES_BRICK_WHOLE: &str = include_str!("wgsl/names_brick_whole.wgsl");
 pub(crate) const NAMES_BRICK_FEEDBACK: &str = include_str!("wgsl/names_brick_feedback.wgsl");
 
@@ -55,8 +57,9 @@ pub(crate) fn check_names<'a>(members: impl Iterator<Item = &'a str>) -> Result<
             return refuse(name, "that is the group as a whole; choose another");
         }
         let of_image = [NAMES_SAMPLE, NAMES_FEEDBACK];
-        let of_volume = [NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_WHOLE, NAMES_BRICK_FEEDBACK];
-        let of_member = of_image.into_iter().chain(of_volume).flat_map(functions);
+        let of_volume = [NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_BLENDED, NAMES_BRICK_FEEDBACK];
+        let of_labels = [NAMES_BRICK_WHOLE];
+        let of_member = of_image.into_iter().chain(of_volume).chain(of_labels).flat_map(functions);
         if of_member.map(|function| named(function, Some(name))).any(|function| !taken.insert(function)) {
             return refuse(name, "it makes two functions of one name; choose another");
         }

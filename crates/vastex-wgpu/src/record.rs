@@ -50,8 +50,6 @@ pub struct RecordOf<'a> {
     pub tail_slot: Slot,
     /// How the texture's levels are chosen, as far as it has them.
     pub rule: LevelRule,
-    /// Bit `n`: values of layer `n` may not be mixed; of the first 32 layers.
-    pub unmixed: u32,
     /// Where the texture's entries lie in the page table.
     pub placement: &'a Placement,
 }
@@ -65,7 +63,7 @@ pub fn texture_record(of: &RecordOf<'_>) -> Vec<[u32; 4]> {
 pub fn group_record(geometry: &Geometry, id: u32) -> Vec<[u32; 4]> {
     let rule = LevelRule::default().within(geometry);
     let placement = &Placement::without_entries(geometry.coarsest());
-    let of = RecordOf { geometry, voxels: None, id, tail_slot: Slot::new(0), rule, unmixed: 0, placement };
+    let of = RecordOf { geometry, voxels: None, id, tail_slot: Slot::new(0), rule, placement };
     record(&of, geometry.coarsest())
 }
 
@@ -89,7 +87,7 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let (page, border) = (geometry.page(), geometry.border());
     let mut words = vec![
         [width, height, of.id, flags],
-        [rule.bias.to_bits(), tail_entry, of.unmixed, packed_placement(of)],
+        [rule.bias.to_bits(), tail_entry, 0, packed_placement(of)],
         [page[0], page[1], border[0], border[1]],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));

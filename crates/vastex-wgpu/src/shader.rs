@@ -17,8 +17,9 @@ use crate::mirror::{
     RECORD_HEAD, RECORD_LEVEL, RECORD_VOLUME_LEVEL, RECORDS as RECORDS_OF_CELL, VIEWS, address_code,
 };
 use crate::names::{
-    self, BRICK, NAMES_BRICK, NAMES_BRICK_FEEDBACK, NAMES_BRICK_VALUES, NAMES_BRICK_WHOLE, NAMES_FEEDBACK,
-    NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE, VIEW, VOLUME_RECORDS,
+    self, BRICK, NAMES_BRICK, NAMES_BRICK_BLENDED, NAMES_BRICK_FEEDBACK, NAMES_BRICK_UNBLENDED,
+    NAMES_BRICK_VALUES, NAMES_BRICK_WHOLE, NAMES_FEEDBACK, NAMES_SAMPLE, RECORDS, REPORT, TEXTURE_SPACE,
+    VIEW, VOLUME_RECORDS,
 };
 use crate::ranges::RANGE_COLUMNS;
 
@@ -60,6 +61,7 @@ const SHOWN_REACH: &str = include_str!("wgsl/shown_reach.wgsl");
 const FADES: &str = include_str!("wgsl/fades.wgsl");
 const FADE: &str = include_str!("wgsl/fade.wgsl");
 const FADE_REACH: &str = include_str!("wgsl/fade_reach.wgsl");
+const FILTER_NEAREST: &str = include_str!("wgsl/filter_nearest.wgsl");
 const FILTER_PLAIN: &str = include_str!("wgsl/filter_plain.wgsl");
 const FILTER_LEVELS: &str = include_str!("wgsl/filter_levels.wgsl");
 const FILTER_ANISOTROPIC: &str = include_str!("wgsl/filter_anisotropic.wgsl");
@@ -145,7 +147,7 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// | `vastex_ray_pixel(view, position, pixel)` | fragment, feedback pass | the place in the picture of a ray, from that of its fragment |
 /// | `vastex_ray_turn(view, position, count)` | fragment, feedback pass | which of `count` bricks a ray asks for in this frame |
 /// | `vastex_weighted(wanted, weight)` | all | such a feedback pixel that counts as much as it matters, 0 to 1 |
-/// | `vastex_brick_sample(brick, offset)` | all | what lies at a place in it, blended from eight voxels |
+/// | `vastex_brick_sample(brick, offset)` | all | what lies at a place in it, blended from eight voxels, or by the nearest filter one voxel |
 /// | `vastex_brick_exact(brick, offset)` | all | the same blended by the shader in single precision |
 /// | `vastex_brick_nearest(brick, offset)` | all | the voxel there |
 /// | `vastex_volume_sample(id, anchor, offset, level)` | all | both for one sample, `vec4<f32>` |
@@ -179,7 +181,8 @@ const COMPARED_CONSTANTS: [&str; 2] = ["ADDRESS_", "FILTER_"];
 /// the edges the address modes hold. What is drawn is as exact as the offset: below 2^16 texels, 1/128 of
 /// one.
 ///
-/// Layers whose values may not be mixed are read as by `vastex_sample_nearest`, whatever is called.
+/// Layers whose values may not be mixed ([`Kind::is_mixed`](crate::Kind::is_mixed)) are read as by
+/// `vastex_sample_nearest`, or `vastex_brick_nearest`, whatever is called.
 ///
 /// `position` is `@builtin(position)`. What `vastex_report` is given is best computed only where it is asked
 /// for:
@@ -221,7 +224,7 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
         push(atlas_modules(layer.atlas, dims), &|module| numbered(&of_pool(module), "LAYER", nth));
     }
     for (nth, read) in kinds.reads().iter().enumerate().filter(|(_, read)| dims_of(kinds, read) == Dims::D2) {
-        push(&filter_modules(read.filter, kinds.fade()), &|module| of_read(module, kinds, nth));
+        push(&filter_modules(read, kinds.fade()), &|module| of_read(module, kinds, nth));
         push(&[SAMPLE], &|module| of_read(module, kinds, nth));
     }
     for member in kinds.members() {
@@ -231,7 +234,10 @@ pub fn wgsl(kinds: &Kinds, place: BindingPlace) -> String {
         let names: &[&str] = match (dims_of(kinds, read), kinds.layers()[read.layer].atlas) {
             (Dims::D2, _) => &[NAMES_SAMPLE, NAMES_FEEDBACK],
             (Dims::D3, Atlas::Whole) => &[NAMES_BRICK, NAMES_BRICK_WHOLE, NAMES_BRICK_FEEDBACK],
-            (Dims::D3, _) => &[NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_FEEDBACK],
+            (Dims::D3, _) if read.filter == Filter::Nearest => {
+                &[NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_UNBLENDED, NAMES_BRICK_FEEDBACK]
+            }
+            (Dims::D3, _) => &[NAMES_BRICK, NAMES_BRICK_VALUES, NAMES_BRICK_BLENDED, NAMES_BRICK_FEEDBACK],
         };
         push(names, &of_member);
     }
@@ -295,7 +301,6 @@ fn constants_of(kinds: &Kinds, place: BindingPlace, bindings: &Bindings) -> Stri
     for (nth, layer) in kinds.layers().iter().enumerate() {
         push(&format!("BINDING_ATLAS_{nth}"), bindings.atlas(nth));
         push(&format!("SCALE_{nth}"), layer.scale);
-        push(&format!("INDEX_{nth}"), layer.index.into());
     }
     for (nth, read) in kinds.reads().iter().enumerate() {
         push(&format!("FILTER_{nth}"), read.filter.code());
@@ -305,11 +310,9 @@ fn constants_of(kinds: &Kinds, place: BindingPlace, bindings: &Bindings) -> Stri
         push_flag(&mut text, &nth.to_string(), pool.pages == PageSides::PowersOfTwo);
     }
     if kinds.is_group() {
-        // What all members want together is what the finest of them needs, in pages of any sides; there is no
-        // such layer.
+        // What all members want together is what the finest of them needs, in pages of any sides.
         let most_taps = kinds.reads().iter().map(|read: &TextRead| read.filter.max_taps()).max();
         push_constant(&mut text, "VASTEXI", "TAPS_ALL", most_taps.unwrap_or(1));
-        push_constant(&mut text, "VASTEXI", "INDEX_ALL", 31);
         push_flag(&mut text, "ALL", false);
     }
     text
@@ -365,10 +368,11 @@ fn pool_modules(pool: &TextPool, mode: FeedbackMode, fade: bool) -> Vec<&'static
     modules
 }
 
-fn filter_modules(filter: Filter, fade: bool) -> Vec<&'static str> {
-    let [shown, shown_reach] = if fade { [FADE, FADE_REACH] } else { [SHOWN, SHOWN_REACH] };
-    match filter {
-        Filter::Nearest | Filter::Bilinear | Filter::Trilinear => vec![shown, FILTER_PLAIN],
+fn filter_modules(read: &TextRead, fade: bool) -> Vec<&'static str> {
+    let [shown, shown_reach] = if fade && read.is_mixed { [FADE, FADE_REACH] } else { [SHOWN, SHOWN_REACH] };
+    match read.filter {
+        Filter::Nearest => vec![shown, FILTER_NEAREST],
+        Filter::Bilinear | Filter::Trilinear => vec![shown, FILTER_PLAIN],
         Filter::Anisotropic(_) => vec![shown, shown_reach, FILTER_LEVELS, FILTER_ANISOTROPIC],
         Filter::Bicubic => vec![shown, shown_reach, FILTER_LEVELS, FILTER_BICUBIC],
     }

@@ -136,11 +136,6 @@ pub enum Error {
         /// The names that there are.
         layers: String,
     },
-    /// Shaders are told of the first 32 layers of a texture which values may not be mixed.
-    #[error(
-        "the values of layer {0} may not be mixed, which can be said of the first 32 layers of a texture; put it before them"
-    )]
-    UnmixedLayer(usize),
     /// What was said of a volume's voxels does not fit the volume.
     #[error(
         "the voxels of {voxels} levels do not fit a volume of {levels} (of levels whose voxels are not cut as bricks are there may be {most}); take both from one source"

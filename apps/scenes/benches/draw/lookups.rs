@@ -125,7 +125,6 @@ impl<'a> Lookups<'a> {
             id: ID,
             tail_slot: Slot::new(0),
             rule: LevelRule::default().within(geometry),
-            unmixed: 0,
             placement: &placement,
         });
         params.set(NUMBER, &record);
@@ -163,6 +162,7 @@ impl<'a> Lookups<'a> {
             atlas: self.pool.atlas(0),
             scale: 1,
             filter: Filter::Trilinear,
+            is_mixed: true,
         };
         let kinds = Kinds::of(kind, FeedbackMode::Separate, false);
         let module = shader_module(device, None, texts::picture(&wgsl(&kinds, BindingPlace::default()), own));

@@ -39,6 +39,8 @@ pub(crate) type Visit<'a> = dyn FnMut(&str, String) + 'a;
 struct Choice {
     group: u32,
     filter: Filter,
+    /// Whether it is of values that may not be mixed, so that the filter is nearest.
+    is_unmixed: bool,
     atlas: Atlas,
     feedback: FeedbackMode,
     tables: TableKind,
@@ -49,8 +51,8 @@ struct Choice {
 impl Choice {
     fn kind(self) -> Kind {
         let Choice { filter, atlas, tables, pages, .. } = self;
-        let dims = vastex::Dims::D2;
-        Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
+        let (dims, is_mixed) = (vastex::Dims::D2, !self.is_unmixed);
+        Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed }
     }
 
     fn text(self) -> String {
@@ -104,12 +106,11 @@ impl Options {
             for &filter in &self.filters {
                 for &atlas in &self.atlases {
                     for &feedback in &self.modes {
+                        let choice = Choice { group, filter, atlas, feedback, ..Choice::default() };
                         for &tables in &self.tables {
                             for &pages in &self.pages {
                                 for &fade in &self.fades {
-                                    let choice =
-                                        Choice { group, filter, atlas, feedback, tables, pages, fade };
-                                    visit(&choice);
+                                    visit(&Choice { tables, pages, fade, ..choice });
                                 }
                             }
                         }
@@ -153,12 +154,23 @@ fn alone(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&st
     options.each(|options| visit(&format!("{name}-{}", name_of(options)), text(&options.text())));
 }
 
+/// The same where values may not be mixed: what differs from that of a nearest filter is that no tile fades
+/// in.
+fn unmixed(visit: &mut Visit<'_>, name: &str, options: &Options, text: impl Fn(&str) -> String) {
+    let fading = Options { filters: vec![Filter::Nearest], fades: vec![true], ..options.clone() };
+    fading.each(|choice| {
+        let choice = Choice { is_unmixed: true, ..*choice };
+        visit(&format!("{name}-{}", name_of(&choice)), text(&choice.text()));
+    });
+}
+
 /// The library's text alone, all of it, for one texture and for a group: what an application joins to its
 /// own. The other texts lack what their entry points do not need.
 fn whole(visit: &mut Visit<'_>) {
     alone(visit, "library-whole", &Options::all(), str::to_owned);
     let surface = include_str!("../../../../crates/vastex-wgpu/tests/gpu/wgsl/whole_surface.wgsl");
     alone(visit, "library-surface", &Options::all(), |vastex| surface.replace("_NAME", "") + vastex);
+    unmixed(visit, "library-surface", &Options::all(), |vastex| surface.replace("_NAME", "") + vastex);
     Options { atlases: vec![Atlas::Float], ..Options::all() }.each(|options| {
         let members =
             vec![member(options, "color", 0, 0), of_atlas(Atlas::Uint16, member(options, "height", 1, 0))];
@@ -178,6 +190,7 @@ fn scenes(visit: &mut Visit<'_>) {
     lit_planets::each(visit);
     volumes::each(visit);
     alone(visit, "scene", &Options::of_viewer(), shaders::flat);
+    unmixed(visit, "scene", &Options::of_viewer(), shaders::flat);
     // Colour and heights are layers of one texture, one and the same, or of two textures.
     Options::of_viewer().each(|options| {
         for heights in Atlas::ALL {
@@ -317,7 +330,7 @@ fn tests(visit: &mut Visit<'_>) {
         ("ground", plain.clone(), of_gpu_tests!("ground")),
         ("inspect", of_pages(of(Filter::Bilinear)), of_gpu_tests!("inspect")),
         ("texture_space", of(Filter::Nearest), of_gpu_tests!("texture_space")),
-        ("folding", of(Filter::Trilinear), of_gpu_tests!("folding")),
+        ("folding", of(Filter::Nearest), of_gpu_tests!("folding")),
         ("fixed", of_pages(plain.clone()), of_gpu_tests!("fixed")),
         (
             "exact",
@@ -329,6 +342,7 @@ fn tests(visit: &mut Visit<'_>) {
     ] {
         alone(visit, &format!("test-{name}"), &options, |vastex| of_test(text, vastex));
     }
+    unmixed(visit, "test-harness", &all, |vastex| of_test(of_gpu_tests!("harness"), vastex));
     let points = of_gpu_tests!("points");
     alone(visit, "test-points", &of_pages(plain.clone()), |vastex| {
         of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
@@ -344,6 +358,7 @@ fn tests(visit: &mut Visit<'_>) {
     groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
     let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
     alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
+    unmixed(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
     let telling = Options { filters: Filter::KINDS.to_vec(), ..screen.clone() };
     alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
     let plain = Options { fades: vec![false], ..screen.clone() };
@@ -426,7 +441,8 @@ fn mixing_of_vastex_tests(visit: &mut Visit<'_>) {
     let options = Options { atlases, filters, fades: vec![false], ..Options::all() };
     options.each(|options| {
         for wanted in 0..3 {
-            let members = vec![member(options, "value", 0, 0), member(options, "label", 0, 1)];
+            let label = member(&Choice { is_unmixed: true, ..*options }, "label", 0, 1);
+            let members = vec![member(options, "value", 0, 0), label];
             let text = vastex_tests::two_filters(wanted) + &group(options, members);
             visit(&format!("test-mixing-{wanted}-{}", name_of(options)), text);
         }
@@ -456,8 +472,9 @@ fn atlas_name(atlas: Atlas) -> &'static str {
 
 /// For file names.
 fn name_of(options: &Choice) -> String {
-    let Choice { group, filter, atlas, feedback, tables, pages, fade } = options;
+    let Choice { group, filter, is_unmixed, atlas, feedback, tables, pages, fade } = options;
     let mut name = format!("{filter}-{}-{}", atlas_name(*atlas), feedback.name());
+    name += if *is_unmixed { "-unmixed" } else { "" };
     name += match tables {
         TableKind::Direct => "-direct",
         TableKind::Hashed => "-hashed",

@@ -55,7 +55,7 @@ fn solid(choice: &Choice) -> Kind {
 
 /// The kind of labels: nothing blends them.
 fn of_labels(choice: &Choice) -> Kind {
-    Kind { atlas: Atlas::Whole, filter: Filter::Nearest, ..solid(choice) }
+    Kind { atlas: Atlas::Whole, filter: Filter::Nearest, is_mixed: false, ..solid(choice) }
 }
 
 fn member(name: &str, pool: usize, kind: Kind) -> KindMember {

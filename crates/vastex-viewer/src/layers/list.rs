@@ -33,10 +33,11 @@ impl ShownLayer {
         ShownLayer { layer, color_map, opacity: 1.0, is_visible: true, filter: None }
     }
 
-    /// The filter by which it is drawn.
+    /// The filter by which it is drawn; the default one where its texture was removed.
     pub fn filter_in(&self, textures: &Textures) -> Filter {
-        let of_texture = || textures.texture(self.layer.texture()).ok()?.filter(self.layer.index());
-        self.filter.or_else(of_texture).unwrap_or_default()
+        let texture = textures.texture(self.layer.texture());
+        let kind = texture.ok().and_then(|texture| texture.kind(self.layer.index()));
+        kind.map_or(Filter::default(), |kind| kind.filtered(self.filter.unwrap_or(kind.filter)).filter)
     }
 
     fn is_seen(&self) -> bool {

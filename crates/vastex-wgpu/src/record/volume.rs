@@ -33,7 +33,7 @@ pub(super) fn volume_record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let flags = levels | u32::from(voxels.is_some()) << 20;
     let mut words = vec![
         [width, height, !of.id, depth],
-        [rule.bias.to_bits(), tail_entry, of.unmixed, packed_placement(of)],
+        [rule.bias.to_bits(), tail_entry, 0, packed_placement(of)],
         [geometry.page()[0], geometry.border()[0], flags, 0],
     ];
     for index in 0..=geometry.coarsest() {
@@ -132,7 +132,7 @@ mod tests {
     fn words(geometry: &Geometry, voxels: Option<&VoxelLevels>, id: u32) -> Vec<[u32; 4]> {
         let (rule, placement) = (LevelRule::default().within(geometry), Placement::without_entries(0));
         let (tail_slot, placement) = (Slot::new(0), &placement);
-        texture_record(&RecordOf { geometry, voxels, id, tail_slot, rule, unmixed: 0, placement })
+        texture_record(&RecordOf { geometry, voxels, id, tail_slot, rule, placement })
     }
 
     fn shifts(words: &[[u32; 4]], level: usize) -> [u32; 3] {

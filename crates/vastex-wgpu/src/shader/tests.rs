@@ -4,6 +4,7 @@
 use super::*;
 use crate::bind::layout_entries;
 use crate::kind::{Kind, KindMember};
+use crate::needed::only_needed;
 
 /// Parses and validates a shader as a device with WebGPU's capabilities would.
 pub(crate) fn module(text: &str) -> naga::Module {
@@ -18,7 +19,7 @@ const SURFACE: &str = include_str!("../../tests/gpu/wgsl/whole_surface.wgsl");
 
 fn kind(atlas: Atlas, filter: Filter, tables: TableKind) -> Kind {
     let (dims, pages) = (Dims::D2, PageSides::PowersOfTwo);
-    Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
+    Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed: true }
 }
 
 fn member(name: &str, pool: usize, kind: Kind) -> KindMember {
@@ -126,7 +127,7 @@ fn every_variant_of_the_text_for_volumes_is_valid() {
         for (tables, mode) in [TableKind::Direct, TableKind::Hashed].into_iter().zip(FeedbackMode::ALL) {
             let volume = |tables, filter| {
                 let (dims, pages) = (Dims::D3, PageSides::Any);
-                Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter }
+                Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed: true }
             };
             let kinds = Kinds::of(volume(tables, Filter::Trilinear), mode, false);
             let module_of = |text: &str, kinds: &Kinds| {
@@ -197,6 +198,55 @@ fn kinds_by_another_filter_are_others() {
     assert_eq!(kinds, nearest.filtered(Filter::Trilinear));
     assert_eq!(nearest, planet(Atlas::Uint16, Filter::Nearest, FeedbackMode::Separate, false));
     assert_eq!(kinds.pools().collect::<Vec<_>>(), [0, 2]);
+}
+
+/// What is not mixed is nearest, and one kind by whichever filter.
+#[test]
+fn where_values_are_not_mixed_the_filter_is_nearest_whatever_is_asked_for() {
+    let of = |filter| kind(Atlas::Float, filter, TableKind::Direct);
+    let label = Kind { is_mixed: false, ..of(Filter::Nearest) };
+    for filter in Filter::KINDS {
+        assert_eq!(label.filtered(filter), label);
+        let kinds = |kind| Kinds::of(kind, FeedbackMode::Separate, false);
+        assert_eq!(kinds(Kind { filter, ..label }), kinds(label));
+        let members = vec![member("color", 0, of(Filter::Trilinear)), member("label", 0, label)];
+        let group = Kinds::of_group(members, FeedbackMode::Separate, false).unwrap();
+        let members = vec![member("color", 0, of(filter)), member("label", 0, label)];
+        let expected = Kinds::of_group(members, FeedbackMode::Separate, false).unwrap();
+        assert_eq!(group.filtered(filter), expected);
+        assert_eq!(group.with_filters(&[Some(filter), Some(Filter::Bicubic)]), expected);
+    }
+    let nearest = of(Filter::Nearest);
+    assert_eq!(Kind { is_mixed: true, ..label }, nearest);
+    let text = |kind, fade| wgsl(&Kinds::of(kind, FeedbackMode::Separate, fade), BindingPlace::default());
+    assert_eq!(text(label, false), text(nearest, false), "where nothing fades they are read alike");
+    assert_ne!(text(label, true), text(nearest, true));
+}
+
+/// What an application is handed that calls one function is what that takes: of values that may be mixed
+/// nothing that reads a texel as it is, of others nothing that blends.
+#[test]
+fn texts_do_not_test_whether_values_are_mixed() {
+    let shade = "@fragment fn shade(@location(0) uv: vec2<f32>) -> @location(0) vec4<f32> {
+            return vastex_sample(1u, uv);
+        }";
+    for (filter, fade) in Filter::KINDS.into_iter().flat_map(|filter| [(filter, false), (filter, true)]) {
+        let needed = |is_mixed| {
+            let kind = Kind { is_mixed, ..kind(Atlas::Float, filter, TableKind::Direct) };
+            let text = wgsl(&Kinds::of(kind, FeedbackMode::Separate, fade), BindingPlace::default());
+            only_needed(&(shade.to_owned() + &text)).into_owned()
+        };
+        let (mixed, unmixed) = (needed(true), needed(false));
+        let reads_texels = |text: &str| text.contains("vastexi_texel_0(");
+        assert_eq!(reads_texels(&mixed), matches!(filter, Filter::Nearest | Filter::Bicubic), "{filter}");
+        assert_eq!(mixed.contains("vastexi_old_share_0("), fade, "{filter}");
+        assert!(reads_texels(&unmixed), "{filter}");
+        for absent in ["vastexi_old_share", "textureSampleLevel", "mix(", "vastexi_shown_beside"] {
+            assert!(!unmixed.contains(absent), "{filter}: {absent}");
+        }
+        module(&mixed);
+        module(&unmixed);
+    }
 }
 
 /// Texts for one texture and for a group.

@@ -10,11 +10,8 @@ fn vastexi_voxel_LAYER(voxel: vec3<u32>) -> vec4<f32> {
     return vastexi_joined_LAYER(textureLoad(vastexi_atlas_LAYER, voxel, 0).rg);
 }
 
-// What is at a place of a slot: one voxel, or the eight around it by their distance.
-fn vastexi_brick_tap_LAYER(origin: vec3<u32>, place: vec3<f32>, is_nearest: bool) -> vec4<f32> {
-    if is_nearest {
-        return vastexi_voxel_LAYER(origin + vec3<u32>(floor(place)));
-    }
+// What is at a place of a slot: the eight voxels around it by their distance.
+fn vastexi_brick_tap_LAYER(origin: vec3<u32>, place: vec3<f32>) -> vec4<f32> {
     let texel = vec3<f32>(vastexi_pool_POOL.texel, vastexi_pool_POOL.texel_z);
     let atlas_place = (vec3<f32>(origin) + place) * texel;
     return vastexi_joined_LAYER(textureSampleLevel(vastexi_atlas_LAYER, vastexi_sampler, atlas_place, 0.0).rg);

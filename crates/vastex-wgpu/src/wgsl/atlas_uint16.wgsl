@@ -2,6 +2,7 @@
 
 @group(VASTEXI_GROUP) @binding(VASTEXI_BINDING_ATLAS_LAYER) var vastexi_atlas_LAYER: texture_2d_array<u32>;
 
-fn vastexi_texel_LAYER(texel: vec2<u32>, image: u32) -> vec4<f32> {
-    return vec4<f32>(f32(textureLoad(vastexi_atlas_LAYER, texel, image, 0).r) / 65535.0, 0.0, 0.0, 1.0);
+// A texel of the slot that a place is in.
+fn vastexi_texel_LAYER(place: VastexiPlace, texel: vec2<u32>) -> vec4<f32> {
+    return vec4<f32>(f32(textureLoad(vastexi_atlas_LAYER, place.origin + texel, place.image, 0).r) / 65535.0, 0.0, 0.0, 1.0);
 }

@@ -2,14 +2,13 @@
 // perhaps fading in. How much of that remains stands, for each slot, where the slot lies in the pool.
 // CPU twin: twins/fade.rs.
 
-// A tile that has just come is not read, and nothing beside it where it is all there. The tail's never fades, so this ends. Where values
-// may not be mixed, tiles are there at once.
+// A tile that has just come is not read, and nothing beside it where it is all there. The tail's never fades, so this ends.
 fn vastexi_shown_KIND(texture: VastexiTexture, position: VastexiPosition, taps: VastexiTaps, wanted: u32) -> vec4<f32> {
     var place = vastexi_place_POOL(texture, position, wanted, VASTEXI_SCALE_LAYER);
     var sum = vec4<f32>(0.0);
     var left = 1.0;
     loop {
-        let old_share = select(vastexi_old_share_POOL(place), 0.0, taps.is_unmixed);
+        let old_share = vastexi_old_share_POOL(place);
         if old_share < 1.0 {
             sum += left * (1.0 - old_share) * vastexi_taken_KIND(texture, position, place, taps, wanted);
         }

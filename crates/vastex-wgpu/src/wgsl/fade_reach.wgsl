@@ -14,7 +14,7 @@ fn vastexi_shown_beside_KIND(
     loop {
         let old_share = vastexi_old_share_POOL(place);
         if old_share < 1.0 {
-            sum += left * (1.0 - old_share) * vastexi_tap_LAYER(place, false);
+            sum += left * (1.0 - old_share) * vastexi_tap_LAYER(place);
         }
         left *= old_share;
         if left == 0.0 || place.level >= texture.tail_level {

@@ -10,10 +10,9 @@ fn vastexi_filtered_KIND(
     position: VastexiPosition,
     footprint: VastexiFootprint,
     level: f32,
-    is_unmixed: bool,
 ) -> vec4<f32> {
     let count = vastexi_tap_count(footprint.axis, level, VASTEXI_TAPS_KIND);
-    let taps = VastexiTaps(footprint.axis, select(count, 1u, is_unmixed), 0.0, is_unmixed);
+    let taps = VastexiTaps(footprint.axis, count, 0.0);
     return vastexi_levels_KIND(texture, position, taps, level);
 }
 
@@ -30,22 +29,21 @@ fn vastexi_taken_KIND(
     let end = vastexi_tap_offset(step, taps.count - 1u, taps.count); // the first is as far
     let first = vastexi_place_shifted(texture, place, -end, VASTEXI_SCALE_LAYER);
     let last = vastexi_place_shifted(texture, place, end, VASTEXI_SCALE_LAYER);
-    let is_in_tile = taps.is_unmixed
-        || (vastexi_is_in_tile(texture, position, first, bounds, -end)
-            && vastexi_is_in_tile(texture, position, last, bounds, end));
+    let is_in_tile = vastexi_is_in_tile(texture, position, first, bounds, -end)
+        && vastexi_is_in_tile(texture, position, last, bounds, end);
     // Between the first and the last tap are the others.
     let near = select(0u, taps.count, is_in_tile);
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < near; nth++) {
         let offset = vastexi_tap_offset(step, nth, taps.count);
-        sum += vastexi_tap_LAYER(vastexi_place_shifted(texture, place, offset, VASTEXI_SCALE_LAYER), taps.is_unmixed);
+        sum += vastexi_tap_LAYER(vastexi_place_shifted(texture, place, offset, VASTEXI_SCALE_LAYER));
     }
     // One by one, looked up where they leave the tile. A software driver goes once through a loop that no pixel enters, not taps times.
     for (var nth = near; nth < taps.count; nth++) {
         let offset = vastexi_tap_offset(step, nth, taps.count);
         let shifted = vastexi_place_shifted(texture, place, offset, VASTEXI_SCALE_LAYER);
         if vastexi_is_in_tile(texture, position, shifted, bounds, offset) {
-            sum += vastexi_tap_LAYER(shifted, false);
+            sum += vastexi_tap_LAYER(shifted);
         } else {
             sum += vastexi_shown_beside_KIND(texture, position, offset, wanted);
         }

@@ -6,12 +6,11 @@ fn vastexi_filtered_KIND(
     position: VastexiPosition,
     footprint: VastexiFootprint,
     level: f32,
-    is_unmixed: bool,
 ) -> vec4<f32> {
     // How much of the cubic: all where a texel of the finest level that is sampled covers two pixels, none where it covers one.
     let lambda = footprint.lambda;
     let enlarged = clamp(vastexi_unbiased_level(texture, lambda) - (lambda + texture.bias), 0.0, 1.0);
-    let taps = VastexiTaps(vec2<f32>(0.0), 1u, select(enlarged, 0.0, is_unmixed), is_unmixed);
+    let taps = VastexiTaps(vec2<f32>(0.0), 1u, enlarged);
     return vastexi_levels_KIND(texture, position, taps, level);
 }
 
@@ -25,7 +24,7 @@ fn vastexi_taken_KIND(
 ) -> vec4<f32> {
     var linear = vec4<f32>(0.0);
     if taps.cubic_share < 1.0 {
-        linear = vastexi_tap_LAYER(place, taps.is_unmixed);
+        linear = vastexi_tap_LAYER(place);
     }
     if taps.cubic_share == 0.0 {
         return linear;
@@ -49,7 +48,7 @@ fn vastexi_cubic_KIND(texture: VastexiTexture, position: VastexiPosition, place:
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < near; nth++) {
         let texel = first + vec2<f32>(f32(nth & 3u), f32(nth >> 2u));
-        let value = vastexi_texel_LAYER(place.origin + vec2<u32>(texel), place.image);
+        let value = vastexi_texel_LAYER(place, vec2<u32>(texel));
         sum += x[nth & 3u] * y[nth >> 2u] * value;
     }
     let texels = vec2<f32>(level.scale) * scale;

@@ -5,7 +5,7 @@ fn vastexi_levels_KIND(texture: VastexiTexture, position: VastexiPosition, taps:
     let finer = u32(floor(level));
     let sharp = vastexi_shown_KIND(texture, position, taps, finer);
     let share = level - f32(finer);
-    if share == 0.0 || taps.is_unmixed {
+    if share == 0.0 {
         return sharp;
     }
     // There is a coarser level, since the coarsest is a whole number.

@@ -1,4 +1,4 @@
-// One tap at a level: nearest, bilinear and trilinear filters.
+// One tap at a level: bilinear and trilinear filters.
 // CPU twin: twins/sample.rs.
 
 fn vastexi_filtered_KIND(
@@ -6,13 +6,12 @@ fn vastexi_filtered_KIND(
     position: VastexiPosition,
     footprint: VastexiFootprint,
     level: f32,
-    is_unmixed: bool,
 ) -> vec4<f32> {
     let finer = u32(floor(level));
-    let taps = VastexiTaps(vec2<f32>(0.0), 1u, 0.0, is_unmixed);
+    let taps = VastexiTaps(vec2<f32>(0.0), 1u, 0.0);
     let sharp = vastexi_shown_KIND(texture, position, taps, finer);
     let share = level - f32(finer);
-    if VASTEXI_FILTER_KIND != VASTEXI_FILTER_TRILINEAR || share == 0.0 || is_unmixed {
+    if VASTEXI_FILTER_KIND != VASTEXI_FILTER_TRILINEAR || share == 0.0 {
         return sharp;
     }
     // There is a coarser level, since the coarsest is a whole number.
@@ -27,5 +26,5 @@ fn vastexi_taken_KIND(
     taps: VastexiTaps,
     wanted: u32,
 ) -> vec4<f32> {
-    return vastexi_tap_LAYER(place, taps.is_unmixed || VASTEXI_FILTER_KIND == VASTEXI_FILTER_NEAREST);
+    return vastexi_tap_LAYER(place);
 }

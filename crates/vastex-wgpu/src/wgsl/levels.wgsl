@@ -10,8 +10,3 @@ fn vastexi_unbiased_level(texture: VastexiTexture, lambda: f32) -> f32 {
 fn vastexi_sampled_level(texture: VastexiTexture, lambda: f32, bias: f32) -> f32 {
     return min(vastexi_unbiased_level(texture, lambda) + bias, f32(texture.last_level));
 }
-
-// Taps that a filter with `most` along an axis may take of a layer.
-fn vastexi_most_taps(texture: VastexiTexture, layer: u32, most: u32) -> u32 {
-    return select(most, 1u, vastexi_is_unmixed(texture, layer));
-}

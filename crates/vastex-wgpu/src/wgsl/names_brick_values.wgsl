@@ -9,17 +9,8 @@ fn vastex_brick_range_NAME(brick: VastexBrick) -> vec2<f32> {
     return vastexi_brick_range_POOL(brick);
 }
 
-// What lies at a place of a brick, blended from the eight voxels around it, or one voxel where the filter is `nearest` or values may not be
-// mixed.
-fn vastex_brick_sample_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
-    if !brick.is_known {
-        return vastexi_pool_POOL.unknown;
-    }
-    let is_nearest = VASTEXI_FILTER_KIND == VASTEXI_FILTER_NEAREST;
-    return vastexi_brick_tap_LAYER(brick.origin, vastexi_brick_voxel(brick, offset), is_nearest);
-}
-
-// The same blended by the shader in single precision, whatever the device filters: exact, and several times as slow.
+// What lies at a place of a brick, blended from the eight voxels around it by the shader in single precision, whatever the device filters:
+// exact, and several times as slow as vastex_brick_sample_NAME.
 fn vastex_brick_exact_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32> {
     if !brick.is_known {
         return vastexi_pool_POOL.unknown;
@@ -32,7 +23,7 @@ fn vastex_brick_nearest_NAME(brick: VastexBrick, offset: vec3<f32>) -> vec4<f32>
     if !brick.is_known {
         return vastexi_pool_POOL.unknown;
     }
-    return vastexi_brick_tap_LAYER(brick.origin, vastexi_brick_voxel(brick, offset), true);
+    return vastexi_voxel_LAYER(brick.origin + vec3<u32>(floor(vastexi_brick_voxel(brick, offset))));
 }
 
 // What lies at a place of a volume, for one sample: a slice, a fog. A ray looks a brick up once for all of its samples there.

@@ -18,8 +18,7 @@ fn vastex_feedback_NAME_grad(id: u32, view: u32, uv: vec2<f32>, ddx: vec2<f32>, 
     let texture = vastexi_texture_by_uv(id);
     let size = vec2<f32>(texture.size);
     let position = vastexi_position_from_uv(texture, uv);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    return vastexi_feedback(texture, view, position, ddx * size, ddy * size, most_taps, VASTEXI_POWERS_POOL);
+    return vastexi_feedback(texture, view, position, ddx * size, ddy * size, VASTEXI_TAPS_KIND, VASTEXI_POWERS_POOL);
 }
 
 // The same for a surface sampled with vastex_sample_NAME_level; it is always wanted, even where it means one point.
@@ -45,8 +44,7 @@ fn vastex_feedback_NAME_fixed_grad(
 ) -> vec4<u32> {
     let texture = vastexi_texture(id);
     let position = vastexi_position_from_fixed(texture, anchor, offset);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    return vastexi_feedback(texture, view, position, ddx, ddy, most_taps, VASTEXI_POWERS_POOL);
+    return vastexi_feedback(texture, view, position, ddx, ddy, VASTEXI_TAPS_KIND, VASTEXI_POWERS_POOL);
 }
 
 // The same for a surface sampled with vastex_sample_NAME_fixed_level; it is always wanted, even where it means one point.
@@ -60,8 +58,7 @@ fn vastex_feedback_NAME_fixed_level(id: u32, view: u32, anchor: vec2<u32>, offse
 fn vastex_level_of_NAME(id: u32, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
     let texture = vastexi_texture_by_uv(id);
     let size = vec2<f32>(texture.size);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    return vastexi_unbiased_level(texture, vastexi_footprint(ddx * size, ddy * size, most_taps).lambda);
+    return vastexi_unbiased_level(texture, vastexi_footprint(ddx * size, ddy * size, VASTEXI_TAPS_KIND).lambda);
 }
 
 // What a fragment shader in texture space returns. `clip` is where the point lies in the picture, as its vertices have it, interpolated;
@@ -69,14 +66,12 @@ fn vastex_level_of_NAME(id: u32, ddx: vec2<f32>, ddy: vec2<f32>) -> f32 {
 fn vastex_texture_space_NAME(id: u32, uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>) -> vec4<f32> {
     let along = VastexiAlong(dpdx(uv), dpdy(uv), dpdx(clip), dpdy(clip));
     let texture = vastexi_texture_by_uv(id);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    return vastexi_texture_space(texture, along, clip, picture, false, most_taps);
+    return vastexi_texture_space(texture, along, clip, picture, false, VASTEXI_TAPS_KIND);
 }
 
 // The same for surfaces that are seen from one side, that from which the texture is not mirrored.
 fn vastex_texture_space_NAME_front(id: u32, uv: vec2<f32>, clip: vec4<f32>, picture: vec2<f32>) -> vec4<f32> {
     let along = VastexiAlong(dpdx(uv), dpdy(uv), dpdx(clip), dpdy(clip));
     let texture = vastexi_texture_by_uv(id);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    return vastexi_texture_space(texture, along, clip, picture, true, most_taps);
+    return vastexi_texture_space(texture, along, clip, picture, true, VASTEXI_TAPS_KIND);
 }

@@ -2,7 +2,7 @@
 
 // The texture of an id at `uv`, at a level computed from screen-space derivatives. Fragment stage, uniform control flow.
 fn vastex_sample_NAME(id: u32, uv: vec2<f32>) -> vec4<f32> {
-    return vastexi_sample_uv_KIND(id, uv, dpdx(uv), dpdy(uv), false);
+    return vastex_sample_NAME_grad(id, uv, dpdx(uv), dpdy(uv));
 }
 
 // The same for a uv that jumps from 1 to 0 between neighbouring pixels where a surface closes, as one that is computed in the shader
@@ -12,33 +12,41 @@ fn vastex_sample_NAME_wrapped(id: u32, uv: vec2<f32>) -> vec4<f32> {
     let ddx = dpdx(uv);
     let ddy = dpdy(uv);
     let texture = vastexi_texture(id);
-    return vastexi_sample_uv_KIND(id, uv, vastexi_wrapped(texture, ddx), vastexi_wrapped(texture, ddy), false);
+    return vastex_sample_NAME_grad(id, uv, vastexi_wrapped(texture, ddx), vastexi_wrapped(texture, ddy));
 }
 
 // The same with gradients of uv along one pixel, in any stage.
 fn vastex_sample_NAME_grad(id: u32, uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {
-    return vastexi_sample_uv_KIND(id, uv, ddx, ddy, false);
+    let texture = vastexi_texture_by_uv(id);
+    let size = vec2<f32>(texture.size);
+    return vastexi_sample_texels_KIND(texture, vastexi_position_from_uv(texture, uv), ddx * size, ddy * size);
 }
 
 // The same `level` levels coarser than level 0, in any stage; the biases of texture and pool are added. Below 0 it says how many
 // times the texture is enlarged. Whatever the filter, all axes count alike.
 fn vastex_sample_NAME_level(id: u32, uv: vec2<f32>, level: f32) -> vec4<f32> {
-    return vastexi_sample_level_KIND(id, uv, level, false);
+    let texture = vastexi_texture_by_uv(id);
+    let footprint = VastexiFootprint(level, vec2<f32>(0.0));
+    return vastexi_sample_KIND(texture, vastexi_position_from_uv(texture, uv), footprint);
 }
 
 // One texel, whatever the filter. Fragment stage, uniform control flow.
 fn vastex_sample_NAME_nearest(id: u32, uv: vec2<f32>) -> vec4<f32> {
-    return vastexi_sample_uv_KIND(id, uv, dpdx(uv), dpdy(uv), true);
+    return vastex_sample_NAME_nearest_grad(id, uv, dpdx(uv), dpdy(uv));
 }
 
 // The same with gradients of uv along one pixel, in any stage.
 fn vastex_sample_NAME_nearest_grad(id: u32, uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> vec4<f32> {
-    return vastexi_sample_uv_KIND(id, uv, ddx, ddy, true);
+    let texture = vastexi_texture_by_uv(id);
+    let size = vec2<f32>(texture.size);
+    let lambda = vastexi_footprint(ddx * size, ddy * size, 1u).lambda;
+    return vastexi_nearest_KIND(texture, vastexi_position_from_uv(texture, uv), lambda);
 }
 
 // The same at an explicit level, in any stage.
 fn vastex_sample_NAME_nearest_level(id: u32, uv: vec2<f32>, level: f32) -> vec4<f32> {
-    return vastexi_sample_level_KIND(id, uv, level, true);
+    let texture = vastexi_texture_by_uv(id);
+    return vastexi_nearest_KIND(texture, vastexi_position_from_uv(texture, uv), level);
 }
 
 // In fixed point, for textures of any size: a whole-numbered anchor that a draw is measured from, and an offset from it that is
@@ -60,14 +68,14 @@ fn vastex_sample_NAME_fixed_grad(
 ) -> vec4<f32> {
     let texture = vastexi_texture(id);
     let position = vastexi_position_from_fixed(texture, anchor, offset);
-    return vastexi_sample_texels_KIND(texture, position, ddx, ddy, false);
+    return vastexi_sample_texels_KIND(texture, position, ddx, ddy);
 }
 
 // The same `level` levels coarser than level 0, in any stage; the biases of texture and pool are added.
 fn vastex_sample_NAME_fixed_level(id: u32, anchor: vec2<u32>, offset: vec2<f32>, level: f32) -> vec4<f32> {
     let texture = vastexi_texture(id);
     let position = vastexi_position_from_fixed(texture, anchor, offset);
-    return vastexi_sample_KIND(texture, position, VastexiFootprint(level, vec2<f32>(0.0)), false);
+    return vastexi_sample_KIND(texture, position, VastexiFootprint(level, vec2<f32>(0.0)));
 }
 
 // What sampling goes by at `uv`, at a level computed from screen-space derivatives. Fragment stage, uniform control flow.
@@ -79,8 +87,7 @@ fn vastex_inspect_NAME(id: u32, uv: vec2<f32>) -> VastexInspection {
 fn vastex_inspect_NAME_grad(id: u32, uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>) -> VastexInspection {
     let texture = vastexi_texture_by_uv(id);
     let size = vec2<f32>(texture.size);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    let lambda = vastexi_footprint(ddx * size, ddy * size, most_taps).lambda;
+    let lambda = vastexi_footprint(ddx * size, ddy * size, VASTEXI_TAPS_KIND).lambda;
     return vastexi_inspect_KIND(texture, vastexi_position_from_uv(texture, uv), lambda);
 }
 
@@ -93,8 +100,7 @@ fn vastex_inspect_NAME_fixed_grad(
     ddy: vec2<f32>,
 ) -> VastexInspection {
     let texture = vastexi_texture(id);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND);
-    let lambda = vastexi_footprint(ddx, ddy, most_taps).lambda;
+    let lambda = vastexi_footprint(ddx, ddy, VASTEXI_TAPS_KIND).lambda;
     return vastexi_inspect_KIND(texture, vastexi_position_from_fixed(texture, anchor, offset), lambda);
 }
 
@@ -112,7 +118,7 @@ fn vastex_inspect_NAME_slot(slot: u32, tile_texel: vec2<f32>) -> vec4<f32> {
     let last = vec2<f32>(vastexi_pool_POOL.tile) - 0.5;
     let within = clamp(tile_texel, vec2<f32>(0.0), last);
     let place = vastexi_place_in_slot(vastexi_pool_POOL, slot, within, 0u, vec2<u32>(0u), VASTEXI_SCALE_LAYER);
-    return vastexi_tap_LAYER(place, true);
+    return vastexi_texel_LAYER(place, vec2<u32>(floor(place.tile_texel)));
 }
 
 // Size of a slot of the pool, in texels of the texture.

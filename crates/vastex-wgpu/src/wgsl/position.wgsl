@@ -23,7 +23,6 @@ struct VastexiTaps {
     axis: vec2<f32>,        // along which taps lie around the position [texels of level 0]
     count: u32,             // of them
     cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
-    is_unmixed: bool,       // one texel of one tile
 }
 
 // A coordinate folded into 0 to 1 by an address mode, and which way it runs then: -1 where a mirrored texture runs backwards, else 1. Where

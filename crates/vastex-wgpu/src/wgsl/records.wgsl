@@ -19,7 +19,6 @@ struct VastexiTexture {
     finest: f32,            // the finest and the coarsest level wanted
     coarsest: f32,
     uv_finest: f32,         // the finest level of which a 32-bit uv tells the texels apart
-    unmixed: u32,           // bit n: values of layer n may not be mixed
     page_log2: u32,         // log2 of a page's texels along a side, rounded down
 }
 
@@ -77,7 +76,6 @@ fn vastexi_texture(id: u32) -> VastexiTexture {
         f32((flags >> 14u) & 31u),
         f32((flags >> 19u) & 31u),
         f32((flags >> 24u) & 31u),
-        rule.z,
         (rule.w >> 20u) & 31u,
     );
 }
@@ -136,11 +134,6 @@ fn vastexi_level(texture: VastexiTexture, level: u32, powers: bool) -> VastexiLe
     let table = vastexi_level_word(texture, level, 0u);
     let size = vastexi_level_word(texture, level, 2u).xy;
     return VastexiLevel(VastexiSides(table.zw, texels.xy), place.xy, place.zw, origin, size, texels.zw);
-}
-
-// Whether values of a layer may not be mixed, so that whatever reads it reads one texel.
-fn vastexi_is_unmixed(texture: VastexiTexture, layer: u32) -> bool {
-    return (layer < 32u) && (((texture.unmixed >> (layer & 31u)) & 1u) == 1u);
 }
 
 // The size of the texture of an id, in texels of level 0; 0 where the id names none.

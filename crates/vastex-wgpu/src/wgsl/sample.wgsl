@@ -2,18 +2,12 @@
 // CPU twin: twins/sample.rs.
 
 // What a pixel shows that covers so much around a position, the axis as the texture runs there.
-fn vastexi_sample_KIND(
-    texture: VastexiTexture,
-    position: VastexiPosition,
-    footprint: VastexiFootprint,
-    is_nearest: bool,
-) -> vec4<f32> {
+fn vastexi_sample_KIND(texture: VastexiTexture, position: VastexiPosition, footprint: VastexiFootprint) -> vec4<f32> {
     if !texture.is_known {
         return vastexi_pool_POOL.unknown;
     }
     let level = vastexi_sampled_level(texture, footprint.lambda, vastexi_pool_POOL.bias);
-    let is_unmixed = is_nearest || vastexi_is_unmixed(texture, VASTEXI_INDEX_LAYER);
-    return vastexi_filtered_KIND(texture, position, footprint, level, is_unmixed);
+    return vastexi_filtered_KIND(texture, position, footprint, level);
 }
 
 // The same with gradients in texels of level 0 along one pixel.
@@ -22,26 +16,20 @@ fn vastexi_sample_texels_KIND(
     position: VastexiPosition,
     dx: vec2<f32>,
     dy: vec2<f32>,
-    is_nearest: bool,
 ) -> vec4<f32> {
-    let most_taps = select(vastexi_most_taps(texture, VASTEXI_INDEX_LAYER, VASTEXI_TAPS_KIND), 1u, is_nearest);
-    let footprint = vastexi_footprint(dx, dy, most_taps);
+    let footprint = vastexi_footprint(dx, dy, VASTEXI_TAPS_KIND);
     let turned = VastexiFootprint(footprint.lambda, footprint.axis * position.direction);
-    return vastexi_sample_KIND(texture, position, turned, is_nearest);
+    return vastexi_sample_KIND(texture, position, turned);
 }
 
-// The same with gradients of uv.
-fn vastexi_sample_uv_KIND(id: u32, uv: vec2<f32>, ddx: vec2<f32>, ddy: vec2<f32>, is_nearest: bool) -> vec4<f32> {
-    let texture = vastexi_texture_by_uv(id);
-    let size = vec2<f32>(texture.size);
-    return vastexi_sample_texels_KIND(texture, vastexi_position_from_uv(texture, uv), ddx * size, ddy * size, is_nearest);
-}
-
-// The same at an explicit level.
-fn vastexi_sample_level_KIND(id: u32, uv: vec2<f32>, level: f32, is_nearest: bool) -> vec4<f32> {
-    let texture = vastexi_texture_by_uv(id);
-    let footprint = VastexiFootprint(level, vec2<f32>(0.0));
-    return vastexi_sample_KIND(texture, vastexi_position_from_uv(texture, uv), footprint, is_nearest);
+// One texel of the tile that is there, whatever the filter, `lambda` levels coarser than level 0.
+fn vastexi_nearest_KIND(texture: VastexiTexture, position: VastexiPosition, lambda: f32) -> vec4<f32> {
+    if !texture.is_known {
+        return vastexi_pool_POOL.unknown;
+    }
+    let level = u32(floor(vastexi_sampled_level(texture, lambda, vastexi_pool_POOL.bias)));
+    let place = vastexi_place_POOL(texture, position, level, VASTEXI_SCALE_LAYER);
+    return vastexi_texel_LAYER(place, vec2<u32>(floor(place.tile_texel)));
 }
 
 // What sampling goes by at a position.

@@ -1,4 +1,5 @@
-// What is shown of tiles that are there at once: what the filter takes of the finest. fade.wgsl stands in its place where they fade in.
+// What is shown of tiles that are there at once: what the filter takes of the finest. fade.wgsl stands in its place where tiles fade in and
+// values may be mixed.
 // CPU twin: twins/fade.rs.
 
 fn vastexi_shown_KIND(texture: VastexiTexture, position: VastexiPosition, taps: VastexiTaps, wanted: u32) -> vec4<f32> {

@@ -8,5 +8,5 @@ fn vastexi_shown_beside_KIND(
     wanted: u32,
 ) -> vec4<f32> {
     let beside = vastexi_position_beside(texture, position, offset);
-    return vastexi_tap_LAYER(vastexi_place_POOL(texture, beside, wanted, VASTEXI_SCALE_LAYER), false);
+    return vastexi_tap_LAYER(vastexi_place_POOL(texture, beside, wanted, VASTEXI_SCALE_LAYER));
 }

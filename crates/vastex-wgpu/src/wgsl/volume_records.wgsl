@@ -24,7 +24,6 @@ struct VastexiVolume {
     bias: f32,              // levels added to every level computed from a pixel's size
     finest: f32,            // the finest and the coarsest level wanted
     coarsest: f32,
-    unmixed: u32,           // bit n: values of layer n may not be mixed
     page: u32,              // payload of a brick [texels per side]
     border: u32,            // on each side [texels]
     is_aligned: bool,
@@ -69,7 +68,6 @@ fn vastexi_volume(id: u32) -> VastexiVolume {
         bitcast<f32>(rule.x),
         f32((brick.z >> 10u) & 31u),
         f32((brick.z >> 15u) & 31u),
-        rule.z,
         brick.x,
         brick.y,
         ((brick.z >> 20u) & 1u) == 0u,

@@ -62,8 +62,6 @@ pub(crate) struct World {
     pub(crate) id: u32,
     pub(crate) number: TextureNumber,
     pub(crate) rule: LevelRule,
-    /// Layers whose values may not be mixed, by bits.
-    pub(crate) unmixed: u32,
     /// What made the table what it is.
     pub(crate) changes: Vec<TableChange>,
 }
@@ -155,6 +153,7 @@ impl World {
             atlas: self.pool.atlas(layer),
             scale: self.description.layers[layer].scale,
             filter,
+            is_mixed: true,
         }
     }
 
@@ -167,7 +166,6 @@ impl World {
             id: self.id,
             tail_slot: self.tail_slot(),
             rule: self.rule,
-            unmixed: self.unmixed,
             placement: &placement,
         })
     }
@@ -280,7 +278,6 @@ impl World {
             id: shader_id(number, 3),
             number,
             rule: LevelRule::default().within(geometry),
-            unmixed: 0,
             changes,
         };
         world.tell(gpu);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use vastex_core::{
     AddressMode, Description, Geometry, GeometrySpec, Layer, LayerFormat, Slot, SlotMove, TableChange,
 };
-use vastex_wgpu::{FeedbackMode, Filter, Pool, TableKind};
+use vastex_wgpu::{FeedbackMode, Filter, Kind, Pool, TableKind};
 
 use crate::common::{GPU, Random, World, tables_of};
 use crate::sampling::{Harness, Output, inputs, shapes};
@@ -116,6 +116,22 @@ fn what_is_all_there_is_shown_as_without_fading() {
                     || a.color.map(f32::to_bits) == b.color.map(f32::to_bits)
             };
             assert!(shown.iter().zip(sharp).all(is_alike), "{filter}");
+        }
+    }
+}
+
+#[test]
+fn where_values_are_not_mixed_tiles_are_there_at_once_and_every_filter_is_nearest() {
+    for seed in [6, 7] {
+        let world = wrapped(seed);
+        let inputs = inputs(&world.geometry, seed);
+        let nearest = Harness::new(&GPU, Filter::Nearest, &world, 0).run(&world, &inputs);
+        let world = faded(world, seed);
+        for filter in Filter::KINDS {
+            let kind = Kind { is_mixed: false, ..world.kind(0, filter) };
+            let unmixed = Harness::of(&GPU, kind, world.id, true).run(&world, &inputs);
+            assert_eq!(colors(&unmixed), colors(&nearest), "{filter}");
+            assert_eq!(feedback(&unmixed), feedback(&nearest), "{filter}");
         }
     }
 }

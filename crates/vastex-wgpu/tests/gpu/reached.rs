@@ -50,7 +50,7 @@ fn every_function_is_reached_by_a_test() {
         let feedback = [FeedbackMode::Separate, FeedbackMode::Inline, FeedbackMode::Raw][nth % 3];
         let tables = [TableKind::Direct, TableKind::Hashed][nth % 2];
         let (dims, pages) = (vastex_core::Dims::D2, PageSides::Any);
-        let kind = Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter };
+        let kind = Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed: true };
         let text = wgsl(&Kinds::of(kind, feedback, nth % 3 == 1), BindingPlace::default());
         declared.extend(functions(&text, KeepUnused::Yes));
         let nearest = sampling::nearest_harness();

@@ -113,8 +113,6 @@ struct TextureOnGpu {
     rule: LevelRule,
     /// Of each layer.
     samplings: Vec<Sampling>,
-    /// Bit `n`: values of layer `n` may not be mixed.
-    unmixed: u32,
 }
 
 /// Totals of what went between the GPU and main memory.

@@ -14,7 +14,7 @@ use vastex_wgpu::{
 };
 
 use crate::error::Error;
-use crate::settings::PoolSettings;
+use crate::settings::{PoolSettings, Sampling};
 
 /// What the textures of a pool have in common.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -303,18 +303,16 @@ impl PoolState {
     }
 
     /// How shaders sample the layer with this number, which exists.
-    pub(super) fn kind(&self, layer: usize, filter: Filter) -> Kind {
+    pub(super) fn kind(&self, layer: usize, Sampling { filter, is_mixed }: Sampling) -> Kind {
         let Shape { tables, pages, ref layers, .. } = self.shape;
         let dims = self.held.geometry.dims();
         // Volumes are blended from eight voxels, or not at all: one text for all other filters.
         let (atlas, scale) = (self.atlases[layer], layers[layer].1);
         let filter = match (dims, filter) {
-            // Nothing blends labels.
-            (Dims::D3, _) if atlas == Atlas::Whole => Filter::Nearest,
             (Dims::D3, Filter::Nearest) | (Dims::D2, _) => filter,
             (Dims::D3, _) => Filter::Trilinear,
         };
-        Kind { dims, tables, pages, layer: layer as u8, atlas, scale, filter }
+        Kind { dims, tables, pages, layer: layer as u8, atlas, scale, filter, is_mixed }
     }
 }
 

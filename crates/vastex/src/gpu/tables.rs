@@ -131,8 +131,7 @@ impl Gpu {
 
     /// Sets what shaders are told of a texture, from the next update on.
     pub(super) fn set_record(&mut self, texture: TextureNumber) {
-        let Some(TextureOnGpu { pool, description, id, tail_slot, voxels, rule, unmixed, .. }) =
-            self.texture(texture)
+        let Some(TextureOnGpu { pool, description, id, tail_slot, voxels, rule, .. }) = self.texture(texture)
         else {
             return;
         };
@@ -144,7 +143,6 @@ impl Gpu {
             id: *id,
             tail_slot: *tail_slot,
             rule: *rule,
-            unmixed: *unmixed,
             placement: &placement,
         });
         self.params.set(texture, &record);

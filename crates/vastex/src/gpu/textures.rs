@@ -82,11 +82,9 @@ impl Gpu {
         if self.textures.len() <= number {
             self.textures.resize_with(number + 1, || None);
         }
-        let unmixed = (0..u32::BITS).zip(&samplings).filter(|(_, sampling)| sampling.is_unmixed);
-        let unmixed = unmixed.fold(0, |unmixed, (layer, _)| unmixed | (1 << layer));
         let geometry = description.geometry.clone();
         let (description, rule) = (description.clone(), LevelRule::default().within(&geometry));
-        let state = TextureOnGpu { pool, description, id, tail_slot, voxels, rule, samplings, unmixed };
+        let state = TextureOnGpu { pool, description, id, tail_slot, voxels, rule, samplings };
         self.textures[number] = Some(state);
         self.set_record(texture);
         self.bind_texture(texture);
@@ -214,12 +212,11 @@ impl Gpu {
         }
     }
 
-    /// The kind of a layer: textures whose layers may not be mixed are of the kind of those that may. `None`
-    /// if there is no such layer.
-    pub(super) fn kind_of(&self, layer: LayerId) -> Option<Kind> {
-        let filter = self.sampling_of(layer)?.kind_filter;
+    /// The kind of a layer; `None` if there is no such layer.
+    pub(crate) fn kind_of(&self, layer: LayerId) -> Option<Kind> {
+        let sampling = self.sampling_of(layer)?;
         let pool = self.pool_of(layer.number())?;
-        Some(self.pools[usize::from(pool.number())].kind(layer.index(), filter))
+        Some(self.pools[usize::from(pool.number())].kind(layer.index(), sampling))
     }
 
     pub(super) fn pool_of(&self, texture: TextureNumber) -> Option<PoolId> {

@@ -215,21 +215,23 @@ pub struct TextureSettings {
 /// How a layer is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Sampling {
+    /// Nearest where its values are not mixed.
     pub(crate) filter: Filter,
-    /// That of shaders that sample it, which read it nearest where its values may not be mixed.
-    pub(crate) kind_filter: Filter,
-    /// True if its values are not mixed, with those of a coarser tile neither.
-    pub(crate) is_unmixed: bool,
+    /// True if its values are mixed, with those of a coarser tile, too.
+    pub(crate) is_mixed: bool,
 }
 
 impl TextureSettings {
     /// How a layer is sampled where others are by `filter`.
     pub(crate) fn sampling(&self, layer: &Layer, filter: Filter) -> Sampling {
-        let (asked, is_mixable) = (self.filters.get(&layer.name).copied(), layer.is_mixable);
-        let kind_filter = asked.unwrap_or(filter);
-        // Values that a filter may mix may be mixed with those of a coarser tile, too.
-        let is_unmixed = !is_mixable && asked.is_none_or(|asked| asked == Filter::Nearest);
-        Sampling { filter: if is_unmixed { Filter::Nearest } else { kind_filter }, kind_filter, is_unmixed }
+        let asked = self.filters.get(&layer.name).copied();
+        // Values that a filter may mix may be mixed with those of a coarser tile, too; nothing blends whole
+        // numbers.
+        let is_mixed = match asked {
+            Some(asked) if asked != Filter::Nearest => !layer.format.is_whole_number(),
+            _ => layer.is_mixable,
+        };
+        Sampling { filter: if is_mixed { asked.unwrap_or(filter) } else { Filter::Nearest }, is_mixed }
     }
 
     /// The name of a filter's layer that is none of these.

@@ -105,9 +105,6 @@ impl Textures {
         self.paging.check_free_number()?;
         let sampling = |layer: &Layer| settings.sampling(layer, self.settings.filter);
         let samplings: Vec<Sampling> = held.layers.iter().map(sampling).collect();
-        if let Some(layer) = (32..).zip(samplings.iter().skip(32)).find(|(_, sampling)| sampling.is_unmixed) {
-            return Err(Error::UnmixedLayer(layer.0));
-        }
         let shape = Shape::of(&held, tables);
         let pool = match is_whole {
             true => self.pool_of_whole(&stored, &held, shape)?,

@@ -20,9 +20,10 @@ impl Textures {
     pub const TEXTURE_SPACE_BLEND: wgpu::BlendState = vastex_wgpu::TEXTURE_SPACE_BLEND;
 
     /// What a shader's text depends on that samples this layer, or this group: the key of its pipelines. It
-    /// is the same for all textures whose tiles have the same formats and whose page tables lie alike,
-    /// whatever their sizes, borders, address modes and levels are. Fails where there is no such texture or
-    /// group.
+    /// is the same for all textures whose tiles have the same formats, whose page tables lie alike and whose
+    /// values are blended alike, whatever their sizes, borders, address modes and levels are
+    /// ([`TextureRef::kind`](crate::TextureRef::kind) tells them apart). Fails where there is no such texture
+    /// or group.
     pub fn kinds(&self, sampled: impl Into<Sampled>) -> Result<Kinds, Error> {
         let sampled = sampled.into();
         self.gpu.kinds(sampled).ok_or_else(|| unknown(sampled))

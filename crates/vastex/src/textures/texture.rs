@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use vastex_core::{Description, LevelRule, PoolId, Region, SurveyedTexture, TextureNumber};
+use vastex_wgpu::Kind;
 
 use super::Textures;
 use crate::error::Error;
@@ -60,6 +61,26 @@ impl<'a> TextureRef<'a> {
     /// be mixed, not at all. `None` if there is no such layer.
     pub fn filter(&self, layer: usize) -> Option<Filter> {
         Some(self.textures.gpu.sampling_of(LayerId::new(self.id, layer))?.filter)
+    }
+
+    /// The kind of a layer, by its index in [`Description::layers`]: how its pool is read, by which filter,
+    /// and whether its values are mixed. `None` if there is no such layer.
+    ///
+    /// Shaders of layers of equal kinds have the same text, and so the same pipelines; the text of a group
+    /// follows from the kinds of its members and from which of them share a [pool](TextureRef::pool).
+    /// [`Textures::kinds`] gives the whole key of a pipeline cache. A kind stays the same for as long as the
+    /// texture is there, unless [`Memory::restore`](crate::Memory::restore) goes to a device that reads the
+    /// layer's format in another way.
+    ///
+    /// ```no_run
+    /// # use vastex::{Error, TextureId, Textures};
+    /// # fn of(textures: &Textures, ground: TextureId, rock: TextureId) -> Result<(), Error> {
+    /// let kind_of = |id| textures.texture(id).map(|texture| texture.kind(0));
+    /// if kind_of(ground)? == kind_of(rock)? { /* one pipeline draws both */ }
+    /// # Ok(()) }
+    /// ```
+    pub fn kind(&self, layer: usize) -> Option<Kind> {
+        self.textures.gpu.kind_of(LayerId::new(self.id, layer))
     }
 
     /// How the texture's levels are chosen, within the levels that it has.

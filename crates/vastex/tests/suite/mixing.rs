@@ -9,7 +9,7 @@ use crate::common::tiles::parts_of_tile;
 use crate::common::{Mapping, SCREEN, Screen, add_with, settings};
 use vastex::source::{ReadFuture, Tile};
 use vastex::{
-    Description, Error, Feedback, Filter, Geometry, GeometrySpec, Layer, LayerFormat, LayerId, PagePos,
+    Description, Error, Feedback, Filter, Geometry, GeometrySpec, Kind, Layer, LayerFormat, LayerId, PagePos,
     Sampled, Settings, TextureSettings, Textures, TileSource,
 };
 use vastex_core::Box3;
@@ -227,7 +227,7 @@ fn the_cpu_does_not_mix_them_either() {
 }
 
 #[test]
-fn textures_share_a_pool_and_pipelines_whether_their_values_may_be_mixed_or_not() {
+fn whether_values_are_mixed_says_the_pipelines_and_not_the_pool() {
     let mut screen = alone(of(Filter::Trilinear), true, &TextureSettings::default(), "label");
     let first = screen.textures.inspect().textures().next().unwrap();
     let textures = &mut screen.textures;
@@ -239,9 +239,23 @@ fn textures_share_a_pool_and_pipelines_whether_their_values_may_be_mixed_or_not(
     };
     assert_eq!(filters(first), [Filter::Trilinear, Filter::Nearest]);
     assert_eq!(filters(mixable), [Filter::Trilinear; 2]);
+    let kind = |texture, layer| textures.texture(texture).unwrap().kind(layer);
+    assert_eq!(kind(first, 0), kind(mixable, 0));
+    let (of_labels, of_values) = (kind(first, 1).unwrap(), kind(mixable, 1).unwrap());
+    assert_eq!(of_labels, Kind { filter: Filter::Nearest, is_mixed: false, ..of_values });
+    assert_eq!(of_values, Kind { layer: 1, ..kind(mixable, 0).unwrap() });
+    assert_eq!(kind(first, 2), None);
     let label = |texture| textures.texture(texture).unwrap().layer("label").unwrap();
-    assert_eq!(textures.kinds(label(first)).unwrap(), textures.kinds(label(mixable)).unwrap());
-    assert_eq!(textures.bind_group(label(first)).unwrap(), textures.bind_group(label(mixable)).unwrap());
+    let kinds = |texture| textures.kinds(label(texture)).unwrap();
+    assert_ne!(kinds(first), kinds(mixable));
+    assert_ne!(kinds(first), kinds(mixable).filtered(Filter::Nearest), "where tiles fade in, theirs do");
+    assert_eq!(kinds(first), kinds(first).filtered(Filter::Bicubic));
+    assert!(kinds(first).binds_like(&kinds(mixable)));
+    // Whoever asks for a filter that mixes gets the kind of values.
+    let asked =
+        TextureSettings { filters: [("label".into(), Filter::Trilinear)].into(), ..Default::default() };
+    let asked = add_with(textures, Labels::new(true), asked).unwrap();
+    assert_eq!(textures.texture(asked).unwrap().kind(1), Some(of_values));
     assert_ne!(textures.shader_id(first).unwrap(), textures.shader_id(mixable).unwrap());
     let tiles: Vec<_> = textures.stats().pools.iter().map(|pool| pool.tiles.to_string()).collect();
     assert_eq!(tiles, ["72x72 texels of r8, r8"]);

@@ -7,7 +7,6 @@ fn vastexi_filtered_0(
     position: VastexiPosition,
     footprint: VastexiFootprint,
     level: f32,
-    is_unmixed: bool,
 ) -> vec4<f32> {
     let place = vastexi_place_0(texture, position, u32(floor(level)), VASTEXI_SCALE_0);
     let atlas_uv = (vec2<f32>(place.origin) + place.tile_texel) * vastexi_pool_0.texel;

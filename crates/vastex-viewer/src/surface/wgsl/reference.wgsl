@@ -28,12 +28,6 @@ fn reference_texture() -> VastexiTexture {
     return vastexi_texture_by_uv(scene.ids.color);
 }
 
-// The filter of the text, but for values that may not be mixed.
-fn reference_filter() -> u32 {
-    let is_unmixed = vastexi_is_unmixed(reference_texture(), VASTEXI_INDEX_0);
-    return select(VASTEXI_FILTER_0, VASTEXI_FILTER_NEAREST, is_unmixed);
-}
-
 // What a pixel looks at on an ordinary texture.
 struct ReferenceLook {
     uv: vec2<f32>,              // not folded
@@ -63,8 +57,7 @@ fn reference_look_fixed(seen: Seen_fixed) -> ReferenceLook {
 fn reference_footprint(ddx: vec2<f32>, ddy: vec2<f32>) -> VastexiFootprint {
     let texture = reference_texture();
     let size = vec2<f32>(texture.size);
-    let most_taps = vastexi_most_taps(texture, VASTEXI_INDEX_0, VASTEXI_TAPS_0);
-    return vastexi_footprint(ddx * size, ddy * size, most_taps);
+    return vastexi_footprint(ddx * size, ddy * size, VASTEXI_TAPS_0);
 }
 
 // Which texel of a level of `size` stands at a whole place, of so many with the padding, whose end has the border colour.
@@ -193,13 +186,13 @@ fn reference_along(uv: vec2<f32>, footprint: VastexiFootprint, taps: u32, level:
 
 fn reference_filtered(look: ReferenceLook, footprint: VastexiFootprint, level: f32, taken: u32) -> vec4<f32> {
     let uv = look.uv;
-    if reference_filter() == VASTEXI_FILTER_NEAREST {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_NEAREST {
         return reference_nearest(uv, look.position, taken);
     }
-    if reference_filter() == VASTEXI_FILTER_ANISOTROPIC {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_ANISOTROPIC {
         return reference_along(uv, footprint, vastexi_tap_count(footprint.axis, level, VASTEXI_TAPS_0), taken);
     }
-    if reference_filter() == VASTEXI_FILTER_BICUBIC {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_BICUBIC {
         // How far a pixel is smaller than a texel of the finest level that is sampled.
         let finest = vastexi_unbiased_level(reference_texture(), footprint.lambda) - (footprint.lambda + reference_texture().bias);
         return mix(reference_linear(uv, taken), reference_cubic(uv, taken), clamp(finest, 0.0, 1.0));
@@ -211,11 +204,11 @@ fn reference_filtered(look: ReferenceLook, footprint: VastexiFootprint, level: f
 // measured by.
 fn ordinary_filtered(uv: vec2<f32>, footprint: VastexiFootprint, taps: u32, level: u32) -> vec4<f32> {
     let share = reference_params.share;
-    if reference_filter() == VASTEXI_FILTER_NEAREST {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_NEAREST {
         let size = vec2<f32>(reference_size(level));
         return textureLoad(reference, vec2<u32>(fract(uv * share) * size), i32(level));
     }
-    if reference_filter() == VASTEXI_FILTER_ANISOTROPIC {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_ANISOTROPIC {
         var sum = vec4<f32>(0.0);
         for (var nth = 0u; nth < taps; nth++) {
             let offset = vastexi_tap_offset(footprint.axis / f32(taps), nth, taps) / vec2<f32>(reference_texture().size);

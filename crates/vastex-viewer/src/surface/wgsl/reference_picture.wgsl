@@ -11,7 +11,7 @@ fn shade_ordinary_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     let taps = vastexi_tap_count(footprint.axis, level, VASTEXI_TAPS_0);
     let finer = u32(floor(level));
     let sharp = ordinary_filtered(look.uv, footprint, taps, finer);
-    if reference_filter() == VASTEXI_FILTER_NEAREST || reference_filter() == VASTEXI_FILTER_BILINEAR {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_NEAREST || VASTEXI_FILTER_0 == VASTEXI_FILTER_BILINEAR {
         return scene_colour(sharp);
     }
     let coarser = min(finer + 1u, reference_texture().last_level);
@@ -40,7 +40,7 @@ fn shade_reference_WAY(seen: Seen_WAY) -> @location(0) vec4<f32> {
     let level = vastexi_sampled_level(reference_texture(), footprint.lambda, vastexi_pool_0.bias);
     let finer = u32(floor(level));
     let sharp = reference_filtered(look, footprint, level, finer);
-    if reference_filter() == VASTEXI_FILTER_NEAREST || reference_filter() == VASTEXI_FILTER_BILINEAR {
+    if VASTEXI_FILTER_0 == VASTEXI_FILTER_NEAREST || VASTEXI_FILTER_0 == VASTEXI_FILTER_BILINEAR {
         return scene_colour(sharp);
     }
     let coarser = min(finer + 1u, reference_texture().last_level);
