@@ -65,7 +65,7 @@ impl MaxTaps {
     /// Every number that there is.
     pub const ALL: [MaxTaps; 4] = [MaxTaps(2), MaxTaps(4), MaxTaps(8), MaxTaps(16)];
 
-    /// Nothing for other numbers: each is a shader text of its own.
+    /// So many taps, 2, 4, 8 or 16; `None` for other numbers, since each is a shader text of its own.
     ///
     /// ```
     /// use vastex_wgpu::MaxTaps;

@@ -144,7 +144,7 @@ mod tests {
         F::KIND
     }
 
-    /// What the numbers of a WGSL type are; nothing of a struct.
+    /// What the numbers of a WGSL type are; `None` of a struct.
     fn kind_of(module: &naga::Module, ty: naga::Handle<naga::Type>) -> Option<ScalarKind> {
         match module.types[ty].inner {
             TypeInner::Scalar(scalar) | TypeInner::Vector { scalar, .. } | TypeInner::Atomic(scalar) => {

@@ -7,7 +7,7 @@ use vastex_core::{GroupError, PagePos, PoolError, PoolId, TraceRecordError, View
 use vastex_tiles::{ContainerError, DecodeError, LoadError, ReadError};
 use vastex_wgpu::GpuError;
 
-/// Why a call failed. A tile that cannot be had is no error but an [`Event`](crate::Event).
+/// Why a call failed. A tile that cannot be read is no error but an [`Event`](crate::Event).
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {

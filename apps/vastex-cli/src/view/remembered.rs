@@ -39,10 +39,10 @@ pub(super) struct Remembered {
     pub(super) values_are_hidden: bool,
     pub(super) theme: Theme,
     pub(super) ground: ChosenGround,
-    /// How texels are blended; nothing for what suits the magnification.
+    /// How texels are blended; `None` for what suits the magnification.
     #[serde(serialize_with = "named::filter", skip_serializing_if = "Option::is_none")]
     pub(super) filter: Option<Filter>,
-    /// How views say what they want; nothing for the best that the device has.
+    /// How views say what they want; `None` for the best that the device has.
     #[serde(serialize_with = "named::feedback", skip_serializing_if = "Option::is_none")]
     pub(super) feedback: Option<FeedbackMode>,
     /// What was chosen of pools, by what they are.

@@ -78,7 +78,7 @@ impl<R> Place<R> {
         true
     }
 
-    /// What was made of the piece; nothing while it is not done.
+    /// What was made of the piece; `None` while it is not done.
     fn take(&self) -> Option<thread::Result<R>> {
         let mut piece = self.lock();
         match std::mem::replace(&mut *piece, Piece::Begun) {

@@ -119,7 +119,7 @@ struct Segment {
     second_owner: Option<u32>,
     /// True if the texels are the level's, and not what the address mode puts beyond its edge.
     is_inside: bool,
-    /// The page that has in its payload what stands there; nothing for the border colour.
+    /// The page that has in its payload what stands there; `None` for the border colour.
     source: Option<u32>,
     /// Where it has each of them.
     source_places: Vec<usize>,

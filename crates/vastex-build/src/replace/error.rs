@@ -143,7 +143,7 @@ pub enum ReplaceError {
         /// The layer's format.
         format: &'static str,
     },
-    /// A tile of the container is needed and cannot be had.
+    /// A tile of the container is needed and cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// A tile of the container is needed and makes no sense.

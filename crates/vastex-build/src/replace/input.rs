@@ -12,7 +12,7 @@ use crate::texels::{LayerFilter, LayerInput};
 /// An image, and the layer of a container into which it goes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LayerImage {
-    /// The layer's name; nothing for the only one that there is.
+    /// The layer's name; `None` if there is only one layer.
     pub layer: Option<String>,
     /// The image, or a tile directory.
     pub path: PathBuf,

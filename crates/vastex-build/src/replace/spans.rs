@@ -57,7 +57,7 @@ impl Spans {
         self.0.iter().any(|range| range.contains(&texel))
     }
 
-    /// The place of a texel among all; nothing for one that is not here.
+    /// The place of a texel among all; `None` for one that is not here.
     pub(super) fn index_of(&self, texel: u32) -> Option<usize> {
         let mut before = 0;
         for range in &self.0 {

@@ -28,7 +28,7 @@ const MAX_MADE_BYTES: u64 = 256 << 20;
 /// What pages are to be like; by default what is shown at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shape {
-    /// Texels of payload per side; nothing for what suits the cells.
+    /// Texels of payload per side; `None` for what suits the cells.
     pub(crate) page: Option<u32>,
     pub(crate) border: u32,
     /// What lies beyond the edges. A planet's neighbours across the date line are its neighbours in any case.

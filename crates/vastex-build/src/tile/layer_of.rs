@@ -62,7 +62,7 @@ impl LayerOf {
     }
 }
 
-/// Why the texels of a tile cannot be had.
+/// Why the texels of a tile cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum LayerFault {
     /// A tile of the texture cannot be read.

@@ -331,7 +331,7 @@ impl Pager {
         }
     }
 
-    /// The tile of a request cannot be had. It is tried again later; its ancestor stays on screen.
+    /// The tile of a request cannot be read. It is tried again later; its ancestor stays on screen.
     pub fn tile_failed(&mut self, page: PageId, why: impl Into<String>) {
         if let Some((pager, events)) = self.load_ended(page) {
             pager.tile_failed(page, why.into(), events);

@@ -139,7 +139,7 @@ impl View {
         Feedback { frame, pages, ..Feedback::default() }
     }
 
-    /// The page, and the eighth of its level, that one pixel wants; nothing beside the texture.
+    /// The page, and the eighth of its level, that one pixel wants; `None` beside the texture.
     pub fn want(
         &self,
         texture: TextureNumber,
@@ -199,7 +199,7 @@ struct Row {
 }
 
 impl Row {
-    /// The column of the page that a pixel wants; nothing beside the texture.
+    /// The column of the page that a pixel wants; `None` beside the texture.
     fn page_x(&self, x: u32) -> Option<u32> {
         let u = self.centre + ((f64::from(x) + 0.5) / self.pixels - 0.5) * self.width;
         (0.0..1.0).contains(&u).then(|| ((u * self.texels) as u64 / self.page_texels) as u32)

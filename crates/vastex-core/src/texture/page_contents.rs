@@ -148,7 +148,7 @@ impl PageContents {
         finer.filter(|&pos| self.of(pos).is_some()).count() as u64
     }
 
-    /// The place of a page that exists in the order of all; nothing for the tail.
+    /// The place of a page that exists in the order of all; `None` for the tail.
     pub(crate) fn place(&self, pos: PagePos) -> Option<usize> {
         self.numbering.entry_if_finer(pos).map(|entry| entry as usize)
     }

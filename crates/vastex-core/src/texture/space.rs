@@ -48,7 +48,7 @@ pub fn is_border_color(mode: AddressMode, texel: i64, size: u32) -> bool {
 /// Texels side by side along an axis, as an address mode has them ([`fold_runs`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TexelRun {
-    /// The first of them, those that follow it being its neighbours in order; `None` where all of them have
+    /// The first texel of the run, whose neighbours follow in order; `None` where all of them have
     /// the border colour.
     pub first: Option<u32>,
     /// How many there are, 1 at least.

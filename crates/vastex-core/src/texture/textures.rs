@@ -143,7 +143,7 @@ impl Textures {
         Some((geometry, page.pos(geometry.dims())))
     }
 
-    /// The page of the next coarser level that covers this one; nothing for a tail.
+    /// The page of the next coarser level that covers this one; `None` for a tail.
     pub(crate) fn parent(&self, page: PageId) -> Option<PageId> {
         let (geometry, pos) = self.pos(page)?;
         page_id(page.texture(), geometry, geometry.parent(pos)?)

@@ -17,7 +17,7 @@ pub struct Ahead {
 }
 
 impl Ahead {
-    /// The camera is at `pose` now: where it will be in so many frames; nothing before it was seen to move.
+    /// The camera is at `pose` now: where it will be in so many frames; `None` before it was seen to move.
     pub fn expect(&mut self, pose: Pose, frames: u64) -> Option<Pose> {
         let [before, newest] = self.last;
         self.last = [newest, Some(pose)];

@@ -68,7 +68,7 @@ impl ImagePlacement {
 }
 
 impl Pose {
-    /// How an image of so many texels lies in a picture of so many pixels; nothing in scenes with
+    /// How an image of so many texels lies in a picture of so many pixels; `None` in scenes with
     /// perspective.
     pub fn placement(&self, picture: [u32; 2], image: [u32; 2]) -> Option<ImagePlacement> {
         let Pose::Image { centre, orientation, .. } = *self else { return None };

@@ -21,7 +21,7 @@ impl FrameTimes {
         self.ms.push_back(1000.0 * time.as_secs_f32());
     }
 
-    /// Milliseconds that a share of the frames did not take longer than, 0 to 1; nothing before the second
+    /// Milliseconds that a share of the frames did not take longer than, 0 to 1; `None` before the second
     /// frame.
     pub(super) fn within(&self, share: f32) -> Option<f32> {
         let mut sorted: Vec<f32> = self.ms.iter().copied().collect();

@@ -34,7 +34,7 @@ const SMALL: f32 = 11.0;
 pub enum HudChange {
     /// A pool of so many bytes; without a number one that follows the picture.
     PoolBytes(PoolId, Option<u64>),
-    /// How the mip bias of a pool is decided; nothing for never one.
+    /// How the mip bias of a pool is decided; `None` for no bias.
     Rule(PoolId, Option<BiasRule>),
     /// Bytes copied to the GPU per frame, and bytes of tiles on their way.
     Budgets {
@@ -43,11 +43,11 @@ pub enum HudChange {
         /// [`vastex::Settings::in_flight_bytes`].
         in_flight: u64,
     },
-    /// How texels are blended; nothing for what suits the magnification.
+    /// How texels are blended; `None` for what suits the magnification.
     Filter(Option<Filter>),
     /// How views say what they want.
     Feedback(FeedbackMode),
-    /// What is drawn in the place of the picture; nothing for the picture.
+    /// What is drawn in the place of the picture; `None` for the picture.
     Overlay(Option<Overlay>),
 }
 

@@ -8,7 +8,7 @@ use super::{linear_from_srgb, srgb_from_linear};
 /// 0 to 1, sRGB-encoded ones as the light that they stand for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StoredScale {
-    /// The largest whole number; nothing for floats, which are sampled as they are.
+    /// The largest whole number; `None` for floats, which are sampled as they are.
     most: Option<f64>,
     is_srgb: bool,
 }
@@ -26,7 +26,7 @@ impl StoredScale {
         StoredScale { most, is_srgb: plain == Rgba8Srgb }
     }
 
-    /// The largest whole number that can be stored; nothing for floats.
+    /// The largest whole number that can be stored; `None` for floats.
     pub fn most(&self) -> Option<f64> {
         self.most
     }

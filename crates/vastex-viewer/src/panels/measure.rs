@@ -46,7 +46,7 @@ impl Measure {
         std::mem::take(&mut self.is_closed) || self.points.pop().is_some()
     }
 
-    /// What the line measures; nothing of fewer than two points. Where a closed line crosses itself, parts
+    /// What the line measures; `None` for fewer than two points. Where a closed line crosses itself, parts
     /// gone round the other way are subtracted.
     pub fn measured(&self, texel_size: Option<&TexelSize>) -> Option<Measured> {
         let (first, last) = (self.points.first()?, self.points.last()?);

@@ -63,7 +63,7 @@ impl TextureRead {
         }
     }
 
-    /// The bytes row by row without padding, once they are here; nothing before. They come while the device
+    /// The bytes row by row without padding, once they are here; `None` before. They come while the device
     /// is polled, which every frame of the textures does; [`wgpu::Device::poll`] does it for those who wait.
     pub fn take(&self) -> Option<Result<Vec<u8>, ReadBackError>> {
         match self.state.load(Ordering::Acquire) {

@@ -194,7 +194,7 @@ fn eye_from_local(aim: Aim) -> DMat4 {
 
 impl ReliefSurface {
     /// What a camera sees in fixed point that is so far above the ground as its pose says, of a texture of
-    /// `size` texels in a part of a picture; nothing for the pose of an image.
+    /// `size` texels in a part of a picture; `None` for the pose of an image.
     pub(crate) fn seen_in_fixed_point(
         &self,
         textures: &Textures,

@@ -130,13 +130,13 @@ impl VolumeScene {
         Ok(Some(texture))
     }
 
-    /// Labels that were asked for cannot be had.
+    /// Labels that were asked for cannot be read.
     pub fn refuse_labels(&mut self, nth: usize, time: u64) {
         self.channels_at(time).iter_mut().for_each(|channels| channels.refuse_labels(nth));
         self.note_change_of(time);
     }
 
-    /// A channel that was asked for cannot be had: the others are shown without it.
+    /// A channel that was asked for cannot be read: the others are shown without it.
     pub fn refuse(&mut self, channel: usize, time: u64) {
         self.channels_at(time).iter_mut().for_each(|channels| channels.refuse(channel));
         self.note_change_of(time);

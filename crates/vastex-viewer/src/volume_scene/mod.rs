@@ -280,7 +280,7 @@ impl VolumeScene {
         !self.is_settled() || is_played || self.under_way.is_some() || self.goes_on()
     }
 
-    /// Returns true if every brick that is seen was asked for, and is there or cannot be had.
+    /// Returns true if every brick that is seen was asked for, and is there or cannot be read.
     pub fn has_all(&self) -> bool {
         let waits = self.current.waits(&self.look);
         !waits && (self.current.renderer().is_none() || self.quiet >= self.quiet_frames())

@@ -13,7 +13,7 @@ pub(super) struct PageOrder {
 }
 
 impl PageOrder {
-    /// Of OME's DimensionOrder, XYZCT for one; nothing of other words.
+    /// Of OME's DimensionOrder, XYZCT for one; `None` of other words.
     fn of_ome(text: &str) -> Option<PageOrder> {
         let rest: Vec<char> = text.strip_prefix("XY")?.chars().collect();
         let mut sorted = rest.clone();

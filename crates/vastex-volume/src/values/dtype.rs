@@ -97,7 +97,7 @@ impl DType {
         matches!(self, DType::F16 | DType::F32 | DType::F64)
     }
 
-    /// The least and the greatest value of a whole number; nothing of floats.
+    /// The least and the greatest value of a whole number; `None` for floats.
     pub const fn bounds(self) -> Option<(i128, i128)> {
         let bits = 8 * self.bytes() as u32;
         match self {

@@ -345,7 +345,7 @@ impl PoolTables {
         self.is_submitted = false;
     }
 
-    /// Returns true if nothing is left that is sent by and by.
+    /// Returns true if no levels are left that are still to be sent, a part in each frame.
     pub fn is_settled(&self) -> bool {
         match &self.kind {
             Kind::Direct(tables) => tables.is_settled(),

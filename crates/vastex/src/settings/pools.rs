@@ -19,7 +19,7 @@ pub struct PoolSettings {
 /// Settings for the pools of some textures. Empty, it suits all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolRule {
-    /// The formats of the layers, in order, as the file or as the device has them; nothing suits any.
+    /// The formats of the layers, in order, as the file or as the device has them; `None` suits any.
     pub formats: Option<Vec<LayerFormat>>,
     /// Texels per side of a tile, border included, at least; of one that is not square, of its longer side.
     pub tile_min: Option<u32>,

@@ -33,7 +33,7 @@ pub struct ReplaySettings {
     pub pool: PoolSize,
     /// Frames that a load takes; 0: it is there in the frame that wants it.
     pub latency_frames: u64,
-    /// Loads begun per frame; nothing: as many as are wanted.
+    /// Loads begun per frame; `None` for as many as are wanted.
     pub tiles_per_frame: Option<u64>,
 }
 

@@ -23,9 +23,9 @@ pub struct PoolFrame {
     pub pool: PoolId,
     /// What is counted, of this frame alone; what is measured, as it stood at its end.
     pub stats: Stats,
-    /// Frames since the newest feedback was drawn; nothing before the first.
+    /// Frames since the newest feedback was drawn; `None` before the first.
     pub feedback_age: Option<u64>,
-    /// Of the last 256 tiles that came; nothing before the first.
+    /// Of the last 256 tiles that were loaded; `None` before the first.
     pub time_to_sharp: Option<TimeToSharp>,
 }
 

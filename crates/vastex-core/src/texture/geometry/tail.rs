@@ -47,7 +47,7 @@ impl TailLayout {
     }
 }
 
-/// Places boxes in a tile by the shelf rule; nothing if they do not all fit.
+/// Places boxes in a tile by the shelf rule; `None` if they do not all fit.
 fn shelve(tile: [u32; 3], align: u32, boxes: impl Iterator<Item = [u32; 3]>) -> Option<Vec<[u32; 3]>> {
     let (mut cursor, mut shelf_end, mut slab_end) = ([0u32; 3], 0, 0);
     let align = |texels: u32| texels.next_multiple_of(align);

@@ -46,7 +46,7 @@ pub enum ContainerError {
         /// What this program does not know.
         what: String,
     },
-    /// The file is of a volume, which cannot be had here.
+    /// The file is of a volume, which is not read here.
     #[error("{name}: {what}")]
     OfVolume {
         /// The file or URL.

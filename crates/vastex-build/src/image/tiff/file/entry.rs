@@ -28,7 +28,7 @@ pub(crate) struct Directory {
     pub(super) place: String,
 }
 
-/// Bytes of a value of a kind; nothing for kinds that are not known.
+/// Bytes of a value of a kind; `None` for kinds that are not known.
 fn value_bytes(kind: u16) -> Option<u64> {
     match kind {
         1 | 2 | 6 | 7 => Some(1),

@@ -76,7 +76,7 @@ pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
 }
 
 /// How many bands the first image of a TIFF file has, where they are more than a picture shows and so some
-/// may be chosen, as in `landsat.tif:bands=5,4,3`; nothing of other files, and where it cannot be read. Reads
+/// may be chosen, as in `landsat.tif:bands=5,4,3`; `None` for other files, and where it cannot be read. Reads
 /// its first directory.
 pub fn bands_to_choose(path: &Path) -> Option<u16> {
     let file = image_in_file(path).map_or(path, |(file, _)| file);
