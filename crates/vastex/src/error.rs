@@ -34,7 +34,7 @@ pub enum Error {
         /// How long the tail was waited for; of a texture that is held whole, since its last page.
         time_out: Duration,
     },
-    /// Reading the coarsest levels of a texture ended otherwise than reads should.
+    /// Reading the coarsest levels of a texture ended in an unexpected way.
     #[error("the tail cannot be read, so the texture cannot be shown: {0}")]
     TailFailed(LoadError),
     /// A tile could not be read.
@@ -48,7 +48,7 @@ pub enum Error {
         /// What the decoder said.
         error: DecodeError,
     },
-    /// The coarsest levels of a texture are not at hand without waiting, in a browser;
+    /// The coarsest levels of a texture cannot be read without waiting, in a browser;
     /// [`Textures::preparer`](crate::Textures::preparer) reads them.
     #[error("the tail is not at hand; read it with `Textures::preparer`, then add it")]
     TailPending,
@@ -91,8 +91,8 @@ pub enum Error {
     /// There is no such view.
     #[error("there is no view {}; it was removed, or is one of other textures", .0.number())]
     NoView(ViewId),
-    /// The feedback pass that was begun before was not ended. What it has drawn is given up, so that the next
-    /// may begin.
+    /// The feedback pass that was begun before was not ended. What it has drawn is discarded, so that the
+    /// next may begin.
     #[error(
         "the feedback pass of view {} that was begun in frame {frame} was not ended; call `ViewMut::end_feedback` behind each pass that \
          `ViewMut::begin_feedback` was called for",
@@ -143,9 +143,9 @@ pub enum Error {
     Voxels {
         /// Levels of the volume.
         levels: usize,
-        /// Levels of which it was said where voxels lie.
+        /// Levels for which the places of voxels are given.
         voxels: usize,
-        /// So many levels at most, where voxels lie in bricks in another way than texels.
+        /// The most levels that a volume may have whose voxels do not lie as its texels do.
         most: usize,
     },
     /// The textures cannot be a group.

@@ -6,8 +6,8 @@
 
 use vastex_core::{GroupNumber, TextureNumber};
 
-/// A texture of a [`Textures`](crate::Textures). It names this one for ever: after the texture is removed it
-/// names none, whatever comes later.
+/// The id of a texture of a [`Textures`](crate::Textures). It names this one texture for ever: after the
+/// texture is removed it names none, whatever is added later.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TextureId {
     number: TextureNumber,
@@ -19,9 +19,9 @@ impl TextureId {
         TextureId { number, generation }
     }
 
-    /// The number by which pages, events, statistics and traces name the texture while it is there. A texture
-    /// that is added after it is gone may get the same; [`Inspect::id_of`](crate::Inspect::id_of) tells who
-    /// has it.
+    /// The number by which pages, events, statistics and traces name the texture while it exists. A texture
+    /// added later may get the same number; [`Inspect::id_of`](crate::Inspect::id_of) gives the id that has
+    /// it now.
     pub const fn number(self) -> TextureNumber {
         self.number
     }
@@ -31,8 +31,8 @@ impl TextureId {
     }
 }
 
-/// A group of a [`Textures`](crate::Textures). It names this one for ever: after the group, or a texture in
-/// it, is removed it names none.
+/// The id of a group of a [`Textures`](crate::Textures). It names this one group for ever: after the group,
+/// or a texture in it, is removed it names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct GroupId {
     number: GroupNumber,
@@ -99,14 +99,14 @@ pub struct Member {
 }
 
 impl Member {
-    /// A layer that is sampled at the coordinates at which the others are. Pairs of a name and a layer are
-    /// that, too.
+    /// A layer that is sampled at the same coordinates as the others. A pair of a name and a layer is such a
+    /// member, too.
     pub fn new(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
         Member { name: name.into(), layer: layer.into(), is_apart: false }
     }
 
-    /// A layer that is sampled at coordinates of its own, such as a detail that repeats: `vastex_feedback`
-    /// does not answer for it, `vastex_feedback_NAME` does.
+    /// A layer that is sampled at coordinates of its own, such as a repeating detail: `vastex_feedback` does
+    /// not ask for its pages, `vastex_feedback_NAME` does.
     pub fn apart(name: impl Into<String>, layer: impl Into<LayerId>) -> Member {
         Member { is_apart: true, ..Member::new(name, layer) }
     }

@@ -81,8 +81,8 @@ impl CpuTexture {
         self
     }
 
-    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails where a
-    /// tile cannot be had.
+    /// The colour at `uv`, from gradients of uv along one pixel; linear, 0 to 1 but for floats. Fails if a
+    /// tile cannot be read.
     pub fn sample_grad(&self, uv: [f32; 2], ddx: [f32; 2], ddy: [f32; 2]) -> Result<[f32; 4], Error> {
         let description = self.source.description();
         let number = NUMBER.ok_or(Error::TailPending)?;

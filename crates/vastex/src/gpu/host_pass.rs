@@ -8,11 +8,11 @@ use super::feedback_path::Target;
 use super::views::ViewState;
 use crate::error::Error;
 
-/// What a feedback pass is begun with: from [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback), for
-/// one pass of one frame.
+/// Attachments and scissor with which an application begins a feedback pass, for one pass of one frame;
+/// [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback) returns it.
 ///
-/// The pass has one colour attachment and one of depth, one sample each, and no other size than
-/// [`FeedbackPass::size`]. Its viewport is the whole of it, its scissor rectangle [`FeedbackPass::scissor`].
+/// The pass has one colour and one depth attachment, of one sample each, both of [`FeedbackPass::size`]. Its
+/// viewport is the whole target, its scissor rectangle [`FeedbackPass::scissor`].
 #[derive(Clone, Debug)]
 pub struct FeedbackPass {
     color: wgpu::TextureView,
@@ -24,7 +24,7 @@ pub struct FeedbackPass {
 }
 
 impl FeedbackPass {
-    /// What is drawn into, of [`Textures::FEEDBACK_FORMAT`](crate::Textures::FEEDBACK_FORMAT); to be cleared
+    /// The colour target, of [`Textures::FEEDBACK_FORMAT`](crate::Textures::FEEDBACK_FORMAT); to be cleared
     /// to zeros and stored.
     pub fn color(&self) -> &wgpu::TextureView {
         &self.color
@@ -59,7 +59,7 @@ impl FeedbackPass {
         self.view_number
     }
 
-    /// The colour attachment, cleared and stored as it has to be.
+    /// The colour attachment, cleared to zeros and stored.
     pub fn color_attachment(&self) -> wgpu::RenderPassColorAttachment<'_> {
         wgpu::RenderPassColorAttachment {
             view: &self.color,
@@ -72,7 +72,7 @@ impl FeedbackPass {
         }
     }
 
-    /// The depth attachment, cleared and given up as it may be.
+    /// The depth attachment, cleared to the farthest depth and discarded.
     pub fn depth_attachment(&self) -> wgpu::RenderPassDepthStencilAttachment<'_> {
         wgpu::RenderPassDepthStencilAttachment {
             view: &self.depth,

@@ -7,12 +7,12 @@ use std::task::{Context, Poll, Waker};
 
 use vastex_core::ViewId;
 
-/// Waits until a view has converged: all that it wanted in a whole jitter cycle is in the pools. Awaited, it
-/// says true then, and false where the view or the [`Textures`](crate::Textures) are gone.
+/// Waits until a view has converged: all pages that it wanted in a whole jitter cycle are in the pools.
+/// Awaited, it gives true then, and false if the view or the [`Textures`](crate::Textures) are gone.
 ///
-/// It moves on in [`Textures::update`](crate::Textures::update) alone, while the view is drawn, so whoever
-/// waits must not be who draws: let another thread or task wait, or look at [`Convergence::has_ended`] in
-/// each frame. Once it has ended it stays so, whatever the view wants then.
+/// Only [`Textures::update`](crate::Textures::update) drives it, while the view is drawn, so the thread that
+/// draws must not block on it: let another thread or task wait, or look at [`Convergence::has_ended`] in each
+/// frame. Once it has ended it stays so, whatever the view wants later.
 #[derive(Clone, Debug)]
 pub struct Convergence {
     shared: Arc<Shared>,

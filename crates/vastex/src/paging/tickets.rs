@@ -12,15 +12,15 @@ use vastex_core::{AskError, Feedback, Progress, Region, TextureNumber, TicketSta
 
 use super::Paging;
 
-/// What was asked for explicitly. Awaited, it says how it ended: for a pin, when all its pages were here for
-/// the first time.
+/// An explicit request: a prefetch or a pin. Awaited, it gives how it ended: for a pin, when all its pages
+/// were here for the first time.
 ///
-/// To be awaited by any executor, or by none: [`Ticket::progress`] looks. It moves on in
-/// [`Textures::update`](crate::Textures::update) alone, so whoever waits must not be who calls that:
-/// `block_on` on the thread that draws would never return. Let another thread wait while frames go on, look
-/// at [`Ticket::progress`] in each frame, or call [`Textures::finish`](crate::Textures::finish), which runs
-/// the update itself. Dropping a ticket changes nothing; [`Ahead::release`](crate::Ahead::release) lets go of
-/// what it stands for. Where the [`Textures`](crate::Textures) are dropped it ends as released.
+/// To be awaited by any executor, or polled by [`Ticket::progress`] without one. Only
+/// [`Textures::update`](crate::Textures::update) drives it, so the thread that calls that must not block on
+/// it: `block_on` on the thread that draws would never return. Let another thread wait while frames go on,
+/// look at [`Ticket::progress`] in each frame, or call [`Textures::finish`](crate::Textures::finish), which
+/// runs the update itself. Dropping a ticket changes nothing; [`Ahead::release`](crate::Ahead::release) ends
+/// its request. If the [`Textures`](crate::Textures) are dropped it ends as released.
 #[derive(Clone, Debug)]
 #[must_use = "a pin lasts until its ticket is released"]
 pub struct Ticket {

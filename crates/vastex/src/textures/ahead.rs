@@ -14,14 +14,14 @@ use crate::paging::Ticket;
 /// Frames that a tile is thought to take before any has come.
 const FIRST_GUESS: u64 = 4;
 
-/// What is asked for before a view wants it; [`Textures::ahead`] gives it.
+/// Requests ahead of what views want; returned by [`Textures::ahead`].
 pub struct Ahead<'a> {
     pub(super) textures: &'a mut Textures,
 }
 
 impl Textures {
-    /// What is asked for before a view wants it: prefetches and pins, what a moving camera is expected to
-    /// see, and the traces that prefetch sets are learnt from.
+    /// Requests ahead of what views want: prefetches and pins, what a moving camera is expected to see, and
+    /// the traces that prefetch sets are learnt from.
     pub fn ahead(&mut self) -> Ahead<'_> {
         Ahead { textures: self }
     }
@@ -32,15 +32,15 @@ impl Ahead<'_> {
         self.textures.number(texture).ok_or(AskError::NoTexture(texture.number().number()))
     }
 
-    /// Loads a region of a texture after everything in view, and keeps it until all of it is here or, where
-    /// there is one, until its deadline, as long as what is in view leaves slots. A deadline is the number of
-    /// a frame, as [`Inspect::frame`](crate::Inspect::frame) counts them. Levels are chosen by the region
-    /// ([`Region::on_levels`]); their ancestors come with them. What a camera will see is asked for more
-    /// easily with [`Ahead::prefetch_view`].
+    /// Loads a region of a texture after everything in view, and keeps it until all of it is loaded or, if
+    /// there is one, until its deadline, as long as pages in view leave slots. A deadline is the number of a
+    /// frame, as [`Inspect::frame`](crate::Inspect::frame) counts them. The region chooses the levels
+    /// ([`Region::on_levels`]); their ancestors come with them. For what a camera will see,
+    /// [`Ahead::prefetch_view`] is easier.
     ///
-    /// Fails where there is no such texture, and where the region with its ancestors has more pages than the
-    /// texture's pool has slots beside tails ([`AskError::TooManyPages`] says how many of each): nothing is
-    /// asked for then.
+    /// Fails, and requests nothing, if there is no such texture, or if the region with its ancestors has more
+    /// pages than the texture's pool has slots beside tails ([`AskError::TooManyPages`] says how many of
+    /// each).
     ///
     /// ```no_run
     /// # use vastex::{Region, Urgency};
@@ -64,13 +64,13 @@ impl Ahead<'_> {
     }
 
     /// Loads what a view will want, before it is drawn: what a [`survey::Survey`](crate::survey::Survey) or a
-    /// [`CpuFeedback`](crate::CpuFeedback) has found of a camera that is yet to cut there. Of every texture,
-    /// after everything in view, coarsest first, at the mip bias in force, and kept as [`Ahead::prefetch`]
-    /// keeps a region. When the ticket is done, a cut to that view is sharp at once.
+    /// [`CpuFeedback`](crate::CpuFeedback) has found for a camera before it cuts there. The pages of every
+    /// texture are loaded after everything in view, coarsest first, at the mip bias in force, and kept as
+    /// [`Ahead::prefetch`] keeps a region. Once the ticket is done, a cut to that view is sharp at once.
     ///
-    /// Fails where the pages and their ancestors of one pool are more than the pool has slots beside tails
-    /// ([`AskError::TooManyPages`]), and then asks for nothing. Textures that there are not are left out.
-    /// Costs a visit of each page now and in each frame while the ticket is open.
+    /// Fails, and requests nothing, if the pages and their ancestors in one pool are more than the pool has
+    /// slots beside tails ([`AskError::TooManyPages`]). Textures that do not exist are left out. Costs a
+    /// visit of each page now and in each frame while the ticket is open.
     ///
     /// ```no_run
     /// # use vastex::{TicketState, Urgency};
@@ -102,38 +102,40 @@ impl Ahead<'_> {
         self.textures.paging.pin(number, region)
     }
 
-    /// Cancels a prefetch, or unpins. Returns true if there was anything to let go of: nothing of a ticket of
-    /// other textures. What has been loaded stays until its slot is needed.
+    /// Cancels a prefetch, or unpins. Returns true if there was anything to release, false for a ticket of
+    /// other textures. Pages that were loaded stay until their slots are needed.
     pub fn release(&mut self, ticket: &Ticket) -> bool {
         self.textures.paging.release(ticket)
     }
 
-    /// Says what the view is expected to want when tiles that are asked for now will be here: the feedback of
-    /// a camera that goes on as it does, for as many frames ahead as a tile takes. To be called once per
-    /// frame, before [`Textures::update`]; [`CpuFeedback`](crate::CpuFeedback) makes such a feedback without
-    /// drawing anything. What is in view comes first, so a prediction costs nothing where bandwidth is short.
+    /// Says what the view is expected to want by the time that tiles requested now have arrived: the feedback
+    /// of a camera that goes on moving as it does, for as many frames ahead as a tile takes. To be called
+    /// once per frame, before [`Textures::update`]; [`CpuFeedback`](crate::CpuFeedback) makes such a feedback
+    /// without drawing anything. Pages in view come first, so a prediction costs nothing when bandwidth is
+    /// short.
     pub fn expect(&mut self, feedback: &Feedback) {
         self.textures.paging.expect(feedback);
     }
 
-    /// How many frames ahead a camera should be expected: 2 that feedback takes, and the frames within which
-    /// 95 % of the last tiles have come after their request (4 before any has). Where a camera will be then,
-    /// [`prefetch::Motion`](crate::prefetch::Motion) works out.
+    /// How many frames ahead a camera should be predicted: 2 that feedback takes, and the frames within which
+    /// 95 % of the last tiles have come after their request (4 before any has).
+    /// [`prefetch::Motion`](crate::prefetch::Motion) computes where a camera will be then.
     pub fn frames(&self) -> u64 {
         FEEDBACK_FRAMES + self.textures.paging.pager().arrival_frames().map_or(FIRST_GUESS, u64::from)
     }
 
-    /// Returns true if [`Ahead::feedback`] would draw: not while pages in view wait for the in-flight budget.
+    /// Returns true if [`Ahead::feedback`] would draw: it does not while pages in view wait for the in-flight
+    /// budget.
     pub fn can_look_ahead(&self) -> bool {
         !self.textures.paging.pager().is_short_of_bandwidth()
     }
 
-    /// Draws what is expected to be seen in [`Ahead::frames`] frames, as [`Textures::feedback`] does what is
-    /// seen, but at a quarter of the cost; its pages are loaded after everything in view. At most once per
-    /// frame, with the bind groups that `draw` is given. Where bandwidth is short for the view itself it
-    /// draws nothing, and costs nothing; says whether it has drawn. Not inside a pass of the main view that
-    /// was begun and not ended, which shaders know by the same number ([`Error::FeedbackNotEnded`]; that pass
-    /// is then given up).
+    /// Draws the view expected in [`Ahead::frames`] frames as [`Textures::feedback`] draws the present one,
+    /// but at a quarter of the cost; its pages are loaded after everything in view. At most once per frame,
+    /// with the bind groups that `draw` is given. If bandwidth is short for the view itself, it draws
+    /// nothing, and costs nothing; returns true if it has drawn. Not inside a pass of the main view that was
+    /// begun and not ended, since shaders know both by the same number ([`Error::FeedbackNotEnded`]; that
+    /// pass is then discarded).
     ///
     /// ```no_run
     /// # fn draw(_: &mut wgpu::RenderPass<'_>, _: Option<&wgpu::BindGroup>, _camera: [f64; 3]) {}
@@ -159,10 +161,10 @@ impl Ahead<'_> {
         Ok(can)
     }
 
-    /// Draws the level that the view needs of each part of a texture, in texture space, and says what the
-    /// view wants by the last of them that have come back, about two frames old: nothing in the first frames.
-    /// Fails where there is no such texture. To be given to [`ViewMut::want`](crate::ViewMut::want), or
-    /// beside feedback to [`Ahead::expect`]; those of several textures together, by [`Feedback::of_pages`].
+    /// Draws the level that the view needs of each part of a texture, in texture space, and returns what the
+    /// view wants by the last such drawing that was read back, about two frames old: nothing in the first
+    /// frames. Fails if there is no such texture. Give the result to [`ViewMut::want`](crate::ViewMut::want),
+    /// or beside feedback to [`Ahead::expect`]; join those of several textures by [`Feedback::of_pages`].
     ///
     /// `draw` draws every surface that shows the texture, with a pipeline whose vertex shader gives
     /// `vastex_texture_space_clip(uv)` as the position and the picture's clip position to its fragment

@@ -4,7 +4,7 @@ use super::Textures;
 use crate::cpu::{CpuSample, CpuSampler, CpuStats};
 use crate::ids::LayerId;
 
-/// Samples on the CPU; [`Textures::cpu`] gives it.
+/// Samples on the CPU; returned by [`Textures::cpu`].
 #[derive(Clone, Copy)]
 pub struct Cpu<'a> {
     textures: &'a Textures,
@@ -18,21 +18,21 @@ impl Textures {
 }
 
 impl<'a> Cpu<'a> {
-    /// What a layer says at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv,
-    /// level)` does on the GPU, with the same filter and address modes, and across pages. The level is taken
-    /// as it is: neither the texture's bias nor its pool's is added
-    /// (add [`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths), in eighths of a level, to match what
+    /// The value of a layer at `uv`, `level` levels coarser than level 0, as `vastex_sample_level(id, uv,
+    /// level)` gives it on the GPU, with the same filter and address modes, and across pages. `level` is used
+    /// as it is: neither the texture's bias nor its pool's is added (add
+    /// [`TextureRef::bias_eighths`](crate::TextureRef::bias_eighths), in eighths of a level, to match what
     /// the GPU shows).
     ///
-    /// It never reads nor waits: the answer comes from the tiles of
+    /// Never reads and never waits: the answer comes from the tiles of
     /// [`TextureMut::keep_for_cpu`](crate::TextureMut::keep_for_cpu), from the RAM cache
     /// ([`Settings::ram_cache_bytes`](crate::Settings::ram_cache_bytes)) or from the tail, whichever is
-    /// finest, and [`CpuSample::level`] says how fine that is. A tile in the pool answers if it is kept, or
-    /// has not left the RAM cache; one that was seen before answers as long as the RAM cache has it. `None`
-    /// if the texture was removed or has no such layer.
+    /// finest, and [`CpuSample::level`] says how fine that is. A tile in the pool answers only if it is kept
+    /// or still in the RAM cache; a tile seen before answers as long as the RAM cache has it. `None` if the
+    /// texture was removed or has no such layer.
     ///
-    /// Costs about a microsecond where decoded tiles are at hand; a tile that has to be decoded, once, as
-    /// much as the loader takes for it. Decoded tiles are held within
+    /// Costs about a microsecond if decoded tiles are in memory; a tile that has to be decoded, once, costs
+    /// as much as in the loader. Decoded tiles are held within
     /// [`Settings::cpu_cache_bytes`](crate::Settings::cpu_cache_bytes). For many points see [`Cpu::sampler`].
     ///
     /// ```no_run
@@ -47,7 +47,7 @@ impl<'a> Cpu<'a> {
         Some(self.sampler(layer)?.sample(uv, level))
     }
 
-    /// For many points at once: what is found for one is at hand for the next.
+    /// A sampler for many points at once: tiles found for one point are reused for the next.
     pub fn sampler(&self, layer: impl Into<LayerId>) -> Option<CpuSampler<'a>> {
         let layer = layer.into();
         let sampling = self.textures.gpu.sampling_of(layer)?;

@@ -15,14 +15,15 @@ impl Textures {
     /// fragment shader returns `vastex_feedback(id, view, uv)`, into [`Textures::FEEDBACK_FORMAT`] and
     /// [`Textures::FEEDBACK_DEPTH_FORMAT`] (cleared to 1, or where depth is reversed to 0).
     ///
-    /// To be called before [`Textures::update`], once per frame; a frame without it keeps what was wanted.
-    /// With [`FeedbackMode::Inline`] it is left out, and [`Textures::main_pass`] does the same.
+    /// To be called before [`Textures::update`], once per frame; in a frame without it, the pages of the last
+    /// frames stay wanted. With [`FeedbackMode::Inline`] this call draws nothing, and [`Textures::main_pass`]
+    /// does its work.
     ///
-    /// Fails where the picture has no pixels or more than a target can have, where the view's feedback of
-    /// this frame is recorded already ([`Error::FeedbackTwice`]), and where a pass of
+    /// Fails if the picture has no pixels or more than a target can have, if the view's feedback of this
+    /// frame is recorded already ([`Error::FeedbackTwice`]), and if a pass of
     /// [`ViewMut::begin_feedback`](crate::ViewMut::begin_feedback) was not ended
-    /// ([`Error::FeedbackNotEnded`], once). Costs a target and its way back where the picture has another
-    /// size than before.
+    /// ([`Error::FeedbackNotEnded`], once). A picture of another size than before costs a new target and new
+    /// read-back buffers.
     pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -48,10 +49,10 @@ impl Textures {
     }
 
     /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws
-    /// it with. Where the mode is [`FeedbackMode::Inline`], the picture says by itself what it wants: its
-    /// fragment shaders call `vastex_report(view, position, wanted)`, and it begins at the first pixel of its
-    /// target. Otherwise nothing but `draw` happens, so that an application that calls both this and
-    /// [`Textures::feedback`] serves every mode.
+    /// it with. In [`FeedbackMode::Inline`] the picture itself says what it wants: its fragment shaders call
+    /// `vastex_report(view, position, wanted)`, and it begins at the first pixel of its target. In other
+    /// modes only `draw` is called, so that an application that calls both this and [`Textures::feedback`]
+    /// serves every mode.
     ///
     /// To be called after [`Textures::update`], once per frame. Fails as [`Textures::feedback`] does, where
     /// the mode is [`FeedbackMode::Inline`]; `draw` is not called then.

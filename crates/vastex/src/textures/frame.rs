@@ -19,24 +19,22 @@ use crate::error::Error;
 use crate::paging::Ticket;
 
 impl Textures {
-    /// Takes in what has arrived, asks for what is missing, uploads, and changes the page tables. Never
-    /// waits, unless the pace is lock-step.
+    /// Takes in feedback and tiles that have arrived, requests missing pages, uploads tiles, and changes the
+    /// page tables. Never waits, unless the pace is lock-step.
     ///
-    /// To be called once per frame. What it changes it submits by itself, so that everything that is
-    /// submitted after it shows the new state, whenever it was recorded, and no command buffer of the
-    /// application's has to be submitted for it: any may be dropped. [Bind groups](Textures::bind_group) may
-    /// be others afterwards.
+    /// To be called once per frame. It submits its own commands: everything submitted afterwards shows the
+    /// new state, whenever it was recorded, and the application's command buffers may be dropped. [Bind
+    /// groups](Textures::bind_group) may have been replaced afterwards.
     ///
-    /// Commands may be recorded ahead, by two frames: what was recorded after one update and is submitted
-    /// after one or two more, but before the third, shows what is there then, and right. That holds where
-    /// page tables have grown meanwhile or pools were resized, too. In the place of a texture that was
-    /// removed such commands show [`Settings::unknown_color`](crate::Settings::unknown_color); all that they
-    /// show beside it is right.
+    /// Commands may be recorded two frames ahead: commands that were recorded after one update and are
+    /// submitted after one or two more, but before the third, show what is resident then, correctly even if
+    /// page tables have grown or pools were resized meanwhile. For a texture that was removed they show
+    /// [`Settings::unknown_color`](crate::Settings::unknown_color), and everything else correctly.
     ///
-    /// It fails where the device is lost ([`GpuError::DeviceLost`](crate::GpuError::DeviceLost)) or has no
-    /// memory for a page table that grows; then pictures are as they were, and the next call, in the next
-    /// frame or at once, does what this one could not. What was recorded before a call that failed is to be
-    /// submitted before the next, or drawn anew.
+    /// Fails if the device is lost ([`GpuError::DeviceLost`](crate::GpuError::DeviceLost)) or has no memory
+    /// for a growing page table; then pictures stay as they were, and the next call, in the next frame or at
+    /// once, does what this one could not. Commands recorded before a failed call must be submitted before
+    /// the next call, or recorded anew.
     pub fn update(&mut self) -> Result<(), Error> {
         self.paging.begin_frame();
         let played = self.play();
@@ -131,16 +129,16 @@ impl Textures {
 
     /// Says how much time passes from one frame to the next, for tiles that fade in
     /// ([`Settings::fade`](crate::Settings::fade)): the application's delta time. It holds from the next
-    /// [`Textures::update`] on until something else is said; 1/60 of a second where nothing is. Time does not
-    /// pass otherwise, so that the same frames give the same pictures.
+    /// [`Textures::update`] on until it is set again, and is 1/60 of a second at first. No clock is read, so
+    /// that the same frames give the same pictures.
     pub fn set_frame_time(&mut self, time: Duration) {
         self.gpu.set_frame_time(time);
     }
 
-    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and says how
-    /// far it is then. For loading screens and tools. Nothing is drawn meanwhile, what views want stays as it
-    /// was, and frames are counted ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the ticket
-    /// may pass. Events are there to be polled afterwards. Not in a browser, where nothing may be waited for.
+    /// Waits for a ticket: calls [`Textures::update`] until it ends or so much time has passed, and returns
+    /// how far it is then. For loading screens and tools. Nothing is drawn meanwhile, so views go on wanting
+    /// the same pages; frames are counted ([`Inspect::frame`](crate::Inspect::frame)), so a deadline of the
+    /// ticket may pass. Events can be polled afterwards. Not in a browser, where nothing may be waited for.
     ///
     /// Fails as an update does; the ticket is still open then.
     #[cfg(not(target_family = "wasm"))]

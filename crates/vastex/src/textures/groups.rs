@@ -9,18 +9,18 @@ use crate::error::Error;
 use crate::ids::{GroupId, LayerId, Member};
 
 impl Textures {
-    /// Makes a group of textures that there are, or of layers of them: of any sizes, formats and pools, for a
-    /// shader that samples all of them through one bind group.
+    /// Makes a group of textures, or of layers of them, of any sizes, formats and pools, for a shader that
+    /// samples all of them through one bind group.
     ///
-    /// Members that are sampled at the same coordinates are served by one feedback entry,
-    /// `vastex_feedback(ids.all, view, uv)`: it is written for the largest of them, and of the others the
-    /// pages are loaded that lie beneath, at the level that each one's size, clamp and bias imply. Members
+    /// One feedback entry, `vastex_feedback(ids.all, view, uv)`, serves all members that are sampled at the
+    /// same coordinates: it names pages of the largest member, and of each other member the pages beneath
+    /// them are loaded, at the level that its size, clamp and bias imply. Members
     /// [apart](crate::Member::apart) have entries of their own; since a feedback pixel gives one answer,
-    /// those of several take turns with `vastex_turn`, and what is seen counts, and convergence waits, for as
-    /// many jitter cycles. What one entry asks for is what the filter needs that needs the finest: beside an
-    /// anisotropic member one that is sampled nearest has pages up to three levels finer than it shows, where
-    /// the view is at a slant; if it is of another texture, and that is too much, it is to be a member apart.
-    /// Which functions a shader calls is told at [`wgsl()`](crate::wgsl()).
+    /// several of them take turns with `vastex_turn`, and wants last, and convergence waits, for as many
+    /// jitter cycles. An entry asks for the level of the member whose filter needs the finest: beside an
+    /// anisotropic member, one that is sampled nearest gets pages up to three levels finer than it shows,
+    /// where the view is at a slant; if it is of another texture, and that is too much, make it a member
+    /// apart. [`wgsl()`](crate::wgsl()) lists the functions that a shader calls.
     ///
     /// ```no_run
     /// # const MY_SHADER: &str = "";

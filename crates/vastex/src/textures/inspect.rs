@@ -16,14 +16,14 @@ use crate::ids::TextureId;
 use crate::settings::Settings;
 use crate::watch::{PoolDump, PoolRecord};
 
-/// How all of it stands; [`Textures::inspect`] gives it.
+/// The state of textures, pages and pools, for people and tools; returned by [`Textures::inspect`].
 #[derive(Clone, Copy)]
 pub struct Inspect<'a> {
     textures: &'a Textures,
 }
 
 impl Textures {
-    /// How all of it stands: textures, pages, pools, for people and tools.
+    /// The state of textures, pages and pools, for people and tools.
     pub fn inspect(&self) -> Inspect<'_> {
         Inspect { textures: self }
     }
@@ -50,7 +50,7 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().is_converged() && self.textures.is_seen_whole()
     }
 
-    /// The textures that there are, in the order of their numbers.
+    /// All textures, in the order of their numbers.
     pub fn textures(&self) -> impl Iterator<Item = TextureId> + use<'a> {
         let textures = self.textures;
         textures.paging.textures().filter_map(|(number, _)| textures.texture_of(number))
@@ -66,13 +66,12 @@ impl<'a> Inspect<'a> {
         self.textures.paging.pager().state(page)
     }
 
-    /// Why a place of a texture shows what it shows where this page is wanted, at mip bias 0; `None` if there
-    /// is no such page.
+    /// Why a place that wants this page at mip bias 0 shows what it shows; `None` if there is no such page.
     pub fn explain(&self, page: PageId) -> Option<Explanation> {
         self.textures.paging.pager().explain(WantedPage { page, pixels: 1, eighth: 0 })
     }
 
-    /// The pages in view that could not be had so far.
+    /// The pages in view that could not be read so far.
     pub fn failed_pages(&self) -> Vec<PageId> {
         self.textures.paging.pager().failed_pages().collect()
     }

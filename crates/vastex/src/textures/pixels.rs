@@ -8,13 +8,13 @@ use crate::error::Error;
 use crate::gpu::BindGroups;
 use crate::watch::ExplainedPixel;
 
-/// Questions about pixels of the main view; [`Textures::pixels`] gives it.
+/// Questions about pixels of the main view; returned by [`Textures::pixels`].
 pub struct Pixels<'a> {
     textures: &'a mut Textures,
 }
 
 impl Textures {
-    /// Questions about pixels of the main view: why they show what they show, and what they want.
+    /// Questions about pixels of the main view: why they show what they show, and which pages they want.
     pub fn pixels(&mut self) -> Pixels<'_> {
         Pixels { textures: self }
     }

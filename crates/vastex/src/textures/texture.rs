@@ -11,7 +11,7 @@ use crate::ids::{LayerId, TextureId};
 use crate::paging::PagedTexture;
 use crate::settings::Filter;
 
-/// A texture that there is; [`Textures::texture`] gives it.
+/// A texture, to be asked about itself; returned by [`Textures::texture`].
 #[derive(Clone, Copy)]
 pub struct TextureRef<'a> {
     textures: &'a Textures,
@@ -19,20 +19,20 @@ pub struct TextureRef<'a> {
     id: TextureId,
 }
 
-/// A texture that there is, to be changed; [`Textures::texture_mut`] gives it.
+/// A texture, to be changed; returned by [`Textures::texture_mut`].
 pub struct TextureMut<'a> {
     textures: &'a mut Textures,
     id: TextureId,
 }
 
 impl Textures {
-    /// A texture, to be asked about itself. Fails where it was removed.
+    /// A texture, to be asked about itself. Fails if it was removed.
     pub fn texture(&self, texture: TextureId) -> Result<TextureRef<'_>, Error> {
         let state = self.paging.texture(texture.number()).filter(|_| self.gpu.has(texture));
         Ok(TextureRef { textures: self, state: state.ok_or(Error::NoTexture(texture))?, id: texture })
     }
 
-    /// A texture, to be changed. Fails where it was removed.
+    /// A texture, to be changed. Fails if it was removed.
     pub fn texture_mut(&mut self, texture: TextureId) -> Result<TextureMut<'_>, Error> {
         self.number(texture).ok_or(Error::NoTexture(texture))?;
         Ok(TextureMut { textures: self, id: texture })
@@ -88,12 +88,13 @@ impl<'a> TextureRef<'a> {
         self.textures.paging.pager().levels(self.id.number()).unwrap_or_default()
     }
 
-    /// The pool that its tiles are in, as events and statistics name it. Every texture that there is has one.
+    /// The pool that the texture's tiles are in, as events and statistics name it. Every existing texture has
+    /// one.
     pub fn pool(&self) -> Option<PoolId> {
         self.textures.pool_of(self.id.number())
     }
 
-    /// The mip bias in force for it, that of its pool, in eighths of a level.
+    /// The mip bias in force for the texture, that of its pool, in eighths of a level.
     pub fn bias_eighths(&self) -> u16 {
         self.pool().map_or(0, |pool| self.textures.paging.pager().pool(pool).bias_eighths())
     }
@@ -103,8 +104,8 @@ impl<'a> TextureRef<'a> {
         self.textures.watch.name(self.id.number())
     }
 
-    /// What a [`survey::Survey`](crate::survey::Survey) needs of it, with the rule by which its levels are
-    /// chosen.
+    /// What a [`survey::Survey`](crate::survey::Survey) needs to know of the texture, with the rule by which
+    /// its levels are chosen.
     pub fn surveyed(&self) -> SurveyedTexture<'a> {
         let geometry = &self.state.description.geometry;
         let rule = self.textures.gpu.rule(self.id.number()).unwrap_or_default();
@@ -113,9 +114,9 @@ impl<'a> TextureRef<'a> {
 }
 
 impl TextureMut<'_> {
-    /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a clamp of
-    /// levels and a bias of its own, before the mip bias of its pool. The levels that there are and the bias
-    /// that can be are the limits.
+    /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a range of
+    /// levels and a bias of its own, before the mip bias of its pool. Both are clamped to the levels that the
+    /// texture has and the biases that are allowed.
     pub fn set_levels(&mut self, rule: LevelRule) {
         let number = self.id.number();
         self.textures.gpu.set_levels(number, rule);
@@ -127,9 +128,9 @@ impl TextureMut<'_> {
         self.textures.watch.set_name(self.id.number(), name.into());
     }
 
-    /// Keeps the texels of a layer, named by its index in [`Description::layers`], of every tile in the pool
-    /// in main memory too, decoded, so that what can be seen can be asked for, whatever the RAM cache still
-    /// has; or no longer. Counts for tiles that come from now on, so it is best said when the texture is
+    /// Keeps, or no longer keeps, the texels of a layer (by its index in [`Description::layers`]) of every
+    /// tile in the pool in main memory too, decoded, so that the CPU can sample all that is on screen,
+    /// whatever the RAM cache has. Applies to tiles that come from now on, so call it when the texture is
     /// added. Costs at most the layer's part of the pool once more, and a copy of each tile that is uploaded.
     /// Returns true if there is such a layer.
     pub fn keep_for_cpu(&mut self, layer: usize, keep: bool) -> bool {
@@ -141,9 +142,9 @@ impl TextureMut<'_> {
         exists
     }
 
-    /// The content of a region has changed where it comes from: its resident tiles are read again and
-    /// replaced where they are, the old ones staying on screen until then. What caches keep of it is dropped;
-    /// see [`TileSource::changed`](crate::TileSource::changed). Says how many pages the pager knew of.
+    /// Says that the content of a region has changed in its source: its resident tiles are read again and
+    /// replaced in place, the old ones staying on screen until then. Caches drop the region; see
+    /// [`TileSource::changed`](crate::TileSource::changed). Returns how many pages of it the pager knew.
     pub fn invalidate(&mut self, region: &Region) -> u32 {
         let number = self.id.number();
         let known = self.textures.paging.invalidate(number, region);

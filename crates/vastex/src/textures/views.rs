@@ -14,11 +14,12 @@ use crate::paging::Convergence;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct ViewSettings {
-    /// How much a pixel of the view counts, beside 1 for one of the main view, when it is decided what is
-    /// loaded first: 1/256 to 256, and 1 by default. What a view wants comes however little it counts.
+    /// How much a pixel of the view counts when the order of loading is decided, where one of the main view
+    /// counts 1: 1/256 to 256, and 1 by default. A view with a small weight gets all of its pages, too, only
+    /// later.
     pub weight: f32,
-    /// Bricks that a ray of the view's shaders meets, an upper estimate, where they are rays through volumes,
-    /// each of which asks for several bricks; 0, as by default, where they show surfaces. See
+    /// An upper estimate of the bricks that a ray of the view's shaders meets, if they march rays through
+    /// volumes, each of which asks for several bricks; 0, the default, if they show surfaces. See
     /// [`ViewMut::set_bricks_of_a_ray`].
     pub bricks_of_a_ray: u32,
 }
@@ -41,14 +42,14 @@ impl ViewSettings {
     }
 }
 
-/// A view that there is; [`Textures::view`] gives it.
+/// A view, to be asked about itself; returned by [`Textures::view`].
 #[derive(Clone, Copy)]
 pub struct ViewRef<'a> {
     textures: &'a Textures,
     id: ViewId,
 }
 
-/// A view that there is, to be drawn or changed; [`Textures::view_mut`] gives it.
+/// A view, to be drawn or changed; returned by [`Textures::view_mut`].
 pub struct ViewMut<'a> {
     textures: &'a mut Textures,
     id: ViewId,
@@ -58,7 +59,7 @@ impl Textures {
     /// Adds a view beside the main one: a mirror, a shadow, a second eye, a second window. What any view
     /// wants is loaded.
     ///
-    /// Costs, once it is drawn, a feedback target. Shaders know it by its [number](ViewRef::number).
+    /// Costs a feedback target once it is drawn. Shaders know the view by its [number](ViewRef::number).
     pub fn add_view(&mut self, settings: ViewSettings) -> Result<ViewId, Error> {
         let view = self.paging.add_view(settings.weight)?;
         self.gpu.begin_view(view);
@@ -95,11 +96,11 @@ impl ViewRef<'_> {
         self.textures.gpu.view_number(self.id)
     }
 
-    /// Returns true if the view has been drawn for a whole jitter cycle since it last jumped, one of rays for
-    /// as many as they need ([`ViewMut::set_bricks_of_a_ray`]), and all that it wanted in that is in the
-    /// pools at the bias in force, or could not be had; whatever other views want. A second
-    /// view at the place where the camera will cut to warms the pools for it, and says so here. Costs a visit
-    /// of each page of the working sets.
+    /// Returns true if the view has been drawn for a whole jitter cycle since it last jumped (a view of rays
+    /// for as many as they need, [`ViewMut::set_bricks_of_a_ray`]), and all pages that it wanted in that time
+    /// are in the pools at the bias in force, or could not be read; whatever other views want. A second view
+    /// from where the camera will cut to loads what that cut needs, and this says when. Costs a visit of each
+    /// page of the working sets.
     pub fn is_converged(&self) -> bool {
         let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
         self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
@@ -113,30 +114,31 @@ impl ViewMut<'_> {
         self.textures.paging.set_view_weight(self.id, weight);
     }
 
-    /// Sets how many bricks a ray of the view's shaders meets, an upper estimate, where they are rays through
-    /// volumes: in a frame each asks for up to 8 of them (`vastex_ray_turn`), and as many jitter cycles as it
-    /// takes until each ray has asked for all belong together: so long a brick that was asked for stays
-    /// wanted, and so long the view is looked at before it has converged. They are 15 at most, so that of a
-    /// ray through more than 120 bricks the others may be missing then. 0 where shaders show surfaces.
+    /// Sets an upper estimate of the bricks that a ray of the view's shaders meets, if they march rays
+    /// through volumes; 0 if they show surfaces. In a frame each ray asks for up to 8 bricks
+    /// (`vastex_ray_turn`), so several jitter cycles, at most 15, are needed until each ray has asked for all
+    /// of its bricks: for that long a brick stays wanted, and that long the view must be drawn before it has
+    /// converged. Of a ray through more than 120 bricks some may be missing.
     ///
-    /// Such a view shows no surfaces: those are another view's. While its camera moves, 8 lets it forget as
-    /// soon as a view of surfaces what it saw before; the whole number is for when it rests. Rays say what
-    /// they want in a feedback pass, whatever the mode. Costs a feedback target of up to 8 times as many rows
-    /// as one of surfaces, made in the next feedback pass where that is another number than before.
+    /// A view of rays shows no surfaces: those need a view of their own. While the camera moves, 8 lets the
+    /// view forget bricks as soon as a view of surfaces forgets pages; set the whole number when the camera
+    /// rests. Rays say what they want in a feedback pass, whatever the mode. Costs a feedback target with up
+    /// to 8 times as many rows as for surfaces, made in the next feedback pass when the number has changed.
     pub fn set_bricks_of_a_ray(&mut self, bricks: u32) {
         if self.textures.gpu.set_bricks_of_a_ray(self.id, bricks) {
             self.textures.paging.set_view_turns(self.id, self.textures.gpu.turns_of(self.id));
         }
     }
 
-    /// The view has jumped: what it wanted before says nothing of what it wants from this frame on. What the
-    /// others want stays.
+    /// Says that the view has jumped: what it wanted before is no hint at what it wants from this frame on.
+    /// Other views are not affected.
     pub fn cut(&mut self) {
         self.textures.paging.view_cut(self.id);
         self.textures.gpu.view_cut(self.id);
     }
 
-    /// Removes the view: what only it wanted is out of view. Returns true if it went; the main view stays.
+    /// Removes the view; pages that only it wanted are then out of view. Returns true if it was removed; the
+    /// main view never is.
     pub fn remove(self) -> bool {
         let was_there = self.textures.paging.remove_view(self.id);
         if was_there {
@@ -145,17 +147,17 @@ impl ViewMut<'_> {
         was_there
     }
 
-    /// A future of [`ViewRef::is_converged`]: true when that says so, false where the view is removed first.
-    /// It moves on in [`Textures::update`] alone.
+    /// A future of [`ViewRef::is_converged`]: it gives true when that does, false if the view is removed
+    /// first. Only [`Textures::update`] drives it.
     pub fn converged(&mut self) -> Convergence {
         self.textures.paging.converged_view(self.id)
     }
 
-    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: what a
-    /// [`survey::Survey`](crate::survey::Survey) has found, or anything else that knows. It acts in the next
-    /// [`Textures::update`], without the frames that feedback takes to come back; said again before, the last
-    /// counts. To be said once per frame, since what was not said for a jitter cycle is no longer wanted, and
-    /// only what was said for one can have converged.
+    /// Says what the view wants in this frame, in place of [`ViewMut::feedback`]: the result of a
+    /// [`survey::Survey`](crate::survey::Survey), or of anything else. It acts in the next
+    /// [`Textures::update`], without the frames that feedback takes to be read back; of several calls before
+    /// that the last counts. Call it in every frame: pages that were not named for a jitter cycle are no
+    /// longer wanted, and the view converges only after a cycle of calls.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -175,9 +177,9 @@ impl ViewMut<'_> {
         self.textures.paging.ingest(Feedback { view: self.id, ..feedback });
     }
 
-    /// Draws the feedback pass of the view, else as [`Textures::feedback`] does that of the main one: at most
-    /// once per frame, by shaders that are given [the view's number](ViewRef::number). A view need not be
-    /// drawn in every frame: what it wanted in its last 16 feedbacks stays wanted.
+    /// Draws the feedback pass of the view as [`Textures::feedback`] draws that of the main one: at most once
+    /// per frame, by shaders that are given [the view's number](ViewRef::number). A view need not be drawn in
+    /// every frame: what it wanted in its last 16 feedbacks stays wanted.
     pub fn feedback(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -187,17 +189,17 @@ impl ViewMut<'_> {
         self.textures.draw_feedback(encoder, self.id, picture, draw)
     }
 
-    /// As [`ViewMut::feedback`], for a pass that the application begins itself, as a render graph does:
-    /// points the view's shaders at its feedback target, by a command in `encoder`, and says what the pass is
-    /// begun with. To be recorded in front of the pass, and [`ViewMut::end_feedback`] behind it, in the same
-    /// encoder or in another that is submitted later; both are recorded before [`Textures::update`], and
-    /// submitted whenever. `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). Of
-    /// [`ViewId::EXPECTED`] it is the pass of [`Ahead::feedback`](crate::Ahead::feedback), which is not worth
-    /// drawing where [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead) says so.
+    /// As [`ViewMut::feedback`], for a pass that the application begins itself, as in a render graph: points
+    /// the view's shaders at its feedback target, by a command in `encoder`, and returns what the pass is
+    /// begun with. Record this in front of the pass, and [`ViewMut::end_feedback`] behind it, in the same
+    /// encoder or in another one that is submitted later; record both before [`Textures::update`], and submit
+    /// them whenever you like. `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). For
+    /// [`ViewId::EXPECTED`] it is the pass of [`Ahead::feedback`](crate::Ahead::feedback), which is worth
+    /// drawing only if [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead) is true.
     ///
-    /// Fails where the picture has no pixels or too many, where the view's feedback of this frame is recorded
-    /// already ([`Error::FeedbackTwice`]), and where the view's pass before was not ended: what that pass
-    /// drew is given up, and the next call begins anew.
+    /// Fails if the picture has no pixels or too many, if the view's feedback of this frame is recorded
+    /// already ([`Error::FeedbackTwice`]), and if the view's previous pass was not ended: what that pass drew
+    /// is discarded, and the next call begins anew.
     ///
     /// ```no_run
     /// # use vastex::ViewId;
@@ -229,13 +231,13 @@ impl ViewMut<'_> {
         self.textures.gpu.begin_feedback(encoder, view, picture, self.textures.paging.frame())
     }
 
-    /// Records compaction and the way back of what the pass has drawn that [`ViewMut::begin_feedback`] was
-    /// called for. Fails where there is no such pass.
+    /// Records compaction and read-back of what was drawn in the pass that [`ViewMut::begin_feedback`] was
+    /// called for. Fails if there is no such pass.
     pub fn end_feedback(&mut self, encoder: &mut wgpu::CommandEncoder) -> Result<(), Error> {
         self.textures.gpu.end_feedback(encoder, self.id)
     }
 
-    /// Draws the view's picture, else as [`Textures::main_pass`] does that of the main one: at most once per
+    /// Draws the view's picture as [`Textures::main_pass`] draws that of the main one: at most once per
     /// frame, by shaders that are given [the view's number](ViewRef::number).
     pub fn main_pass(
         &mut self,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use vastex_core::{PoolId, Stats};
 
-/// How a pool stands after a frame.
+/// The state of a pool after a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoolStats {
     /// The pool, as events name it.
@@ -29,32 +29,32 @@ impl PoolStats {
         (u64::from(self.pager.slots) * 9 / 10) as u32
     }
 
-    /// Returns true if all that is wanted now takes no more than 80 % of the slots, so that a mip bias that
-    /// is still in force falls.
+    /// Returns true if all pages wanted now take no more than 80 % of the slots, so that a mip bias still in
+    /// force falls.
     pub fn fits(&self) -> bool {
         u64::from(self.pager.wanted) * 5 <= u64::from(self.pager.slots) * 4
     }
 
-    /// Returns true if the pool is too small for what views want now: it is shown coarser than that, and will
-    /// be.
+    /// Returns true if the pool is too small for what views want now: the picture is coarser than wanted, and
+    /// stays so.
     pub fn is_oversubscribed(&self) -> bool {
         let Stats { wanted, slots, bias_eighths, .. } = self.pager;
         bias_eighths > 0 && !self.fits() || wanted > slots
     }
 
-    /// The size of a pool, in bytes, in which all that is wanted now is shown without a mip bias: that takes
-    /// 80 % of it, in whole MiB.
+    /// The size, in bytes, of a pool that shows all pages wanted now without a mip bias: they take 80 % of
+    /// it; in whole MiB.
     pub fn bytes_wanted(&self) -> u64 {
         (u64::from(self.pager.wanted) * self.tile_bytes() * 5).div_ceil(4).next_multiple_of(1 << 20)
     }
 }
 
-/// How the loop stands after a frame.
+/// The state of the frame loop after a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameStats {
     /// Frames so far.
     pub frame: u64,
-    /// Of all pools together: slots, the working sets, loads and evictions; the largest mip bias of any.
+    /// Sums over all pools: slots, the working sets, loads and evictions; the largest mip bias of any.
     pub pager: Stats,
     /// True if, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
     pub converged: bool,
@@ -62,16 +62,16 @@ pub struct FrameStats {
     pub pool_bytes: u64,
     /// Each pool, in the order of their numbers.
     pub pools: Vec<PoolStats>,
-    /// Bytes of all page tables in GPU memory. Where one grows or lies elsewhere that is twice for a while:
-    /// what is being filled and, for commands that were recorded before, what was there count, too.
+    /// Bytes of all page tables in GPU memory. While a table grows or moves, both count: the one being filled
+    /// and, for commands recorded before, the old one.
     pub table_bytes: u64,
     /// Bytes of page-table changes sent to the GPU so far.
     pub table_bytes_sent: u64,
-    /// Tiles that fade in at the moment: a picture is the last of its view when that has converged and
-    /// nothing fades.
+    /// Tiles that are fading in: the picture of a view is final when the view has converged and nothing
+    /// fades.
     pub fading: usize,
     /// Bytes of feedback brought back so far.
     pub feedback_bytes_read: u64,
-    /// Pixels of the newest feedback, of all views together, whose gradients said nothing.
+    /// Pixels of the newest feedback, of all views together, whose gradients are undefined.
     pub degenerate_pixels: u32,
 }

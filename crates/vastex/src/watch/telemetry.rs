@@ -15,8 +15,8 @@ use vastex_tiles::{Tiers, TileSource};
 pub struct PoolRecord {
     /// Figures of the pool's pager.
     pub pager: PoolFrame,
-    /// The tiers behind its textures: what they did since the record before, and what they hold. A source
-    /// that several textures share counts for each of them.
+    /// What the caches and files behind the pool's textures did since the record before, and what they hold.
+    /// A source that several textures share counts for each of them.
     pub tiers: Tiers,
 }
 
@@ -79,7 +79,7 @@ impl Telemetry {
     }
 }
 
-/// What stands in a column.
+/// A value of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cell {
     /// A whole number.
