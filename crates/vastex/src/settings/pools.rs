@@ -4,19 +4,19 @@ use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
 
 /// The settings of all pools.
 ///
-/// A pool's settings are those of `default_pool`, then those of each rule that suits its textures, in order:
-/// a later rule has the last word on what it names, and leaves the rest as it is.
+/// A pool gets the settings of `default_pool`, then those of each rule that suits its textures, in order: a
+/// later rule overrides the settings that it names, and leaves the rest.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolSettings {
-    /// Of every pool, where no rule says otherwise.
+    /// The settings of every pool, unless a rule overrides them.
     pub default_pool: PoolTuning,
-    /// For some pools.
+    /// Rules for some pools.
     pub rules: Vec<PoolRule>,
     /// What the sizes of pools in a scale group are multiplied by.
     pub scale_groups: ScaleGroups,
 }
 
-/// Settings for the pools of some textures. Empty, it suits all.
+/// Settings for the pools of some textures. A rule without conditions suits all.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolRule {
     /// The formats of the layers, in order, as the file or as the device has them; `None` suits any.
@@ -25,25 +25,25 @@ pub struct PoolRule {
     pub tile_min: Option<u32>,
     /// Texels per side of a tile, border included, at most; of one that is not square, of its longer side.
     pub tile_max: Option<u32>,
-    /// What is set.
+    /// The settings for pools that the rule suits.
     pub tuning: PoolTuning,
 }
 
-/// What can be set of a pool; nothing leaves it as it is.
+/// The settings of a pool; `None` leaves a setting as it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoolTuning {
-    /// GPU memory in bytes, an upper bound. Where nobody sets it, it follows from the picture: see
-    /// [`PoolEstimate`] (which is 1 GiB at most) and [`Settings::picture`](crate::Settings::picture).
+    /// GPU memory in bytes, an upper bound. Unset, it follows from the picture: see [`PoolEstimate`] (which
+    /// is 1 GiB at most) and [`Settings::picture`](crate::Settings::picture).
     pub bytes: Option<u64>,
     /// `Some(true)` multiplies the size by the factor of the pool's scale group; unset, it is not multiplied.
     pub allow_size_scale: Option<bool>,
     /// The scale group, 0 to 2; unset, 0.
     pub scale_group: Option<u8>,
-    /// `Some(false)` keeps the picture from becoming coarser where the pool is too small; unset, it may.
-    /// Where it may not, what came first is shown, and the rest by its ancestors.
+    /// `Some(false)` keeps the picture from becoming coarser if the pool is too small; unset, it may. If it
+    /// may not, the pages that came first are shown, and the others by their ancestors.
     pub residency_mip_bias: Option<bool>,
-    /// How the bias is decided where there may be one; unset, it is solved. All pools whose bias is hunted
-    /// share the largest.
+    /// How the mip bias is decided if there may be one; unset, it is solved. All pools with an integrating
+    /// rule share the largest bias of any of them.
     pub mip_bias_rule: Option<BiasRule>,
     /// The share of the slots that pins may take, tails included, in percent: at most 80; unset, 50.
     pub pin_share: Option<u32>,

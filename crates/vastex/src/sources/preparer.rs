@@ -16,9 +16,9 @@ use crate::settings::{Settings, TextureSettings};
 /// Reads what a texture needs before it can be added, on any thread:
 /// [`Textures::preparer`](crate::Textures::preparer) makes one.
 ///
-/// It knows the formats of the device and the settings, and holds the device, whose filters are tried where a
-/// volume is prepared, but not the textures; of these the main memory that they keep encoded tiles in
-/// ([`Settings::ram_cache_bytes`]). Two are `==` where each may add what the other has prepared.
+/// A preparer knows the settings and the formats of the device, and holds the device, whose filters are tried
+/// when a volume is prepared, but not the textures; with them it shares only the main memory for encoded
+/// tiles ([`Settings::ram_cache_bytes`]). Two are `==` if each may add what the other has prepared.
 #[derive(Clone, Debug)]
 pub struct Preparer {
     device: wgpu::Device,
@@ -34,10 +34,10 @@ pub struct Preparer {
     read_time_out: Duration,
 }
 
-/// A texture that has been read so far that [`Textures::add`](crate::Textures::add) need not wait for
-/// anything.
+/// A texture that has been read as far as [`Textures::add`](crate::Textures::add) needs, so that it need not
+/// wait for anything.
 ///
-/// It takes the main memory of one decoded tile, or of a texture that is kept whole of all its texels.
+/// Takes the main memory of one decoded tile, or of all texels of a texture that is kept whole.
 pub struct Prepared(Box<Inner>);
 
 struct Inner {
@@ -107,13 +107,13 @@ impl Preparer {
     /// levels, one tile; of one that is kept whole ([`Settings::whole_bytes`]) all of its tiles, one after
     /// the other.
     ///
-    /// Nothing happens but where the future is polled: on a thread of the application's (`pollster::block_on`
-    /// does), by its executor, or in a browser by the page's. The source is read and the tile decoded there,
-    /// so a source whose reads block, as those of files do, blocks that thread, and it should not be the one
-    /// that draws. It has no time-out; to give up, drop the future. Nothing else has to be called meanwhile,
-    /// neither [`Textures::update`](crate::Textures::update) nor any other method.
+    /// All work is done where the future is polled: on a thread of the application's (`pollster::block_on`
+    /// does that), by its executor, or in a browser by the page's. The source is read and the tile decoded
+    /// there, so a source with blocking reads, as of files, blocks that thread, which should not be the one
+    /// that draws. There is no time-out; to give up, drop the future. Nothing else has to be called
+    /// meanwhile, neither [`Textures::update`](crate::Textures::update) nor any other method.
     ///
-    /// Fails where a filter is asked for of a layer that there is not, and where the tile cannot be read or
+    /// Fails if a filter is set for a layer that the texture lacks, and if the tile cannot be read or
     /// decoded.
     ///
     /// ```no_run
@@ -141,7 +141,7 @@ impl Preparer {
         Ok(Prepared(Box::new(Inner { plan, tail, preparer: self.clone() })))
     }
 
-    /// As [`Preparer::read_with`], without a future: it waits for as long as reads may take, and in a browser
+    /// As [`Preparer::read_with`], without a future: waits for as long as reads may take, and in a browser
     /// not at all.
     pub fn read_blocking(
         &self,

@@ -53,8 +53,8 @@ impl From<AddError> for Error {
 }
 
 impl Textures {
-    /// What reads textures for [`Textures::add`], on any thread. It may be made once and kept; a [`Preparer`]
-    /// that was made before [`Memory::restore`](crate::Memory::restore) is as good as another where the
+    /// A reader of textures for [`Textures::add`], on any thread. It may be made once and kept; a
+    /// [`Preparer`] that was made before [`Memory::restore`](crate::Memory::restore) stays usable if both
     /// devices can hold the same.
     pub fn preparer(&self) -> Preparer {
         Preparer::new(self.gpu.device(), self.gpu.queue(), &self.settings, self.paging.ram())
@@ -63,10 +63,10 @@ impl Textures {
     /// Adds a texture that [`Textures::preparer`] has read: makes a pool if none suits it, and its page
     /// table. Neither reads nor waits.
     ///
-    /// Its coarsest levels are sent by the next [`Textures::update`], together with the page tables of the
-    /// textures that make room for it; until then pictures are as they were, and it is not to be drawn. Where
-    /// an add fails, nothing has changed, and the error gives back what was prepared: of other settings
-    /// ([`Error::OtherSettings`]), to be prepared again; where the device is lost, to be added after
+    /// The next [`Textures::update`] sends the texture's coarsest levels, together with the page tables of
+    /// the textures that make room for it; until then pictures are as they were, and the texture must not be
+    /// drawn. If an add fails, nothing has changed, and the error gives back what was prepared: if it was for
+    /// other settings ([`Error::OtherSettings`]), prepare it again; if the device is lost, add it after
     /// [`Memory::restore`](crate::Memory::restore). Bind groups may be replaced, as [`Textures::bind_group`]
     /// says.
     ///
@@ -79,14 +79,15 @@ impl Textures {
     }
 
     /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile:
-    /// it waits for the source, no longer than [`Settings::read_time_out`](crate::Settings::read_time_out)
+    /// waits for the source, no longer than [`Settings::read_time_out`](crate::Settings::read_time_out)
     /// ([`Error::TailOverdue`]), or than that for each further page of a texture that is held whole
     /// ([`Settings::whole_bytes`](crate::Settings::whole_bytes)). In a browser, where nothing may be waited
-    /// for, the tail must be at hand ([`Error::TailPending`]), and no texture is held whole.
+    /// for, the source must give the tail without waiting ([`Error::TailPending`]), and no texture is held
+    /// whole.
     ///
-    /// A read that is given up so and blocks its thread keeps that thread, and the source, until it comes
-    /// back: each further call for a source that does not answer begins one more, so let some time pass
-    /// between two. With settings of the texture's own: [`Preparer::read_blocking`], then [`Textures::add`].
+    /// An overdue read that blocks its thread keeps that thread, and the source, until it comes back: each
+    /// further call for a source that does not answer begins one more, so let some time pass between two. For
+    /// a texture with settings of its own: [`Preparer::read_blocking`], then [`Textures::add`].
     pub fn add_blocking(&mut self, source: Arc<dyn TileSource>) -> Result<TextureId, Error> {
         let prepared = self.preparer().read_blocking(source, TextureSettings::default())?;
         self.add_prepared(&prepared)
@@ -185,11 +186,11 @@ impl Textures {
 
     /// Removes a texture, or a group. Returns true if there was one.
     ///
-    /// A texture's tiles leave the pool, its loads are called off, and its page table, its part of the RAM
-    /// cache and, where it was the last of its pool, the pool's memory are given back, as soon as the GPU and
-    /// the loader are done with them. Groups that it is in go with it ([`Event::GroupRemoved`]); the members
-    /// of a group that is removed stay. Bind groups may be replaced, as [`Textures::bind_group`] says;
-    /// pipelines stay good. Nothing may be recorded from then on with what was kept of its bind groups, and
+    /// A texture's tiles leave the pool, its loads are cancelled, and its page table, its part of the RAM
+    /// cache and, if it was the last of its pool, the pool's memory are freed, as soon as the GPU and the
+    /// loader are done with them. Groups that contain it are removed, too ([`Event::GroupRemoved`]); the
+    /// members of a removed group stay. Bind groups may be replaced, as [`Textures::bind_group`] says;
+    /// pipelines stay valid. Nothing may be recorded from then on with kept bind groups of the texture, and
     /// its id names nothing any more, in shaders neither, whatever is added later.
     pub fn remove(&mut self, sampled: impl Into<Sampled>) -> bool {
         match sampled.into() {

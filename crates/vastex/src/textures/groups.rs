@@ -33,9 +33,9 @@ impl Textures {
     /// # Ok(()) }
     /// ```
     ///
-    /// Fails where a name cannot stand in WGSL, where a texture is not there, or where there are more pools
-    /// or layers than a shader of the device can read. Bind groups may be replaced, as
-    /// [`Textures::bind_group`] says. Costs 2 KB of GPU memory.
+    /// Fails if a name cannot stand in WGSL, if there is no such texture, or if there are more pools or
+    /// layers than a shader of the device can read. Bind groups may be replaced, as [`Textures::bind_group`]
+    /// says. Costs 2 KB of GPU memory.
     pub fn add_group<M: Into<Member>>(
         &mut self,
         members: impl IntoIterator<Item = M>,

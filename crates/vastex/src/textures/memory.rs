@@ -11,14 +11,13 @@ use crate::error::Error;
 use crate::gpu::{PoolResize, PoolState};
 use crate::settings::Settings;
 
-/// The GPU's memory, and the device that it is on; [`Textures::memory`] gives it.
+/// The GPU's memory and its device; returned by [`Textures::memory`].
 pub struct Memory<'a> {
     textures: &'a mut Textures,
 }
 
 impl Textures {
-    /// The GPU's memory, and the device that it is on: sizes of pools, and what to do where the device is
-    /// lost.
+    /// The GPU's memory and its device: sizes of pools, and what to do if the device is lost.
     pub fn memory(&mut self) -> Memory<'_> {
         Memory { textures: self }
     }
@@ -50,26 +49,26 @@ impl Textures {
 }
 
 impl Memory<'_> {
-    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change but for what
-    /// no longer fits, which becomes coarser at once, and what now fits, which sharpens as it is loaded.
+    /// Makes a pool as large as `bytes` allow, between two frames; the picture does not change, except that
+    /// pages that no longer fit become coarser at once, and pages that now fit sharpen as they are loaded.
     ///
-    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay good. Fails where
+    /// The bind groups of the pool's textures, and of groups, are new ones; pipelines stay valid. Fails if
     /// the device has no memory for the new pool beside the old one
-    /// ([`GpuError::OutOfMemory`](crate::GpuError::OutOfMemory)), where `bytes` are too few for what is
-    /// pinned, and where everything is in view and may not become coarser; the pool is then as it was. Where
-    /// there is no memory for a page table after that, pictures are as they were, and the next
-    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and anew
-    /// the page tables of the pool's textures.
+    /// ([`GpuError::OutOfMemory`](crate::GpuError::OutOfMemory)), if `bytes` are too few for the pinned
+    /// pages, and if everything is in view and may not become coarser; the pool is then as it was. If there
+    /// is no memory for a page table after that, pictures are as they were, and the next
+    /// [update](Textures::update) goes on with the new pool. Costs a copy of each tile on the GPU, and new
+    /// page tables of the pool's textures.
     ///
-    /// From here on the pool has a size of its own, which [`Memory::set_picture`] leaves as it is, until
+    /// From then on the pool has a size of its own, which [`Memory::set_picture`] does not change, until
     /// [`Memory::fit_pool`].
     pub fn resize_pool(&mut self, pool: PoolId, bytes: u64) -> Result<PoolResize, Error> {
         self.resize_as(pool, |_| bytes, true)
     }
 
-    /// Makes a pool as large as the settings have it for the picture, as it was before
-    /// [`Memory::resize_pool`], and has it follow the picture again. Fails and costs as that does; where it
-    /// fails, the pool has a size of its own if it had one.
+    /// Makes a pool as large as the settings say for the picture, as before [`Memory::resize_pool`], and has
+    /// it follow the picture again. Fails and costs as [`Memory::resize_pool`] does; if it fails, the pool
+    /// keeps a size of its own if it had one.
     pub fn fit_pool(&mut self, pool: PoolId) -> Result<PoolResize, Error> {
         let Settings { pools, picture, .. } = self.textures.settings.clone();
         self.resize_as(pool, |state| state.planned(&pools, picture), false)
@@ -95,10 +94,11 @@ impl Memory<'_> {
         Ok(resize)
     }
 
-    /// Makes pools follow a picture of so many pixels, from the next [`Textures::add`] on, and of those there
-    /// are the ones that have no size of their own ([`PoolTuning::bytes`](crate::PoolTuning::bytes),
-    /// [`Memory::resize_pool`]). A pool that would change by less than a quarter stays as it is, so that not
-    /// every step of dragging a window copies tiles. Says what was resized, and fails and costs as that does.
+    /// Makes pools follow a picture of so many pixels: those made by later calls of [`Textures::add`], and of
+    /// the existing ones those without a size of their own ([`PoolTuning::bytes`](crate::PoolTuning::bytes),
+    /// [`Memory::resize_pool`]). A pool that would change by less than a quarter stays as it is, so that
+    /// dragging a window does not copy tiles at every step. Returns what was resized; fails and costs as
+    /// [`Memory::resize_pool`] does.
     pub fn set_picture(&mut self, picture: [u32; 2]) -> Result<Vec<(PoolId, PoolResize)>, Error> {
         self.textures.settings.picture = picture;
         self.textures.gpu.fit_main_view(picture);
@@ -116,10 +116,9 @@ impl Memory<'_> {
         Ok(resized)
     }
 
-    /// Sets how the mip bias of a pool is decided, between two frames; nothing for never one. The picture
-    /// becomes coarser at once where the new rule says so, and sharper as tiles come. Pools that are added
-    /// later have the rule of their settings. Fails where there is no such pool. Costs a visit of each page
-    /// of the working set.
+    /// Sets how the mip bias of a pool is decided, between two frames; `None` for no bias. If the new rule
+    /// says so, the picture becomes coarser at once, and sharper as tiles come. Pools made later have the
+    /// rule of their settings. Fails if there is no such pool. Costs a visit of each page of the working set.
     pub fn set_bias_rule(&mut self, pool: PoolId, rule: Option<BiasRule>) -> Result<(), Error> {
         if self.textures.gpu.pools().get(usize::from(pool.number())).is_none() {
             return Err(Error::NoPool(pool));
@@ -130,8 +129,8 @@ impl Memory<'_> {
 
     /// Sets [`Settings::upload_bytes_per_frame`](crate::Settings::upload_bytes_per_frame) and
     /// [`Settings::in_flight_bytes`](crate::Settings::in_flight_bytes) from the next frame on. Loads beyond a
-    /// smaller budget come all the same, and no others are begun until they have; tiles that wait on a belt
-    /// then go through the queue.
+    /// smaller budget still arrive, and no others begin until they have; tiles that wait on a belt then go
+    /// through the queue.
     pub fn set_budgets(&mut self, upload_bytes_per_frame: u64, in_flight_bytes: u64) {
         let Textures { settings, paging, gpu, .. } = &mut *self.textures;
         let before = (settings.upload_bytes_per_frame, settings.in_flight_bytes);
@@ -143,15 +142,15 @@ impl Memory<'_> {
         }
     }
 
-    /// Goes on with another device, after [`GpuError::DeviceLost`](crate::GpuError::DeviceLost): makes the
-    /// pools and page tables anew and puts the tails there, which are in main memory, so that it waits for no
-    /// source; in the next frames the tiles of the view come again, from the RAM cache as far as it has them.
-    /// Textures keep their ids, tickets and pins stay, as do levels that were set.
+    /// Goes on with another device, after [`GpuError::DeviceLost`](crate::GpuError::DeviceLost): makes new
+    /// pools and page tables and puts the tails there, which are in main memory, so that it waits for no
+    /// source; in the next frames the tiles of the view are loaded again, from the RAM cache as far as it has
+    /// them. Textures keep their ids, tickets, pins and levels.
     ///
-    /// What the application made from the old device it makes again: its pipelines with [`Textures::wgsl`]
-    /// and [`Textures::bind_group_layout`], its own buffers. Fails where the new device lacks what the
-    /// settings ask for, and nothing has changed then; and where it is lost as well, or cannot hold what the
-    /// old one could: then it may be called again with another.
+    /// The application makes again what it had made from the old device: its pipelines with
+    /// [`Textures::wgsl`] and [`Textures::bind_group_layout`], its own buffers. Fails if the new device lacks
+    /// what the settings ask for, and changes nothing then; fails also if the new device is lost as well, or
+    /// cannot hold what the old one could: then it may be called again with another.
     pub fn restore(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Error> {
         self.textures.gpu.check_device_for(device, &self.textures.settings)?;
         self.textures.watch.device_lost();

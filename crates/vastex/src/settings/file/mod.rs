@@ -67,7 +67,7 @@ pub enum Platform {
 }
 
 impl Platform {
-    /// The one that this was compiled for, if it has a name.
+    /// The platform that this was compiled for, if it has a name.
     pub fn current() -> Option<Platform> {
         let known = [
             ("linux", Platform::Linux),
@@ -84,7 +84,7 @@ impl Platform {
 }
 
 impl Settings {
-    /// Lays a file over these settings, with its section for this platform.
+    /// Applies a settings file to these settings, with its section for this platform.
     pub fn read(&mut self, path: impl AsRef<Path>) -> Result<(), SettingsError> {
         let path = path.as_ref();
         let file = path.display().to_string();
@@ -93,8 +93,8 @@ impl Settings {
         self.read_toml(&file, &text, Platform::current())
     }
 
-    /// Lays the text of a settings file over these settings; errors call it `file`. If it fails, the settings
-    /// are as they were.
+    /// Applies the text of a settings file to these settings; errors call it `file`. If it fails, the
+    /// settings are as they were.
     pub fn read_toml(
         &mut self,
         file: &str,
