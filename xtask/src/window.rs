@@ -1,28 +1,29 @@
-//! The step that opens the program's window, on a display that is none.
+//! The step that opens the program's window, on displays that are none.
 //!
 //! What the window shows is drawn by the same code as the pictures, which the tests compare; here it is
-//! opened, redrawn and closed, with containers and with images that nobody built, and used by keys and
-//! pointer (`hands`), with a volume in it as well, and with a picture of every step of that in
-//! `target/window/steps` and `target/window/volume/steps`. Where there is no
-//! virtual display the step is skipped, loudly.
+//! opened, redrawn and closed, with containers and with images that nobody built (`starts`), and used by keys
+//! and pointer (`hands`): an image, a planet and a volume, side by side on displays of their own, with a
+//! picture of every step of that in `target/window/*/steps`. Where there is no virtual display the step is
+//! skipped, loudly.
 
 mod display;
 mod hands;
 mod png;
+mod starts;
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::thread;
+use std::time::Instant;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, anyhow, bail};
 
 use crate::outcome::Outcome;
-use crate::{setup, shaders, shell};
+use crate::{setup, shell};
 
-const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
-const JPEG: &str = "assets/earth-color-10800x5400.jpg";
-const VOLUME: &str = "assets/volumes/head.zip";
-const FRAMES: &str = "40";
+/// What goes on beside each other: much of each is waiting, and the second has what the third was.
+const PARTS: [(&str, fn(&Path) -> Result<()>); 3] =
+    [("image", hands::use_window), ("planet", planet_and_starts), ("volume", hands::use_volume)];
 
 pub(crate) fn check() -> Result<Outcome> {
     if !cfg!(target_os = "linux") {
@@ -38,64 +39,30 @@ pub(crate) fn check() -> Result<Outcome> {
     if place.exists() {
         fs::remove_dir_all(&place)?;
     }
-    fs::create_dir_all(&place)?;
-    let container = place.join("image.vastex");
-    let mut build = shell::command(&program().to_string_lossy());
-    shell::run(build.args(["build", IMAGE, "--quiet", "-o"]).arg(&container))?;
-    for scene in ["image", "globe"] {
-        shell::run(view(&place, &container).args(["--on", scene]))?;
+    let failed: Vec<String> = thread::scope(|scope| {
+        let run = |(name, part): (&'static str, fn(&Path) -> Result<()>)| {
+            let place = place.join(name);
+            let begun = Instant::now();
+            fs::create_dir_all(place.join("steps"))?;
+            part(&place).with_context(|| format!("the window with {name}"))?;
+            println!("the window with {name}: {:.0} s", begun.elapsed().as_secs_f64());
+            Ok(())
+        };
+        let parts = PARTS.map(|part| scope.spawn(move || run(part)));
+        let ended =
+            parts.map(|part| part.join().unwrap_or_else(|_| Err(anyhow!("a part of the step panicked"))));
+        ended.into_iter().filter_map(Result::err).map(|error| format!("{error:#}")).collect()
+    });
+    match &*failed {
+        [] => Ok(Outcome::Passed),
+        failed => bail!("{}", failed.join("; ")),
     }
-    images_that_nobody_built(&place)?;
-    heights_of_a_file(&place)?;
-    hands::use_window(&place, &program(), &shell::root().join(IMAGE))?;
-    hands::use_volume(&place, &program(), &shell::root().join(VOLUME))?;
-    Ok(Outcome::Passed)
 }
 
-/// A JPEG and a PNG are shown while they are built, and opened at once the second time; of one that ends
-/// early, the program says so.
-fn images_that_nobody_built(place: &Path) -> Result<()> {
-    for image in [JPEG, IMAGE] {
-        for is_built in [true, false] {
-            let said = shell::run_with_stderr(&mut view(place, Path::new(image)))?;
-            ensure!(
-                said.iter().any(|line| line.contains("is built into")) == is_built,
-                "{image}: built the first time and no other: {said:?}"
-            );
-        }
-    }
-    let short = place.join("short.png");
-    let whole = fs::read(shell::root().join(IMAGE))?;
-    fs::write(&short, &whole[..whole.len() / 2])?;
-    let ended = view(place, &short).output()?;
-    let said = String::from_utf8_lossy(&ended.stderr);
-    ensure!(
-        ended.status.code() == Some(1) && said.contains("short.png: is truncated"),
-        "an image that ends early: {:?}, {said}",
-        ended.status
-    );
-    Ok(())
-}
-
-/// Heights of a file of their own come after what they displace, which is shown without them until then.
-fn heights_of_a_file(place: &Path) -> Result<()> {
-    for scene in ["terrain", "globe", "planet"] {
-        let mut command = view(place, Path::new(IMAGE));
-        let said = shell::run_with_stderr(command.args(["--on", scene, "--height", IMAGE]))?;
-        let errors: Vec<_> = said.iter().filter(|line| line.contains("error")).collect();
-        ensure!(errors.is_empty(), "heights on a {scene}: {errors:?}");
-    }
-    Ok(())
-}
-
-/// A window on a virtual display, which closes after some frames of what it is to show.
-fn view(place: &Path, source: &Path) -> Command {
-    let mut command = shell::command("xvfb-run");
-    command.env(shaders::LOG, shaders::handed_over());
-    command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
-    command.args(["-a", "-s", "-screen 0 1280x800x24"]).arg(program()).arg("view").arg(source);
-    command.args(["--exit-after-frames", FRAMES]);
-    command
+/// The starts come after the planet, since that has its image built, and on its display.
+fn planet_and_starts(place: &Path) -> Result<()> {
+    hands::use_planet(place)?;
+    starts::check(place)
 }
 
 fn program() -> PathBuf {

@@ -11,8 +11,8 @@ use anyhow::{Context, Result, ensure};
 use super::png;
 use crate::shell;
 
-/// Columns and rows.
-pub(super) const SIZE: [usize; 2] = [1280, 800];
+/// Columns and rows: as few as panels on both sides leave something between.
+pub(super) const SIZE: [usize; 2] = [960, 640];
 
 pub(super) struct Display {
     server: Child,

@@ -2,6 +2,7 @@
 //! title and its pixels say what came of them.
 
 mod changes;
+mod planet;
 mod volume;
 
 use std::fs::{self, File};
@@ -14,12 +15,19 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::display::{Display, SIZE};
 use crate::{shaders, shell};
+pub(super) use planet::{PLANET, use_planet};
 pub(super) use volume::use_volume;
 
+/// What is looked at: 16 bits of heights.
+const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
 /// As long something may take.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(120);
+/// Between two looks at what is waited for.
+const EVERY: Duration = Duration::from_millis(30);
+/// As long nothing happens where nothing is to be done: frames of a busy machine follow one another faster.
+const REST: Duration = Duration::from_millis(120);
 /// Where the pointer rests: within the picture, beside the panels.
-const PLACE: [usize; 2] = [640, 400];
+const PLACE: [usize; 2] = [480, 320];
 /// Columns of what the machine does, and where a button halves its first pool.
 const HUD: std::ops::Range<usize> = 0..348;
 const HALVE: [usize; 2] = [129, 299];
@@ -34,27 +42,30 @@ const GROUND: [u8; 3] = [22, 24, 29];
 
 /// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a
 /// file, goes to a globe, looks at what the machine does, makes its pool too small and large enough again,
-/// changes how views say what they want and the theme, takes a picture of a planet, and ends; opened again it
-/// is as it was.
-pub(super) fn use_window(place: &Path, program: &Path, image: &Path) -> Result<()> {
+/// changes how views say what they want and the theme, and ends; opened again it is as it was.
+pub(super) fn use_window(place: &Path) -> Result<()> {
     let display = Display::start(place)?;
-    let steps = place.join("steps");
-    fs::create_dir_all(&steps)?;
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     // A range of somebody's own, so that the keys have one to change.
     let first = ["--size", &size, "--pool-mib", "2", "--range", "0,1"];
-    let mut window = Window::open(&display, (place, program, image), &first)?;
-    let used = window.walk_through();
-    if used.is_err() {
-        // What was seen when it went wrong.
-        drop(window.keep("99-failed"));
-    }
-    let said = || fs::read_to_string(place.join("hands.txt")).unwrap_or_default();
-    used.with_context(|| format!("the window under a person's hands; it said: {}", said()))?;
+    let image = shell::root().join(IMAGE);
+    Window::hold(&display, place, &image, &first, Window::walk_through)?;
     // The next file is one that cannot be shown.
     let broken = place.join("broken.png");
-    let mut window = Window::open(&display, (place, program, image), &[&broken.to_string_lossy()])?;
-    window.is_as_before().with_context(|| format!("the window opened again; it said: {}", said()))
+    Window::hold(&display, place, &image, &[&broken.to_string_lossy()], Window::is_as_before)
+        .context("opened again")
+}
+
+/// Returns true if a program says that an image was built.
+pub(super) fn says_built(said: &str) -> bool {
+    said.contains("is built into")
+}
+
+/// A program on a display, with a cache and a memory of its own in a place.
+pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
+    command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+    command.env(shaders::LOG, shaders::handed_over());
+    command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
 }
 
 struct Window<'a> {
@@ -66,21 +77,32 @@ struct Window<'a> {
 }
 
 impl<'a> Window<'a> {
-    fn open(
+    /// Opens a window and uses it. Where that goes wrong, what was seen then stays as a picture, and what it
+    /// said is told.
+    fn hold(
         display: &'a Display,
-        (place, program, image): (&Path, &Path, &Path),
+        place: &Path,
+        source: &Path,
         options: &[&str],
-    ) -> Result<Window<'a>> {
-        let mut command = Command::new(program);
+        using: impl FnOnce(&mut Window<'a>) -> Result<()>,
+    ) -> Result<()> {
+        let mut window = Window::open(display, place, source, options)?;
+        let used = using(&mut window);
+        if used.is_err() {
+            drop(window.keep("99-failed"));
+        }
+        used.with_context(|| format!("under a person's hands; it said: {}", window.said()))
+    }
+
+    fn open(display: &'a Display, place: &Path, source: &Path, options: &[&str]) -> Result<Window<'a>> {
+        let mut command = Command::new(super::program());
         // Pictures of the window are written where it runs.
-        command.current_dir(place).env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
-        command.env(shaders::LOG, shaders::handed_over());
-        command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
-        command.arg("view").arg(image).args(options);
+        stand_in(command.current_dir(place), display, place);
+        command.arg("view").arg(source).args(options);
         let program = command.stderr(File::create(place.join("hands.txt"))?).spawn()?;
         let mut window = Window { display, program, id: String::new(), place: place.to_owned() };
         window.id = window.until("a window", |window| {
-            let ending = image.extension()?.to_str()?;
+            let ending = source.extension()?.to_str()?;
             let found = window.xdotool(&["search", "--onlyvisible", "--name", ending]).ok()?;
             found.lines().next().map(str::to_owned)
         })?;
@@ -114,7 +136,6 @@ impl<'a> Window<'a> {
         self.look_at_machine()?;
         self.change_feedback()?;
         self.change_theme()?;
-        self.see_planet()?;
         // Of the file that could not be shown the exit code tells, too.
         let ended = self.quit()?;
         ensure!(ended.code() == Some(1), "it ended with {ended}");
@@ -130,7 +151,13 @@ impl<'a> Window<'a> {
         self.keep("19-again")?;
         let geometry = self.xdotool(&["getwindowgeometry", "--shell", &self.id])?;
         let has = |what: &str| geometry.lines().any(|line| line == what);
-        ensure!(has("WIDTH=1280") && has("HEIGHT=800"), "opened again it is another size: {geometry}");
+        ensure!(
+            SIZE.map(|side| side.to_string())
+                .iter()
+                .zip(["WIDTH", "HEIGHT"])
+                .all(|(side, name)| has(&format!("{name}={side}"))),
+            "opened again it is another size: {geometry}"
+        );
         let kept = fs::read_to_string(self.place.join("state/vastex/window.json"))?;
         for chosen in ["\"feedback\": \"inline\"", "\"bytes\": "] {
             ensure!(kept.contains(chosen), "{chosen} is not remembered: {kept}");
@@ -143,13 +170,17 @@ impl<'a> Window<'a> {
 
     /// Control and arrows go to the edges of the image, and Caps Lock changes no key.
     fn go_to_edges(&mut self) -> Result<()> {
-        self.key("2")?;
-        let texel = self.texel_until("a texel of two pixels", |_| true)?;
+        self.key("3")?;
+        self.until("texels of three pixels", |window| {
+            window.magnification().ok().filter(|there| *there == 300.0)
+        })?;
+        self.settled()?;
+        let texel = self.texel()?;
         self.key("ctrl+Left")?;
         self.key("ctrl+Up")?;
-        // The pointer is in the middle of the columns, so half of them are to the left of it.
+        // The pointer is in the middle of the columns, so half of those in view are to the left of it.
         let corner = self.texel_until("the corner", |there| there[0] < texel[0] && there[1] < texel[1])?;
-        let half = [PLACE[0] as i64 / 2, PLACE[1] as i64 / 2];
+        let half = PLACE.map(|pixel| pixel as i64 / 3);
         ensure!(
             (0..2).all(|axis| (corner[axis] - half[axis]).abs() <= 1),
             "at the corner {corner:?} is below the pointer"
@@ -185,25 +216,17 @@ impl<'a> Window<'a> {
     /// Percent of the image after it.
     fn zoom_and_drag(&mut self) -> Result<f64> {
         let magnification = self.magnification()?;
-        (0..4).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
+        self.turn_wheel(true, 4)?;
         // Four notches of the wheel, each at least a quarter more: winit hears the press and the release of a
         // device without scroll axes as a notch each, and the pointer of this display is one.
         let wanted = 0.98 * magnification * 1.25f64.powi(4)..magnification * 1.3f64.powi(8);
-        let mut before = 0.0;
         let zoomed = self.until("an image zoomed by the wheel", |window| {
-            sleep(Duration::from_millis(400));
-            let zoomed = window.magnification().ok()?;
-            (zoomed == std::mem::replace(&mut before, zoomed) && wanted.contains(&zoomed)).then_some(zoomed)
+            window.settled().ok()?;
+            window.magnification().ok().filter(|zoomed| wanted.contains(zoomed))
         })?;
-        self.settled()?;
         self.keep("03-zoom")?;
         let texel = self.texel()?;
-        self.xdotool(&["mousedown", "1"])?;
-        for step in 1..=8 {
-            self.point([PLACE[0] - 20 * step, PLACE[1]])?;
-            sleep(Duration::from_millis(30));
-        }
-        self.xdotool(&["mouseup", "1"])?;
+        self.drag([PLACE, [PLACE[0] - 160, PLACE[1]]])?;
         self.point(PLACE)?;
         self.until("another part of the image", |window| {
             window.texel().ok().filter(|there| there[0] > texel[0] + 10)
@@ -226,20 +249,20 @@ impl<'a> Window<'a> {
         self.settled()?;
         self.keep("05-panel")?;
         // The wheel over the panel is the panel's.
-        self.point([SIZE[0] - 150, 600])?;
+        self.point([SIZE[0] - 150, SIZE[1] - 200])?;
         self.xdotool(&["click", "4"])?;
         self.settled()?;
         ensure!(self.magnification()? == zoomed, "the wheel over the panel zooms");
         self.click([SIZE[0] - 150, 62])?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.key("q")?;
         self.key("F3")?;
-        sleep(Duration::from_secs(1));
+        self.rest()?;
         ensure!(self.program.try_wait()?.is_none(), "a letter in the field ends the program");
         ensure!(self.magnification().is_ok(), "a key in the field chooses a scene");
         // Escape leaves the field, M closes the panel, Tab opens it and goes from control to control.
         self.key("Escape")?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.key("m")?;
         let is_closed =
             |window: &mut Self| window.display.look(panel.clone()).ok().filter(|seen| *seen == beside);
@@ -247,9 +270,9 @@ impl<'a> Window<'a> {
         self.until("no panel", is_closed)?;
         self.key("Tab")?;
         self.until("the panel by the keyboard", is_other)?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.key("Tab")?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.keep("06-keyboard")?;
         self.key("Escape")
     }
@@ -259,7 +282,7 @@ impl<'a> Window<'a> {
         let broken = self.place.join("broken.png");
         fs::write(&broken, "no picture")?;
         self.click([SIZE[0] - 150, 62])?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.key("ctrl+a")?;
         self.xdotool(&["type", "--delay", "8", &broken.to_string_lossy()])?;
         self.key("Return")?;
@@ -274,7 +297,7 @@ impl<'a> Window<'a> {
         self.until("an error that is gone", |window| error(window).is_none().then_some(()))?;
         // A click on the picture takes the keys back.
         self.click(PLACE)?;
-        sleep(Duration::from_millis(500));
+        self.rest()?;
         self.key("m")
     }
 
@@ -322,17 +345,11 @@ impl<'a> Window<'a> {
 
     /// While nothing happens the program takes nothing of a processor, whatever it shows.
     fn costs_nothing(&mut self) -> Result<()> {
-        let spent = |window: &Self| -> Result<u64> {
-            let stat = fs::read_to_string(format!("/proc/{}/stat", window.program.id()))?;
-            let fields: Vec<&str> =
-                stat.rsplit_once(')').context("no process")?.1.split_whitespace().collect();
-            Ok(fields[11].parse::<u64>()? + fields[12].parse::<u64>()?)
-        };
         // Hundredths of a second. A notice that goes, or a tool tip, may be a frame of its own.
         self.until("a window at rest", |window| {
-            let before = spent(window).ok()?;
+            let before = window.spent().ok()?;
             sleep(Duration::from_secs(1));
-            (spent(window).ok()? <= before + 1).then_some(())
+            (window.spent().ok()? <= before + 1).then_some(())
         })
     }
 
@@ -346,27 +363,69 @@ impl<'a> Window<'a> {
         self.display.keep(&self.place.join("steps").join(format!("{step}.png")))
     }
 
+    /// What it has said so far.
+    fn said(&self) -> String {
+        fs::read_to_string(self.place.join("hands.txt")).unwrap_or_default()
+    }
+
+    /// Presses at a place and lets go at another one, as fast as hands are.
+    fn drag(&self, [from, to]: [[usize; 2]; 2]) -> Result<()> {
+        const STEPS: usize = 8;
+        self.point(from)?;
+        self.xdotool(&["mousedown", "1"])?;
+        for step in 1..=STEPS {
+            let between = |axis: usize| (from[axis] * (STEPS - step) + to[axis] * step) / STEPS;
+            self.point([between(0), between(1)])?;
+            sleep(EVERY);
+        }
+        self.xdotool(&["mouseup", "1"]).map(drop)
+    }
+
+    /// Notches of the wheel, upwards or downwards, one after the other.
+    fn turn_wheel(&self, is_upwards: bool, notches: usize) -> Result<()> {
+        let button = if is_upwards { "4" } else { "5" };
+        (0..notches).try_for_each(|_| self.xdotool(&["click", button]).map(drop))
+    }
+
     fn point(&self, [x, y]: [usize; 2]) -> Result<()> {
         self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]).map(drop)
     }
 
-    fn click(&self, place: [usize; 2]) -> Result<()> {
+    fn click(&mut self, place: [usize; 2]) -> Result<()> {
         self.point(place)?;
         // The panel hears of the move in the frame before the press.
-        sleep(Duration::from_millis(100));
+        self.rest()?;
         self.xdotool(&["click", "1"]).map(drop)
     }
 
-    /// The picture beside the panel once it stays as it is.
+    /// The picture beside the panel once it stays as it is, and nothing is done any more.
     fn settled(&mut self) -> Result<Vec<u8>> {
-        let mut before = Vec::new();
+        let columns = 0..SIZE[0] - 400;
         self.until("a picture that stays", |window| {
-            sleep(Duration::from_millis(400));
-            let seen = window.display.look(0..SIZE[0] - 400).ok()?;
-            let stays = seen == before;
-            before.clone_from(&seen);
-            stays.then_some(seen)
+            let before = window.display.look(columns.clone()).ok()?;
+            let is_idle = window.is_idle().ok()?;
+            let seen = window.display.look(columns.clone()).ok()?;
+            (is_idle && seen == before).then_some(seen)
         })
+    }
+
+    /// Waits until what was asked for is done.
+    fn rest(&mut self) -> Result<()> {
+        self.until("a program at rest", |window| window.is_idle().ok()?.then_some(()))
+    }
+
+    /// Returns true if the program takes nothing of a processor for a while.
+    fn is_idle(&self) -> Result<bool> {
+        let before = self.spent()?;
+        sleep(REST);
+        Ok(self.spent()? == before)
+    }
+
+    /// Hundredths of a second of processors that it has taken so far.
+    fn spent(&self) -> Result<u64> {
+        let stat = fs::read_to_string(format!("/proc/{}/stat", self.program.id()))?;
+        let fields: Vec<&str> = stat.rsplit_once(')').context("no process")?.1.split_whitespace().collect();
+        Ok(fields[11].parse::<u64>()? + fields[12].parse::<u64>()?)
     }
 
     fn until<T>(&mut self, what: &str, mut get: impl FnMut(&mut Self) -> Option<T>) -> Result<T> {
@@ -375,7 +434,7 @@ impl<'a> Window<'a> {
             if let Some(got) = get(self) {
                 return Ok(got);
             }
-            sleep(Duration::from_millis(50));
+            sleep(EVERY);
         }
         bail!("{what} has not come in {} s; the title is {:?}", PATIENCE.as_secs(), self.title())
     }
@@ -390,16 +449,9 @@ impl<'a> Window<'a> {
 
     /// Percent of an image, as the title has it.
     fn magnification(&self) -> Result<f64> {
-        // A notice has the title to itself for some seconds.
-        let begun = Instant::now();
-        loop {
-            let title = self.title().unwrap_or_default();
-            if let Some(part) = title.split(" – ").find_map(|part| part.strip_suffix(" %")) {
-                return Ok(part.parse()?);
-            }
-            ensure!(begun.elapsed() < PATIENCE, "no magnification in {title:?}");
-            sleep(Duration::from_millis(50));
-        }
+        let title = self.title().unwrap_or_default();
+        let part = title.split(" – ").find_map(|part| part.strip_suffix(" %"));
+        Ok(part.with_context(|| format!("no magnification in {title:?}"))?.parse()?)
     }
 
     /// The texel below the pointer, as the title has it.

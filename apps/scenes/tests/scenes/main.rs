@@ -28,6 +28,7 @@ mod sharing;
 mod shown_layers;
 mod streaming;
 mod targets;
+mod tones;
 mod values;
 mod views;
 mod whole;

@@ -111,6 +111,7 @@ fn layers_are_drawn_in_their_order() {
     let as_viridis: fn(ColorMap) -> ColorMap = |map| {
         map.with_palette(Palette::VIRIDIS).with_tone(Tone {
             range: [0.1, 0.8],
+            exposure: 0.5,
             curve: Curve::Log,
             gamma: 1.4,
         })

@@ -4,9 +4,9 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
-use vastex_viewer::LayerOptions;
 use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
-use vastex_viewer::surface::{ParseLayerError, range_of};
+use vastex_viewer::surface::{MOST_STOPS, ParseLayerError, range_of};
+use vastex_viewer::{Curve, LayerOptions};
 
 /// Which layers are shown.
 #[derive(Clone, Debug, Default, ClapArgs)]
@@ -18,6 +18,14 @@ pub(crate) struct ShownArgs {
     /// for grey of 16 bits and for floats, `vastex view` takes the values of a coarse level
     #[arg(long, value_name = "LO,HI", value_parser = parse_range, allow_hyphen_values = true)]
     pub(crate) range: Option<[f32; 2]>,
+    /// How much lighter it is than the range says, in stops: 1 doubles what lies above black, -1 halves it
+    #[arg(long, value_name = "STOPS", value_parser = parse_stops, allow_hyphen_values = true)]
+    pub(crate) exposure: Option<f32>,
+    /// The curve from black to white: linear; log, for values of which few are far larger than most; or, for
+    /// values that are light, light, where what is brighter than white is white, reinhard or aces, where it
+    /// fades out
+    #[arg(long, value_name = "CURVE", value_parser = parse_curve)]
+    pub(crate) curve: Option<Curve>,
     /// Show a layer over those named before it; up to 8. NAME may be left out for the first layer of the
     /// texture. After it, each after a colon and in any order: file=N, which file it is of, 1 being the
     /// source and 2 the first of --over; bands=B, one of its channels, or bands=R,G,B, those that are red,
@@ -25,14 +33,15 @@ pub(crate) struct ShownArgs {
     /// stands for no data as it is stored, or nan, or off, instead of what the file says: what has it is not
     /// drawn; nodata-color=RRGGBB, a colour that it is drawn in after all; range=LO..HI, the values that are
     /// black and white; map=M, the colours of a single channel (grey, viridis, magma, inferno, plasma,
-    /// cividis, turbo, coolwarm, terrain, or one of these reversed, as in viridis_r); log, a logarithmic
-    /// curve within the range; gamma=G, the exponent of values in the range (below 1 what is dark becomes
-    /// lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter has it; hidden, to load nothing of it
+    /// cividis, turbo, coolwarm, terrain, or one of these reversed, as in viridis_r); exposure=E and
+    /// curve=CURVE, as those options have it; log, short for curve=log; gamma=G, the exponent of values in
+    /// the range (below 1 what is dark becomes lighter); opacity=O, from 0 to 1; filter=FILTER, as --filter
+    /// has it; hidden, to load nothing of it
     #[arg(
         long = "layer",
         value_name = "NAME[:SETTING]...",
         value_parser = parse_layer,
-        conflicts_with_all = ["layer_shown", "range"]
+        conflicts_with_all = ["layer_shown", "range", "exposure", "curve"]
     )]
     pub(crate) layers: Vec<LayerOptions>,
     /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of
@@ -55,6 +64,8 @@ impl ShownArgs {
             layers.push(LayerOptions {
                 name: self.layer_shown.clone(),
                 range: self.range,
+                exposure: self.exposure.unwrap_or_default(),
+                curve: self.curve.unwrap_or_default(),
                 ..LayerOptions::default()
             });
         }
@@ -71,6 +82,8 @@ impl ShownArgs {
         !self.layers.is_empty()
             || self.layer_shown.is_some()
             || self.range.is_some_and(|range| range != [0.0, 1.0])
+            || self.exposure.is_some()
+            || self.curve.is_some()
     }
 
     /// Returns true if black and white of what is shown are nobody's choice.
@@ -105,6 +118,16 @@ fn parse_range(text: &str) -> Result<[f32; 2], String> {
     range_of(text, ",")
 }
 
+fn parse_stops(text: &str) -> Result<f32, String> {
+    let number = text.parse().ok().filter(|stops: &f32| stops.abs() <= MOST_STOPS);
+    number.ok_or_else(|| format!("write a number from -{MOST_STOPS} to {MOST_STOPS}, as in 1.5"))
+}
+
+fn parse_curve(text: &str) -> Result<Curve, String> {
+    let names = || Curve::ALL.map(Curve::name).join(", ");
+    Curve::named(text).ok_or_else(|| format!("there are the curves {}", names()))
+}
+
 /// A layer of a list.
 fn parse_layer(text: &str) -> Result<LayerOptions, String> {
     text.parse().map_err(|error: ParseLayerError| error.to_string())
@@ -113,7 +136,7 @@ fn parse_layer(text: &str) -> Result<LayerOptions, String> {
 #[cfg(test)]
 mod tests {
     use vastex::Filter;
-    use vastex_viewer::{Bands, Curve, Nodata, Palette};
+    use vastex_viewer::{Bands, Nodata, Palette};
 
     use super::*;
 
@@ -135,6 +158,7 @@ mod tests {
         let expected = LayerOptions {
             range: Some([-11000.0, 8848.5]),
             palette: Palette::VIRIDIS,
+            exposure: -1.5,
             curve: Curve::Log,
             gamma: 0.5,
             opacity: 0.25,
@@ -146,8 +170,12 @@ mod tests {
             ..named("height")
         };
         let text = "height:opacity=0.25:range=-11000..8848.5:map=viridis:hidden:log:gamma=0.5:filter=nearest\
-                    :bands=2:nodata=-9999:nodata-color=ff0080";
+                    :bands=2:nodata=-9999:nodata-color=ff0080:exposure=-1.5";
         assert_eq!(parse_layer(text), Ok(expected));
+        let of_light = LayerOptions { curve: Curve::Aces, ..LayerOptions::default() };
+        assert_eq!(parse_layer(":curve=aces"), Ok(of_light));
+        assert_eq!((parse_stops("-2.5"), parse_curve("reinhard")), (Ok(-2.5), Ok(Curve::Reinhard)));
+        assert!(parse_stops("31").is_err() && parse_stops("nan").is_err() && parse_curve("film").is_err());
     }
 
     #[test]
@@ -165,6 +193,9 @@ mod tests {
             ("a:nodata-color=1234567", "hexadecimal"),
             ("a:nodata-color=µµµ", "hexadecimal"),
             ("a:gamma=0", "0.01"),
+            ("a:exposure=1e3", "-30 to 30"),
+            ("a:curve=film", "linear, log, light, reinhard, aces"),
+            ("a:log:curve=aces", "curve is told twice"),
             ("a:opacity=1.5", "0 to 1"),
             ("a:opacity=nan", "0 to 1"),
             ("a:filter=cubic", "bicubic"),
@@ -185,6 +216,8 @@ mod tests {
         let args = |layers: &[&str], over: usize, compare_mode| ShownArgs {
             layer_shown: None,
             range: None,
+            exposure: None,
+            curve: None,
             layers: layers.iter().map(|layer| parse_layer(layer).unwrap()).collect(),
             over: vec![PathBuf::from("b.png"); over],
             compare_mode,

@@ -116,7 +116,8 @@ pub(crate) struct ViewArgs {
     /// With --times, draw without a pause until the source is there, as where a person moves meanwhile
     #[arg(long, hide = true, requires = "times")]
     pub(crate) restless: bool,
-    /// Close the window after so many frames of the source itself, for tests
+    /// Close the window after so many frames of the source itself, and when nothing that was asked for is yet
+    /// to be opened, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
     /// How a volume is shown at first. Last, since all that follows stands under its heading
@@ -182,6 +183,8 @@ impl ViewArgs {
             (scene.view.is_some() && scene.volume_view().is_none(), "this --view"),
             (scene.overlay.is_some(), "--overlay"),
             (!scene.layers.layers.is_empty(), "--layer"),
+            (scene.layers.exposure.is_some(), "--exposure"),
+            (scene.layers.curve.is_some(), "--curve"),
             (scene.files_over().next().is_some(), "--over"),
             (self.shapes.is_some(), "--shapes"),
             (self.camera_path.is_some(), "--camera-path"),

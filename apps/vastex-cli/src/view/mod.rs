@@ -350,7 +350,9 @@ impl App {
                 self.input.look_flat(self.scene == Scene::Image);
                 let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
                 if let Some(action) = action {
-                    open.viewer.wake();
+                    if action.may_change_picture() {
+                        open.viewer.wake();
+                    }
                     self.perform(window_events, action)?;
                 }
             }
@@ -395,9 +397,9 @@ impl ApplicationHandler<Message> for App {
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
         let handled = self.handle(events, &event);
         self.note(events, handled);
-        let (frames, last) =
-            (self.open.as_ref().map_or(0, |open| open.viewer.frames()), self.args.exit_after_frames);
-        if last.is_some_and(|last| frames >= last) {
+        let frames = self.open.as_ref().map_or(0, |open| open.viewer.frames());
+        let is_enough = self.args.exit_after_frames.is_some_and(|last| frames >= last);
+        if is_enough && !self.openings.is_opening() {
             events.exit();
         }
     }

@@ -75,6 +75,7 @@ impl App {
             Action::Scene(choice) => self.choose_scene(choice),
             Action::Overlay => viewer.next_overlay(),
             Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
+            Action::Expose(stops) => viewer.expose(stops),
             Action::Panel => {
                 viewer.open_or_close_panel();
                 window.request_redraw();

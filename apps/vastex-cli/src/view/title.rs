@@ -55,6 +55,8 @@ pub(super) struct Title {
     text: String,
     changed_at: Option<Instant>,
     notice: Option<(String, Instant)>,
+    /// True until the title has said the notice.
+    is_news: bool,
     /// Frames that followed another without a pause since the rate was worked out, and the time that they
     /// took.
     frames: u32,
@@ -65,7 +67,7 @@ pub(super) struct Title {
 impl Title {
     /// Says something to the person at the window.
     pub(super) fn notify(&mut self, notice: String, now: Instant) {
-        self.notice = Some((notice, now + NOTICE));
+        (self.notice, self.is_news) = (Some((notice, now + NOTICE)), true);
     }
 
     /// What was said is about something else.
@@ -103,27 +105,27 @@ impl Title {
     /// The title if it should change now.
     pub(super) fn due(&mut self, now: Instant, shown: &TitleParts<'_>) -> Option<&str> {
         self.expire(now);
-        let text = match &self.notice {
-            Some((notice, _)) => format!("{} – {notice}", shown.name),
-            None => self.usual(shown),
-        };
+        let notice = self.notice.as_ref().map_or_else(String::new, |(notice, _)| format!(" – {notice}"));
+        let text = [shown.name, &notice, &self.usual(shown)].concat();
         let is_early = self.changed_at.is_some_and(|changed| now.duration_since(changed) < EVERY);
+        let is_news = std::mem::take(&mut self.is_news) && self.notice.is_some();
         // The last title before a pause is right.
-        if text == self.text || is_early && !shown.is_settled && self.notice.is_none() {
+        if text == self.text || is_early && !shown.is_settled && !is_news {
             return None;
         }
         (self.text, self.changed_at) = (text, Some(now));
         Some(&self.text)
     }
 
+    /// What stands behind the name, and behind what there is to say: that may be long, and hides nothing.
     fn usual(&self, shown: &TitleParts<'_>) -> String {
-        let TitleParts { name, stats, is_settled, .. } = shown;
-        let (pager, mut text) = (&stats.pager, (*name).to_owned());
+        let TitleParts { stats, is_settled, .. } = shown;
+        let (pager, mut text) = (&stats.pager, String::new());
         if let Some(overlay) = shown.overlay {
             let bias = f64::from(pager.bias_eighths) / 8.0;
             let pace = if *is_settled { "settled".to_owned() } else { format!("{:.0} frames/s", self.rate) };
             return format!(
-                "{name} – {overlay} – {pace}, {} of {} slots in use, {} pages missing, mip bias {bias}",
+                " – {overlay} – {pace}, {} of {} slots in use, {} pages missing, mip bias {bias}",
                 pager.occupied, pager.slots, pager.missing
             );
         }
@@ -218,7 +220,10 @@ mod tests {
         let usual = shown(&stats, Scale::On("globe"));
         assert!(title.due(begin, &usual).is_some());
         title.notify("a terrain needs heights".into(), begin);
-        assert_eq!(title.due(begin, &usual).unwrap(), "earth.vastex – a terrain needs heights");
+        let said = "earth.vastex – a terrain needs heights – globe – 10800×5400";
+        assert_eq!(title.due(begin, &usual).unwrap(), said, "at once, and beside what stands there");
+        let moved = TitleParts { is_settled: false, ..shown(&stats, Scale::On("plane")) };
+        assert_eq!(title.due(begin + EVERY / 2, &moved), None, "no more often than without");
         assert_eq!(title.notice_left(begin), Some(NOTICE));
         assert!(title.due(begin + NOTICE / 2, &usual).is_none());
         assert_eq!(title.due(begin + NOTICE, &usual).unwrap(), "earth.vastex – globe – 10800×5400");

@@ -39,6 +39,8 @@ pub enum Action {
     FillScreen,
     /// Black and white by the values that are in view.
     AutoRange,
+    /// Lighter or darker by so many stops.
+    Expose(f32),
     /// The next way of comparing the uppermost layer with those beneath it, or none.
     Compare,
     /// Layers side by side, or over one another again.
@@ -72,6 +74,18 @@ pub enum Action {
     /// The end.
     Quit,
 }
+
+impl Action {
+    /// Returns false if the action changes what lies over the picture or beside it alone, so that nothing
+    /// else is wanted for it.
+    pub fn may_change_picture(&self) -> bool {
+        use Action::{CopyLink, CopyView, EnterPanel, Guides, Hud, Keys, Panel, Quit, Values};
+        !matches!(self, Panel | EnterPanel | Hud | Guides | Values | Keys | CopyView | CopyLink | Quit)
+    }
+}
+
+/// Stops by which a key makes a picture lighter.
+const STOPS: f32 = 0.5;
 
 /// What a letter does with control: what other programs have on it. What it does alone it does not do by
 /// accident with control.
@@ -112,6 +126,8 @@ pub(super) fn action_of(key: Key) -> Option<Action> {
         Key::F(11) | Key::Char('f' | 'F') => Action::FillScreen,
         Key::Char('l' | 'L') => Action::Overlay,
         Key::Char('c' | 'C') => Action::AutoRange,
+        Key::Char('[') => Action::Expose(-STOPS),
+        Key::Char(']') => Action::Expose(STOPS),
         Key::Char('g' | 'G') => Action::Guides,
         Key::Char('j' | 'J') => Action::Values,
         Key::Char('v' | 'V') => Action::Compare,

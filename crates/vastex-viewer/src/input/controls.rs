@@ -57,6 +57,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("J", "the value below the pointer at the foot of the picture, with its level"),
             ("C", "black and white by the values in view"),
+            ("[ and ]", "darker and lighter, by half a stop of exposure"),
             (
                 "K",
                 "measure an image: a click sets a point, a double click closes the line, Backspace takes the last one back",

@@ -389,8 +389,11 @@ impl Layers {
         if self.is_single {
             return map.constants(takes_light);
         }
-        // The sum of several is light, as the background behind them is.
-        map.of_light().constants(takes_light)
+        // The sum of several is light, as the background behind them is. Each is told its own look, and the
+        // pipeline which shades any of them needs.
+        let [(look, _), decodes, encodes] = map.of_light().constants(takes_light);
+        let shades = ColorMap::shades(self.layers.iter().map(|shown| &shown.color_map));
+        [(look, f64::from(shades)), decodes, encodes]
     }
 
     /// What shaders are told of values: of a single layer its own, else nothing that is used.

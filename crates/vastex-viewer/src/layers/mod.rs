@@ -94,9 +94,15 @@ const NODATA_SCALE: u32 = 1024;
 /// What is added where what is no finite number stands for no data, and where a value does, too.
 const NODATA: u32 = 256;
 const NODATA_VALUE: u32 = 512;
-/// What is added where shades follow a curve that is no straight line, and where its result has an exponent.
-const CURVE: u32 = 8192;
+/// What is added where shades follow a logarithm, where the result has an exponent, where values that are
+/// none are taken for light, and where that is rolled off by one curve or the other.
+const LOG: u32 = 8192;
 const GAMMA: u32 = 16384;
+const LIGHT: u32 = 32768;
+const REINHARD: u32 = 65536;
+const ACES: u32 = 131_072;
+/// All of these: what a pixel pays for, and only where it is asked for.
+const SHADES: u32 = LOG | GAMMA | LIGHT | REINHARD | ACES;
 
 /// The fourth channel.
 const ALPHA: u8 = 3;
@@ -169,14 +175,26 @@ impl ColorMap {
             Nodata::NotANumber => NODATA,
             Nodata::Value(_) => NODATA | NODATA_VALUE | (NODATA_SCALE * self.scale().kind()),
         };
-        let curve = if self.tone.curve == Curve::Linear { 0 } else { CURVE };
+        let curve = match self.tone.curve {
+            Curve::Linear | Curve::Light => 0,
+            Curve::Log => LOG,
+            Curve::Reinhard => REINHARD,
+            Curve::Aces => ACES,
+        };
+        let light = if self.tone.curve.is_of_light() && !self.is_srgb { LIGHT } else { 0 };
         let gamma = if self.tone.gamma == 1.0 { 0 } else { GAMMA };
-        self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata | curve | gamma
+        let shades = curve | light | gamma;
+        self.channels as u32 | (bands[0] << 2) | (bands[1] << 4) | (bands[2] << 6) | nodata | shades
+    }
+
+    /// What of [`SHADES`] any of several is drawn by.
+    pub(crate) fn shades<'a>(maps: impl Iterator<Item = &'a ColorMap>) -> u32 {
+        maps.fold(0, |all, map| all | (map.look() & SHADES))
     }
 
     /// Returns true if pipelines made for one colour map draw the other, too: both are of the same channels
-    /// in the same meaning, of both or of neither a value stands for no data, and shades of both or of
-    /// neither follow a curve, or have an exponent.
+    /// in the same meaning, of both or of neither a value stands for no data, and shades of both
+    /// follow the same curve, and of both or of neither have an exponent.
     pub fn shares_pipelines(&self, other: &ColorMap) -> bool {
         self.constants(true) == other.constants(true)
     }
@@ -246,9 +264,12 @@ impl ColorMap {
             .concat()
             + &format!(
                 "const SCENE_NODATA: u32 = {NODATA}u;\nconst SCENE_NODATA_VALUE: u32 = {NODATA_VALUE}u;\n\
-                 const SCENE_NODATA_SCALE: u32 = {NODATA_SCALE}u;\nconst SCENE_CURVE: u32 = {CURVE}u;\n\
-                 const SCENE_GAMMA: u32 = {GAMMA}u;\n"
+                 const SCENE_NODATA_SCALE: u32 = {NODATA_SCALE}u;\nconst SCENE_LOG: u32 = {LOG}u;\n\
+                 const SCENE_GAMMA: u32 = {GAMMA}u;\nconst SCENE_LIGHT: u32 = {LIGHT}u;\n\
+                 const SCENE_REINHARD: u32 = {REINHARD}u;\nconst SCENE_ACES: u32 = {ACES}u;\n\
+                 const SCENE_SHADES: u32 = {SHADES}u;\n"
             )
+            + &Curve::wgsl()
             + &Palette::wgsl()
     }
 
@@ -309,7 +330,7 @@ impl ColorMap {
     /// then does.
     pub fn pixel_from_value(&self, value: [f32; 4], light: f32) -> [u8; 4] {
         let is_nodata = self.values_of(value).is_none();
-        let shown = self.bands.map(|band| self.tone.shade(value[usize::from(band)]));
+        let shown = self.bands.map(|band| self.tone.shade(value[usize::from(band)], self.is_srgb));
         let grey = if self.palette.is_plain() { [shown[0]; 3] } else { self.palette.color(shown[0]) };
         let background = self.background();
         let over = |colour: [f32; 3], alpha: f32| {

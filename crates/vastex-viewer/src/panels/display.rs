@@ -1,5 +1,5 @@
-//! How layers become colours, for a person to change: which are shown, and of each its range, curve,
-//! exponent, colour map and opacity.
+//! How layers become colours, for a person to change: which are shown, and of each its range, exposure,
+//! curve, exponent, colour map and opacity.
 
 use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
@@ -9,7 +9,7 @@ use super::palettes::palette_controls;
 use super::shades::shades;
 use crate::inspect::Histogram;
 use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, StoredScale};
-use crate::surface::LayerOptions;
+use crate::surface::{LayerOptions, MOST_STOPS};
 
 /// The share of the values in view, in percent, that is left out at each end by the automatic range of the
 /// first click.
@@ -191,7 +191,7 @@ impl DisplayPanel {
             }
             if ui
                 .button("Reset display")
-                .on_hover_text("range, curve, gamma, colour map, bands and no data as at first")
+                .on_hover_text("range, exposure, curve, gamma, colour map, bands and no data as at first")
                 .clicked()
             {
                 *options = LayerOptions {
@@ -225,10 +225,14 @@ impl DisplayPanel {
             drag.labelled_by(label.id);
         });
         ui.checkbox(&mut self.follows, "Follow the view while this panel is open");
-        ui.horizontal(|ui| {
-            ui.label("Curve");
+        let exposure = Slider::new(&mut options.exposure, -10.0..=10.0).clamping(SliderClamping::Never);
+        ui.add(exposure.step_by(0.1).max_decimals(2).suffix(" stops").text("Exposure"))
+            .on_hover_text("a stop more doubles what lies above black: [ and ]");
+        options.exposure = options.exposure.clamp(-MOST_STOPS, MOST_STOPS);
+        ComboBox::from_label("Curve").selected_text(options.curve.name()).show_ui(ui, |ui| {
             for curve in Curve::ALL {
-                ui.selectable_value(&mut options.curve, curve, curve.name());
+                let choice = ui.selectable_value(&mut options.curve, curve, curve.name());
+                choice.on_hover_text(meaning(curve));
             }
         });
         ui.add(
@@ -256,6 +260,17 @@ impl DisplayPanel {
             None => "no values are known yet".to_owned(),
         };
         ui.label(RichText::new(text).weak());
+    }
+}
+
+/// What a curve is for.
+fn meaning(curve: Curve) -> &'static str {
+    match curve {
+        Curve::Linear => "values as they are",
+        Curve::Log => "a hundredth of the range is a third of the shades",
+        Curve::Light => "values are light; what is brighter than white is white",
+        Curve::Reinhard => "values are light; up to eight times white is told apart",
+        Curve::Aces => "values are light; bright light fades out as on film",
     }
 }
 

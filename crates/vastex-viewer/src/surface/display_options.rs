@@ -33,6 +33,8 @@ pub struct LayerOptions {
     /// The values that are black and white, in what shaders sample: 0 and 1 where nothing is said. For all
     /// channels but alpha; colours that are sRGB-encoded count as the light that they stand for.
     pub range: Option<[f32; 2]>,
+    /// How much lighter all is than the range says, in stops: one doubles what lies above black.
+    pub exposure: f32,
     /// The curve within the range.
     pub curve: Curve,
     /// The exponent of what lies in the range, after the curve.
@@ -57,6 +59,7 @@ impl Default for LayerOptions {
             nodata: Nodata::default(),
             nodata_color: None,
             range: None,
+            exposure: 0.0,
             curve: Curve::default(),
             gamma: 1.0,
             palette: Palette::default(),
@@ -72,7 +75,12 @@ impl LayerOptions {
     pub fn color_map(&self, layer: &Layer) -> ColorMap {
         let scale = StoredScale::new(layer.format);
         let color_map = ColorMap::new(layer, self.range);
-        let tone = Tone { curve: self.curve, gamma: self.gamma, ..color_map.tone() };
+        let tone = Tone {
+            range: color_map.tone().range,
+            exposure: self.exposure,
+            curve: self.curve,
+            gamma: self.gamma,
+        };
         // Alpha is stored as it is sampled, whatever colours are.
         let scale = if self.bands == Bands::One(3) { scale.of_alpha() } else { scale };
         let nodata = self.nodata.of(layer).map(|stored| scale.sampled(stored).into());

@@ -15,7 +15,10 @@ use crate::layers::{Bands, Curve, MOST_LAYERS, Nodata, ParsePaletteError};
 use crate::words::{color_of, escaped, unescaped};
 
 /// What a text may say of a layer, as errors have it.
-const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:nodata-color=RRGGBB][:range=LO..HI][:map=MAP][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+const SHAPE: &str = "NAME[:file=N][:bands=B][:nodata=V][:nodata-color=RRGGBB][:range=LO..HI][:map=MAP][:exposure=E][:curve=CURVE][:log][:gamma=G][:opacity=O][:filter=FILTER][:hidden]";
+
+/// Stops of exposure at most, in either direction: a factor of a thousand million.
+pub const MOST_STOPS: f32 = 30.0;
 
 /// A text does not say how a layer is shown.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,8 +50,13 @@ impl fmt::Display for LayerOptions {
         if self.palette != usual.palette {
             write!(f, ":map={}", self.palette)?;
         }
-        if self.curve == Curve::Log {
-            f.write_str(":log")?;
+        if self.exposure != usual.exposure {
+            write!(f, ":exposure={}", self.exposure)?;
+        }
+        match self.curve {
+            Curve::Linear => {}
+            Curve::Log => f.write_str(":log")?,
+            curve => write!(f, ":curve={}", curve.name())?,
         }
         if self.gamma != usual.gamma {
             write!(f, ":gamma={}", self.gamma)?;
@@ -80,10 +88,12 @@ impl FromStr for LayerOptions {
         let mut told: Vec<&str> = Vec::new();
         for word in words {
             let (key, value) = word.split_once('=').unwrap_or((word, ""));
-            if told.contains(&key) {
-                return Err(ParseLayerError(format!("{key} is told twice")));
+            // That is a curve, too.
+            let topic = if key == "log" { "curve" } else { key };
+            if told.contains(&topic) {
+                return Err(ParseLayerError(format!("{topic} is told twice")));
             }
-            told.push(key);
+            told.push(topic);
             set(&mut layer, key, value).map_err(|why| ParseLayerError(format!("'{word}': {why}")))?;
         }
         Ok(layer)
@@ -106,6 +116,12 @@ fn set(layer: &mut LayerOptions, key: &str, value: &str) -> Result<(), String> {
         "range" => layer.range = Some(range_of(value, "..")?),
         "map" => {
             layer.palette = value.parse().map_err(|error: ParsePaletteError| error.to_string())?;
+        }
+        "exposure" => layer.exposure = number(-MOST_STOPS, MOST_STOPS, "exposure=1.5")?,
+        "curve" => {
+            let curves = || Curve::ALL.map(Curve::name).join(", ");
+            layer.curve =
+                Curve::named(value).ok_or_else(|| format!("no such curve; there are {}", curves()))?;
         }
         "gamma" => layer.gamma = number(0.01, 100.0, "gamma=0.5")?,
         "opacity" => layer.opacity = number(0.0, 1.0, "opacity=0.5")?,

@@ -24,7 +24,7 @@ pub use camera_binding::CameraBinding;
 pub use display_options::{DescribeError, DisplayOptions, LayerOptions, LayerOptionsError, PlanetOptions};
 pub use globe_grid::{GlobeGrid, GlobePose};
 pub(crate) use layer_text::file_of_text;
-pub use layer_text::{ParseLayerError, range_of};
+pub use layer_text::{MOST_STOPS, ParseLayerError, range_of};
 pub use mesh::{Mesh, Vertex, surface};
 pub use pipeline::{Corners, PipelineParts};
 pub use planet::PlanetLight;

@@ -51,7 +51,8 @@ fn any_layer(chance: &mut Chance) -> LayerOptions {
             let low = (chance.part() * 1e4 - 5e3) as f32;
             [low, low + 0.5 + chance.part() as f32]
         }),
-        curve: if chance.coin() { Curve::Log } else { Curve::default() },
+        exposure: if chance.coin() { 0.0 } else { 20.0 * chance.part() as f32 - 10.0 },
+        curve: Curve::ALL[chance.below(Curve::ALL.len())],
         gamma: if chance.coin() { 1.0 } else { 0.01 + 99.0 * chance.part() as f32 },
         palette: Palette::ALL[chance.below(Palette::ALL.len())],
         opacity: if chance.coin() { 1.0 } else { chance.part() as f32 },

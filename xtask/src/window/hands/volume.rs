@@ -1,14 +1,15 @@
 //! A volume in the window under the hands of a person: slices, 3-D, modes, channels, and a window at rest.
 
-use std::fs;
 use std::path::Path;
-use std::thread::sleep;
-use std::time::Duration;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 
 use super::super::display::{Display, SIZE};
 use super::Window;
+use crate::shell;
+
+/// What is looked at: a head of three channels.
+const VOLUME: &str = "assets/volumes/head.zip";
 
 /// A window that is quick to draw.
 const WINDOW: [usize; 2] = [800, 560];
@@ -29,19 +30,11 @@ const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
 
 /// Opens a volume of three channels, goes through its slices, turns it, shows it alone and by another mode,
 /// hides a channel, and ends. After steps that are quick to draw the window comes to rest.
-pub(in super::super) fn use_volume(place: &Path, program: &Path, volume: &Path) -> Result<()> {
-    let place = place.join("volume");
-    fs::create_dir_all(place.join("steps"))?;
-    let display = Display::start(&place)?;
+pub(in super::super) fn use_volume(place: &Path) -> Result<()> {
+    let display = Display::start(place)?;
     let size = format!("{}x{}", WINDOW[0], WINDOW[1]);
-    let mut window = Window::open(&display, (&place, program, volume), &["--size", &size])?;
-    let used = window.look_at_volume();
-    if used.is_err() {
-        // What was seen when it went wrong.
-        drop(window.keep("99-failed"));
-    }
-    let said = || fs::read_to_string(place.join("hands.txt")).unwrap_or_default();
-    used.with_context(|| format!("a volume under a person's hands; the window said: {}", said()))
+    let volume = shell::root().join(VOLUME);
+    Window::hold(&display, place, &volume, &["--size", &size], Window::look_at_volume)
 }
 
 impl Window<'_> {
@@ -56,7 +49,7 @@ impl Window<'_> {
         // The wheel goes through the slices of one picture.
         let before = self.around(SLICES[0])?;
         self.point([160, 170])?;
-        (0..5).try_for_each(|_| self.xdotool(&["click", "4"]).map(drop))?;
+        self.turn_wheel(true, 5)?;
         self.until("another slice", |window| (window.around(SLICES[0]).ok()? != before).then_some(()))?;
         // A press puts the crosshair, and with it the others.
         let before = self.around(SLICES[1])?;
@@ -65,13 +58,7 @@ impl Window<'_> {
         self.costs_nothing()?;
         self.keep("02-slices")?;
         let before = self.around(SPACE)?;
-        self.point(SPACE)?;
-        self.xdotool(&["mousedown", "1"])?;
-        for step in 1..=6 {
-            self.point([SPACE[0] + 15 * step, SPACE[1] + 5 * step])?;
-            sleep(Duration::from_millis(30));
-        }
-        self.xdotool(&["mouseup", "1"])?;
+        self.drag([SPACE, [SPACE[0] + 90, SPACE[1] + 30]])?;
         self.until("a volume that was turned", |window| {
             (window.around(SPACE).ok()? != before).then_some(())
         })?;
@@ -86,7 +73,7 @@ impl Window<'_> {
         self.costs_nothing()?;
         self.keep("04-space")?;
         self.key("m")?;
-        sleep(Duration::from_millis(800));
+        self.rest()?;
         let before = self.around(ALONE[1])?;
         self.click(EMISSION)?;
         self.until("another mode", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;

@@ -8,6 +8,7 @@ use vastex_scenes::{LayerOptions, Pose, Scene};
 use vastex_viewer::inspect::Histogram;
 use vastex_viewer::layers::StoredScale;
 use vastex_viewer::panels::{ImageView, Minimap, ShownTextures, swipe_line};
+use vastex_viewer::surface::MOST_STOPS;
 use winit::event::WindowEvent;
 
 use super::super::panel::{Asked, Told};
@@ -197,8 +198,10 @@ impl Viewer {
         });
         self.asked.extend(asked);
         if self.panel.free != free_before {
-            // All of an image is somewhere else, and other values are in view.
-            self.wake();
+            // All of an image is somewhere else in the next frame, and other values are in view.
+            self.unsettled = self.unsettled.max(1);
+            self.values.iter_mut().for_each(Values::age);
+            self.minimaps.iter_mut().for_each(Minimap::age);
         }
         if self.panel.display != before {
             // Another layer's values, or others of them, count from the next frame on.
@@ -276,6 +279,22 @@ impl Viewer {
             options.range = Some(range);
             self.show_layers(layers);
         }
+    }
+
+    /// Makes the layer that the panel changes lighter by so many stops, and says how light it is.
+    pub(in super::super) fn expose(&mut self, stops: f32) {
+        if self.display.displayed().is_none() {
+            return;
+        }
+        let (layer, mut layers) = (self.panel.display.layer(), self.settings.options.layers.clone());
+        if layers.is_empty() {
+            layers.push(LayerOptions::default());
+        }
+        let Some(options) = layers.get_mut(layer) else { return };
+        options.exposure = (options.exposure + stops).clamp(-MOST_STOPS, MOST_STOPS);
+        let exposure = options.exposure;
+        self.show_layers(layers);
+        self.notify_in_title(&format!("exposure: {exposure:+} stops"));
     }
 
     /// The range of a layer by the values in view.

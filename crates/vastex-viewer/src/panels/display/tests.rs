@@ -102,8 +102,13 @@ fn a_handle_that_is_held_stays_where_it_is() {
 #[test]
 fn curves_and_colour_maps_are_chosen() {
     let mut harness = harness(&[("color", LayerFormat::R32Float)], None);
-    click(&mut harness, "log");
-    assert_eq!(harness.state().shown[0].curve, Curve::Log);
+    for curve in [Curve::Aces, Curve::Log] {
+        harness.get_by_label("Curve").click();
+        harness.run();
+        click(&mut harness, curve.name());
+        assert_eq!(harness.state().shown[0].curve, curve);
+    }
+    assert!(harness.query_all_by_label("Exposure").next().is_some());
     harness.get_by_label("Colour map").click();
     harness.run();
     click(&mut harness, "inferno");
@@ -187,9 +192,10 @@ fn the_list_of_keys_closes_itself() {
 #[test]
 fn a_gamma_beyond_the_slider_stays() {
     let mut harness = harness(&[("color", LayerFormat::R16)], None);
-    harness.state_mut().shown = vec![LayerOptions { gamma: 40.0, ..LayerOptions::default() }];
+    let beyond = LayerOptions { gamma: 40.0, exposure: -20.0, ..LayerOptions::default() };
+    harness.state_mut().shown = vec![beyond.clone()];
     harness.run();
-    assert_eq!((harness.state().shown[0].gamma, harness.state().changes), (40.0, 0));
+    assert_eq!((&harness.state().shown[..], harness.state().changes), (&[beyond][..], 0));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
-    look: u32,        // as SCENE_LOOK; LAYERED_DISPLAY more where the values are display values
+    look: u32,        // as SCENE_LOOK of one layer; LAYERED_DISPLAY more where the values are display values
     map: u32,         // 1 where the palette makes colours of a single channel
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
@@ -20,7 +20,8 @@ const LAYERED_DISPLAY: u32 = 4096u;
 
 // The colour of a layer's value, and how much it hides.
 fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
-    let look = layered[n].look & ~LAYERED_DISPLAY;
+    // Shades that no layer has are known to be none when the pipeline is made.
+    let look = layered[n].look & ((SCENE_LOOK | ~SCENE_SHADES) & ~LAYERED_DISPLAY);
     let plain = scene_value_color(value, look, layered[n].nodata, layered[n].tone);
     if !scene_takes_map(plain, look, layered[n].map) {
         return scene_or_nodata(plain, layered[n].nodata_colour);

@@ -2,8 +2,8 @@
 // The text after this one is generated: vastex's own, and constants.
 
 // What channels mean, in the lowest two bits SCENE_GREY and its kin; then two bits each for the channels that are red, green and blue;
-// then SCENE_NODATA where what is no number or infinite stands for no data, and SCENE_NODATA_VALUE where a value does; SCENE_CURVE and SCENE_GAMMA
-// where shades follow a curve, or have an exponent. See layers/mod.rs.
+// then SCENE_NODATA where what is no number or infinite stands for no data, and SCENE_NODATA_VALUE where a value does; and how values become
+// shades: SCENE_LOG and its kin. Of a list of layers the last of these alone: those that any layer has. See layers/mod.rs.
 override SCENE_LOOK: u32;
 // Whether the layer's values are display values and the target is given light, or the other way round; see layers/mod.rs.
 override SCENE_DECODES: bool;
@@ -85,10 +85,10 @@ struct Planet {
 const PLACE_HEIGHT: u32 = 8u;
 const PLACE_WANTED: u32 = 9u;
 
-// How values become shades: by their range, and the curve and the exponent within it; see layers/tone.rs.
+// How values become shades: by their range and the exposure, and the curve and the exponent within it; see layers/tone.rs.
 struct Tone {
-    range: vec2<f32>, // the value that is black, and 1 over its distance from the one that is white
-    curve: f32,       // by how much dark is spread
+    range: vec2<f32>, // the value that is black, and how much lighter one more is: 1 over the distance to white, times the exposure
+    curve: f32,       // by how much a logarithm spreads what is dark
     gamma: f32,
 }
 
@@ -212,6 +212,12 @@ fn scene_takes_map(plain: vec4<f32>, look: u32, map: u32) -> bool {
     return is_value & (map != 0u) & ((channels == SCENE_GREY) | (channels == SCENE_GREY_ALPHA));
 }
 
+// Light that is brighter than a screen as light on it, by the numbers of a curve; see layers/tone.rs.
+fn scene_rolled_off(light: vec3<f32>, above: vec2<f32>, below: vec3<f32>) -> vec3<f32> {
+    let x = clamp(light, vec3<f32>(0.0), vec3<f32>(SCENE_MOST_LIGHT));
+    return min((x * ((x * above.x) + above.y)) / ((x * ((x * below.x) + below.y)) + below.z), vec3<f32>(1.0));
+}
+
 // The colour of a value and how much it hides, by what channels mean, the value that stands for no data, and how values become shades: of a
 // single channel the shade, which a colour map may make a colour of. What is without data has an alpha that no value has.
 fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> vec4<f32> {
@@ -224,8 +230,17 @@ fn scene_value_color(value: vec4<f32>, look: u32, nodata: f32, tone: Tone) -> ve
         return vec4<f32>(0.0, 0.0, 0.0, -2e30);
     }
     var shown = (values - tone.range.x) * tone.range.y;
-    if is_value & ((look & SCENE_CURVE) != 0u) {
+    if is_value & ((look & SCENE_LOG) != 0u) {
         shown = log2(max(shown, vec3<f32>(0.0)) * tone.curve + 1.0) / log2(tone.curve + 1.0);
+    }
+    if is_value & ((look & SCENE_REINHARD) != 0u) {
+        shown = scene_rolled_off(shown, SCENE_REINHARD_ABOVE, SCENE_REINHARD_BELOW);
+    }
+    if is_value & ((look & SCENE_ACES) != 0u) {
+        shown = scene_rolled_off(shown, SCENE_ACES_ABOVE, SCENE_ACES_BELOW);
+    }
+    if is_value & ((look & SCENE_LIGHT) != 0u) {
+        shown = display_from_light(shown);
     }
     if is_value & ((look & SCENE_GAMMA) != 0u) {
         shown = pow(max(shown, vec3<f32>(0.0)), vec3<f32>(tone.gamma));

@@ -1,0 +1,75 @@
+//! Windows that open, draw some frames of what they are to show, and end by themselves.
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Result, ensure};
+
+use super::display::Display;
+use super::{hands, program};
+use crate::shell;
+
+/// Opened for the first time: a person's hands have built the other one before.
+const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
+/// Frames of the source itself.
+const FRAMES: &str = "12";
+/// A window that is quick to draw.
+const SIZE: &str = "480x320";
+
+/// Opens a container, images that nobody built, one that ends early, and heights of a file of their own.
+pub(super) fn check(place: &Path) -> Result<()> {
+    let display = Display::start(place)?;
+    let container = place.join("image.vastex");
+    let mut build = shell::command(&program().to_string_lossy());
+    shell::run(build.args(["build", IMAGE, "--quiet", "-o"]).arg(&container))?;
+    for scene in ["image", "globe"] {
+        shell::run(view(&display, place, &container).args(["--on", scene]))?;
+    }
+    images_that_nobody_built(&display, place)?;
+    heights_of_a_file(&display, place)
+}
+
+/// A PNG is shown while it is built, and opened at once the second time, as a JPEG is that was built before;
+/// of one that ends early, the program says so.
+fn images_that_nobody_built(display: &Display, place: &Path) -> Result<()> {
+    for (image, scene, is_built) in
+        [(IMAGE, "image", true), (IMAGE, "image", false), (hands::PLANET, "globe", false)]
+    {
+        let said = shell::run_with_stderr(view(display, place, Path::new(image)).args(["--on", scene]))?;
+        ensure!(
+            hands::says_built(&said.join("\n")) == is_built,
+            "{image}: built the first time and no other: {said:?}"
+        );
+    }
+    let short = place.join("short.png");
+    let whole = fs::read(shell::root().join(IMAGE))?;
+    fs::write(&short, &whole[..whole.len() / 2])?;
+    let ended = view(display, place, &short).output()?;
+    let said = String::from_utf8_lossy(&ended.stderr);
+    ensure!(
+        ended.status.code() == Some(1) && said.contains("short.png: is truncated"),
+        "an image that ends early: {:?}, {said}",
+        ended.status
+    );
+    Ok(())
+}
+
+/// Heights of a file of their own come after what they displace, which is shown without them until then.
+fn heights_of_a_file(display: &Display, place: &Path) -> Result<()> {
+    for scene in ["terrain", "globe", "planet"] {
+        let mut command = view(display, place, Path::new(IMAGE));
+        let said = shell::run_with_stderr(command.args(["--on", scene, "--height", IMAGE]))?;
+        let errors: Vec<_> = said.iter().filter(|line| line.contains("error")).collect();
+        ensure!(errors.is_empty(), "heights on a {scene}: {errors:?}");
+    }
+    Ok(())
+}
+
+/// A window that closes after some frames of what it is to show, once all of it is there.
+fn view(display: &Display, place: &Path, source: &Path) -> Command {
+    let mut command = shell::command(&program().to_string_lossy());
+    hands::stand_in(&mut command, display, place);
+    command.arg("view").arg(source).args(["--size", SIZE, "--exit-after-frames", FRAMES]);
+    command
+}
