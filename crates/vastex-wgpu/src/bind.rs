@@ -24,7 +24,7 @@ pub struct BindingPlace {
 }
 
 impl BindingPlace {
-    /// Fails where a device has no such group, or too few bindings in it from the first on for a text of one
+    /// Fails if a device has no such group, or too few bindings in it from the first on for a text of one
     /// pool and one layer.
     pub fn check(self, limits: &wgpu::Limits) -> Result<(), GpuError> {
         let most = Bindings { first: 0, has_cells: true, has_fades: true, solid: vec![false] };

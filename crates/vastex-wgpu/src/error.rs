@@ -1,6 +1,6 @@
 //! What can go wrong on a GPU, by what the caller can do about it.
 
-/// Why the GPU did not do what it was told.
+/// Why a GPU operation failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum GpuError {
     /// The device is gone: unplugged, reset by its driver, or destroyed. Nothing made from it works any more;

@@ -88,8 +88,8 @@ impl FeedbackView {
         FeedbackView { answers: if answers == 0 { 1 } else { answers }, ..self }
     }
 
-    /// The view of one pixel of a picture, which lies within it. Its target has the four pixels that take
-    /// their gradients together, so that the pixel wants what it wants in a view of the whole picture.
+    /// The view of a single pixel of a picture. Its target has the four pixels that share gradients, so that
+    /// the pixel wants the same as in a view of the whole picture.
     pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
         FeedbackView { picture, scale: FeedbackScale::Full, frame, answers: 1, pixel: Some(pixel) }
     }

@@ -26,15 +26,15 @@ const TARGET: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 /// Which formats a device filters as well as is asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct VolumeFilters {
-    /// One channel of 8 bits.
+    /// True if one channel of 8 bits is filtered well.
     pub r8: bool,
-    /// One channel of 16 bits; false where the device does not have it filtered.
+    /// True if one channel of 16 bits is filtered well.
     pub r16: bool,
-    /// 16 bits as two channels of 8, each filtered by itself.
+    /// True if two channels of 8 bits, the halves of 16, are filtered well, each by itself.
     pub high_low: bool,
-    /// One 16-bit float.
+    /// True if one channel of 16-bit floats is filtered well.
     pub r16f: bool,
-    /// One 32-bit float; false where the device does not have it filtered.
+    /// True if one channel of 32-bit floats is filtered well.
     pub r32f: bool,
 }
 
@@ -42,8 +42,8 @@ pub struct VolumeFilters {
 type Key = (String, String, String, wgpu::Backend, bool, bool);
 
 impl VolumeFilters {
-    /// What is taken for granted of a device with these features where nothing can be tried, as in a browser,
-    /// where nobody can wait for an answer: all but two channels in the place of one.
+    /// The filters assumed of a device with these features where none can be tried, as in a browser, where
+    /// nothing can wait for an answer: all but two channels in the place of one.
     pub fn untried(features: wgpu::Features) -> VolumeFilters {
         VolumeFilters {
             r8: true,

@@ -48,7 +48,7 @@ pub enum TableKind {
 /// Which kind of page table a texture gets. Pictures are the same with either.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TableChoice {
-    /// A direct one up to 4 Mi entries and what its pool has room for, else a hashed one.
+    /// A direct table up to 4 Mi entries, if its pool has room for it, else a hashed one.
     #[default]
     BySize,
     /// An entry for each page: one read for each lookup.

@@ -56,10 +56,10 @@ pub fn texture_format(format: LayerFormat, features: wgpu::Features) -> Option<(
     })
 }
 
-/// The format in which a pool of volumes on a device that filters so holds a layer of `format`: that itself;
-/// of 8 bits where the device does not filter them well, 16 bits, or 16-bit floats, where it filters those.
-/// Layers of other formats are held as they are, and blended by the shader where the device does not do it
-/// well.
+/// The format in which a pool of volumes holds a layer of `format`, on a device that filters as `filters`
+/// says: the format itself; for 8 bits that the device does not filter well, 16 bits, or 16-bit floats, if it
+/// filters those. Layers of other formats are held as they are, and the shader blends them if the device does
+/// not do so well.
 pub fn held_volume_format(format: LayerFormat, filters: VolumeFilters) -> LayerFormat {
     match format {
         LayerFormat::R8 if filters.r8 => format,

@@ -104,9 +104,9 @@ impl ParamStore {
         self.words.get(first..first + self.stride as usize).unwrap_or_default()
     }
 
-    /// Lets the records lie elsewhere from the next [`ParamStore::write`] on, and those of these numbers stay
-    /// as they are for commands that were recorded before: their tiles and tables lie elsewhere, too, and
-    /// what those commands have bound of them stays as it is.
+    /// Moves the records to new memory from the next [`ParamStore::write`] on, so that the records of these
+    /// numbers stay as they are for commands that were recorded before: their tiles and tables move, too, and
+    /// those commands keep the old ones bound.
     pub fn part(&mut self, numbers: impl IntoIterator<Item = TextureNumber>) {
         self.parted.extend(numbers.into_iter().map(TextureNumber::number));
     }

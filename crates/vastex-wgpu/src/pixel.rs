@@ -6,7 +6,7 @@ use crate::feedback::FeedbackTarget;
 use crate::mapping::{Answer, Mapping, read_buffer};
 use crate::raw::PIXEL_BYTES;
 
-/// The pixel of a [target of one pixel](FeedbackTarget::of_pixel), on its way back.
+/// The read-back of the pixel of a [target of one pixel](FeedbackTarget::of_pixel).
 #[derive(Debug)]
 pub struct PixelReadback {
     frame: u64,
@@ -15,7 +15,7 @@ pub struct PixelReadback {
 }
 
 impl PixelReadback {
-    /// Records what brings the pixel back, as it then is, of a frame.
+    /// Records the commands that read the pixel back, as it then is, of a frame.
     pub fn record(
         device: &wgpu::Device,
         encoder: &mut wgpu::CommandEncoder,

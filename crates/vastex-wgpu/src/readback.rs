@@ -22,7 +22,7 @@ use crate::raw::RawTexture;
 /// ahead.
 const RING: usize = 6;
 
-/// Compacts the feedback of one target, frame after frame, and brings it back.
+/// Compacts the feedback of one target, frame after frame, and reads it back.
 #[derive(Debug)]
 pub struct Readback {
     ring: Ring,
@@ -34,7 +34,7 @@ enum Ring {
     Raw(RawRing),
 }
 
-/// What brings feedback back on a device; one for all targets. Compiles a shader where the mode has one.
+/// Pipelines that read feedback back on a device; one for all targets. Compiles a shader if the mode has one.
 #[derive(Clone, Debug)]
 pub struct ReadbackPipelines(Option<CompactionPipelines>);
 
@@ -46,8 +46,8 @@ impl ReadbackPipelines {
 }
 
 impl Readback {
-    /// A ring for one target; a new target needs a new ring, and what was under way in the old one is given
-    /// up.
+    /// A ring of buffers for one target; a new target needs a new ring, and feedback still on its way in the
+    /// old one is dropped.
     pub fn new(
         device: &wgpu::Device,
         pipelines: &ReadbackPipelines,
@@ -64,12 +64,13 @@ impl Readback {
         Ok(Readback { ring })
     }
 
-    /// Records what brings the target's pixels back, as they then are. `frame` grows from call to call.
+    /// Records the commands that read back the target's pixels, as they then are. `frame` grows from call to
+    /// call.
     ///
-    /// Returns whether there was room: where the GPU is several frames behind, a frame's feedback is left out
-    /// rather than waited for. Where the commands are dropped instead of submitted the frame's feedback is
-    /// lost ([`Readback::take_lost`]), as it is where they are submitted after those of a later frame have
-    /// come back.
+    /// Returns true if there was room: while the GPU is several frames behind, a frame's feedback is left out
+    /// rather than waited for. If the commands are dropped instead of submitted, the frame's feedback is lost
+    /// ([`Readback::take_lost`]), and so it is if they are submitted after those of a later frame have been
+    /// read back.
     pub fn record(&mut self, device: &wgpu::Device, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {
         match &mut self.ring {
             Ring::Lists(ring) => ring.record(device, encoder, frame),
@@ -87,8 +88,8 @@ impl Readback {
     }
 
     /// The feedback of one frame, recorded and submitted before. Blocks until it has arrived whole; left-over
-    /// entries are fetched by a submission of their own. Fails with [`GpuError::NoFeedback`] where its
-    /// commands were not submitted. Not for browsers, where nothing can be waited for.
+    /// entries are fetched by a submission of their own. Fails with [`GpuError::NoFeedback`] if its commands
+    /// were not submitted. Not for browsers, where nothing can be waited for.
     pub fn wait(
         &mut self,
         device: &wgpu::Device,

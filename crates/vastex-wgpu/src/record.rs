@@ -44,7 +44,7 @@ pub struct RecordOf<'a> {
     pub geometry: &'a Geometry,
     /// The texture's id: [`shader_id`].
     pub id: u32,
-    /// Where the voxels of a volume's levels lie, where they are not its texels.
+    /// Where the voxels of a volume's levels lie, if they are not its texels.
     pub voxels: Option<&'a VoxelLevels>,
     /// The slot of the texture's tail.
     pub tail_slot: Slot,

@@ -31,10 +31,9 @@ pub(crate) const NO_VIEW: ViewParams = ViewParams {
     unused: 0,
 };
 
-/// The parameters of all views, and their cells. They are set by commands, so that they are each frame's own
-/// however many are recorded before the first of them is submitted. They outlive targets, so that a resize
-/// leaves bind groups as they are, but where feedback is inline and the cells need more room
-/// ([`Views::is_moved`]).
+/// The parameters of all views, and their cells. Commands set them, so that each frame has its own, however
+/// many are recorded before the first of them is submitted. They outlive targets, so that a resize leaves
+/// bind groups as they are, unless feedback is inline and the cells need more room ([`Views::is_moved`]).
 #[derive(Debug)]
 pub struct Views {
     buffer: wgpu::Buffer,
@@ -114,8 +113,8 @@ impl Views {
         }
     }
 
-    /// Gives a view so many cells, where feedback is inline. Where they do not fit beside those of the
-    /// others, all of them lie elsewhere from now on.
+    /// Gives a view so many cells, with inline feedback. If they do not fit beside those of the other views,
+    /// the cells of all views move.
     pub fn fit_cells(
         &mut self,
         device: &wgpu::Device,

@@ -43,19 +43,19 @@ pub enum Event {
         /// Bytes that the pool has.
         bytes: u64,
     },
-    /// The bind groups that read a pool are others than before: whoever keeps one, or a render bundle that
-    /// names it, makes that anew.
+    /// The bind groups that read a pool were replaced: whoever keeps one, or a render bundle that names one,
+    /// makes it anew.
     BindGroupsChanged {
         /// The pool.
         pool: PoolId,
     },
-    /// A group is gone, since one of its members was removed.
+    /// A group was removed, since one of its members was.
     GroupRemoved {
         /// The group.
         group: GroupNumber,
     },
-    /// A tile could not be had; said once, until it recovers. It is tried again with back-off, its ancestor
-    /// stays on screen.
+    /// A tile could not be read; reported once, until it recovers. It is tried again with back-off; its
+    /// ancestor stays on screen.
     Failed {
         /// The pool of its texture.
         pool: PoolId,

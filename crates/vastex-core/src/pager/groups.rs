@@ -31,9 +31,8 @@ impl Pager {
         Ok(self.groups.add(number, shape, members))
     }
 
-    /// Removes a group in the frame `frame`, the newest whose feedback may name it; its members stay. Says
-    /// whether there was one. As with textures, its number is given again when no feedback can name it any
-    /// more.
+    /// Removes a group in the frame `frame`, the newest whose feedback may name it; its members stay. Returns
+    /// true if there was one. As with textures, its number is reused when no feedback can name it any more.
     pub fn remove_group(&mut self, group: GroupNumber, frame: u64) -> bool {
         let was_there = self.groups.remove(group);
         if was_there {

@@ -147,8 +147,8 @@ impl Pager {
         Ok(pool)
     }
 
-    /// Sets the bytes that each tile of a pool takes from its request until it is in a slot, where that is
-    /// more than its own: what the in-flight budget counts. To be called before anything is asked for.
+    /// Sets the bytes of the in-flight budget that each tile of a pool takes from its request until it is in
+    /// a slot, if that is more than the tile's own. To be called before anything is requested.
     pub fn set_flight_bytes(&mut self, pool: PoolId, bytes: u64) {
         if let Some(pager) = self.pool_mut(pool) {
             pager.residency.set_flight_bytes(bytes);

@@ -26,7 +26,7 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::ViewId;
 
-/// One pool of a [`Pager`](crate::Pager), to look at: what is in it, and how it stands.
+/// One pool of a [`Pager`](crate::Pager), to be asked about its pages and its state.
 #[derive(Debug)]
 pub struct PoolPager {
     pool: PoolId,

@@ -69,8 +69,8 @@ impl Pager {
         })
     }
 
-    /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they are
-    /// in view, as it were, at every mip bias.
+    /// Loads the pages of a region, with their ancestors, and keeps them until [`Pager::release`]: they count
+    /// as in view, at every mip bias.
     ///
     /// Fails where pins, tails included, would take more than their share of the slots
     /// ([`Pager::set_pin_share`]). Pages that share a slot count one by one, since the content of each may

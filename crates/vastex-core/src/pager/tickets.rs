@@ -41,8 +41,8 @@ impl Ticket {
 pub struct Urgency {
     /// The greater comes first.
     pub priority: i32,
-    /// The frame by which the pages should be here and until which they are kept; those of the earliest come
-    /// first among equals. Without one they are kept until the last is here.
+    /// The frame by which the pages should be here, and until which they are kept; among equals the earliest
+    /// deadline comes first. Without one, pages are kept until the last has come.
     pub deadline: Option<u64>,
 }
 
@@ -55,7 +55,7 @@ pub enum TicketState {
     Done,
     /// The deadline has passed with pages missing.
     Late,
-    /// The application let go of it, or its texture is gone.
+    /// The application released the ticket, or its texture is gone.
     Released,
 }
 

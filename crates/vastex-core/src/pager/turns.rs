@@ -25,9 +25,9 @@ impl Pager {
     /// The next tile to load, while the in-flight budget allows one. Its rank compares with those of all
     /// pools.
     ///
-    /// What is in view of any pool comes before what was asked for explicitly of any, which has half of the
-    /// budget. Where several textures have pages, none holds so much of it that others cannot begin: a page
-    /// whose texture has its share is passed over.
+    /// Pages in view of any pool come before explicit requests of any pool, which get half of the budget. If
+    /// several textures have pages, none holds so much of the budget that others cannot begin: a page whose
+    /// texture has its share is passed over.
     pub fn poll_request(&mut self) -> Option<Request> {
         let share = self.flight_share();
         let mut below = u64::MAX;

@@ -56,15 +56,14 @@ pub struct Stats {
     /// Feedback pixels of the last jitter cycle whose wanted page, at mip bias 0, was resident when the
     /// newest feedback came; a tail always is.
     pub pixels_at_wanted: u64,
-    /// Levels by which what was resident then was coarser than what they wanted at mip bias 0, summed over
-    /// the pixels.
+    /// Levels by which resident pages were coarser than wanted at mip bias 0, summed over these pixels.
     pub levels_short: u64,
     /// Tiles put over older ones of the same pages, whose content had changed.
     pub refreshed: u64,
 }
 
 impl Stats {
-    /// What is counted, from an earlier moment on; what is measured, as it stands.
+    /// Counters since an earlier moment, and the present state.
     pub fn since(self, earlier: &Stats) -> Stats {
         Stats {
             requests: self.requests - earlier.requests,

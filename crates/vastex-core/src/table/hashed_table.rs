@@ -117,7 +117,7 @@ impl HashedTable {
         self.load(changes);
     }
 
-    /// Carries out the evictions alone. The buckets stay as many as they are, and where they are.
+    /// Carries out the evictions alone. Number and place of the buckets do not change.
     pub fn evict(&mut self, changes: &[TableChange]) {
         for TableChange { page, rule, entry } in changes {
             let ChangeRule::Naming(old) = *rule else { continue };
@@ -180,9 +180,9 @@ impl HashedTable {
         Some(written)
     }
 
-    /// The table as it lay before its number of buckets changed, if they have since
-    /// [`HashedTable::take_written`], which is to be called after this: what it says was written goes to
-    /// whoever still reads the old buckets. It is as true of what has left as the new one, and takes further
+    /// The table as it was before its number of buckets changed, if it has changed since
+    /// [`HashedTable::take_written`], which is to be called after this: its changes are for readers that
+    /// still have the old buckets. Evicted pages are gone from it as from the new one, and it takes further
     /// [evictions](HashedTable::evict).
     pub fn take_before(&mut self) -> Option<HashedTable> {
         self.before.take().map(|before| *before)
@@ -269,8 +269,8 @@ impl HashedTable {
     }
 }
 
-/// A hashed table that one texture has for itself, with what a lookup needs to know: for tests, and where no
-/// GPU is.
+/// A hashed table of a single texture, with what a lookup needs to know: for tests, and where there is no
+/// GPU.
 #[derive(Clone, Debug)]
 pub struct HashedTextureTable {
     /// The table.

@@ -11,8 +11,8 @@ use crate::shader_constants::POOL_SLOTS;
 use crate::texture::format::Description;
 use crate::texture::page::{Dims, TextureNumber};
 
-/// Names a pool: one of those among which the textures of a device are parted by their tiles and formats.
-/// Counted from 0 in the order in which they were made.
+/// Names a pool: the textures of a device are divided among pools by their tiles and formats. Counted from 0
+/// in the order in which pools were made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PoolId(u16);
 

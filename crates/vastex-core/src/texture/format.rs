@@ -96,7 +96,7 @@ impl LayerFormat {
         if self.is_compressed() { 4 } else { 1 }
     }
 
-    /// Bytes of one block: of one texel where the format is not compressed.
+    /// Bytes of one block, or of one texel if the format is not compressed.
     pub const fn block_bytes(self) -> usize {
         use LayerFormat::*;
         match self {
@@ -196,8 +196,8 @@ pub struct Layer {
     /// does not, as with labels and numbers of objects, each pixel shows one texel as it is stored, whatever
     /// the filter, and tiles do not fade in.
     pub is_mixable: bool,
-    /// The value of texels of which nothing is known, if there is one. Levels leave such texels out; who
-    /// draws the layer should neither draw them nor blend them with others.
+    /// The value that marks texels without data, if there is one. Coarser levels leave such texels out;
+    /// whoever draws the layer should neither draw them nor blend them with others.
     pub nodata: Option<NodataValue>,
 }
 
@@ -321,7 +321,7 @@ impl Description {
         Ok(())
     }
 
-    /// Bytes of one block of every layer, one after the other: what a tile of one colour is made of.
+    /// Bytes of one block of every layer, one after the other: a tile of one colour repeats these.
     pub fn block_bytes(&self) -> usize {
         self.layers.iter().map(|layer| layer.format.block_bytes()).sum()
     }

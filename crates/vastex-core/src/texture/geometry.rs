@@ -197,8 +197,9 @@ impl Geometry {
         Geometry { spec, levels, tail: self.tail.divided(scale) }
     }
 
-    /// What is added to a position of level 0, divided by the level's scale, to make it one of the level,
-    /// along each axis: 0, or up to half a texel where texels [keep their positions](TexelPositions::Kept).
+    /// The offset that is added to a position of level 0, divided by the level's scale, to make it one of the
+    /// level, along each axis: 0, or up to half a texel if texels [keep their
+    /// positions](TexelPositions::Kept).
     pub fn sample_offset(&self, level: u8) -> [f64; 3] {
         match self.spec.positions {
             TexelPositions::Centered => [0.0; 3],

@@ -14,8 +14,8 @@ impl ViewId {
     /// The main view, which is always there.
     pub const MAIN: ViewId = ViewId(0);
 
-    /// What is expected to be seen, which is no view yet. Feedback of it is a prediction, which says what is
-    /// loaded early, and never counts as what a view wants.
+    /// The view that is expected, which is no view yet. Feedback for it is a prediction, which decides what
+    /// is loaded early, and never counts as wanted by a view.
     pub const EXPECTED: ViewId = ViewId(u32::MAX);
 
     /// The view of this number; 0 is the main view.

@@ -48,7 +48,7 @@ pub struct LoaderSettings {
     /// the read is dropped.
     pub time_out: Duration,
     /// How long a [`LocalLoader`] may decode in a frame, in which it is polled until it has nothing to give.
-    /// It always decodes one tile, so that a frame takes up to a tile longer. Has no effect where there are
+    /// It decodes at least one tile, so a frame may take a tile longer. Has no effect where there are
     /// threads.
     pub decode_time: Duration,
 }

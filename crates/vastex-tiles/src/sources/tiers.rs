@@ -72,7 +72,8 @@ pub struct ChunkStats {
     pub decoded: u64,
     /// Bytes that these had, decoded.
     pub bytes_decoded: u64,
-    /// How often a chunk was had without decoding it: it was kept, or another read had begun with it.
+    /// How often a chunk was delivered without decoding it again: it was kept, or another read was decoding
+    /// it.
     pub shared: u64,
     /// Bytes of decoded chunks that are kept for other tiles.
     pub bytes: u64,

@@ -361,7 +361,7 @@ impl PoolTables {
         }
     }
 
-    /// The buffer of [`PoolTables::binding`], where it is one. Can be copied from.
+    /// The buffer of [`PoolTables::binding`], if it is one. Can be copied from.
     pub fn buffer(&self) -> Option<&wgpu::Buffer> {
         match &self.kind {
             Kind::Direct(tables) => tables.buffer(),
@@ -369,7 +369,7 @@ impl PoolTables {
         }
     }
 
-    /// The texture of [`PoolTables::binding`], where it is one. Can be copied from.
+    /// The texture of [`PoolTables::binding`], if it is one. Can be copied from.
     pub fn texture(&self) -> Option<&wgpu::Texture> {
         match &self.kind {
             Kind::Direct(tables) => tables.texture(),
@@ -385,8 +385,8 @@ impl PoolTables {
         }
     }
 
-    /// GPU memory of the tables, and of what they lay in before while that is followed; what changes are sent
-    /// through comes on top.
+    /// GPU memory in bytes of the tables, and of the old ones while commands recorded before may read them;
+    /// buffers for changes come on top.
     pub fn bytes(&self) -> u64 {
         match &self.kind {
             Kind::Direct(tables) => tables.bytes(),

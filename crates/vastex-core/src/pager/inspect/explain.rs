@@ -64,7 +64,7 @@ pub enum Step {
 }
 
 /// Why a pixel shows what it shows: the page that was wanted there, the page that is shown, what stands
-/// between the two, and since when. It is read off the pager's state, so a frame costs no more for it.
+/// between the two, and since when. It is read from the pager's state, so frames cost no more for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Explanation {
     /// The pool.
@@ -77,7 +77,7 @@ pub struct Explanation {
     pub wanted: WantedPage,
     /// The pool's mip bias, in eighths of a level.
     pub bias_eighths: u16,
-    /// What is wanted at that bias, or what stands for it where it has no tile.
+    /// The page that is wanted at that bias, or the ancestor that stands for it if it has no tile.
     pub at_bias: PageId,
     /// What is shown there: the finest resident page that covers it, as sharp as that at most.
     pub shown: PageId,
@@ -90,9 +90,9 @@ pub struct Explanation {
     /// True if the page's content has changed, so that what is shown is out of date until its new tile is
     /// here.
     pub is_stale: bool,
-    /// Pages in its slot, itself included; 0 where it is in none.
+    /// Pages in the page's slot, itself included; 0 if it is in none.
     pub in_slot: u32,
-    /// What has happened to it, the latest last, each with its frame.
+    /// What has happened to the page, the latest last, each with its frame.
     pub history: Vec<(u64, Step)>,
 }
 

@@ -14,14 +14,14 @@ use crate::residency::stats::Stats;
 use crate::residency::time_to_sharp::TimeToSharp;
 use crate::table::pool::{PoolId, Slot};
 
-/// How a pool stood after a frame, and what happened in it.
+/// The state of a pool after a frame, and what happened in that frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PoolFrame {
     /// The frame.
     pub frame: u64,
     /// The pool.
     pub pool: PoolId,
-    /// What is counted, of this frame alone; what is measured, as it stood at its end.
+    /// Counters of this frame alone, and the state at its end.
     pub stats: Stats,
     /// Frames since the newest feedback was drawn; `None` before the first.
     pub feedback_age: Option<u64>,

@@ -24,8 +24,7 @@ pub struct PoolUsage {
     pub slots: u32,
     /// Slots that hold a tile.
     pub occupied: u32,
-    /// Pages whose tiles are in them, which is what its textures have: more than slots where pages of the
-    /// same content share one.
+    /// Pages whose tiles are in the pool's slots: more than slots if pages of the same content share one.
     pub pages: u32,
     /// Occupied slots that are never given up, whatever is in view: tails, and what an application pins.
     pub locked: u32,

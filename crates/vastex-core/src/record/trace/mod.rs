@@ -28,7 +28,7 @@ pub struct Trace {
     places: Vec<Option<Place>>,
 }
 
-/// Where a camera is: its position or any other three numbers that say best what it sees, such as longitude,
+/// Where a camera is: its position, or any other three numbers that best say what it sees, such as longitude,
 /// latitude and the logarithm of the height.
 pub type Place = [f32; 3];
 

@@ -60,8 +60,8 @@ impl<'a> SurveyedTexture<'a> {
 /// How far a survey goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurveySettings {
-    /// Levels by which what is behind the camera, beside the picture or turned away may be coarser than if it
-    /// were seen; without them it is not wanted at all.
+    /// Levels by which surfaces behind the camera, beside the picture or turned away may be coarser than if
+    /// they were seen; `None` to want nothing of them.
     pub unseen: Option<f32>,
     /// Pages that one surface or object may want at most; the finest are left out. Bounds what a survey
     /// costs: about 0.2 us for each page visited.
@@ -78,7 +78,7 @@ impl Default for SurveySettings {
 /// What a survey has found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Surveyed {
-    /// What the view wants; more than it shows where one thing hides another.
+    /// Pages that the view wants; more than it shows if one thing hides another.
     pub seen: Feedback,
     /// What the view would want if it turned, or if surfaces that are turned away were not.
     pub unseen: Feedback,
@@ -86,9 +86,9 @@ pub struct Surveyed {
 
 /// Finds what a view wants from geometry alone, without a feedback pass.
 ///
-/// It is told of each textured surface ([`Survey::surface`]) or object ([`Survey::object`]) and gives what
-/// feedback gives: pages, how sharply they are needed and over how many pixels. It does not know what hides
-/// what, so it wants more than is shown, and it is never late.
+/// The application tells a survey each textured surface ([`Survey::surface`]) or object ([`Survey::object`]),
+/// and gets what feedback gives: pages, how sharply they are needed and over how many pixels. A survey does
+/// not know what hides what, so it wants more than is shown, and it is never late.
 #[derive(Clone, Debug)]
 pub struct Survey {
     camera: Camera,

@@ -116,7 +116,7 @@ impl FixedHead {
     }
 }
 
-/// Writes one part of a container. The file appears at its place when it is finished, and not before.
+/// Writes one part of a container. The file appears at its place only when it is finished.
 #[derive(Debug)]
 pub struct PartWriter {
     out: TempFile,

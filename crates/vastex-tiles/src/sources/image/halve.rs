@@ -23,7 +23,7 @@ pub enum Reduction {
 }
 
 impl Reduction {
-    /// What a format is meant for: colours where it has four channels, else numbers.
+    /// The usual meaning of a format: colours if it has four channels, else numbers.
     pub fn usual(format: LayerFormat) -> Reduction {
         if format.channels() == 4 { Reduction::Color } else { Reduction::Values }
     }

@@ -25,7 +25,7 @@ pub struct ContainerVolume {
     /// The value of voxels that nothing is stored of, little-endian, in as many of the first bytes as a value
     /// has.
     pub fill: [u8; 8],
-    /// What else is known, as JSON; what it means is not the container's business.
+    /// Further metadata as JSON, which the container does not interpret.
     pub about: String,
 }
 
