@@ -13,9 +13,9 @@
 //! [`build()`] reads too, and a [`DirectorySource`] shows without a build.
 //!
 //! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at
-//! once. While it is built, such a program shows it from a [`MemoryImage`]: a smaller one of all of it where
-//! there is a quick way to that ([`open_reduced`]), or of the rows that the build has read. [`Decoding`]
-//! makes one without any build.
+//! once. During the build such a program shows a [`MemoryImage`]: a smaller copy of the whole image if there
+//! is a quick way to that ([`open_reduced`]), or the rows that the build has read. [`Decoding`] makes one
+//! without any build.
 //!
 //! A [`BlockSource`] compresses the tiles of another source as they are read.
 //!

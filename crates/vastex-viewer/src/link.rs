@@ -20,7 +20,7 @@ pub const MOST_FILES: usize = 8;
 /// Bytes of a link at most.
 const MOST_BYTES: usize = 1 << 16;
 
-/// A source, the files beside it, and what is shown of them.
+/// A source, the files beside it, and the view in which they are shown.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Link {
     /// The source, as a command line has it.

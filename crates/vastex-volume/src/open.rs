@@ -34,7 +34,7 @@ pub struct ImageList {
     pub what: &'static str,
     /// Where each lies below the path.
     pub images: Vec<String>,
-    /// What was wrong, and what was made of it.
+    /// What was wrong with the metadata, and how it was read.
     pub oddities: Vec<String>,
 }
 

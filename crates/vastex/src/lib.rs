@@ -25,7 +25,7 @@
 //! # Ok(()) }
 //! ```
 //!
-//! What an application has in hand:
+//! What an application calls:
 //!
 //! | what | where |
 //! |---|---|
@@ -42,7 +42,7 @@
 //! # What shaders call
 //!
 //! `id` is [`Textures::shader_id`], `view` is [`ViewRef::number`] (0 of the main view), `uv` is 0 to 1 over
-//! the texture. [`wgsl()`] tells stages and ranges.
+//! the texture. [`wgsl()`] documents stages and ranges.
 //!
 //! | to | functions |
 //! |---|---|
@@ -56,7 +56,7 @@
 //! | look into the pool of a text | `vastex_inspect_page(id, page, level)`, `vastex_inspect_slot(slot, tile_texel)`, `vastex_inspect_slot_size()` |
 //! | draw in texture space | `vastex_texture_space_clip(uv)`, `vastex_texture_space(id, uv, clip, picture)`, `vastex_texture_space_front` |
 //!
-//! A volume has these in the place of those that sample, want and ask by uv. A place in it is `offset` voxels
+//! A volume has these functions in the place of those that take a uv. A place in it is `offset` voxels
 //! after voxel `anchor`; `ray` is a `VastexRay`, `brick` a `VastexBrick`, the voxels of a box in a slot.
 //!
 //! | to | functions |
@@ -73,8 +73,8 @@
 //!
 //! # Crates
 //!
-//! What is decided is decided in `vastex-core`, what is read is read by `vastex-tiles`, and what happens on
-//! the GPU happens in `vastex-wgpu`; this crate joins them.
+//! `vastex-core` decides what is loaded and shown, `vastex-tiles` reads tiles, and `vastex-wgpu` works on the
+//! GPU; this crate joins them.
 
 mod cpu;
 mod error;

@@ -56,6 +56,6 @@ pub struct LayerReport {
     pub layer: Layer,
     /// The filter that made its levels.
     pub filter: LayerFilter,
-    /// What was left out of the image, and what reading it cost.
+    /// Notes on what was left out of the image, and what reading it cost.
     pub notices: Vec<Notice>,
 }

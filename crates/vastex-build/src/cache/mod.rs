@@ -126,10 +126,9 @@ impl BuildCache {
 
     /// The container of an image in the place of one that turned out to be damaged.
     ///
-    /// Nobody else builds or removes it meanwhile: who has the right to is waited for, as in
-    /// [`BuildCache::open`]. Where another program has built it anew by then, `is_sound` says so of what
-    /// there is, and that is opened; else it is removed, and built anew. Fails where [`BuildCache::open`]
-    /// does.
+    /// No other program builds or removes it meanwhile: this waits for the right to do so, as
+    /// [`BuildCache::open`] does. If another program has built it anew by then, which `is_sound` finds out,
+    /// that container is opened; else it is removed, and built anew. Fails as [`BuildCache::open`] does.
     pub fn open_sound(
         &self,
         image: &Path,

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 /// Parts of a whole that are told apart.
 const PARTS: u32 = 1 << 16;
 
-/// What a reader does before its first row, as other threads see it: it decodes all of a progressive JPEG.
+/// The work of a reader before its first row, as other threads see it: it decodes all of a progressive JPEG.
 #[derive(Debug, Default)]
 pub struct Beginning {
     parts: AtomicU32,

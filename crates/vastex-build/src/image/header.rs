@@ -132,7 +132,7 @@ pub trait RowReader: Send {
         let _ = helpers;
     }
 
-    /// What is decoded before the first row is there, where that takes long and can be watched.
+    /// The work before the first row, if it takes long and can be watched.
     fn beginning(&self) -> Option<Arc<Beginning>> {
         None
     }

@@ -68,8 +68,8 @@ pub enum Notice {
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of
     /// them.
     DamagedInPlaces(u32),
-    /// So few bytes before the end of the file belong to nothing. The decoder passed over them: the picture
-    /// is whole if somebody put them there, and damaged if its data are.
+    /// So few bytes before the end of the file belong to nothing. The decoder skipped them: the picture is
+    /// whole if somebody put them there, and damaged if its data are.
     StrayBytes(u32),
     /// The file holds further images or frames.
     FurtherImagesIgnored,

@@ -77,7 +77,7 @@ impl Decoding {
         &self.image
     }
 
-    /// Decodes all of it. `progress` hears of its notices and of its rows, with 0 for what is written, and
+    /// Decodes the whole image. `progress` is told its notices and its rows, with 0 for what is written, and
     /// may stop it.
     pub fn run(mut self, progress: &dyn Progress) -> Result<Arc<MemoryImage>, BuildError> {
         let header = self.reader.header().clone();

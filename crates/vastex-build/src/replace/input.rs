@@ -16,9 +16,10 @@ pub struct LayerImage {
     pub layer: Option<String>,
     /// The image, or a tile directory.
     pub path: PathBuf,
-    /// The format that the layer is expected to have; it is refused where it has another one.
+    /// The format that the layer is expected to have; the image is refused if it has another one.
     pub format: Option<LayerFormat>,
-    /// The filter by which its levels are expected to be made; it is refused where it was another one.
+    /// The filter by which the layer's levels are expected to be made; the image is refused if it was another
+    /// one.
     pub filter: Option<LayerFilter>,
 }
 

@@ -74,7 +74,7 @@ impl Default for ReplaceOptions {
 pub struct Replaced {
     /// What changed in the file.
     pub updated: Updated,
-    /// What was left out of the images and what it cost, each with its image.
+    /// Notes on what was left out of the images and what reading them cost, each with its image.
     pub notices: Vec<(PathBuf, Notice)>,
 }
 

@@ -61,8 +61,8 @@ pub struct TiffLevel {
 }
 
 impl TiffSource {
-    /// Opens a file, or another image of one by its name ([`TiffOther::name`]), as in `slide.svs:label`.
-    /// Reads its directories and, where they do not go down to one texel, its coarsest level.
+    /// Opens a file, or another image of it by its name ([`TiffOther::name`]), as in `slide.svs:label`. Reads
+    /// its directories and, if they do not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<TiffSource, SourceError> {
         TiffSource::open_as(path.as_ref(), &Shape::default())
     }

@@ -63,9 +63,9 @@ impl Controller {
         self.pose
     }
 
-    /// Carries a move out over ground with heights, if there are any: what is seen of them under the pointer
-    /// stays under it, and what is seen in the middle is what the camera goes round. Where none is seen, and
-    /// for all other moves, the ground counts as level, as high as it is below the camera.
+    /// Carries out a move over ground with heights, if there are any: the point of the ground under the
+    /// pointer stays under it, and the camera turns round the point in the middle. If no ground is seen
+    /// there, and for all other moves, the ground counts as level, at its height below the camera.
     pub fn apply_over(&mut self, moved: Move, aspects: Aspects, heights: Option<&mut dyn GroundHeights>) {
         let Some(heights) = heights else { return self.apply(moved, aspects) };
         let pose = self.pose;

@@ -13,8 +13,8 @@ pub enum Views {
     One,
     /// What two eyes see, the left one's on the left.
     Stereo,
-    /// What lies ahead, and on the right what a mirror shows: what lies behind, or on the other side. It is
-    /// looked at in every fourth frame.
+    /// The view ahead, and on the right a mirror: what lies behind, or on the other side. The mirror is drawn
+    /// in every fourth frame.
     Mirror,
 }
 

@@ -55,8 +55,8 @@ impl CompareMode {
         CompareMode::ALL[(kind + 1) % CompareMode::ALL.len()]
     }
 
-    /// What is seen of it at a time that grows from picture to picture: what flickers, as a line at one of
-    /// the edges.
+    /// The comparison at a time that grows from picture to picture: a flicker becomes a line at one of the
+    /// edges.
     #[must_use]
     pub fn at(self, time: Duration) -> CompareMode {
         match self {

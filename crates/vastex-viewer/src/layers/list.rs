@@ -17,7 +17,7 @@ pub struct ShownLayer {
     pub layer: LayerId,
     /// How the layer's values become colours.
     pub color_map: ColorMap,
-    /// How much of what lies beneath it hides, from 0 to 1, where its own values do not say less.
+    /// How much the layer hides of what lies beneath, from 0 to 1, where its own alpha does not say less.
     pub opacity: f32,
     /// True if the layer is drawn. Pages of a hidden layer are not asked for.
     pub is_visible: bool,
@@ -33,7 +33,7 @@ impl ShownLayer {
         ShownLayer { layer, color_map, opacity: 1.0, is_visible: true, filter: None }
     }
 
-    /// The filter by which it is drawn; the default one where its texture was removed.
+    /// The filter by which the layer is drawn; the default one if its texture was removed.
     pub fn filter_in(&self, textures: &Textures) -> Filter {
         let texture = textures.texture(self.layer.texture());
         let kind = texture.ok().and_then(|texture| texture.kind(self.layer.index()));
@@ -54,7 +54,7 @@ impl ShownLayer {
 pub struct PlanetLayers {
     /// What shines where it is night.
     pub night: Option<ShownLayer>,
-    /// How much of the ground clouds hide: their lightness, and where they have one their alpha.
+    /// The clouds: they hide the ground by their lightness and, if they have it, their alpha.
     pub clouds: Option<ShownLayer>,
 }
 
@@ -100,8 +100,8 @@ impl Layers {
 
     /// Layers on a surface that `heights` displace, if there are any.
     ///
-    /// Fails where there is none or where there are more than [`MOST_LAYERS`], where a texture is not there,
-    /// and where there are more pools or layers of them than a shader of the device can read.
+    /// Fails if there is none or if there are more than [`MOST_LAYERS`], if a texture was removed, and if the
+    /// layers have more pools or layers than a shader of the device can read.
     pub fn new(
         textures: &mut Textures,
         layers: Vec<ShownLayer>,

@@ -145,7 +145,7 @@ impl ColorMap {
         ColorMap { nodata, ..self }
     }
 
-    /// With a colour, sRGB-encoded, of what is without data, which is not drawn where there is none.
+    /// This colour map with a colour, sRGB-encoded, for texels without data; `None` does not draw them.
     pub fn with_nodata_color(self, nodata_color: Option<[u8; 3]>) -> ColorMap {
         ColorMap { nodata_color, ..self }
     }

@@ -14,7 +14,7 @@ pub struct StoredScale {
 }
 
 impl StoredScale {
-    /// That of a format; of one that is compressed in blocks, that of what it stands for.
+    /// The scale of a format; of a format that is compressed in blocks, that of the format it stands for.
     pub fn new(format: LayerFormat) -> StoredScale {
         use LayerFormat::{R16, R16Float, R32Float, Rgba8Srgb, Rgba16, Rgba16Float};
         let plain = format.decoded();

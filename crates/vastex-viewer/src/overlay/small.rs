@@ -66,7 +66,7 @@ impl SmallOverlay {
         SIZE
     }
 
-    /// The picture, as it is to be shown: its values are those of a screen.
+    /// The picture, in display values.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.shown
     }

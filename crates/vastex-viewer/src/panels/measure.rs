@@ -36,7 +36,7 @@ impl Measure {
         self.points.push(texel);
     }
 
-    /// Closes the line, from its last point to its first, where it has three at least.
+    /// Closes the line, from its last point to its first, if it has at least three points.
     pub fn close(&mut self) {
         self.is_closed = self.points.len() > 2;
     }

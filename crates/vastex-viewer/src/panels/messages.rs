@@ -15,8 +15,8 @@ const NOTE: [Color32; 3] =
 /// Points that a message is wide at most.
 const WIDTH: f32 = 560.0;
 
-/// What went wrong, and what there is to know. A message stays until it is dismissed, or until its owner says
-/// that it is no longer so.
+/// Errors and notes for the person at the window. A message stays until it is dismissed, or until its owner
+/// says that it no longer holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Messages {
     /// The oldest first.
@@ -43,8 +43,7 @@ impl Messages {
         self.push(Message { topic, text, times, is_note: false });
     }
 
-    /// There is something to know. It is added to what is said of its topic already, on a line of its own,
-    /// unless the same is said there.
+    /// Adds a note. It becomes a further line of the message on its topic, unless the same text stands there.
     pub fn note(&mut self, topic: &str, text: &str) {
         match self.told.iter_mut().find(|message| message.is_note && message.topic == topic) {
             Some(message) if message.text.lines().any(|line| line == text) => {}
@@ -56,7 +55,7 @@ impl Messages {
         }
     }
 
-    /// Nothing of what was there to know concerns what is shown.
+    /// Removes all notes: none of them concerns what is shown now.
     pub fn forget_notes(&mut self) {
         self.told.retain(|message| !message.is_note);
     }

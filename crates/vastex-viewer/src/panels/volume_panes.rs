@@ -34,7 +34,7 @@ pub struct VolumePanes<'a> {
     pub look: &'a VolumeLook,
     /// Where the pictures lie, in pixels of the area.
     pub panes: &'a [PaneRect],
-    /// The pictures that there are, by what they are known to the painter.
+    /// The pictures, each with its texture in the painter.
     pub pictures: &'a [(VolumePane, egui::TextureId)],
     /// True if anything lies over the pictures but their names.
     pub has_guides: bool,

@@ -40,8 +40,8 @@ pub trait StageScene {
     /// Draws what a camera wants to see, into a pass of [`vastex::ViewMut::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
-    /// Draws what a camera sees: every pixel of the target. In [`vastex::ViewMut::main_pass`] it says what it
-    /// wants.
+    /// Draws what a camera sees: every pixel of the target. In [`vastex::ViewMut::main_pass`] the picture
+    /// also reports what it wants.
     fn draw_picture(
         &self,
         camera: &Self::Camera,
@@ -67,7 +67,7 @@ pub struct StageView<'a, S: StageScene + ?Sized> {
 pub enum Pictures {
     /// In every frame.
     Always,
-    /// Where pictures say what they want ([`FeedbackMode::Inline`]); otherwise something else is shown, or
+    /// If pictures say what they want ([`FeedbackMode::Inline`]); otherwise something else is shown, or
     /// nothing.
     ForFeedback,
     /// In no frame.
@@ -173,8 +173,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
     }
 }
 
-/// Draws what a camera sees where it is, from what is in the pools now; nothing follows from it. If
-/// what the scene samples was removed, it draws nothing.
+/// Draws what a camera sees from where it is, with the tiles that are in the pools now; requests nothing. If
+/// a texture of the scene was removed, it draws nothing.
 pub fn draw_again<S: StageScene + ?Sized>(
     encoder: &mut wgpu::CommandEncoder,
     textures: &Textures,

@@ -32,8 +32,8 @@ impl TargetKind {
     }
 }
 
-/// Returns true if a target of a format is given light: half floats hold it and sRGB formats encode it.
-/// Others store display values as they are given them.
+/// Returns true if light is drawn into a target of this format: half floats hold it and sRGB formats encode
+/// it. Other formats store display values as they are.
 pub fn takes_light(format: wgpu::TextureFormat) -> bool {
     format.is_srgb() || format == LinearTarget::FORMAT
 }

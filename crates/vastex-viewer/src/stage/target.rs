@@ -40,7 +40,7 @@ impl<'a> Target<'a> {
         self.pass(encoder, wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 0.0 }))
     }
 
-    /// A pass that goes on where another one ended: what is not drawn in it stays. Depths begin anew.
+    /// A pass that continues where another one ended: pixels that it does not draw stay. Depths begin anew.
     pub fn go_on<'e>(&self, encoder: &'e mut wgpu::CommandEncoder) -> wgpu::RenderPass<'e> {
         self.pass(encoder, wgpu::LoadOp::Load)
     }

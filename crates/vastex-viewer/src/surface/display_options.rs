@@ -152,10 +152,10 @@ pub enum LayerOptionsError {
     },
 }
 
-/// What a planet is made of beside its ground and its heights, and how it is lit.
+/// The layers of a planet beside its ground and its heights, and its light.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlanetOptions {
-    /// What shines on it where it is night, if anything does.
+    /// The layer that shines where it is night on the planet, if any does.
     pub night: Option<LayerOptions>,
     /// The planet's clouds, if it has any.
     pub clouds: Option<LayerOptions>,

@@ -195,7 +195,7 @@ impl SceneRenderer {
         self.made_of.scene
     }
 
-    /// What is drawn where no surface is, in the values of its pictures.
+    /// The value that is drawn where there is no surface, in the values of the renderer's pictures.
     pub fn background(&self) -> Vec4 {
         self.ground().told(takes_light(self.format()))[0]
     }

@@ -45,7 +45,7 @@ pub struct ViewText {
     pub scene: Option<Scene>,
     /// The layers, the lowest first; none where nothing is said of them.
     pub layers: Vec<LayerOptions>,
-    /// How the uppermost layer is compared with those beneath it, where that is said.
+    /// How the uppermost layer is compared with those beneath it, if the text says so.
     pub compare_mode: Option<CompareMode>,
     /// What is drawn in the place of the picture, where that is said: an overlay, or nothing.
     pub overlay: Option<Option<Overlay>>,
@@ -132,7 +132,7 @@ impl ViewText {
         }
     }
 
-    /// The scene that it is of, where `displayed` is what is shown now.
+    /// The scene of the view, if `displayed` is the one shown now.
     pub fn scene(&self, displayed: Scene) -> Scene {
         self.scene.unwrap_or_else(|| self.pose.scene(displayed))
     }
@@ -142,7 +142,7 @@ impl ViewText {
         !self.layers.is_empty()
     }
 
-    /// Shows what it says, in the place of what was shown. What it says nothing of stays.
+    /// Applies the view to display options. Settings that the text does not name stay as they are.
     pub fn change(&self, options: &mut DisplayOptions) {
         if self.names_layers() {
             options.layers.clone_from(&self.layers);

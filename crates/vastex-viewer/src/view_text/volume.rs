@@ -178,9 +178,9 @@ impl VolumeViewText {
         }
     }
 
-    /// Shows what it says, in the place of what was shown; what it says nothing of stays, but for what is cut
-    /// away and how samples are taken, which a text that says which channels or labels are shown says all of.
-    /// Fails, and changes nothing, where the volume does not have what it names.
+    /// Applies the view to a look. Settings that the text does not name stay as they are; but a text that
+    /// names channels or labels also sets what is cut away and how samples are taken. Fails, and changes
+    /// nothing, if the volume does not have what the text names.
     pub fn change(&self, look: &mut VolumeLook, facts: &VolumeFacts) -> Result<(), VolumeViewError> {
         let mut to = look.clone();
         let wrong = |part: String, why: String| VolumeViewError { part, why };

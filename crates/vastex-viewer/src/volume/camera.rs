@@ -70,7 +70,7 @@ pub struct VolumePlane {
     pub pixel: f64,
 }
 
-/// What is left of a volume where rays go through it; slices show all of it.
+/// The part of a volume that rays go through; slices show all of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeClip {
     /// The corners of the box that is left, in the world. What of it lies outside of the volume is nothing.
@@ -162,7 +162,7 @@ impl FromStr for VolumeFace {
     }
 }
 
-/// The rays of a picture: where that of a pixel begins, and where it goes.
+/// The rays of a picture: origin and direction of the ray of each pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VolumeRays {
     /// Where the ray of the corner of pixel 0,0 begins, in the world; what is added for a pixel to the right,

@@ -23,8 +23,8 @@ pub fn usual_channel_color(channel: usize, count: usize, of_file: Option<[u8; 3]
     of_file.unwrap_or(own)
 }
 
-/// A range of sampled values as it can be drawn: of finite ends that single precision tells apart. Where both
-/// are the same it shows what is above them.
+/// A range of sampled values as it can be drawn: with finite ends that single precision tells apart. A range
+/// of one value shows everything above it.
 pub fn drawable_range(range: [f64; 2]) -> [f32; 2] {
     let within = |end: f64| if end.is_nan() { 0.0 } else { end.clamp(-MOST_END, MOST_END) };
     let [low, high] = range.map(within);
@@ -72,7 +72,7 @@ pub struct VolumeChannel {
     pub gamma: f32,
     /// 0 to 1: how much light it adds, and in emission how much it hides.
     pub opacity: f32,
-    /// What makes its colours in the place of the one colour: what a place in the range becomes.
+    /// A colour map in the place of the one colour, for the place of a value in the range.
     pub map: Option<Palette>,
 }
 

@@ -73,9 +73,9 @@ impl VolumeScene {
         self.ahead.ready(self.view_number, &self.textures)
     }
 
-    /// A channel that was asked for was read. It is shown as it was chosen, in the usual range of stored
-    /// values where none was. Gives back the texture that it is; `None` where that time is not wanted any
-    /// more. Fails where the textures refuse it; then it is left out.
+    /// Adds a channel that was asked for and has been read. It is shown as chosen, or else in its usual range
+    /// of stored values. Returns the channel's texture; `None` if its time is not wanted any more. Fails if
+    /// the textures refuse it; then it is left out.
     pub fn add(
         &mut self,
         (channel, time): (usize, u64),
@@ -158,8 +158,8 @@ impl VolumeScene {
         }
     }
 
-    /// What these textures are read from has changed in these regions: they are read again, and what is there
-    /// of them stays until then.
+    /// Says that the sources of these textures have changed in these regions: they are read again, and the
+    /// old bricks stay until then.
     pub fn changed(&mut self, changes: &[(TextureId, Region)]) {
         for (texture, region) in changes {
             // Of a time that is not kept any more there is none.

@@ -26,11 +26,11 @@ pub struct VolumeFacts {
     pub origin: [f64; 3],
     /// See [`VolumeFacts::origin`].
     pub unit_length: f64,
-    /// What the file's system is measured in, as files name it (`micrometer`), if it says so.
+    /// The unit of the file's coordinates, as files name it (`micrometer`), if the file says so.
     pub unit: Option<String>,
     /// The volume's channels; none of labels by themselves.
     pub channels: Vec<ChannelFacts>,
-    /// Labels that lie beside it, by their names; where there are no channels, itself.
+    /// Labels that lie beside the volume, by their names; for a volume of labels, the volume itself.
     pub labels: Vec<String>,
     /// Of each of them the least and the greatest number that its values can have.
     pub label_bounds: Vec<[i128; 2]>,
@@ -172,7 +172,7 @@ pub struct VolumeOrbit {
     pub pitch: f64,
     /// What is in the middle, in the scene's world.
     pub target: DVec3,
-    /// 1 where all of the box fits, 2 where it is seen from half as far.
+    /// The zoom: 1 if the whole box fits, 2 from half as far.
     pub zoom: f64,
 }
 

@@ -49,7 +49,7 @@ use point::Purpose;
 pub use point::{PointAnswer, PointAsked, PointPlace, PointValue, Points};
 pub use sight::{PaneRect, PaneSight, pane_rects};
 
-/// What time it is: how long ago the host began.
+/// A clock: the time since the host began.
 pub type VolumeClock = Arc<dyn Fn() -> Duration + Send + Sync>;
 
 /// A volume in a window.
@@ -191,7 +191,7 @@ impl VolumeScene {
         PaneSight::of(&self.look, &self.facts.of, &self.panes(), pane)
     }
 
-    /// The time that is seen: that of the look, or one before it until that one is there.
+    /// The time that is seen: the one chosen, or an earlier one until the chosen one has been read.
     pub fn seen_time(&self) -> u64 {
         self.current.time
     }
@@ -263,7 +263,7 @@ impl VolumeScene {
         self.textures.set_frame_time(time.min(Duration::from_millis(250)));
     }
 
-    /// What went wrong since the last call, with the path of what it was.
+    /// What went wrong since the last call, each with the path of the file.
     pub fn take_faults(&mut self) -> Vec<String> {
         std::mem::take(&mut self.faults)
     }

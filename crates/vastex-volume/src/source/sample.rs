@@ -60,7 +60,7 @@ impl VolumePlane {
     }
 }
 
-/// A value as it is stored, and where it lies.
+/// A stored value, and its place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointValue {
     /// The level that the value is of.

@@ -38,7 +38,7 @@ pub struct VolumeAbout {
     pub value_scale: Option<[f64; 2]>,
     /// How coarser levels were made of finer ones, as the file calls it: `mean`, `gaussian`.
     pub downsample: Option<String>,
-    /// What was wrong, and what was made of it; one sentence each.
+    /// What was wrong with the metadata, and how it was read; one sentence each.
     pub oddities: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ impl VolumeAbout {
 /// along each axis.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeLevel {
-    /// Where the level lies below the volume's path; empty where it is the volume's only array.
+    /// The level's path below the volume's; empty if it is the volume's only array.
     pub path: String,
     /// Voxels along x, y and z, at least 1 each.
     pub size: [u64; 3],

@@ -19,7 +19,7 @@ use crate::image::{Notice, PixelFormat};
 
 pub use managed::in_srgb;
 
-/// What a file says of its colours where that may be other than sRGB.
+/// What a file says of its colours, if they may be other than sRGB.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Profile(Stored);
 

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-/// How far a texel of a coarser level looks, and how it weighs what it sees.
+/// How many finer texels a texel of a coarser level is made of, and their weights.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Kernel {
     /// The mean of the texels that it covers.

@@ -34,14 +34,14 @@ use separable::Separable;
 /// `box-linear`, `kaiser@two`, `box/nodata=-9999`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct LayerFilter {
-    /// How far a texel looks, and how it weighs what it sees.
+    /// How many finer texels a texel is made of, and their weights.
     pub kernel: Kernel,
     /// What the values are.
     pub meaning: Meaning,
     /// At which level it looks.
     pub from: LevelsFrom,
-    /// The value of texels without data, as the layer stores it, if there is one. They are left out of what
-    /// is mixed, and are no texel that is picked while there is another one.
+    /// The value of texels without data, as the layer stores it, if there is one. Such texels are left out of
+    /// mixtures, and are never picked while there is another one.
     pub nodata: Option<NodataValue>,
 }
 

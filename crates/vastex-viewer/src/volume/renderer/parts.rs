@@ -29,9 +29,9 @@ impl VolumeRenderer {
         }
     }
 
-    /// Draws as described from here on, also where other channels are shown. Several channels become a group
-    /// of the textures, in the place of the one before. Fails as [`VolumeRenderer::new`] does, and where the
-    /// channels lie in another pool than those before; then it draws what it drew.
+    /// Draws as described from now on, also with other channels. Several channels become a group of the
+    /// textures, in the place of the one before. Fails as [`VolumeRenderer::new`] does, and if the channels
+    /// lie in another pool than those before; then it draws as it did.
     pub fn show(&mut self, textures: &mut Textures, desc: VolumeDesc) -> Result<(), VolumeError> {
         let layers = |desc: &VolumeDesc| desc.channels.iter().map(|c| c.layer).collect::<Vec<LayerId>>();
         if layers(&desc) != layers(&self.desc) {

@@ -10,9 +10,9 @@ use crate::volume::{VolumeBox, VolumeClip};
 pub struct ClipLook {
     /// Of each axis, from where to where something is seen, as shares of the box.
     pub shares: [[f64; 2]; 3],
-    /// True if a plane hides what lies before it, as one looks along it.
+    /// True if a plane hides what lies on its near side, in the direction in which it looks.
     pub has_plane: bool,
-    /// Where that plane looks, in degrees as [`VolumeOrbit`] has them.
+    /// The direction in which the plane looks, in degrees as [`VolumeOrbit`] has them.
     pub plane_yaw: f64,
     /// See [`ClipLook::plane_yaw`].
     pub plane_pitch: f64,

@@ -49,9 +49,9 @@ pub struct TiffAbout {
     pub bands: Vec<Option<String>>,
     /// The value of texels where nothing is known, as GDAL writes it; it may be no number (NaN).
     pub nodata: Option<f64>,
-    /// What the file says in words, for people: a name and a value each; a row without a name goes on with
-    /// the one before it. What its samples are, who made it by what, the values of its description (Aperio,
-    /// OME-XML), GDAL's metadata, and the keys of GeoTIFF.
+    /// Metadata in words, for people: a name and a value each; a row without a name continues the one before.
+    /// Kind of samples, maker and software, the values of the description (Aperio, OME-XML), GDAL's metadata,
+    /// and the keys of GeoTIFF.
     pub words: Vec<(String, String)>,
 }
 

@@ -51,7 +51,7 @@ pub struct TiffOther {
     /// The name that opens the image, after the file's path and a colon: its role, from the second of a role
     /// on with its number, as in `image2`.
     pub name: String,
-    /// What the file calls it, if it does: OME-TIFF names its images.
+    /// The image's name in the file, if it has one: OME-TIFF names its images.
     pub title: Option<String>,
     /// The image's columns and rows, as far as the file says them.
     pub size: [u64; 2],
