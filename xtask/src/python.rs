@@ -28,8 +28,8 @@ pub(crate) fn with(directory: &Path, name: &str, packages: &[&str]) -> Result<Pa
     Ok(python)
 }
 
-/// Adds a package to an interpreter that [`with`] made, unless its module is there; says whether it is there
-/// now. It may be that there is no network, or no such package for this machine.
+/// Adds a package to an interpreter that [`with`] made, unless its module is there; returns true if it is
+/// there now. It may be that there is no network, or no such package for this machine.
 pub(crate) fn add_if_possible(directory: &Path, name: &str, module: &str, package: &str) -> bool {
     let home = directory.join(name);
     let python = home.join("bin/python").to_string_lossy().into_owned();

@@ -194,7 +194,7 @@ impl LevelMaker {
 
     /// Has those bricks made that feedback wants, of sources that make no others ([`VolumeSource::want`]),
     /// and the coarser ones that stand for them: all where a pool is too small, and for each brick that
-    /// cannot be read the first that is made. Returns whether any are to be made, or to be read again, for
+    /// cannot be read the first that is made. Returns true if any are to be made, or to be read again, for
     /// it.
     pub(crate) fn want(&self, textures: &Textures) -> bool {
         let waiting: Vec<_> = self.shown.iter().filter(|(_, source)| source.waits_for_want()).collect();

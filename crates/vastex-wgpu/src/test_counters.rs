@@ -27,7 +27,7 @@ pub(crate) fn count_poll() {
 }
 
 /// Makes one step on this thread fail, after `steps` others; `None` clears that. A step is a check for a lost
-/// device, or an allocation on it. Returns whether an earlier failure was still to come.
+/// device, or an allocation on it. Returns true if an earlier failure was still to come.
 pub fn fail_after(steps: Option<u32>) -> bool {
     STEPS_TO_FAILURE.replace(steps).is_some()
 }

@@ -83,7 +83,7 @@ impl TextureSpace {
         })
     }
 
-    /// Records the copy of what was drawn. `frame` grows from call to call. Returns whether there was room:
+    /// Records the copy of what was drawn. `frame` grows from call to call. Returns true if there was room:
     /// where the GPU is several frames behind, a frame is left out rather than waited for. Where the commands
     /// are dropped, their frame is left out too.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: u64) -> bool {

@@ -159,7 +159,7 @@ impl<'a> Preview<'a> {
     }
 }
 
-/// Adds the next rows of a reader; says whether there may be more.
+/// Adds the next rows of a reader; returns true if there may be more.
 fn read_rows(reader: &mut dyn RowReader, growing: &mut Growing, observer: &dyn OpenObserver) -> bool {
     let header = reader.header();
     let left = header.height - growing.picture.image_rows();

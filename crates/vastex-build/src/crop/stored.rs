@@ -17,7 +17,7 @@ pub(super) trait Stored {
     /// Rows that are read together without decoding anything twice, from a row on, at least 1.
     fn rows_together(&self, row: u32) -> u32;
 
-    /// Does a part of what must be done before a row can be read, and says whether that was the last.
+    /// Does a part of what must be done before a row can be read, and returns true if that was the last.
     fn approach(&mut self, row: u32) -> Result<bool, CropError> {
         let _ = row;
         Ok(true)

@@ -61,7 +61,7 @@ struct Place<R> {
 }
 
 impl<R> Place<R> {
-    /// Does the piece, unless somebody has begun it; says whether it did.
+    /// Does the piece, unless somebody has begun it; returns true if it did.
     fn work(&self) -> bool {
         let mut piece = self.lock();
         let job = match std::mem::replace(&mut *piece, Piece::Begun) {

@@ -93,7 +93,7 @@ impl BiasControl {
         }
     }
 
-    /// Takes the set's sizes into account; says whether the pool needs a larger bias than before.
+    /// Takes the set's sizes into account; returns true if the pool needs a larger bias than before.
     pub(crate) fn update(&mut self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
         let bias = self.bias();
         match &mut self.0 {

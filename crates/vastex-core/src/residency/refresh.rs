@@ -76,8 +76,8 @@ impl Refreshes {
         self.pages.get(&page).is_some_and(Refresh::is_in_flight)
     }
 
-    /// The page has lost its slot without being evicted: a load of it goes on as a first load. Says whether
-    /// there is one.
+    /// The page has lost its slot without being evicted: a load of it goes on as a first load. Returns true
+    /// if there is one.
     pub(crate) fn becomes_first_load(&mut self, page: PageId) -> bool {
         let Some(Refresh { step: Step::Loading { again }, .. }) = self.remove(page) else {
             return false;

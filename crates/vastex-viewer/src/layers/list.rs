@@ -160,9 +160,9 @@ impl Layers {
     }
 
     /// Shows a layer otherwise: all of it may be another but the layer that it is of. The next frame shows
-    /// it, after [`crate::SceneRenderer::set_layers`]; says whether the renderer has to be made anew instead,
-    /// since its text or its pipelines are others: where the filter is another, where colour maps do not
-    /// share them ([`ColorMap::shares_pipelines`]), and where the list becomes a single opaque layer or
+    /// it, after [`crate::SceneRenderer::set_layers`]; returns true if the renderer has to be made anew
+    /// instead, since its text or its pipelines are others: where the filter is another, where colour maps do
+    /// not share them ([`ColorMap::shares_pipelines`]), and where the list becomes a single opaque layer or
     /// ceases to be one. Nothing changes where there is no such layer.
     pub fn set(&mut self, textures: &mut Textures, n: usize, shown: ShownLayer) -> Result<bool, LayersError> {
         let Some(place) = self.layers.get_mut(n) else { return Ok(false) };

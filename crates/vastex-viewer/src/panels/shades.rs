@@ -11,7 +11,7 @@ const STRIP: f32 = 12.0;
 const COLUMNS: usize = 96;
 
 /// Draws the histogram of stored values with the colours that they become, and lets a person drag black and
-/// white. `range` is in stored values; says whether it was changed.
+/// white. `range` is in stored values; returns true if it was changed.
 pub(super) fn shades(
     ui: &mut Ui,
     histogram: Option<&Histogram>,

@@ -41,7 +41,7 @@ impl VolumeCameraBinding {
         VolumeCameraBinding { uniform, labels, view, is_slice, bricks, last }
     }
 
-    /// Takes note of what it sees; says whether that is what it saw before.
+    /// Takes note of what it sees; returns true if that is what it saw before.
     fn see(&self, view: VolumeView, picture: [u32; 2]) -> bool {
         self.is_slice.store(view.is_slice(), Ordering::Relaxed);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);

@@ -201,7 +201,7 @@ impl Made {
     }
 
     /// Has chunks made of which a preview was given, all that a box of a level touches: those that are cheap
-    /// when they are asked for again. Returns whether there were any that nobody had asked for.
+    /// when they are asked for again. Returns true if there were any that nobody had asked for.
     pub(crate) fn want(&self, level: usize, first: [i64; 3], size: [u32; 3]) -> bool {
         let last = self.levels[level].grid.size().map(|side| side as i64 - 1);
         let chunks = [0, 1, 2].map(|axis| {

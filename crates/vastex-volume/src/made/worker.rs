@@ -78,7 +78,7 @@ impl Made {
         }
     }
 
-    /// Makes a chunk. Returns whether it came to an end.
+    /// Makes a chunk. Returns true if it came to an end.
     fn follow(&self, task: MadePos, stop: &AtomicBool) -> bool {
         let (level, at) = task;
         let signal = Arc::new(Signal { thread: thread::current(), is_woken: AtomicBool::new(false) });

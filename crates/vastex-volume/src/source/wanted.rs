@@ -44,7 +44,7 @@ impl VolumeSource {
     /// Has the brick of a page made where it was, or will be, read as a preview
     /// ([`VolumeOptions::makes_all`](super::VolumeOptions::makes_all)): where that takes little, by whoever
     /// reads it again, else by [`VolumeSource::make_levels`]; [`VolumeSource::take_changes`] says when it is
-    /// to be read again. Returns whether anything is new for either of them. Costs a look at up to 27 bricks.
+    /// to be read again. Returns true if anything is new for either of them. Costs a look at up to 27 bricks.
     pub fn want(&self, pos: PagePos) -> bool {
         let geometry = &self.description.geometry;
         if !self.waits_for_want() || !geometry.contains(pos) {

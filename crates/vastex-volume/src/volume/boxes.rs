@@ -163,7 +163,7 @@ impl Plane<'_> {
         Ok(BoxValues { values: std::mem::take(values), is_absent: !has_stored })
     }
 
-    /// Copies a part of the level to a place in a box of values. Returns whether a chunk of it is stored.
+    /// Copies a part of the level to a place in a box of values. Returns true if a chunk of it is stored.
     async fn copy(
         &self,
         part: &Part,

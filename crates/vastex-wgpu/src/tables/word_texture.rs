@@ -130,7 +130,7 @@ impl WordTexture {
     }
 
     /// Sends of what is hidden as much as `budget` bytes are, which are taken from it, one piece at least
-    /// where it is not 0. Returns whether nothing of these words is hidden any more.
+    /// where it is not 0. Returns true if nothing of these words is hidden any more.
     pub(super) fn show(&mut self, first: u32, count: u32, budget: &mut u64) -> bool {
         for piece in first / PIECE..(first + count).div_ceil(PIECE) {
             let piece = piece as usize;

@@ -87,7 +87,7 @@ impl Filled {
         }
     }
 
-    /// One frame: the pixels, compaction, the copy. Returns whether there was room in the ring.
+    /// One frame: the pixels, compaction, the copy. Returns true if there was room in the ring.
     fn frame(&mut self, gpu: &TestDevice, frame: u64, pixels: &[[u32; 4]]) -> bool {
         let recorded = self.recorded(gpu, frame, pixels);
         let room = recorded.is_some();

@@ -80,8 +80,8 @@ pub(super) fn most_from_a_byte(compression: u16) -> u64 {
     }
 }
 
-/// Puts a decoded row where it belongs, both as the machine has them, `to` in pieces; says whether a number
-/// was rounded.
+/// Puts a decoded row where it belongs, both as the machine has them, `to` in pieces; returns true if a
+/// number was rounded.
 pub(super) fn place_row<'a>(
     to: impl Iterator<Item = &'a mut [u8]>,
     stored: &[u8],

@@ -256,7 +256,7 @@ impl WorkingSet {
     }
 
     /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since
-    /// the last time; says whether that was so for a whole jitter cycle of every view that is being drawn.
+    /// the last time; returns true if that was so for a whole jitter cycle of every view that is being drawn.
     pub(crate) fn end_round(&mut self, quiet: bool) -> bool {
         self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet));
         let mut drawn = self.windows().filter(|window| window.is_drawn()).peekable();

@@ -203,7 +203,7 @@ impl Kept {
         self.frames.front().copied().unwrap_or(0)
     }
 
-    /// Makes room for a tile of a cache, oldest use first; says whether there is room now.
+    /// Makes room for a tile of a cache, oldest use first; returns true if there is room now.
     fn make_room(&mut self, number: u64, cost: u64) -> bool {
         if cost > self.budget {
             return false;

@@ -271,7 +271,7 @@ impl Screen {
         Ok(std::iter::from_fn(|| self.textures.poll_event()).collect())
     }
 
-    /// A feedback pass that the application begins itself; says whether there was anything to draw.
+    /// A feedback pass that the application begins itself; returns true if there was anything to draw.
     pub fn draw_by_host(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

@@ -59,7 +59,7 @@ pub(super) fn decode(
     Ok(samples)
 }
 
-/// Looks at the first segment of a codestream; says whether its colours have a lower resolution.
+/// Looks at the first segment of a codestream; returns true if its colours have a lower resolution.
 fn check(stored: &[u8], size: [u32; 2], channels: usize, bytes: usize) -> Result<bool, String> {
     let header = stored.strip_prefix(&[0xff, 0x4f, 0xff, 0x51]).and_then(|rest| rest.split_at_checked(38));
     let (header, components) = header.ok_or("it is no JPEG 2000 codestream")?;

@@ -66,7 +66,7 @@ fn cached(tier: &Arc<DiskTier>) -> Counted {
     DiskCache::new(Arc::new(Faults::new(source(), counting)), tier.clone(), key())
 }
 
-/// Reads a page, compares it and lets it be kept; says whether the tier had it.
+/// Reads a page, compares it and lets it be kept; returns true if the tier had it.
 fn read(cache: &Counted, pos: PagePos) -> bool {
     let before = cache.tier.stats();
     let tile = block_on(cache.read(pos)).unwrap();
