@@ -230,18 +230,12 @@ impl LevelMaker {
         is_new
     }
 
-    /// The same of the coarsest bricks, which feedback never names since they are always there: of sources of
-    /// which it names nothing, and of all where a picture `has_levels` of many sizes, as one in perspective
-    /// has. To be asked once feedback has named what there is.
-    pub(crate) fn want_tails(&self, textures: &Textures, has_levels: bool) -> bool {
+    /// The same of the coarsest bricks, which are always there: where a pixel wants them, since `frame` or
+    /// later. To be asked once feedback has named what there is.
+    pub(crate) fn want_tails(&self, textures: &Textures, frame: u64) -> bool {
         let waiting: Vec<_> = self.shown.iter().filter(|(_, source)| source.waits_for_want()).collect();
-        if waiting.is_empty() {
-            return false;
-        }
         let inspect = textures.inspect();
-        let named: Vec<_> =
-            inspect.wanted().pages.iter().map(|wanted| inspect.id_of(wanted.page.texture())).collect();
-        let is_seen = |texture: TextureId| has_levels || !named.contains(&Some(texture));
+        let is_seen = |texture| inspect.tail_wanted(texture).is_some_and(|wanted| wanted >= frame);
         let seen = waiting.into_iter().filter(|(texture, _)| is_seen(*texture));
         // Each of them: the first that is new ends nothing.
         seen.fold(false, |is_new, (_, source)| source.want(source.description().geometry.tail_pos()) | is_new)

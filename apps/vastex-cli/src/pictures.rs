@@ -29,8 +29,13 @@ pub(crate) enum PictureOutput {
 impl PictureOutput {
     /// Finds out whether the files can be written.
     pub(crate) fn new(args: &RenderArgs) -> Result<PictureOutput> {
-        let Some(path) = &args.output else { return Ok(PictureOutput::Nothing) };
-        if args.format == PictureFormat::Raw {
+        PictureOutput::at(args.output.as_deref(), args.format)
+    }
+
+    /// The same for pictures of a format that are written there, if anywhere.
+    pub(crate) fn at(output: Option<&Path>, format: PictureFormat) -> Result<PictureOutput> {
+        let Some(path) = output else { return Ok(PictureOutput::Nothing) };
+        if format == PictureFormat::Raw {
             return Ok(PictureOutput::Raw(RawFrames::new(path)?));
         }
         match NumberedName::of(path)? {

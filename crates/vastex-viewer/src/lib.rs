@@ -27,7 +27,7 @@ pub mod volume_scene;
 pub mod widget;
 mod words;
 
-pub use camera::{CameraPath, CameraPathError, Path, Pose, Views};
+pub use camera::{CameraPath, CameraPathError, Path, PathChannels, PathPlace, Pose, Views};
 pub use gpu::{Gpu, GpuSetupError};
 pub use layers::{
     Bands, ColorMap, Curve, Layers, LayersError, LayersText, Nodata, Palette, PlanetText, ShownLayer, Tone,
@@ -44,4 +44,4 @@ pub use surface::{
     LayerOptionsError, Mesh, PlanetLight, PlanetOptions, Relief, SceneDesc, ScenePipelines, SceneRenderer,
     Tiling, Vertex, surface,
 };
-pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError, VolumeViewError, VolumeViewText};
+pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError, VolumePlace, VolumeViewError, VolumeViewText};

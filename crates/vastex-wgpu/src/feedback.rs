@@ -39,6 +39,22 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
     [2, 0],
 ];
 
+/// Which pixels of the picture a frame's feedback looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// The pixels of a frame of the jitter cycle, by its number.
+    Cycle(u64),
+    /// Of rays, in a few passes all of them, by the number of the pass ([`FeedbackView::gap_passes`]): each
+    /// pixel of the target looks at one of its own, and asks for something that is not there.
+    Gaps(u64),
+}
+
+impl From<u64> for Look {
+    fn from(frame: u64) -> Look {
+        Look::Cycle(frame)
+    }
+}
+
 /// How many pixels of the picture a pixel of the target stands for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum FeedbackScale {
@@ -69,7 +85,7 @@ impl FeedbackScale {
 pub struct FeedbackView {
     picture: [u32; 2],
     scale: FeedbackScale,
-    frame: u64,
+    look: Look,
     /// Answers of each block: as many pixels of the target below one another.
     answers: u32,
     /// The one that is looked at, where it is one.
@@ -77,9 +93,20 @@ pub struct FeedbackView {
 }
 
 impl FeedbackView {
-    /// The view of a picture of so many pixels, in a frame.
+    /// The view of a picture of so many pixels, in a frame of the jitter cycle.
     pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale, frame, answers: 1, pixel: None }
+        FeedbackView { picture, scale, look: Look::Cycle(frame), answers: 1, pixel: None }
+    }
+
+    /// This view where it looks for gaps, by the number of the pass.
+    pub const fn for_gaps(self, pass: u64) -> FeedbackView {
+        FeedbackView { look: Look::Gaps(pass), ..self }
+    }
+
+    /// Passes in which every pixel of the picture is looked at where gaps are looked for.
+    pub const fn gap_passes(answers: u32) -> u32 {
+        let block = FeedbackScale::Reduced.block();
+        (block * block).div_ceil(if answers == 0 { 1 } else { answers })
     }
 
     /// This view with so many answers of each block, at least 1: for rays, each of which meets several
@@ -91,7 +118,8 @@ impl FeedbackView {
     /// The view of a single pixel of a picture. Its target has the four pixels that share gradients, so that
     /// the pixel wants the same as in a view of the whole picture.
     pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale: FeedbackScale::Full, frame, answers: 1, pixel: Some(pixel) }
+        let look = Look::Cycle(frame);
+        FeedbackView { picture, scale: FeedbackScale::Full, look, answers: 1, pixel: Some(pixel) }
     }
 
     /// The first pixel of the picture that the target of one pixel shows.
@@ -114,9 +142,11 @@ impl FeedbackView {
     }
 
     /// Which pixel of its block each target pixel looks at in this frame: pixel `(i, j)` of the target at
-    /// pixel `(block * i + x, block * j + y)` of the picture.
+    /// pixel `(block * i + x, block * j + y)` of the picture. Where gaps are looked for it is the first of
+    /// the block, from which each finds its own.
     pub fn jitter(&self) -> [u32; 2] {
-        let nth = (self.frame % JITTER.len() as u64) as usize;
+        let Look::Cycle(frame) = self.look else { return [0; 2] };
+        let nth = (frame % JITTER.len() as u64) as usize;
         match self.scale {
             FeedbackScale::Reduced => JITTER[nth],
             // Of the four pixels there another each time, so that none of a checkerboard is missed.
@@ -171,21 +201,23 @@ impl FeedbackView {
         let (clip_scale, clip_offset) = self.clip_transform();
         let level_offset = -(self.scale.block().ilog2() as f32);
         let (answers, block) = (self.answers, self.scale.block());
-        ViewParams {
-            clip_scale,
-            clip_offset,
-            level_offset,
-            frame: self.frame as u32,
-            answers,
-            block,
-            ..NO_VIEW
-        }
+        let (frame, gaps) = match self.look {
+            Look::Cycle(frame) => (frame as u32, 0),
+            Look::Gaps(pass) => {
+                let passes = u64::from(FeedbackView::gap_passes(answers));
+                ((pass / passes) as u32, (pass % passes) as u32 + 1)
+            }
+        };
+        ViewParams { clip_scale, clip_offset, level_offset, frame, answers, block, gaps, ..NO_VIEW }
     }
 
     /// For the main pass that says by itself what it wants: its pixels are the picture's.
     pub(crate) fn inline_params(&self, reversed_depth: bool) -> ViewParams {
+        let frame = match self.look {
+            Look::Cycle(frame) | Look::Gaps(frame) => frame as u32,
+        };
         ViewParams {
-            frame: self.frame as u32,
+            frame,
             jitter: self.jitter(),
             columns: self.target_size()[0],
             rows: self.target_size()[1],
@@ -249,9 +281,9 @@ impl FeedbackTarget {
         Ok(FeedbackTarget { picture, scale, answers, pixel, raw, depth_view })
     }
 
-    /// Begins the feedback pass of a frame: clears the target and its depth buffer, points the view of this
-    /// number at it, and cuts what lies beyond the picture. The caller draws with a pipeline of
-    /// `Rgba32Uint` without blending and `Depth32Float`, and leaves viewport and
+    /// Begins the feedback pass of a frame, which looks at the pixels of `look`: clears the target and its
+    /// depth buffer, points the view of this number at it, and cuts what lies beyond the picture. The caller
+    /// draws with a pipeline of `Rgba32Uint` without blending and `Depth32Float`, and leaves viewport and
     /// scissor as they are.
     pub fn begin<'encoder>(
         &self,
@@ -259,10 +291,10 @@ impl FeedbackTarget {
         encoder: &'encoder mut wgpu::CommandEncoder,
         views: &Views,
         view: u32,
-        frame: u64,
+        look: impl Into<Look>,
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
-        let [x, y, columns, rows] = self.point(device, encoder, views, view, frame);
+        let [x, y, columns, rows] = self.point(device, encoder, views, view, look);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("vastex feedback"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -299,9 +331,9 @@ impl FeedbackTarget {
         encoder: &mut wgpu::CommandEncoder,
         views: &Views,
         view: u32,
-        frame: u64,
+        look: impl Into<Look>,
     ) -> [u32; 4] {
-        let frame_view = self.view(frame);
+        let frame_view = self.view(look.into());
         views.set(device, encoder, view, &frame_view.params());
         frame_view.scissor()
     }
@@ -316,14 +348,14 @@ impl FeedbackTarget {
         &self.depth_view
     }
 
-    fn view(&self, frame: u64) -> FeedbackView {
+    fn view(&self, look: Look) -> FeedbackView {
         let FeedbackTarget { picture, scale, answers, pixel, .. } = *self;
-        FeedbackView { picture, scale, frame, answers, pixel }
+        FeedbackView { picture, scale, look, answers, pixel }
     }
 
     /// Where the one pixel that it is for lies in it.
     pub(crate) fn place_of_pixel(&self) -> [u32; 2] {
-        let [x, y, ..] = self.view(0).scissor();
+        let [x, y, ..] = self.view(Look::Cycle(0)).scissor();
         [x, y]
     }
 

@@ -77,7 +77,7 @@ pub(crate) struct ViewParams {
     pub(crate) rows: u32,
     pub(crate) answers: u32,
     pub(crate) block: u32,
-    pub(crate) unused: u32,
+    pub(crate) gaps: u32,
 }
 
 /// `VastexWanted`.
@@ -225,7 +225,7 @@ mod tests {
         let pool: &[Field] =
             offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, unused);
         check(&text, "VastexiPool", size_of::<PoolParams>(), pool);
-        let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows, answers, block, unused);
+        let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows, answers, block, gaps);
         check(&text, "VastexiView", size_of::<ViewParams>(), view);
     }
 

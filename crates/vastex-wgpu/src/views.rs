@@ -28,7 +28,7 @@ pub(crate) const NO_VIEW: ViewParams = ViewParams {
     rows: 0,
     answers: 1,
     block: 1,
-    unused: 0,
+    gaps: 0,
 };
 
 /// The parameters of all views, and their cells. Commands set them, so that each frame has its own, however

@@ -65,7 +65,7 @@
 //! | go through its bricks along a ray | `vastex_ray_within(ray, size)`, `vastex_ray_at(ray, along)`, `vastex_march(ray)`, `vastex_march_next(&march, id, ray)` |
 //! | read a brick | `vastex_brick(id, anchor, offset, level)`, `vastex_brick_sample(brick, offset)`, `vastex_brick_exact`, `vastex_brick_nearest`, `vastex_brick_range(brick)`, `vastex_brick_exit(brick, offset, direction)` |
 //! | read a label | `vastex_volume_whole(id, anchor, offset, level)`, `vastex_brick_whole(brick, offset)`, `vastex_brick_whole_at(brick, voxel)` |
-//! | say what is wanted of a volume | `vastex_volume_feedback(id, anchor, offset, level)`, `vastex_march_feedback(id, view, position, ray)`, `vastex_ray_pixel(view, position, pixel)`, `vastex_ray_turn(view, position, count)`, `vastex_weighted(wanted, weight)` |
+//! | say what is wanted of a volume | `vastex_volume_feedback(id, anchor, offset, level)`, `vastex_march_feedback(id, view, position, ray)`, `vastex_ray_pixel(view, position, pixel)`, `vastex_ray_turn(view, position, count)`, `vastex_weighted(wanted, weight)`; where gaps are looked for, `vastex_ray_seeks(view)`, `vastex_march_gap(id, view, position, ray)`, `vastex_ray_passes_over(view, position)`, `vastex_brick_lacks(brick)` |
 //! | ask about a volume | `vastex_volume_size(id)`, `vastex_volume_scale(id, level)`, `vastex_volume_whole_level(id, level)`, `vastex_volume_box(id, anchor, offset, level)`, `vastex_box_exit(box, offset, direction)` |
 //!
 //! For a [group](Textures::add_group) each member `NAME` has them with its name: `vastex_sample_NAME(id,

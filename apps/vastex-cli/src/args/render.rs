@@ -36,9 +36,9 @@ pub(crate) enum PictureFormat {
 }
 
 impl PictureFormat {
-    const ALL: [PictureFormat; 2] = [PictureFormat::Png, PictureFormat::Raw];
+    pub(super) const ALL: [PictureFormat; 2] = [PictureFormat::Png, PictureFormat::Raw];
 
-    fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             PictureFormat::Png => "png",
             PictureFormat::Raw => "raw",

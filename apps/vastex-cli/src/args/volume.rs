@@ -3,6 +3,7 @@
 //! These words are others than those of images, so they are a command of their own behind the same name:
 //! which of the two is meant follows from `--on` ([`super::with_volume`]).
 
+mod path;
 mod slice;
 mod watch;
 
@@ -15,6 +16,7 @@ use vastex_viewer::{Link, VolumeViewText};
 
 use super::volume_look::{VolumeLookArgs, range};
 use super::{conflict, named, parse_size, value_error};
+use path::VolumePathArgs;
 pub(crate) use slice::AskedSlice;
 use slice::parse_slice;
 use watch::VolumeWatchArgs;
@@ -113,6 +115,7 @@ Examples:
   vastex render head.zarr --on slices --slice plane:x=49,y=58,z=47,nx=1,ny=-1,nz=0.5 -o oblique.png
   vastex render bones.zarr --on volume --mode iso --iso 300 --view -y --json -o bones.png
   vastex render cells.zarr --on slices --slice z=40 --labels nuclei --label-outlines -o nuclei.png
+  vastex render head.zarr --on volume --mode emission --camera-path around.path --size 640x480 -o frame-%04d.png
 
 The picture is drawn once everything in view is loaded. docs/volumes.md says what each mode shows.")]
 pub(crate) struct RenderVolumeArgs {
@@ -153,9 +156,12 @@ pub(crate) struct RenderVolumeArgs {
     /// made in memory [default: off]
     #[arg(long, value_name = "DIR|off")]
     pub(crate) cache: Option<PathBuf>,
-    /// Where to write the picture, as PNG
+    /// Where to write the picture, as PNG; with --camera-path and %04d in its name every picture of the path,
+    /// and its number there, from 0 on; - with --format raw for stdout
     #[arg(short, long, value_name = "OUT.png")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) path: VolumePathArgs,
     /// Print figures about the run as JSON
     #[arg(long)]
     pub(crate) json: bool,
@@ -218,10 +224,7 @@ impl RenderVolumeArgs {
                 "'slices' for '--on <SCENE>': it shows a plane of voxels; say which with --slice z=K".into(),
             ),
             (VolumeScene::Volume, Some(_)) => wrong("'--slice': it goes with --on slices".into()),
-            _ => match &self.output {
-                Some(output) => super::render::check_is_png(output, "--output"),
-                None => Ok(()),
-            },
+            _ => self.path.check(self),
         }
     }
 

@@ -3,6 +3,7 @@
 //! What is drawn is the viewer's business (`vastex_viewer::volume`), what is read `vastex-volume`'s. Here
 //! channels are chosen and frames played until everything in view is loaded.
 
+mod along;
 mod asked;
 mod reference;
 mod watch;
@@ -36,7 +37,7 @@ use super::render_pools::{brick_side, large_bricks, pool_bytes};
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
 use crate::commands::compared::Compared;
 use crate::made_levels::LevelMaker;
-use crate::output::Output;
+use crate::pictures::PictureOutput;
 use crate::{disk_cache, gpu, report};
 
 /// Frames that the last picture waits for at most.
@@ -46,7 +47,8 @@ const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
 
 pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let source = args.source.display().to_string();
-    let output = args.output.as_deref().map(Output::at).transpose()?;
+    let mut output = PictureOutput::at(args.output.as_deref(), args.path.format)?;
+    let path = along::path_of(args)?;
     let volume = match open(&args.source)? {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => bail!(no_volume(&list)),
@@ -78,12 +80,9 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), (bytes, watch.disk.as_ref()))
             .context(source.clone())?;
     watch.begin(&mut drawing);
-    let converged = drawing.play(|textures| watch.note(textures)).context(source.clone())?;
-    let picture = drawing.picture()?;
-    watch.note(&drawing.textures);
-    if let Some(output) = output {
-        output.write_picture(&picture)?;
-    }
+    let of_path = (path.as_ref(), volume.about());
+    let (converged, picture) =
+        along::draw(&mut drawing, of_path, &mut output, &mut watch).context(source.clone())?;
     let watched = watch.end(args, &mut drawing).context(source.clone())?;
     let mut summary = Summary::new(&drawing, (&volume, brick), converged, watched);
     if args.compare && converged {
@@ -93,6 +92,10 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     }
     match args.json {
         true => report::print_json(&summary)?,
+        // Where stdout has pictures, it has nothing else.
+        false if args.output.as_deref().is_some_and(|output| output.as_os_str() == "-") => {
+            report::say(&summary.text());
+        }
         false => report::print(&summary.text())?,
     }
     for fault in drawing.faults.iter().take(20) {
@@ -185,6 +188,8 @@ struct Drawing<'a> {
     canvas: Canvas,
     view: VolumeView,
     frames: u64,
+    /// How many the next picture is waited for.
+    most_frames: u64,
     faults: Vec<String>,
 }
 
@@ -242,8 +247,8 @@ impl<'a> Drawing<'a> {
         };
         let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
-        let (frames, faults) = (0, Vec::new());
-        Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, faults })
+        let (frames, most_frames, faults) = (0, MOST_FRAMES, Vec::new());
+        Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, most_frames, faults })
     }
 
     /// Chooses the levels of all channels.
@@ -264,15 +269,13 @@ impl<'a> Drawing<'a> {
         let bricks = self.renderer.desc().bricks_of_a_ray(&self.view, brick, self.canvas.size());
         // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
         let held = frames_to_ask(bricks) + 4;
-        let (mut loaded, mut quiet) = (0, 0);
+        let (mut loaded, mut quiet, begun) = (0, 0, self.textures.inspect().frame());
         // What is made by now may have been read as a preview: it is looked once at least what has changed.
         let mut is_made = !self.shown.iter().any(|(_, source)| source.may_lack_levels());
         let mut is_wanted = false;
         loop {
-            if quiet >= held {
-                let has_levels = matches!(self.view, VolumeView::Around(_));
-                is_made &=
-                    !(std::mem::take(&mut is_wanted) | self.maker.want_tails(&self.textures, has_levels));
+            if quiet >= held && self.textures.inspect().is_converged() {
+                is_made &= !(std::mem::take(&mut is_wanted) | self.maker.want_tails(&self.textures, begun));
                 if is_made && self.maker.is_done() {
                     let faults = self.maker.faults();
                     self.faults.extend(faults.iter().map(|fault| format!("{fault}; made levels lack it")));
@@ -280,7 +283,7 @@ impl<'a> Drawing<'a> {
                 }
                 (is_made, quiet) = (!self.waits_for_levels()?, 0);
             }
-            if self.frames >= MOST_FRAMES {
+            if self.frames >= self.most_frames {
                 return Ok(false);
             }
             let pager = self.textures.stats().pager;

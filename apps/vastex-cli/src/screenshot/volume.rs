@@ -94,6 +94,7 @@ impl VolumeShot {
     fn play(&self, scene: &mut VolumeScene, opened: &OpenedVolume) -> Result<bool> {
         let (mut frames, mut is_refused) = (0, false);
         let mut levels = LevelMaker::default();
+        let mut is_wanted = false;
         let is_whole = loop {
             for asked in scene.take_asked() {
                 if let VolumeAsked::Labels { nth, time } = asked {
@@ -126,12 +127,14 @@ impl VolumeShot {
             }
             scene.frame(self.area(), VolumePictures::None)?;
             scene.take_faults().iter().take(20).for_each(|fault| report::say(fault));
+            is_wanted |= levels.want(scene.textures());
             frames += 1;
             // A time that comes takes the place of the first one.
             let is_there = scene.seen_time() == scene.look.time;
             if scene.has_all() && is_there && frames > 1 {
                 // In this order: what is made last changes something, too.
-                let is_made = levels.is_done();
+                is_wanted |= levels.want_tails(scene.textures(), 0);
+                let is_made = levels.is_done() && !std::mem::take(&mut is_wanted);
                 let changes = levels.changes();
                 if is_made && changes.is_empty() {
                     break !is_refused;

@@ -255,7 +255,7 @@ fn read_shapes(
 /// A volume, or why there is none.
 #[cfg(feature = "volumes")]
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
-    let opened = open_volume(path, OpenHow::of(&args.scene)).and_then(|opened| {
+    let opened = open_volume(path, OpenHow::of(&args.scene).live()).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
         Ok(Box::new((opened, settings, rows_of(path, &Looked::default()).unwrap_or_default().into())))
     });

@@ -10,7 +10,7 @@ use std::thread;
 
 use anyhow::{Context, Result};
 use glam::DVec3;
-use vastex::{Preparer, Region, TextureId};
+use vastex::{Preparer, Region, TextureId, Textures};
 use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume_scene::{PointAnswer, PointAsked, VolumeLook};
 use vastex_volume::{VolumeError, VolumeSource};
@@ -77,6 +77,8 @@ pub(super) struct VolumeWork {
     labels: Vec<((usize, u64), LabelsBelow)>,
     /// Makes the levels that they lack.
     levels: LevelMaker,
+    /// Whether all that is seen was there when it was looked last what of them is wanted.
+    had_all: bool,
     /// What went wrong with these that was told.
     told: Vec<VolumeError>,
 }
@@ -172,6 +174,7 @@ impl VolumeWork {
             sources: Vec::new(),
             labels: Vec::new(),
             levels: LevelMaker::default(),
+            had_all: false,
             told: Vec::new(),
         }
     }
@@ -312,7 +315,26 @@ impl VolumeWork {
         self.levels.add(texture, source).context("no thread can be started to make levels of the volume")
     }
 
-    /// Parts of levels that were a preview and are made by now.
+    /// Has those bricks of levels made that the pictures of these textures want, where no others are made;
+    /// `has_all` where all that is seen is there.
+    pub(super) fn want_levels(&mut self, textures: &Textures, has_all: bool) {
+        // What rests wants nothing else.
+        if std::mem::replace(&mut self.had_all, has_all) && has_all {
+            return;
+        }
+        self.levels.want(textures);
+        if has_all {
+            self.levels.want_tails(textures, 0);
+        }
+    }
+
+    /// Returns true if bricks are there that will be read again, since those beside them had not come.
+    pub(super) fn has_early_bricks(&self) -> bool {
+        let labels = self.labels.iter().map(|(_, (source, _))| source);
+        self.sources.iter().map(|(_, source)| source).chain(labels).any(|source| source.has_early_bricks())
+    }
+
+    /// Parts of which bricks were a preview, or came before those beside them, and are to be read again.
     pub(super) fn changes(&mut self) -> Vec<(TextureId, Region)> {
         self.levels.changes()
     }

@@ -16,9 +16,11 @@ use crate::{disk_cache, open};
 #[derive(Clone, Default)]
 pub(crate) struct OpenHow {
     /// Where levels are kept that are made in the background; in memory where there is none.
-    pub(super) cache: Option<PathBuf>,
+    pub(crate) cache: Option<PathBuf>,
     /// MiB for bricks, where somebody said how many.
     pub(super) pool_mib: Option<u64>,
+    /// Whether what has come is seen at once and looked at again, as in a window.
+    is_live: bool,
     /// Where bricks are kept.
     pub(super) disk: Option<Arc<DiskTier>>,
 }
@@ -31,12 +33,28 @@ impl OpenHow {
             None => usual_cache(),
         };
         cache.iter().for_each(|cache| kept::make_room(cache, args.cache.cache_gib << 30));
-        OpenHow { cache, pool_mib: args.pool_mib, disk: disk_cache::asked(&args.disk_cache) }
+        let disk = disk_cache::asked(&args.disk_cache);
+        OpenHow { cache, pool_mib: args.pool_mib, is_live: false, disk }
+    }
+
+    /// The same for who shows what has come at once, and looks in every frame what has changed.
+    pub(crate) fn live(self) -> OpenHow {
+        OpenHow { is_live: true, ..self }
     }
 
     /// A source of bricks of so many voxels along a side.
     pub(super) fn options(&self, brick: u32) -> VolumeOptions {
-        VolumeOptions { brick, cache: self.cache.clone(), ..VolumeOptions::default() }
+        // What is kept serves other runs, whatever they look at; else only what is seen is made.
+        let makes_all = self.cache.is_some();
+        // What is kept on disk is kept as it came.
+        let borders_later = self.is_live && self.disk.is_none();
+        VolumeOptions {
+            brick,
+            cache: self.cache.clone(),
+            makes_all,
+            borders_later,
+            ..VolumeOptions::default()
+        }
     }
 }
 

@@ -38,6 +38,8 @@ mod volume_gallery;
 #[cfg(feature = "volumes")]
 mod volume_labels;
 #[cfg(feature = "volumes")]
+mod volume_path;
+#[cfg(feature = "volumes")]
 mod volume_pictures;
 #[cfg(feature = "volumes")]
 mod volume_sparse;

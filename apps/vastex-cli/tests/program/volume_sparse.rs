@@ -74,7 +74,11 @@ fn what_a_picture_does_not_show_is_not_read() {
             (0..size[1]).flat_map(|z| vec![value(z * side + side / 2); size[0]]).collect();
         assert_eq!(slice, expected, "{words}");
     }
-    assert_eq!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 8x8").0, all);
+    // In perspective, too: the ray in the middle meets it, and of rays beside it nothing is made.
+    assert_eq!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 9x9").0, all);
+    assert!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 8x8").0 <= all / 8 + 3);
+    let near = "--view volume:x=64,y=33,z=4000,zoom=300,yaw=0,pitch=0;panes=3d;mode=average";
+    assert!(drawn(&format!("{near} --size 33x33")).0 <= all / 8 + 6);
 }
 
 /// Where a stored brick cannot be read the picture has the level that is made, which lacks the chunk alone,

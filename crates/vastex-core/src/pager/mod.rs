@@ -271,7 +271,7 @@ impl Pager {
         let shared = self.pools().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
         for Pool { pager, .. } in &mut self.pools {
             pager.bias.set_shared(shared);
-            pager.decide(&mut self.events);
+            pager.decide(self.frame, &mut self.events);
         }
         let converged = !self.pools.is_empty() && self.pools().all(PoolPager::is_converged);
         if converged && !self.converged {
@@ -284,6 +284,7 @@ impl Pager {
     fn ingest(&mut self, feedback: &Feedback) {
         for pool in &mut self.pools {
             (pool.feedback.view, pool.feedback.frame) = (feedback.view, feedback.frame);
+            pool.feedback.gaps = feedback.gaps;
             pool.feedback.pages.clear();
         }
         for wanted in &feedback.pages {

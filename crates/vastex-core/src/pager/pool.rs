@@ -97,7 +97,7 @@ impl PoolPager {
     }
 
     /// What follows from the feedback that was ingested.
-    pub(super) fn decide(&mut self, events: &mut EventQueue) {
+    pub(super) fn decide(&mut self, frame: u64, events: &mut EventQueue) {
         let newly_wanted = self.recompute(events);
         self.residency.trim_shared(&self.textures);
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
@@ -105,7 +105,7 @@ impl PoolPager {
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
         let is_quiet =
             newly_wanted == 0 && self.load_order.pages().all(|page| self.residency.has_failed(page));
-        self.converged = self.set.end_round(is_quiet);
+        self.converged = self.set.end_round(is_quiet, frame);
         self.check();
     }
 
@@ -284,9 +284,10 @@ impl PoolPager {
         None
     }
 
-    /// Returns true if, for a whole jitter cycle of every view that is being drawn, no page was newly wanted
-    /// and none missing at the bias in force. A page that has failed counts as answered. A view that was not
-    /// drawn for a jitter cycle of the others is not waited for.
+    /// Returns true if, for a whole jitter cycle of every view that is being drawn, and of one whose gaps are
+    /// looked for ([`Pager::set_gap_passes`](crate::Pager::set_gap_passes)) for all pixels, no page was newly
+    /// wanted and none missing at the bias in force. A page that has failed counts as answered. A view that
+    /// was not drawn for a jitter cycle of the others is not waited for.
     pub fn is_converged(&self) -> bool {
         self.converged
     }

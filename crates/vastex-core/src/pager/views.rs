@@ -24,11 +24,19 @@ struct KnownView {
     weight: f32,
     /// Jitter cycles until it has said all that it wants.
     turns: u32,
+    /// Feedbacks in which all of its pixels are looked at for gaps; 0 where it does not rest.
+    gap_passes: u32,
+}
+
+impl KnownView {
+    fn new(view: ViewId, weight: f32) -> KnownView {
+        KnownView { view, weight, turns: 1, gap_passes: 0 }
+    }
 }
 
 impl Default for Views {
     fn default() -> Views {
-        let main = KnownView { view: ViewId::MAIN, weight: 1.0, turns: 1 };
+        let main = KnownView::new(ViewId::MAIN, 1.0);
         Views { all: vec![main], next: ViewId::MAIN.number() + 1 }
     }
 }
@@ -36,12 +44,13 @@ impl Default for Views {
 impl Views {
     /// Makes the views known to a new pool, which knows the main view.
     pub(crate) fn add_to(&self, pager: &mut PoolPager) {
-        for &KnownView { view, weight, turns } in &self.all {
+        for &KnownView { view, weight, turns, gap_passes } in &self.all {
             if !pager.set.set_weight(view, Weight::new(weight)) {
                 let added = pager.set.add_view(view, Weight::new(weight));
                 debug_assert_eq!(added, Ok(()), "there is room, as in the other pools");
             }
             pager.set.set_view_turns(view, turns);
+            pager.set.set_gap_passes(view, gap_passes, 0);
         }
     }
 
@@ -60,7 +69,7 @@ impl Pager {
         }
         let view = ViewId::new(self.views.next);
         self.views.next += 1;
-        self.views.all.push(KnownView { view, weight, turns: 1 });
+        self.views.all.push(KnownView::new(view, weight));
         self.pools_mut().try_for_each(|pager| pager.set.add_view(view, Weight::new(weight)))?;
         Ok(view)
     }
@@ -118,6 +127,36 @@ impl Pager {
         self.pools_mut().for_each(|pager| pager.set.set_view_turns(view, turns));
     }
 
+    /// Says that a view rests, so that it has converged only when every one of its pixels has found what it
+    /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
+    /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
+    /// jumps.
+    pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
+        let known = self.views.all.iter_mut().find(|known| known.view == view);
+        let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };
+        known.gap_passes = passes;
+        let frame = self.frame;
+        self.pools_mut().for_each(|pager| pager.set.set_gap_passes(view, passes, frame));
+    }
+
+    /// Returns true if the next feedback of a view is to look for gaps: the view rests
+    /// ([`Pager::set_gap_passes`]), it was seen for a whole jitter cycle of its own, and all that it wanted
+    /// in that was there once. Costs a visit of each page of the working sets until it says so, and nothing
+    /// from then on.
+    pub fn looks_for_gaps(&mut self, view: ViewId) -> bool {
+        let said = |pager: &PoolPager| pager.set.looks_for_gaps(view);
+        if self.pools.is_empty() || self.pools().any(|pager| said(pager).is_none()) {
+            return false;
+        }
+        if self.pools().any(|pager| said(pager) == Some(false)) {
+            if !self.pools().all(|pager| pager.set.is_seen_at_rest(view) && pager.has_all_of(view)) {
+                return false;
+            }
+            self.pools_mut().for_each(|pager| pager.set.look_for_gaps(view));
+        }
+        true
+    }
+
     /// Feedbacks of a view after which it has been seen whole, unless it has turns of its own
     /// ([`Pager::set_view_turns`]): a jitter cycle for each of the turns.
     pub fn feedback_cycle(&self) -> u32 {
@@ -125,11 +164,12 @@ impl Pager {
     }
 
     /// Returns true if a view has been seen for a whole jitter cycle of its own since it last jumped, and all
-    /// that it wanted in that cycle is resident at the bias in force, or could not be had; whatever other
-    /// views want. False for a view that there is not, and where there is no pool. Costs a visit of each page
-    /// of the working sets.
+    /// that it wanted in that cycle is resident at the bias in force, or could not be had, and, where its
+    /// gaps are looked for, it has none; whatever other views want. False for a view that there is not, and
+    /// where there is no pool. Costs a visit of each page of the working sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
-        !self.pools.is_empty() && self.pools().all(|pager| pager.has_all_of(view))
+        let has_all = |pager: &PoolPager| pager.set.has_no_gaps(view) && pager.has_all_of(view);
+        !self.pools.is_empty() && self.pools().all(has_all)
     }
 
     /// Returns true if it is a feedback of a view that there is.

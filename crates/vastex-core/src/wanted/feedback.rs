@@ -65,6 +65,9 @@ pub struct Feedback {
     pub pages: Vec<WantedPage>,
     /// Pixels whose gradients were zero, infinite or no numbers, which wanted nothing.
     pub degenerate: u32,
+    /// True if it names nothing but what was not there when it was drawn, of any pixel of the picture: the
+    /// *gaps* of a view that rests. It says nothing of what else the view wants.
+    pub gaps: bool,
 }
 
 impl Feedback {

@@ -11,6 +11,7 @@ mod bias;
 mod bounds;
 mod explain;
 mod fair_share;
+mod gaps;
 mod groups;
 mod learnt;
 mod pools;

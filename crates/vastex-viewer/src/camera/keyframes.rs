@@ -17,10 +17,7 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DVec2, DVec3};
-
-use super::aim::Aim;
-use super::orientation::Orientation;
+use super::places::{PathChannels, PathPlace};
 use super::pose::Pose;
 
 /// The first line of every path.
@@ -46,26 +43,25 @@ pub struct CameraPathError {
     pub why: String,
 }
 
-/// Where a camera is at some times, and so at any time between.
+/// Where a camera is at some times, and so at any time between: over an image, or around a volume
+/// ([`VolumePlace`](crate::VolumePlace)).
 #[derive(Clone, Debug, PartialEq)]
-pub struct CameraPath {
+pub struct CameraPath<P = Pose> {
     rate: f64,
     /// In the order of their times; one at least, and all of one kind.
-    keys: Vec<(f64, Pose)>,
+    keys: Vec<(f64, P)>,
+    first: P,
     /// What goes smoothly from one to the next, by key.
-    channels: Vec<Channels>,
-    slopes: Vec<Channels>,
+    channels: Vec<PathChannels>,
+    slopes: Vec<PathChannels>,
 }
 
-/// Numbers of a pose that can be mixed.
-type Channels = [f64; 5];
-
-impl CameraPath {
+impl<P: PathPlace> CameraPath<P> {
     /// A path through poses at times in seconds, with `rate` pictures a second. `None` if there is none,
     /// where times do not grow from 0 on, or where poses are of several scenes.
-    pub fn new(rate: f64, keys: Vec<(f64, Pose)>) -> Option<CameraPath> {
-        let (_, first) = keys.first()?;
-        let is_of_one_kind = keys.iter().all(|(_, pose)| kind(pose) == kind(first));
+    pub fn new(rate: f64, keys: Vec<(f64, P)>) -> Option<CameraPath<P>> {
+        let (_, first) = *keys.first()?;
+        let is_of_one_kind = keys.iter().all(|(_, pose)| pose.kind() == first.kind());
         let grows = keys.windows(2).all(|pair| pair[0].0 < pair[1].0);
         let is_timed = keys.iter().all(|(time, _)| (0.0..=LATEST).contains(time));
         let is_rated = (LEAST_RATE..=MOST_RATE).contains(&rate);
@@ -75,13 +71,17 @@ impl CameraPath {
         let channels = continuous(&keys);
         let times: Vec<f64> = keys.iter().map(|(time, _)| *time).collect();
         let slopes = slopes(&times, &channels);
-        Some(CameraPath { rate, keys, channels, slopes })
+        Some(CameraPath { rate, keys, first, channels, slopes })
     }
 
-    /// Reads a path over an image of `size` texels.
-    pub fn from_text(text: &str, size: [u32; 2]) -> Result<CameraPath, CameraPathError> {
+    /// Reads a path whose places `parse` reads; `example` is the text of one.
+    pub(crate) fn read(
+        text: &str,
+        parse: impl Fn(&str) -> Result<P, String>,
+        example: &str,
+    ) -> Result<CameraPath<P>, CameraPathError> {
         let error = |line: usize, why: String| CameraPathError { line, why };
-        let (mut rate, mut keys, mut has_head) = (None, Vec::<(f64, Pose)>::new(), false);
+        let (mut rate, mut keys, mut has_head) = (None, Vec::<(f64, P)>::new(), false);
         let mut last = 1;
         for (number, line) in (1..).zip(text.lines()) {
             // A byte order mark is how some editors begin.
@@ -115,11 +115,11 @@ impl CameraPath {
             let time = word.parse::<f64>().ok().filter(|time| (0.0..=LATEST).contains(time));
             let Some(time) = time else {
                 let why = format!(
-                    "'{word}' is no time: write seconds, 0 to {LATEST}, and where the camera is then, as in '2.5 image:x=100,y=200,zoom=3'"
+                    "'{word}' is no time: write seconds, 0 to {LATEST}, and where the camera is then, as in '2.5 {example}'"
                 );
                 return Err(error(number, why));
             };
-            let pose = Pose::from_text(rest, size).map_err(|fault| error(number, fault.to_string()))?;
+            let pose = parse(rest).map_err(|why| error(number, why))?;
             if let Some((before, other)) = keys.last() {
                 if *before >= time {
                     return Err(error(
@@ -127,8 +127,8 @@ impl CameraPath {
                         format!("{time} s is not later than the {before} s before it"),
                     ));
                 }
-                if kind(other) != kind(&pose) {
-                    let (this, other) = (kind(&pose), kind(other));
+                if other.kind() != pose.kind() {
+                    let (this, other) = (pose.kind(), other.kind());
                     return Err(error(
                         number,
                         format!("a view of {this} after one of {other}: a path has one scene"),
@@ -143,16 +143,15 @@ impl CameraPath {
         if !has_head {
             return Err(error(1, format!("a camera path begins with the line '{HEAD}'")));
         }
-        let none =
-            || error(last, "the path has no place: add a line such as '0 image:x=100,y=200,zoom=3'".into());
+        let none = || error(last, format!("the path has no place: add a line such as '0 {example}'"));
         CameraPath::new(rate.unwrap_or(USUAL_RATE), keys).ok_or_else(none)
     }
 
-    /// The text of the path, over an image of `size` texels.
-    pub fn to_text(&self, size: [u32; 2]) -> String {
+    /// The text of the path, whose places `text_of` writes.
+    pub(crate) fn written(&self, text_of: impl Fn(&P) -> String) -> String {
         let mut text = format!("{HEAD}\n# seconds, and where the camera is then\nfps {}\n", self.rate);
         for (time, pose) in &self.keys {
-            text += &format!("{time} {}\n", pose.to_text(size));
+            text += &format!("{time} {}\n", text_of(pose));
         }
         text
     }
@@ -174,28 +173,28 @@ impl CameraPath {
     }
 
     /// The places that it passes through, with their times in seconds.
-    pub fn keys(&self) -> &[(f64, Pose)] {
+    pub fn keys(&self) -> &[(f64, P)] {
         &self.keys
     }
 
     /// The pose in a picture, counted from 0; the last one goes on.
-    pub fn pose_of_frame(&self, frame: u64) -> Pose {
+    pub fn pose_of_frame(&self, frame: u64) -> P {
         self.pose(frame as f64 / self.rate)
     }
 
     /// The pose at a time in seconds: before the first place that one, after the last one that.
-    pub fn pose(&self, time: f64) -> Pose {
+    pub fn pose(&self, time: f64) -> P {
         let after = self.keys.partition_point(|(key, _)| *key <= time);
         match (self.keys.get(after.wrapping_sub(1)), self.keys.get(after)) {
-            (Some((begin, from)), Some(_)) if *begin != time => pose_of(from, self.channels_at(time)),
+            (Some((begin, from)), Some(_)) if *begin != time => from.at(self.channels_at(time)),
             // Exactly what is written.
             (Some((_, pose)), _) | (None, Some((_, pose))) => *pose,
-            (None, None) => Pose::image(DVec2::splat(0.5), 1.0),
+            (None, None) => self.first,
         }
     }
 
     /// What is mixed at a time in seconds.
-    fn channels_at(&self, time: f64) -> Channels {
+    fn channels_at(&self, time: f64) -> PathChannels {
         let after = self.keys.partition_point(|(key, _)| *key <= time).clamp(1, self.keys.len());
         let (values, slopes) = (&self.channels[after - 1..], &self.slopes[after - 1..]);
         let (Some(next), [(begin, _), (end, _), ..]) = (values.get(1), &self.keys[after - 1..]) else {
@@ -206,13 +205,26 @@ impl CameraPath {
             hermite([values[0][n], next[n]], [slopes[0][n] * length, slopes[1][n] * length], at)
         })
     }
+}
+
+impl CameraPath {
+    /// Reads a path over an image of `size` texels.
+    pub fn from_text(text: &str, size: [u32; 2]) -> Result<CameraPath, CameraPathError> {
+        let parse = |text: &str| Pose::from_text(text, size).map_err(|fault| fault.to_string());
+        CameraPath::read(text, parse, "image:x=100,y=200,zoom=3")
+    }
+
+    /// The text of the path, over an image of `size` texels.
+    pub fn to_text(&self, size: [u32; 2]) -> String {
+        self.written(|pose| pose.to_text(size))
+    }
 
     /// The path of a camera that was at these poses at these times in seconds, with no more places than it
     /// takes to pass close to all of them: to a five-hundredth of the view. Where poses of another scene
     /// begin, it ends. Nothing without a pose.
     pub fn recorded(rate: f64, seen: &[(f64, Pose)]) -> Option<CameraPath> {
         let (begin, first) = seen.first()?;
-        let of_one_kind = seen.iter().take_while(|(_, pose)| kind(pose) == kind(first));
+        let of_one_kind = seen.iter().take_while(|(_, pose)| pose.kind() == first.kind());
         let mut keys: Vec<(f64, Pose)> = Vec::new();
         for (time, pose) in of_one_kind {
             let time = ((time - begin) * 1000.0).round() / 1000.0;
@@ -244,59 +256,13 @@ impl CameraPath {
     }
 }
 
-/// The first word of a pose's text.
-fn kind(pose: &Pose) -> &'static str {
-    match pose {
-        Pose::Image { .. } => "image",
-        Pose::Plane { .. } => "plane",
-        Pose::Globe { .. } => "globe",
-    }
-}
-
-fn channels_of(pose: &Pose) -> Channels {
-    match *pose {
-        Pose::Image { centre, zoom, orientation } => {
-            [centre.x, centre.y, zoom.ln(), orientation.degrees().to_radians(), 0.0]
-        }
-        Pose::Plane { eye, yaw, pitch } => [eye.x, eye.y, eye.z, yaw, pitch],
-        Pose::Globe { longitude, latitude, altitude, aim } => {
-            [longitude, latitude, altitude.ln(), aim.heading(), aim.tilt()]
-        }
-    }
-}
-
-/// The pose of channels; what cannot be mixed is that of `from`.
-fn pose_of(from: &Pose, channels: Channels) -> Pose {
-    let [a, b, c, d, e] = channels;
-    match from {
-        Pose::Image { orientation, .. } => {
-            let orientation = Orientation::new(d.to_degrees(), orientation.is_mirrored());
-            Pose::Image { centre: DVec2::new(a, b), zoom: c.exp(), orientation }
-        }
-        Pose::Plane { .. } => Pose::Plane { eye: DVec3::new(a, b, c), yaw: d, pitch: e },
-        Pose::Globe { .. } => {
-            // From the middle of the image, as every longitude is.
-            let longitude = (a + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
-            Pose::globe(longitude, b, c.exp()).with_aim(Aim::new(d, e))
-        }
-    }
-}
-
-/// Which channels are angles that go round.
-fn angles_of(pose: &Pose) -> &'static [usize] {
-    match pose {
-        Pose::Globe { .. } => &[0, 3],
-        Pose::Image { .. } | Pose::Plane { .. } => &[3],
-    }
-}
-
 /// The channels of poses, angles going on where they would begin anew.
-fn continuous(keys: &[(f64, Pose)]) -> Vec<Channels> {
-    let mut all: Vec<Channels> = Vec::with_capacity(keys.len());
+fn continuous<P: PathPlace>(keys: &[(f64, P)]) -> Vec<PathChannels> {
+    let mut all: Vec<PathChannels> = Vec::with_capacity(keys.len());
     for (_, pose) in keys {
-        let mut channels = channels_of(pose);
+        let mut channels = pose.channels();
         if let Some(before) = all.last() {
-            for &angle in angles_of(pose) {
+            for &angle in pose.angles() {
                 channels[angle] -= ((channels[angle] - before[angle]) / TAU).round() * TAU;
             }
         }
@@ -306,18 +272,17 @@ fn continuous(keys: &[(f64, Pose)]) -> Vec<Channels> {
 }
 
 /// How far one place is from another, in views and angles.
-fn distance(pose: &Pose, a: &Channels, b: &Channels) -> f64 {
+fn distance(pose: &Pose, a: &PathChannels, b: &PathChannels) -> f64 {
     let view = match pose {
         Pose::Image { zoom, .. } => 1.0 / zoom,
         Pose::Plane { eye, .. } => eye.z.abs().max(1e-9),
         Pose::Globe { altitude, .. } => *altitude,
     };
-    let scales: Channels = match pose {
-        Pose::Image { .. } => [view, view, 1.0, 1.0, 1.0],
-        Pose::Plane { .. } => [view, view, view, 1.0, 1.0],
-        Pose::Globe { .. } => [view, view, 1.0, 1.0, 1.0],
+    let scales: PathChannels = match pose {
+        Pose::Image { .. } | Pose::Globe { .. } => [view, view, 1.0, 1.0, 1.0, 1.0],
+        Pose::Plane { .. } => [view, view, view, 1.0, 1.0, 1.0],
     };
-    let angles = angles_of(pose);
+    let angles = pose.angles();
     let apart = |n: usize| {
         let apart = a[n] - b[n];
         if angles.contains(&n) { apart - (apart / TAU).round() * TAU } else { apart }
@@ -327,7 +292,7 @@ fn distance(pose: &Pose, a: &Channels, b: &Channels) -> f64 {
 
 /// Slopes with which curves through values go smoothly and never beyond two neighbours (after Fritsch and
 /// Butland).
-fn slopes(times: &[f64], values: &[Channels]) -> Vec<Channels> {
+fn slopes(times: &[f64], values: &[PathChannels]) -> Vec<PathChannels> {
     let rise = |n: usize, c: usize| (values[n + 1][c] - values[n][c]) / (times[n + 1] - times[n]);
     let slope = |n: usize, c: usize| {
         if n == 0 || n + 1 == times.len() {
@@ -353,6 +318,8 @@ fn hermite([from, to]: [f64; 2], [begins, ends]: [f64; 2], t: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec2;
+
     use super::*;
 
     const SIZE: [u32; 2] = [1000, 500];
@@ -442,7 +409,7 @@ mod tests {
         let path = CameraPath::recorded(30.0, &seen).unwrap();
         assert!(path.keys().len() < 90, "{}", path.keys().len());
         for (time, pose) in &seen {
-            let (seen, played) = (channels_of(pose), channels_of(&path.pose(time - 100.0)));
+            let (seen, played) = (pose.channels(), path.pose(time - 100.0).channels());
             let away = distance(pose, &seen, &played);
             assert!(away < 2.0 * TOLERANCE, "{time}: {away}");
         }

@@ -8,7 +8,7 @@ use super::palettes::palette_controls;
 use super::volume_histogram::{VolumeValues, volume_histogram};
 use super::volume_words::{place_text, point_rows};
 use crate::layers::Palette;
-use crate::volume::{MOST_END, OtherLabels, VolumeMode, least_apart, parse_label};
+use crate::volume::{MOST_END, OtherLabels, VolumeBox, VolumeMode, least_apart, parse_label};
 use crate::volume_scene::{
     ChannelLook, ClipLook, PointAnswer, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
 };
@@ -380,6 +380,7 @@ fn crosshair(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
         }
     });
     ui.label(place_text(told.facts, look.cross));
+    CollapsingHeader::new("Tilted slices").show(ui, |ui| tilts(ui, look, of));
     if let Some(clicked) = told.clicked {
         egui::Grid::new("values").num_columns(2).spacing([16.0, 2.0]).show(ui, |ui| {
             for (name, value) in point_rows(told.facts, clicked) {
@@ -388,6 +389,34 @@ fn crosshair(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
                 ui.end_row();
             }
         });
+    }
+}
+
+/// How far each slice is turned.
+fn tilts(ui: &mut Ui, look: &mut VolumeLook, of: &VolumeBox) {
+    let before = look.tilts;
+    for (axis, tilt) in look.tilts.iter_mut().enumerate() {
+        ui.horizontal(|ui| {
+            ui.label(AXES[axis].to_uppercase());
+            let ends = [
+                (&mut tilt.yaw, "yaw", "about what is downward"),
+                (&mut tilt.pitch, "pitch", "about what is to the right"),
+            ];
+            for (degrees, name, what) in ends {
+                let drag = DragValue::new(degrees).range(-89.0..=89.0).speed(0.5).max_decimals(1).suffix("°");
+                let drag =
+                    ui.add(drag.prefix(format!("{name} "))).on_hover_text(format!("{what} in its picture"));
+                named(&drag, &format!("tilt {} {name}", AXES[axis]));
+            }
+        });
+    }
+    let is_upright = look.is_upright();
+    let upright = ui.add_enabled(!is_upright, Button::new("Upright"));
+    let is_asked =
+        upright.on_hover_text("all slices upright on their axes: T; Ctrl + drag tilts one").clicked();
+    // Upright slices go through the middles of voxels.
+    if is_asked || is_upright && before != look.tilts {
+        look.put_upright(of);
     }
 }
 

@@ -5,7 +5,7 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, StrokeKind, Vec
 use glam::{DVec2, DVec3};
 
 use super::volume_words::{Lengths, place_text};
-use crate::volume_scene::{PaneRect, PaneSight, VolumeFacts, VolumeLook, VolumePane};
+use crate::volume_scene::{PaneRect, PaneSight, VolumeFacts, VolumeLook, VolumePane, cut_of};
 
 /// What axes are drawn in: x, y, z.
 const AXES: [Color32; 3] =
@@ -70,16 +70,24 @@ impl VolumePanes<'_> {
         match pane.axis() {
             Some(axis) => {
                 if self.has_guides {
-                    self.outline(over);
-                    over.crosshair(self.look.cross, pane);
+                    self.outline(over, pane);
+                    over.crosshair(self.look, pane);
                 }
                 let (voxel, count) = (self.look.voxel(of)[axis], of.size[axis]);
-                let said = format!("{} {} / {count}", NAMES[axis], voxel + 1);
+                let mut said = format!("{} {} / {count}", NAMES[axis], voxel + 1);
+                let tilt = self.look.tilt(pane);
+                if !tilt.is_upright() {
+                    said += &format!(", tilted {:.0}°, {:.0}°", tilt.yaw, tilt.pitch);
+                }
                 over.text(over.rect.left_top() + Vec2::splat(MARGIN), Align2::LEFT_TOP, &said, AXES[axis]);
             }
             None => {
                 if self.has_guides {
                     over.cross_in_space(self.look.cross, of.extent());
+                    let slices = [VolumePane::X, VolumePane::Y, VolumePane::Z].into_iter().enumerate();
+                    for (axis, slice) in slices.filter(|(_, slice)| !self.look.tilt(*slice).is_upright()) {
+                        self.cut(over, slice, AXES[axis].gamma_multiply(0.8));
+                    }
                     self.box_in_space(over);
                 }
                 let at = over.rect.left_top() + Vec2::splat(MARGIN);
@@ -107,12 +115,25 @@ impl VolumePanes<'_> {
     }
 
     /// The box of the volume in a slice.
-    fn outline(&self, over: &Over) {
+    fn outline(&self, over: &Over, pane: VolumePane) {
+        let faint = Color32::from_white_alpha(46);
+        if !self.look.tilt(pane).is_upright() {
+            return self.cut(over, pane, faint);
+        }
         let corners = [DVec3::ZERO, self.facts.of.extent()].map(|corner| over.point(corner));
         if let [Some(first), Some(last)] = corners {
             let rect = Rect::from_two_pos(first, last);
-            let stroke = Stroke::new(1.0, Color32::from_white_alpha(46));
-            over.painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Outside);
+            over.painter.rect_stroke(rect, 0.0, Stroke::new(1.0, faint), StrokeKind::Outside);
+        }
+    }
+
+    /// The edge of what a slice cuts of the volume, wherever it is seen.
+    fn cut(&self, over: &Over, slice: VolumePane, color: Color32) {
+        let of = &self.facts.of;
+        let corners = cut_of(of, self.look.met_by(slice, of), self.look.slice_axes(slice));
+        let points: Vec<Pos2> = corners.iter().filter_map(|corner| over.point(*corner)).collect();
+        if points.len() > 2 && points.len() == corners.len() {
+            over.painter.add(egui::Shape::closed_line(points, Stroke::new(1.0, color)));
         }
     }
 
@@ -212,19 +233,25 @@ impl Over {
     }
 
     /// Where the other slices are.
-    fn crosshair(&self, cross: DVec3, pane: VolumePane) {
-        let Some(at) = self.point(cross) else { return };
-        let [right, down] = pane.axes();
-        let line = |from: Pos2, to: Pos2, color: Color32| {
-            self.painter.line_segment([from, to], Stroke::new(1.0, color.gamma_multiply(0.75)));
-        };
-        // The line of a slice has the colour of the axis that it is across.
-        let (rect, color) = (self.rect, AXES[right]);
-        line(pos2(at.x, rect.top()), pos2(at.x, at.y - FREE), color);
-        line(pos2(at.x, at.y + FREE), pos2(at.x, rect.bottom()), color);
-        let color = AXES[down];
-        line(pos2(rect.left(), at.y), pos2(at.x - FREE, at.y), color);
-        line(pos2(at.x + FREE, at.y), pos2(rect.right(), at.y), color);
+    fn crosshair(&self, look: &VolumeLook, pane: VolumePane) {
+        let Some(at) = self.point(look.cross) else { return };
+        let ([ahead, ..], [right, down]) = (look.slice_axes(pane), self.sight.across());
+        let longest = self.rect.width() + self.rect.height();
+        for other in [VolumePane::X, VolumePane::Y, VolumePane::Z] {
+            let Some(axis) = other.axis().filter(|_| other != pane) else { continue };
+            let along = ahead.cross(look.slice_axes(other)[0]);
+            let way = vec2(along.dot(right) as f32, along.dot(down) as f32);
+            // Where both lie alike they meet in no line.
+            if way.length() < 1e-3 {
+                continue;
+            }
+            // The line of a slice has the colour of the axis that it is across.
+            let stroke = Stroke::new(1.0, AXES[axis].gamma_multiply(0.75));
+            let way = way.normalized();
+            for way in [way, -way] {
+                self.painter.line_segment([at + way * FREE, at + way * longest], stroke);
+            }
+        }
     }
 
     /// The lines in which slices meet, within the box.
@@ -241,14 +268,15 @@ impl Over {
     /// Which way axes go.
     fn triad(&self, pane: VolumePane, look: &VolumeLook) {
         const LENGTH: f64 = 26.0;
-        let (axes, at) = match pane.axis() {
-            Some(_) => {
+        let is_upright = pane.axis().is_some() && look.tilt(pane).is_upright();
+        let (axes, at) = match is_upright {
+            true => {
                 let [right, down] = pane.axes();
                 let at = self.rect.left_bottom() + vec2(MARGIN + 4.0, -MARGIN - 62.0);
                 (vec![(right, DVec2::X), (down, DVec2::Y)], at)
             }
-            None => {
-                let [_, right, down] = look.orbit.axes();
+            false => {
+                let [right, down] = self.sight.across();
                 let way = |axis: usize| DVec2::new(DVec3::AXES[axis].dot(right), DVec3::AXES[axis].dot(down));
                 let at = self.rect.left_bottom() + vec2(MARGIN + 34.0, -MARGIN - 56.0);
                 ((0..3).map(|axis| (axis, way(axis))).collect(), at)
@@ -315,5 +343,40 @@ mod tests {
         let texts = painted(&look, &facts, false);
         assert!(texts.iter().any(|(text, _)| text == "z 11 / 20"));
         assert!(texts.iter().all(|(text, _)| text != "15 µm"), "{texts:?}");
+    }
+
+    #[test]
+    fn a_tilted_slice_says_so_and_the_others_show_where_it_is() {
+        let facts = facts_for_tests();
+        let mut look = VolumeLook::first(&facts);
+        let lines = |look: &VolumeLook| {
+            let panes = pane_rects(look.layout, [600, 500]);
+            let (look, facts) = (look.clone(), facts.clone());
+            let show = move |ui: &mut egui::Ui| {
+                let (facts, look, panes) = (&facts, &look, &panes);
+                let shown = VolumePanes { facts, look, panes, pictures: &[], has_guides: true, seen_time: 0 };
+                shown.paint(ui.painter(), Rect::from_min_size(Pos2::ZERO, vec2(600.0, 500.0)), 1.0);
+            };
+            let mut harness = Harness::builder().with_size([600.0, 500.0]).build_ui(show);
+            harness.run();
+            let shapes = &harness.output().shapes;
+            let askew = shapes.iter().filter(|shape| match &shape.shape {
+                egui::Shape::LineSegment { points: [a, b], .. } => {
+                    let way = *b - *a;
+                    way.length() > 500.0 && way.x.abs() > 1.0 && way.y.abs() > 1.0
+                }
+                _ => false,
+            });
+            let outlines = shapes.iter().filter(|shape| matches!(&shape.shape, egui::Shape::Path(_))).count();
+            (askew.count(), outlines)
+        };
+        assert_eq!(lines(&look), (0, 0));
+        // About what is downward, so that it stays upright on what is across y.
+        look.tilt_by(VolumePane::Z, 30.0, 0.0);
+        let (askew, outlines) = lines(&look);
+        assert_eq!(askew, 2, "both halves of a line in the slice across y");
+        assert_eq!(outlines, 2, "what it cuts of the box, in its own picture and in 3-D");
+        let texts = painted(&look, &facts, true);
+        assert!(texts.iter().any(|(text, _)| text == "z 11 / 20, tilted 30°, 0°"), "{texts:?}");
     }
 }

@@ -37,6 +37,13 @@ pub trait StageScene {
         0
     }
 
+    /// Returns true if a camera that was just placed sees what it saw before, by rays: then every pixel is
+    /// looked at before all is there ([`vastex::ViewMut::set_resting`]).
+    fn rests(&self, camera: &Self::Camera) -> bool {
+        let _ = camera;
+        false
+    }
+
     /// Draws what a camera wants to see, into a pass of [`vastex::ViewMut::feedback`].
     fn draw_wanted(&self, camera: &Self::Camera, pass: &mut wgpu::RenderPass<'_>, textures: &wgpu::BindGroup);
 
@@ -131,7 +138,9 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
             scene.place(camera, &gpu.queue, textures, pose, picture);
         }
         for StageView { view, camera, .. } in self.views {
-            textures.view_mut(*view)?.set_bricks_of_a_ray(scene.bricks_of_a_ray(camera));
+            let mut view = textures.view_mut(*view)?;
+            view.set_bricks_of_a_ray(scene.bricks_of_a_ray(camera));
+            view.set_resting(scene.rests(camera));
         }
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         mark(&mut encoder, Some("feedback"));

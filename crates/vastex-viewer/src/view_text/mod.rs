@@ -8,6 +8,7 @@
 //! that they are compared as it says, or not at all.
 
 mod heights;
+mod place;
 mod planet;
 #[cfg(test)]
 mod tests;
@@ -18,6 +19,7 @@ use crate::layers::{CompareMode, MOST_LAYERS};
 use crate::overlay::Overlay;
 use crate::scene::Scene;
 use crate::surface::{DisplayOptions, Heights, LayerOptions, PlanetOptions};
+pub use place::VolumePlace;
 pub use planet::{ParseSunError, Sun, ViewPlanet};
 pub use volume::{VOLUME_KEYS, ViewChannel, ViewLabels, ViewSlices, VolumeViewError, VolumeViewText};
 

@@ -18,17 +18,19 @@ use glam::DVec3;
 
 use crate::layers::Palette;
 use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeMode};
-use crate::volume_scene::{LabelsLook, VolumeFacts, VolumeLayout, VolumeLook};
+use crate::volume_scene::{LabelsLook, SliceTilt, VolumeFacts, VolumeLayout, VolumeLook};
 use crate::words::escaped;
 use parts::{camera_of, channel_of, clip_of, labels_of, name_of, number, numbers, panes_of, slices_of};
+use parts::{tilt_text, tilts_of};
 
 /// What the text of a view of a volume begins with.
 const SCHEME: &str = "volume:";
 
 /// The keys of a text after its camera, each with what stands after it.
-pub const VOLUME_KEYS: [(&str, &str); 12] = [
+pub const VOLUME_KEYS: [(&str, &str); 13] = [
     ("panes", "four, x, y, z or 3d"),
-    ("slices", "X,Y,Z[:middle=X,Y,Z][:zoom=N]"),
+    ("slices", "X,Y,Z[:place=X,Y,Z][:middle=X,Y,Z][:zoom=N]"),
+    ("tilt", "x, y or z:YAW,PITCH[:z:YAW,PITCH].., or off"),
     ("mode", "mip, minip, average, emission or iso"),
     ("step", "N"),
     ("density", "N"),
@@ -56,6 +58,9 @@ pub struct VolumeViewText {
     pub panes: Option<VolumeLayout>,
     /// Where slices are.
     pub slices: Option<ViewSlices>,
+    /// How far the slices across x, y and z are turned; with [`VolumeViewText::slices`] not at all where
+    /// nothing is said.
+    pub tilts: Option<[SliceTilt; 3]>,
     /// What becomes of samples along a ray.
     pub mode: Option<VolumeMode>,
     /// How far samples are apart, in sides of a voxel.
@@ -81,6 +86,8 @@ pub struct VolumeViewText {
 pub struct ViewSlices {
     /// The voxel at which they meet.
     pub at: [u32; 3],
+    /// The place in it, where one is tilted; its middle, if nothing is said.
+    pub place: Option<[f64; 3]>,
     /// What is in the middle of the pictures; where slices meet, if nothing is said.
     pub middle: Option<[f64; 3]>,
     /// How large the slices are seen: 1 where all of them fit.
@@ -163,9 +170,11 @@ impl VolumeViewText {
             panes: Some(look.layout),
             slices: Some(ViewSlices {
                 at: look.voxel(&facts.of),
+                place: (!look.is_upright()).then(|| voxels(look.cross)),
                 middle: Some(voxels(look.centre)),
                 zoom: look.zoom,
             }),
+            tilts: (!look.is_upright()).then_some(look.tilts),
             mode: Some(look.mode),
             step: Some(look.step).filter(|step| *step != 1.0),
             density: Some(look.density).filter(|density| *density != 1.0),
@@ -188,8 +197,12 @@ impl VolumeViewText {
         to.orbit.target = world(self.target);
         (to.orbit.zoom, to.orbit.yaw, to.orbit.pitch) = (self.zoom, self.yaw, self.pitch);
         to.layout = self.panes.unwrap_or(to.layout);
+        if self.slices.is_some() || self.tilts.is_some() {
+            to.tilts = self.tilts.unwrap_or_default();
+        }
         if let Some(slices) = self.slices {
-            to.put_cross(&facts.of, world(slices.at.map(|at| f64::from(at) + 0.5)));
+            let place = slices.place.unwrap_or(slices.at.map(|at| f64::from(at) + 0.5));
+            to.put_cross(&facts.of, world(place));
             to.centre = slices.middle.map_or(to.cross, world);
             to.zoom = slices.zoom;
         }
@@ -266,8 +279,11 @@ impl Display for VolumeViewText {
         if let Some(panes) = self.panes {
             write!(f, ";panes={}", name_of(panes))?;
         }
-        if let Some(ViewSlices { at: [x, y, z], middle, zoom }) = self.slices {
+        if let Some(ViewSlices { at: [x, y, z], place, middle, zoom }) = self.slices {
             write!(f, ";slices={x},{y},{z}")?;
+            if let Some([x, y, z]) = place {
+                write!(f, ":place={x},{y},{z}")?;
+            }
             if let Some([x, y, z]) = middle {
                 write!(f, ":middle={x},{y},{z}")?;
             }
@@ -275,6 +291,7 @@ impl Display for VolumeViewText {
                 write!(f, ":zoom={zoom}")?;
             }
         }
+        self.tilts.map_or(Ok(()), |tilts| write!(f, ";tilt={}", tilt_text(tilts)))?;
         let mode = self.mode.map(VolumeMode::name);
         let iso = self.iso.map(|iso| iso.map_or("auto".to_owned(), |iso| iso.to_string()));
         let parts: [(&str, Option<&dyn Display>); 5] = [
@@ -348,6 +365,7 @@ impl VolumeViewText {
         match key {
             "panes" => self.panes = Some(panes_of(value)?),
             "slices" => self.slices = Some(slices_of(value)?),
+            "tilt" => self.tilts = Some(tilts_of(value)?),
             "mode" => {
                 let mode = VolumeMode::ALL.into_iter().find(|mode| mode.name() == value);
                 let names = || VolumeMode::ALL.map(VolumeMode::name).join(", ");

@@ -31,21 +31,25 @@ pub struct VolumeCameraBinding {
     is_slice: AtomicBool,
     /// Bricks that one of its rays meets.
     bricks: AtomicU32,
-    /// What it saw when it was last placed.
-    last: Mutex<Option<(VolumeView, [u32; 2])>>,
+    /// Whether it sees what it saw when it was placed before.
+    rests: AtomicBool,
+    /// What it saw when it was last placed, and by which number of what is drawn.
+    last: Mutex<Option<(VolumeView, [u32; 2], u64)>>,
 }
 
 impl VolumeCameraBinding {
     fn new(uniform: Uniform, labels: Option<LabelBinding>, view: u32) -> VolumeCameraBinding {
-        let (is_slice, bricks, last) = Default::default();
-        VolumeCameraBinding { uniform, labels, view, is_slice, bricks, last }
+        let (is_slice, bricks, rests, last) = Default::default();
+        VolumeCameraBinding { uniform, labels, view, is_slice, bricks, rests, last }
     }
 
-    /// Takes note of what it sees; returns true if that is what it saw before.
-    fn see(&self, view: VolumeView, picture: [u32; 2]) -> bool {
+    /// Takes note of what it sees, by a number of what is drawn; returns true if the view is that of before.
+    fn see(&self, view: VolumeView, picture: [u32; 2], drawn: u64) -> bool {
         self.is_slice.store(view.is_slice(), Ordering::Relaxed);
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        last.replace((view, picture)) == Some((view, picture))
+        let before = last.replace((view, picture, drawn));
+        self.rests.store(before == Some((view, picture, drawn)), Ordering::Relaxed);
+        before.is_some_and(|(of, size, _)| (of, size) == (view, picture))
     }
 }
 
@@ -63,6 +67,8 @@ struct SceneUniform {
 pub struct VolumeRenderer {
     gpu: Gpu,
     desc: VolumeDesc,
+    /// A number that changes with it.
+    drawn: u64,
     /// By which channels are asked for: the layer of the one, or the group of all; or the labels alone.
     of_channels: Sampled,
     /// What the text was made for.
@@ -121,6 +127,7 @@ impl VolumeRenderer {
         Ok(VolumeRenderer {
             gpu: gpu.clone(),
             desc,
+            drawn: 0,
             of_channels: sampled,
             kinds,
             format,
@@ -168,6 +175,7 @@ impl VolumeRenderer {
         debug_assert_eq!((layers(&desc), desc.is_exact), (layers(&self.desc), self.desc.is_exact));
         let labels = |desc: &VolumeDesc| desc.labels.as_ref().map(|l| (l.layer, l.colors.clone()));
         debug_assert_eq!(labels(&desc), labels(&self.desc));
+        self.drawn += u64::from(self.desc != desc);
         self.desc = desc;
     }
 }
@@ -256,7 +264,7 @@ impl VolumeRenderer {
         share: f32,
     ) {
         let VolumeDesc { of, channels, labels, step, density, iso, .. } = &self.desc;
-        let is_still = camera.see(*pose, picture);
+        let is_still = camera.see(*pose, picture, self.drawn);
         let bricks = self.desc.bricks_of_a_ray(pose, self.brick, picture);
         // What few rays meet is asked for when the camera rests.
         let bricks = if is_still { bricks } else { bricks.min(RAY_ANSWERS) };
@@ -313,6 +321,10 @@ impl StageScene for VolumeRenderer {
 
     fn bricks_of_a_ray(&self, camera: &VolumeCameraBinding) -> u32 {
         camera.bricks.load(Ordering::Relaxed)
+    }
+
+    fn rests(&self, camera: &VolumeCameraBinding) -> bool {
+        camera.rests.load(Ordering::Relaxed)
     }
 
     fn draw_wanted(

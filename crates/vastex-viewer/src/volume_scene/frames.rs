@@ -225,8 +225,10 @@ impl VolumeScene {
             let (_, camera) = self.cameras[nth].get_or_insert_with(|| (of, renderer.new_camera(number)));
             renderer.place(camera, &self.gpu.queue, &self.textures, &sight.view(1), pane.size);
             let camera = &*camera;
-            self.textures.view_mut(view)?.set_bricks_of_a_ray(renderer.bricks_of_a_ray(camera));
-            self.textures.view_mut(view)?.feedback(&mut encoder, pane.size, |pass, groups| {
+            let mut seen = self.textures.view_mut(view)?;
+            seen.set_bricks_of_a_ray(renderer.bricks_of_a_ray(camera));
+            seen.set_resting(renderer.rests(camera));
+            seen.feedback(&mut encoder, pane.size, |pass, groups| {
                 if let Some(group) = groups.get(renderer.sampled()) {
                     renderer.draw_wanted(camera, pass, group);
                 }

@@ -1,6 +1,6 @@
 //! What keys and the pointer do to a volume in a window.
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::look::{VolumeFacts, VolumeLayout, VolumeLook, VolumePane};
 use super::sight::{PaneRect, PaneSight};
@@ -29,6 +29,7 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("drag in 3-D", "turn the volume; a click puts the crosshair on what is seen there"),
         ("Shift + drag, right drag", "move the picture"),
         ("wheel in a slice, Page Up, Page Down, arrows up and down", "slice by slice; with Shift by tens"),
+        ("Ctrl + drag in a slice", "tilt it, about where slices meet; T: all slices upright on their axes"),
         ("wheel in 3-D, Ctrl + wheel in a slice, + and -", "zoom"),
         ("arrows", "turn the volume, where it is seen in 3-D"),
         ("Space", "a slice or 3-D, alone"),
@@ -81,11 +82,22 @@ pub struct VolumeHands {
     labels: usize,
 }
 
+/// What becomes of a drag.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Drag {
+    /// The crosshair follows, or the volume turns.
+    Points,
+    /// The picture is moved.
+    Moves,
+    /// The slice is tilted.
+    Tilts,
+}
+
 /// A button that is down.
 #[derive(Clone, Copy, Debug)]
 struct Held {
     pane: PaneRect,
-    moves: bool,
+    does: Drag,
     begun: DVec2,
     is_still: bool,
 }
@@ -187,18 +199,22 @@ impl VolumeHands {
 
     fn press(&mut self, button: Button, look: &mut VolumeLook, room: &VolumeRoom<'_>) -> VolumeHeard {
         let Some((pane, pixel)) = self.pointed(room.panes) else { return VolumeHeard::Taken };
-        let moves = button == Button::Secondary || self.modifiers.shift;
+        let does = match () {
+            () if button == Button::Secondary || self.modifiers.shift => Drag::Moves,
+            () if self.modifiers.control && pane.pane.axis().is_some() => Drag::Tilts,
+            () => Drag::Points,
+        };
         let begun = pixel + DVec2::from_array(pane.at.map(f64::from));
-        self.held = Some(Held { pane, moves, begun, is_still: true });
+        self.held = Some(Held { pane, does, begun, is_still: true });
         match pane.pane.axis() {
-            Some(_) if !moves => self.point_in_slice(&pane, pixel, look, room),
+            Some(_) if does == Drag::Points => self.point_in_slice(&pane, pixel, look, room),
             _ => VolumeHeard::Taken,
         }
     }
 
     fn release(&mut self, look: &VolumeLook) -> VolumeHeard {
         match self.held.take() {
-            Some(Held { pane, moves: false, is_still: true, begun }) => {
+            Some(Held { pane, does: Drag::Points, is_still: true, begun }) => {
                 let (pane, pixel) = (pane.pane, pane.within(begun));
                 match (look.labels.shown, pane.axis()) {
                     (Some(_), _) => VolumeHeard::Select(pane, pixel),
@@ -232,14 +248,13 @@ impl VolumeHands {
         }
         // What a click may move is made up for.
         let from = if std::mem::take(&mut held.is_still) { held.begun } else { from };
-        let (pane, moves) = (held.pane, held.moves);
-        match (pane.pane.axis(), moves) {
-            (Some(_), false) => return self.point_in_slice(&pane, pane.within(to), look, room),
-            (_, true) => shift(&pane, to - from, look, room),
-            (None, false) => {
-                let by = (to - from) / f64::from(pane.size[1].max(1)) * DEGREES_PER_HEIGHT;
-                turn(look, by);
-            }
+        let (pane, does) = (held.pane, held.does);
+        let degrees = (to - from) / f64::from(pane.size[1].max(1)) * DEGREES_PER_HEIGHT;
+        match (pane.pane.axis(), does) {
+            (Some(_), Drag::Points) => return self.point_in_slice(&pane, pane.within(to), look, room),
+            (_, Drag::Moves) => shift(&pane, to - from, look, room),
+            (_, Drag::Tilts) => look.tilt_by(pane.pane, degrees.x, degrees.y),
+            (None, Drag::Points) => turn(look, degrees),
         }
         VolumeHeard::Taken
     }
@@ -287,12 +302,12 @@ impl VolumeHands {
         if !notches.is_finite() {
             return VolumeHeard::Taken;
         }
-        let axis = self.pointed(room.panes).and_then(|(pane, _)| pane.pane.axis());
-        match axis.filter(|_| !self.modifiers.control) {
-            Some(axis) => {
+        let slice = self.pointed(room.panes).map(|(pane, _)| pane.pane).filter(|pane| pane.axis().is_some());
+        match slice.filter(|_| !self.modifiers.control) {
+            Some(slice) => {
                 let steps = (notches.abs().ceil().clamp(1.0, 100.0) * notches.signum()) as i64;
                 let steps = if self.modifiers.shift { steps * MANY } else { steps };
-                look.step_slice(&room.facts.of, axis, steps);
+                look.step_pane(&room.facts.of, slice, steps);
             }
             None => self.zoom(WHEEL_FACTOR.powf(notches.clamp(-50.0, 50.0)), look, room),
         }
@@ -335,6 +350,7 @@ impl VolumeHands {
             Key::Char('y' | 'Y') => look.layout = alone(VolumePane::Y),
             Key::Char('z' | 'Z') => look.layout = alone(VolumePane::Z),
             Key::Char('v' | 'V') => look.layout = alone(VolumePane::Space),
+            Key::Char('t' | 'T') => look.put_upright(&room.facts.of),
             Key::Char('4') => look.layout = VolumeLayout::Four,
             Key::Char('e' | 'E') => {
                 let nth = VolumeMode::ALL.iter().position(|mode| *mode == look.mode).unwrap_or(0);
@@ -376,7 +392,8 @@ impl VolumeHands {
             VolumeLayout::Four => VolumePane::Z,
         });
         let is_page = matches!(key, Key::PageUp | Key::PageDown);
-        let Some(axis) = pane.axis().or(is_page.then_some(2)) else {
+        let slice = Some(pane).filter(|pane| pane.axis().is_some()).or(is_page.then_some(VolumePane::Z));
+        let Some(slice) = slice else {
             let by = match key {
                 Key::Left => DVec2::NEG_X,
                 Key::Right => DVec2::X,
@@ -388,8 +405,8 @@ impl VolumeHands {
         };
         let steps = if self.modifiers.shift { MANY } else { 1 };
         match key {
-            Key::Up | Key::PageUp => look.step_slice(&room.facts.of, axis, steps),
-            Key::Down | Key::PageDown => look.step_slice(&room.facts.of, axis, -steps),
+            Key::Up | Key::PageUp => look.step_pane(&room.facts.of, slice, steps),
+            Key::Down | Key::PageDown => look.step_pane(&room.facts.of, slice, -steps),
             _ => {}
         }
         VolumeHeard::Taken
@@ -404,16 +421,12 @@ fn turn(look: &mut VolumeLook, degrees: DVec2) {
 
 /// Moves a picture by so many pixels.
 fn shift(pane: &PaneRect, pixels: DVec2, look: &mut VolumeLook, room: &VolumeRoom<'_>) {
-    let by = PaneSight::of(look, &room.facts.of, room.panes, pane).pixel() * pixels;
+    let sight = PaneSight::of(look, &room.facts.of, room.panes, pane);
+    let (by, [right, down]) = (sight.pixel() * pixels, sight.across());
+    let by = right * by.x + down * by.y;
     match pane.pane.axis() {
-        Some(_) => {
-            let [right, down] = pane.pane.axes();
-            look.centre -= DVec3::AXES[right] * by.x + DVec3::AXES[down] * by.y;
-        }
-        None => {
-            let [_, right, down] = look.orbit.axes();
-            look.orbit.target -= right * by.x + down * by.y;
-        }
+        Some(_) => look.centre -= by,
+        None => look.orbit.target -= by,
     }
 }
 

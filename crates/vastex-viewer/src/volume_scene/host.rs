@@ -158,6 +158,14 @@ impl VolumeScene {
         }
     }
 
+    /// Says that parts of what is seen will change soon, by themselves ([`VolumeScene::changed`]): until they
+    /// have, what is there is not all of it.
+    pub fn expect_changes(&mut self, are_to_come: bool) {
+        if are_to_come {
+            self.quiet = 0;
+        }
+    }
+
     /// Says that the sources of these textures have changed in these regions: they are read again, and the
     /// old bricks stay until then.
     pub fn changed(&mut self, changes: &[(TextureId, Region)]) {

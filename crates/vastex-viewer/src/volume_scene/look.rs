@@ -1,6 +1,7 @@
 //! What a person sets of a volume in a window: everything that a picture of it follows from, beside its size.
 
 mod clip;
+mod tilt;
 
 use glam::DVec3;
 
@@ -9,6 +10,8 @@ use crate::volume::{
     FIRST_CHANNELS, MOST_CHANNELS, OtherLabels, VolumeBox, VolumeCamera, VolumeMode, usual_channel_color,
 };
 pub use clip::ClipLook;
+use tilt::MOST_TILT;
+pub use tilt::{SliceTilt, cut_of};
 
 /// Half of the angle from the upper to the lower edge of a picture in perspective, in degrees.
 const HALF_HEIGHT: f64 = 15.0;
@@ -275,6 +278,8 @@ pub struct VolumeLook {
     pub centre: DVec3,
     /// How large slices are seen: 1 where all of them fit.
     pub zoom: f64,
+    /// How far the slices across x, y and z are turned.
+    pub tilts: [SliceTilt; 3],
     /// From where all of it is seen.
     pub orbit: VolumeOrbit,
     /// Which pictures there are.
@@ -316,6 +321,7 @@ impl VolumeLook {
             cross: middle,
             centre: middle,
             zoom: 1.0,
+            tilts: Default::default(),
             orbit: VolumeOrbit { yaw: 30.0, pitch: 20.0, target: middle, zoom: 1.0 },
             layout,
             clip: ClipLook::default(),
@@ -343,9 +349,13 @@ impl VolumeLook {
         std::array::from_fn(|axis| (at[axis].floor().max(0.0) as u32).min(of.size[axis].saturating_sub(1)))
     }
 
-    /// Has slices meet in the middle of the voxel at a place, or of the nearest one.
+    /// Has slices meet in the middle of the voxel at a place, or of the nearest one; where one is tilted, at
+    /// the place itself.
     pub fn put_cross(&mut self, of: &VolumeBox, place: DVec3) {
-        self.cross = place;
+        self.cross = place.clamp(DVec3::ZERO, of.extent());
+        if !self.is_upright() {
+            return;
+        }
         let voxel = self.voxel(of);
         self.cross = DVec3::from_array(voxel.map(f64::from)) * of.voxel + of.voxel / 2.0;
     }
@@ -361,6 +371,7 @@ impl VolumeLook {
     pub fn fit(&mut self, facts: &VolumeFacts) {
         let first = VolumeLook::first(facts);
         (self.centre, self.zoom, self.orbit) = (first.centre, first.zoom, first.orbit);
+        self.put_upright(&facts.of);
     }
 
     /// Keeps zooms and angles within what they may be.
@@ -372,6 +383,10 @@ impl VolumeLook {
             false => (degrees + 180.0).rem_euclid(360.0) - 180.0,
         };
         (self.orbit.yaw, self.orbit.pitch) = (turn(self.orbit.yaw), turn(self.orbit.pitch));
+        let tilt = |degrees: f64| if degrees.is_nan() { 0.0 } else { degrees.clamp(-MOST_TILT, MOST_TILT) };
+        for SliceTilt { yaw, pitch } in &mut self.tilts {
+            (*yaw, *pitch) = (tilt(*yaw), tilt(*pitch));
+        }
     }
 }
 

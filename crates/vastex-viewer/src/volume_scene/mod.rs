@@ -40,8 +40,8 @@ pub use host::VolumeAsked;
 #[cfg(all(test, feature = "egui"))]
 pub(crate) use look::tests::facts as facts_for_tests;
 pub use look::{
-    ChannelFacts, ChannelLook, ClipLook, LabelsLook, VolumeFacts, VolumeLayout, VolumeLook, VolumeOrbit,
-    VolumePane,
+    ChannelFacts, ChannelLook, ClipLook, LabelsLook, SliceTilt, VolumeFacts, VolumeLayout, VolumeLook,
+    VolumeOrbit, VolumePane, cut_of,
 };
 pub use picture::PICTURE;
 use picture::{Key, PanePicture};
@@ -283,7 +283,8 @@ impl VolumeScene {
     /// Returns true if every brick that is seen was asked for, and is there or cannot be read.
     pub fn has_all(&self) -> bool {
         let waits = self.current.waits(&self.look);
-        !waits && (self.current.renderer().is_none() || self.quiet >= self.quiet_frames())
+        let is_quiet = || self.quiet >= self.quiet_frames() && self.textures.inspect().is_converged();
+        !waits && (self.current.renderer().is_none() || is_quiet())
     }
 
     /// Frames after which every pixel has asked for every brick that its ray meets.

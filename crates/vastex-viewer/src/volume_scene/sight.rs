@@ -82,12 +82,14 @@ impl PaneSight {
         let Some(axis) = pane.pane.axis() else {
             return PaneSight { size: pane.size, seen: Seen::Space(look.orbit.camera(of, pane.size)) };
         };
-        let [right, down] = pane.pane.axes();
-        let unit = |axis: usize| DVec3::AXES[axis];
-        let mut middle = look.centre;
-        middle[axis] = look.cross[axis];
+        let ([ahead, right, down], through) = (look.slice_axes(pane.pane), look.met_by(pane.pane, of));
+        // What is in the middle of all slices, as it lies before or behind this one.
+        let mut middle = look.centre - ahead * (look.centre - through).dot(ahead);
+        if look.tilt(pane.pane).is_upright() {
+            middle[axis] = through[axis];
+        }
         let pixel = fitting_pixel(of, panes) / look.zoom;
-        let plane = VolumePlane { middle, right: unit(right), down: unit(down), pixel };
+        let plane = VolumePlane { middle, right, down, pixel };
         PaneSight { size: pane.size, seen: Seen::Plane(plane) }
     }
 
@@ -143,6 +145,17 @@ impl PaneSight {
                 let [ahead, right, down] = axes_of(&camera);
                 let at = from_middle * self.pixel_at_unit(&camera);
                 [camera.eye, (ahead + right * at.x + down * at.y).normalize()]
+            }
+        }
+    }
+
+    /// The ways to the right and downward in the picture, of unit length.
+    pub fn across(&self) -> [DVec3; 2] {
+        match self.seen {
+            Seen::Plane(plane) => [plane.right, plane.down],
+            Seen::Space(camera) => {
+                let [_, right, down] = axes_of(&camera);
+                [right, down]
             }
         }
     }
@@ -212,6 +225,8 @@ mod tests {
         let facts = facts();
         let mut look = VolumeLook::first(&facts);
         (look.zoom, look.centre) = (2.0, DVec3::new(3.0, 4.0, 5.0));
+        look.tilt_by(VolumePane::Y, 25.0, -50.0);
+        look.put_cross(&facts.of, DVec3::new(3.1, 4.2, 6.3));
         let panes = pane_rects(VolumeLayout::Four, [640, 480]);
         for pane in &panes {
             let sight = PaneSight::of(&look, &facts.of, &panes, pane);
@@ -229,6 +244,11 @@ mod tests {
             let [from, toward] = sight.ray(DVec2::new(100.5, 37.25));
             assert!((at(&rays.origin) - from).length() < 1e-9, "{pane:?}");
             assert!((at(&rays.toward).normalize() - toward).length() < 1e-9, "{pane:?}");
+            // A tilted slice goes through the place at which slices meet, others through its voxel.
+            if pane.pane.axis().is_some() {
+                let away = (look.met_by(pane.pane, &facts.of) - from).dot(toward);
+                assert!(away.abs() < 1e-9, "{pane:?}: {away}");
+            }
         }
     }
 

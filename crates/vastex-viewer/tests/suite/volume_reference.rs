@@ -128,7 +128,6 @@ pub(crate) fn bricks_met(
     channels: &[ArrayChannel<'_>],
     (view, size): (&VolumeView, [u32; 2]),
     page: u32,
-    is_looked_at: impl Fn([u32; 2]) -> bool,
 ) -> BTreeSet<(u8, [u32; 3])> {
     let rays = view.rays(&desc.of, size);
     let mut met = BTreeSet::new();
@@ -136,7 +135,7 @@ pub(crate) fn bricks_met(
         let along = |of: [DVec3; 3]| of[0] + of[1] * (f64::from(x) + 0.5) + of[2] * (f64::from(y) + 0.5);
         let (origin, direction) = (along(rays.origin), along(rays.toward).normalize());
         let (begin, end) = within(&desc.of, origin, direction);
-        if begin >= end || !is_looked_at([x, y]) {
+        if begin >= end {
             continue;
         }
         let ray = Ray { origin, direction, begin, end };

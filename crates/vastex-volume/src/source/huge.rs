@@ -2,6 +2,7 @@
 //! slices, points, mixed values and tiles of it, each of the level that is stated.
 
 use std::sync::Arc;
+use std::time::Duration;
 
 use pollster::block_on;
 use vastex_core::PagePos;
@@ -16,7 +17,7 @@ use crate::volume::{Convention, LevelArray, Volume, VolumeAbout, VolumeLevel};
 const SIDE: u64 = 100_000;
 const CHANNELS: u64 = 4;
 /// Voxels of a chunk along each side.
-const CHUNK: u64 = 32;
+pub(super) const CHUNK: u64 = 32;
 /// What is looked at.
 const SAMPLES: u64 = 200;
 
@@ -41,10 +42,13 @@ fn value(level: u64, channel: u64, at: [u64; 3]) -> u16 {
 /// The chunks of a level.
 struct Formula {
     level: u64,
+    /// How long each takes, beside the formula.
+    takes: Duration,
 }
 
 impl ChunkSource for Formula {
     fn read<'a>(&'a self, coords: &'a [u64]) -> ChunkFuture<'a> {
+        std::thread::sleep(self.takes);
         let mut values = Vec::new();
         for n in 0..CHUNK.pow(3) {
             let within = [n % CHUNK, n / CHUNK % CHUNK, n / CHUNK / CHUNK];
@@ -76,6 +80,11 @@ fn sizes() -> Vec<u64> {
 
 /// With so many of its levels.
 fn huge(stored: usize) -> Arc<Volume> {
+    slow(stored, Duration::ZERO)
+}
+
+/// A chunk of it takes so long.
+pub(super) fn slow(stored: usize, takes: Duration) -> Arc<Volume> {
     let sizes = &sizes()[..stored];
     let level = |(n, side): (usize, &u64)| VolumeLevel {
         path: n.to_string(),
@@ -91,7 +100,7 @@ fn huge(stored: usize) -> Arc<Volume> {
             chunk: vec![1, CHUNK, CHUNK, CHUNK],
             axes: AxisMap { x: 3, y: 2, z: Some(1), channel: Some(0), time: None },
         },
-        source: Arc::new(Formula { level: n as u64 }),
+        source: Arc::new(Formula { level: n as u64, takes }),
     };
     let about = VolumeAbout {
         path: "formula".into(),

@@ -6,6 +6,7 @@
 
 mod absent;
 mod codes;
+mod early;
 mod groups;
 #[cfg(test)]
 mod huge;
@@ -56,6 +57,7 @@ pub struct VolumeSource {
     contents: Option<Arc<PageContents>>,
     made: Made,
     wanted: wanted::Wanted,
+    early: early::Early,
     /// The level of the geometry from which on levels are made.
     first_made: u8,
     /// How many bricks of each level are read at once.
@@ -128,6 +130,7 @@ impl VolumeSource {
             contents: contents.map(Arc::new),
             made,
             wanted: wanted::Wanted::default(),
+            early: early::Early::default(),
             first_made: first_made as u8,
             stats: stats::Kept::default(),
             telling: Telling::new(volume.clone()),
@@ -191,11 +194,13 @@ impl VolumeSource {
         self.made.work(stop);
     }
 
-    /// The regions whose tiles were a preview and are not any more, since this was last asked. Who keeps
-    /// tiles lets them be read again ([`TileSource::changed`]).
+    /// The regions whose tiles were a preview and are not any more, or had repeated borders
+    /// ([`VolumeOptions::borders_later`]), since this was last asked. Who keeps tiles lets them be read again
+    /// ([`TileSource::changed`]).
     pub fn take_changes(&self) -> Vec<Region> {
-        let changed = self.made.take_changed();
-        changed.into_iter().map(|(level, at)| self.region_of(self.first_made + level as u8, at)).collect()
+        let changed = self.made.take_changed().into_iter();
+        let made = changed.map(|(level, at)| self.region_of(self.first_made + level as u8, at));
+        made.chain(self.take_early()).collect()
     }
 
     /// What went wrong while levels were made, up to a number: chunks that could not be read are as if they
@@ -273,7 +278,11 @@ impl VolumeSource {
                 group if group != groups::ALONE && !geometry.is_tail(pos) => {
                     self.read_of_group(pos, group).await?
                 }
-                _ => self.read_box_of(level, &of, asks).await?,
+                _ if geometry.is_tail(pos) => self.read_box_of(level, &of, asks).await?,
+                _ => match self.read_early(pos, &of).await? {
+                    Some(early) => early,
+                    None => self.read_box_of(level, &of, asks).await?,
+                },
             };
             is_absent &= found.is_absent;
             if level == pos.level {

@@ -31,6 +31,11 @@ pub struct VolumeOptions {
     /// that are read as tiles stay a preview, of an eighth of the stored chunks, until they are wanted
     /// ([`VolumeSource::want`](super::VolumeSource::want)): all coarser bricks of what is in view are read.
     pub makes_all: bool,
+    /// True if bricks come before the chunks beside them, with their last voxels repeated in the border, and
+    /// are to be read again later ([`VolumeSource::take_changes`](super::VolumeSource::take_changes)): for
+    /// who shows what has come, and asks that in every frame. Values for a usual window are then those of a
+    /// preview, as long as a level is one. If not, each brick is whole when it comes.
+    pub borders_later: bool,
 }
 
 impl Default for VolumeOptions {
@@ -44,6 +49,7 @@ impl Default for VolumeOptions {
             reduction: None,
             cache: None,
             makes_all: true,
+            borders_later: false,
         }
     }
 }

@@ -14,7 +14,7 @@ use crate::spare::Spare;
 
 /// Bytes of chunks that are held at once, so that a box is put together of them in one pass; where there are
 /// more, one is copied after the other.
-const MOST_AT_ONCE: u64 = 64 << 20;
+pub(super) const MOST_AT_ONCE: u64 = 64 << 20;
 
 /// The values of one channel at one time of a level, as chunks that are shared by all who read them.
 #[derive(Clone, Copy)]
@@ -71,7 +71,7 @@ impl Plane<'_> {
     }
 
     /// The values of a box in one pass, of all the chunks that it overlaps.
-    async fn gather(&self, of: &VoxelBox, axes: &[Along; 3]) -> Result<BoxValues, VolumeError> {
+    pub(super) async fn gather(&self, of: &VoxelBox, axes: &[Along; 3]) -> Result<BoxValues, VolumeError> {
         let count = of.size.iter().try_fold(1_usize, |count, side| count.checked_mul(*side as usize));
         let bytes =
             count.and_then(|count| count.checked_mul(self.width)).ok_or_else(|| self.no_memory(of))?;
@@ -98,17 +98,7 @@ impl Plane<'_> {
     /// Chunks, x fastest, then y, then z. Those that others are about to have are waited for at the end, the
     /// last one first: then those before it are there, as a rule, and one wait is enough.
     async fn chunks_of(&self, axes: &[Along; 3]) -> Result<Vec<Option<Chunk>>, VolumeError> {
-        let mut coords = self.grid.coords([0; 3], self.channel, self.time);
-        let rank = coords.len();
-        let mut all = Vec::with_capacity(axes.iter().map(Along::count).product::<usize>() * rank);
-        for z in axes[2].chunks.clone() {
-            for y in axes[1].chunks.clone() {
-                for x in axes[0].chunks.clone() {
-                    self.grid.put_place(&mut coords, [x, y, z]);
-                    all.extend_from_slice(&coords);
-                }
-            }
-        }
+        let (all, rank) = self.places(axes);
         let found = self.chunks.at_hand(&all, rank);
         let coords = |nth: usize| &all[nth * rank..(nth + 1) * rank];
         let missing: Vec<usize> = (0..found.len()).filter(|nth| found[*nth].is_none()).collect();

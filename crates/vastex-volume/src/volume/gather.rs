@@ -25,8 +25,14 @@ impl Along {
     /// outside has the voxel that is nearest to it.
     pub(super) fn new(first: i64, size: u32, level: u64, chunk: u64) -> Along {
         let last = i64::try_from(level).unwrap_or(i64::MAX).saturating_sub(1).max(0);
+        Along::within(first, size, [0, last], chunk)
+    }
+
+    /// The same where nothing is taken of the level but the voxels from the first to the last of `own`, which
+    /// lie in it: these are repeated.
+    pub(super) fn within(first: i64, size: u32, own: [i64; 2], chunk: u64) -> Along {
         let end = first.saturating_add(i64::from(size) - 1);
-        let (begin, end) = (first.clamp(0, last), end.clamp(0, last));
+        let (begin, end) = (first.clamp(own[0], own[1]), end.clamp(own[0], own[1]));
         // Of a box that lies outside all but one voxel is repeated, on one side.
         let before = begin.saturating_sub(first).clamp(0, i64::from(size) - 1) as usize;
         let count = (end - begin + 1) as usize;

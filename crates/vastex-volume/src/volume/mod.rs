@@ -9,6 +9,7 @@ mod crop;
 mod gather;
 mod region;
 mod told;
+mod within;
 
 use std::sync::{Arc, Mutex, PoisonError};
 

@@ -155,13 +155,39 @@ fn vastexi_ray_onward(ray: VastexRay, along: f32, exit: f32) -> f32 {
 }
 
 // The pixel of the picture whose ray a fragment of the feedback pass marches [pixels, x to the right, y downward]. `pixel` is the fragment's own
-// place, interpolated over the picture; all pixels of the target that answer for one pixel of the picture get the same. To be called before
-// the ray is made that vastex_march_feedback or vastex_ray_turn is asked about. `position` is @builtin(position) in a feedback pass.
+// place, interpolated over the picture; all pixels of the target that answer for one pixel of the picture get the same. Where gaps are looked for
+// (vastex_ray_seeks) each gets one of its own; at the right and the lower edge it may lie up to 7 pixels beyond the picture. To be called
+// before the ray is made that vastex_march_feedback or vastex_ray_turn is asked about. `position` is @builtin(position) in a feedback pass.
 fn vastex_ray_pixel(view: u32, position: vec4<f32>, pixel: vec2<f32>) -> vec2<f32> {
     let answers = vastexi_views[view].answers;
+    let block = vastexi_views[view].block;
     let answer = u32(position.y) % answers;
     let above = (f32(answer) + 0.5) / f32(answers) - 0.5;
-    return vec2<f32>(pixel.x, pixel.y - above * f32(vastexi_views[view].block));
+    let first = vec2<f32>(pixel.x, pixel.y - above * f32(block));
+    let gaps = vastexi_views[view].gaps;
+    if gaps == 0u {
+        return first;
+    }
+    let nth = ((gaps - 1u) * answers) + answer;
+    return first + vec2<f32>(vec2<u32>(nth % block, nth / block));
+}
+
+// Whether a view that rests looks for gaps in this frame: each pixel of the target then names one of the bricks that its ray meets and that are
+// not there (vastex_brick_lacks), whatever vastex_ray_turn says, or nothing. Never of a view that was not said to rest.
+fn vastex_ray_seeks(view: u32) -> bool {
+    return vastexi_views[view].gaps != 0u;
+}
+
+// How many of the bricks that are not there a ray passes over before it names one, where it meets as many: neighbours name others, so that what
+// can never be had hides nothing for long. `position` is @builtin(position) in a feedback pass.
+fn vastex_ray_passes_over(view: u32, position: vec4<f32>) -> u32 {
+    let place = vec2<u32>(position.xy);
+    return (place.x + (3u * place.y) + vastexi_views[view].frame) % 4u;
+}
+
+// Whether something coarser is shown in the place of a brick, the mip bias apart.
+fn vastex_brick_lacks(brick: VastexBrick) -> bool {
+    return brick.is_known && brick.shown > brick.wanted;
 }
 
 // Which of `count` bricks that a ray meets it asks for in this frame with this pixel of the target: 0 to `count` - 1, or more where others ask

@@ -33,3 +33,27 @@ fn vastex_march_next_NAME(march: ptr<function, VastexMarch>, id: u32, ray: Vaste
     *march = VastexMarch(brick, level, along, vastexi_ray_onward(ray, along, exit));
     return true;
 }
+
+// A feedback pixel for one of the bricks of a ray that are not there, in a pass that looks for gaps (vastex_ray_seeks): of a texture, be it by
+// itself or a member of a group. The ray is that of vastex_ray_pixel. `position` is @builtin(position) in the feedback pass.
+fn vastex_march_gap_NAME(id: u32, view: u32, position: vec4<f32>, ray: VastexRay) -> vec4<u32> {
+    var found = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    var left = vastex_ray_passes_over(view, position);
+    var bricks = 0u;
+    var along = ray.begin;
+    while along < ray.end && bricks < VASTEX_RAY_BRICKS {
+        let next = vastexi_march_end_NAME(id, ray, along);
+        let at = vastex_ray_at(ray, 0.5 * (along + next));
+        let level = vastex_volume_level_NAME(id, vastexi_ray_pixel(ray, along));
+        if vastex_brick_lacks(vastex_brick_NAME(id, ray.anchor, at, level)) {
+            found = vastex_volume_feedback_NAME(id, ray.anchor, at, level);
+            if left == 0u {
+                break;
+            }
+            left--;
+        }
+        along = next;
+        bricks++;
+    }
+    return found;
+}

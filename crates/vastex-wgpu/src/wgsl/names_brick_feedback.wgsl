@@ -35,7 +35,8 @@ fn vastexi_march_end_NAME(id: u32, ray: VastexRay, along: f32) -> f32 {
 
 // A feedback pixel for a ray: the brick that this pixel of the target asks for in this frame, of those that the ray meets from its beginning to
 // its end; what lies behind something opaque is left out by an earlier end. The ray is that of vastex_ray_pixel. `position` is @builtin(position)
-// in the feedback pass of a view that says how many bricks a ray meets. Costs a few reads for each of them, twice.
+// in the feedback pass of a view that says how many bricks a ray meets. Costs a few reads for each of them, twice. Where gaps are looked for
+// (vastex_ray_seeks) vastex_march_gap_NAME takes its place.
 fn vastex_march_feedback_NAME(id: u32, view: u32, position: vec4<f32>, ray: VastexRay) -> vec4<u32> {
     var bricks = 0u;
     var along = ray.begin;

@@ -76,5 +76,8 @@ fn want(fragment: Corner) -> @location(0) vec4<u32> {
     let pixel = vastex_ray_pixel(fog.view, fragment.clip, (fragment.at * flip + 0.5) * fog.size);
     // The ground is below the mist, so the box itself ends the ray.
     let ray = ray_of((pixel / fog.size - 0.5) / flip, 1.0);
+    if vastex_ray_seeks(fog.view) {
+        return vastex_march_gap(fog.volume, fog.view, fragment.clip, ray);
+    }
     return vastex_march_feedback(fog.volume, fog.view, fragment.clip, ray);
 }

@@ -47,6 +47,8 @@ pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u
     let mist = textures.add_blocking(Arc::new(mist::Mist::new()?))?;
     // A view of its own: each of its rays meets many bricks.
     let rays = textures.add_view(ViewSettings::default().with_bricks_of_a_ray(48))?;
+    // The camera stays: every pixel is to have what it needs.
+    textures.view_mut(rays)?.set_resting(true);
 
     let renderer = GroundRenderer::new(device, &textures, ground)?;
     let fog = Fog::new(device, &textures, mist, &target)?;

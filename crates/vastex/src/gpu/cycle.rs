@@ -69,12 +69,15 @@ impl Cycle {
         self.come = 0;
     }
 
-    /// Returns true if each of so many positions is among the last feedbacks, as many as there are positions;
-    /// also where the view is not drawn: never, or not for so many frames.
-    pub(super) fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
-        let is_drawn = self.drawn.is_some_and(|drawn| drawn + length >= frame);
+    /// Returns true if each of so many positions is among the last feedbacks, as many as there are positions.
+    pub(super) fn has_seen_all(&self, length: u64) -> bool {
         let is_recent = |&seen: &u64| seen > 0 && seen + length > self.come;
-        !is_drawn || self.seen.len() as u64 == length && self.seen.iter().all(is_recent)
+        self.seen.len() as u64 == length && self.seen.iter().all(is_recent)
+    }
+
+    /// Returns true if the view was drawn in the last frames, so many of them.
+    pub(super) fn is_drawn(&self, frame: u64, length: u64) -> bool {
+        self.drawn.is_some_and(|drawn| drawn + length >= frame)
     }
 
     fn take(&mut self, frame: u64) -> Option<u64> {
@@ -100,6 +103,13 @@ mod tests {
     use super::*;
 
     const LENGTH: u64 = 16;
+
+    impl Cycle {
+        /// Also where the view is not drawn.
+        fn is_seen_whole(&self, frame: u64, length: u64) -> bool {
+            !self.is_drawn(frame, length) || self.has_seen_all(length)
+        }
+    }
 
     /// Records a frame in each step; its feedback comes or is lost `late` frames afterwards, as `is_lost`
     /// says.

@@ -6,7 +6,7 @@
 
 use vastex_core::{Feedback, ViewId};
 use vastex_wgpu::{
-    FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView, GpuError, InlineTarget, Readback, poll,
+    FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView, GpuError, InlineTarget, Look, Readback, poll,
 };
 
 use super::feedback_path::{FeedbackPath, Target};
@@ -33,13 +33,13 @@ impl Gpu {
         self.check_once(view, frame)?;
         let clear_depth = self.clear_depth();
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
-        let ViewState { number, path: Some(path), cycle, .. } = state else { return Ok(()) };
+        let look = state.look();
+        let ViewState { number, path: Some(path), .. } = state else { return Ok(()) };
         let (Target::Drawn(target), views) = (&path.target, &self.view_params) else { return Ok(()) };
-        let nth = cycle.pass();
-        let mut pass = target.begin(&self.device, encoder, views, *number, nth, clear_depth);
+        let mut pass = target.begin(&self.device, encoder, views, *number, look, clear_depth);
         draw(&mut pass, &self.bind_groups);
         drop(pass);
-        self.record_feedback(encoder, view, (frame, nth));
+        self.record_feedback(encoder, view, (frame, look));
         Ok(())
     }
 
@@ -76,7 +76,7 @@ impl Gpu {
                 target.end(encoder);
                 // The update of its frame is over already.
                 let frame = frame.saturating_sub(1);
-                self.record_feedback(encoder, view, (frame, nth));
+                self.record_feedback(encoder, view, (frame, Look::Cycle(nth)));
                 if is_moved {
                     self.look_again(view, frame);
                 }
@@ -90,9 +90,10 @@ impl Gpu {
     /// what each has seen be missed.
     pub(super) fn check_once(&mut self, view: ViewId, frame: u64) -> Result<(), Error> {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
-        let ViewState { path: Some(path), cycle, .. } = state else { return Ok(()) };
         // One whose encoder was dropped is as if it had not been drawn.
-        path.readback.take_lost().into_iter().for_each(|lost| cycle.lose(lost));
+        let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost()).collect::<Vec<_>>();
+        lost.into_iter().for_each(|lost| state.lose(lost));
+        let Some(path) = &state.path else { return Ok(()) };
         if path.readback.is_under_way(frame) { Err(Error::FeedbackTwice { view, frame }) } else { Ok(()) }
     }
 
@@ -112,19 +113,19 @@ impl Gpu {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: ViewId,
-        (frame, pass): (u64, u64),
+        (frame, look): (u64, Look),
     ) {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
         let Some(path) = &mut state.path else { return };
         self.view_params.end(encoder, state.number);
         let recorded = path.readback.record(&self.device, encoder, frame);
         // What was dropped meanwhile may have had the same frame: that comes first.
-        path.readback.take_lost().into_iter().for_each(|lost| state.cycle.lose(lost));
+        path.readback.take_lost().into_iter().for_each(|lost| state.lose(lost));
         if !recorded {
             state.cycle.find_no_room(frame);
             return;
         }
-        state.cycle.record(frame, pass);
+        state.record(frame, look);
         if let Some(due) = &mut self.due {
             due.record(frame, view);
         }
@@ -137,16 +138,16 @@ impl Gpu {
     /// The feedback that has arrived, or in lock-step that of the frame before the last, in the order of
     /// frames. `cycle` is the number of frames in which every pixel is looked at once.
     pub(crate) fn arrived_feedback(&mut self, frame: u64, cycle: u32) -> Result<Vec<Feedback>, Error> {
-        let arrived = match self.due {
+        let mut arrived = match self.due {
             None => self.polled_feedback()?,
             Some(_) => self.awaited_feedback(frame)?,
         };
         for state in &mut self.views {
-            let length = state.length(cycle);
-            let of_view = arrived.iter().filter(|feedback| feedback.view == state.view);
-            of_view.for_each(|feedback| state.cycle.come(feedback.frame, length));
-            let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost());
-            lost.for_each(|frame| state.cycle.lose(frame));
+            let view = state.view;
+            let of_view = arrived.iter_mut().filter(|feedback| feedback.view == view);
+            of_view.for_each(|feedback| feedback.gaps = state.come(feedback.frame, cycle));
+            let lost = state.path.iter_mut().flat_map(|path| path.readback.take_lost()).collect::<Vec<_>>();
+            lost.into_iter().for_each(|frame| state.lose(frame));
         }
         Ok(arrived)
     }
@@ -200,14 +201,14 @@ impl Gpu {
         let mut views = self.views.iter().filter(|state| state.view != ViewId::EXPECTED);
         self.undone.is_empty()
             && self.tables_are_settled()
-            && views.all(|state| state.cycle.is_seen_whole(frame, state.length(cycle)))
+            && views.all(|state| state.is_seen_whole(frame, cycle))
     }
 
     /// As [`Gpu::is_seen_whole`], of one view, whatever the others; `None` if there is none.
     pub(crate) fn is_view_seen_whole(&self, view: ViewId, frame: u64, cycle: u32) -> Option<bool> {
         let state = self.views.iter().find(|state| state.view == view)?;
         let is_on_gpu = self.undone.is_empty() && self.tables_are_settled();
-        Some(is_on_gpu && state.cycle.is_seen_whole(frame, state.length(cycle)))
+        Some(is_on_gpu && state.is_seen_whole(frame, cycle))
     }
 
     /// The oldest frame of which some view's feedback has yet to come.
@@ -274,7 +275,7 @@ impl Gpu {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             self.sent.feedback_bytes += state.bytes_read();
             (state.path, state.begun) = (None, None);
-            state.cycle.begin_anew();
+            state.begin_anew();
         }
     }
 }

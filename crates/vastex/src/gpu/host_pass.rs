@@ -107,10 +107,11 @@ impl Gpu {
         self.check_once(view, frame)?;
         let (clear_depth, view_number) = (self.clear_depth(), self.view_number(view));
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(None) };
-        let ViewState { number, path: Some(path), cycle, begun, .. } = state else { return Ok(None) };
+        let look = state.look();
+        let ViewState { number, path: Some(path), begun, .. } = state else { return Ok(None) };
         let Target::Drawn(target) = &path.target else { return Ok(None) };
-        let scissor = target.point(&self.device, encoder, &self.view_params, *number, cycle.pass());
-        *begun = Some((frame, cycle.pass()));
+        let scissor = target.point(&self.device, encoder, &self.view_params, *number, look);
+        *begun = Some((frame, look));
         let (color, depth, size) = (target.color().clone(), target.depth().clone(), target.size());
         Ok(Some(FeedbackPass { color, depth, size, scissor, clear_depth, view_number }))
     }

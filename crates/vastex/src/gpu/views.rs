@@ -6,7 +6,7 @@
 
 use vastex_core::ViewId;
 use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
-use vastex_wgpu::{FeedbackMode, Views};
+use vastex_wgpu::{FeedbackMode, FeedbackView, Look, Views};
 
 use super::Gpu;
 use super::cycle::Cycle;
@@ -24,16 +24,86 @@ pub(super) struct ViewState {
     /// The jitter follows the view's own feedback, so that one that is not drawn in every frame shows all of
     /// its pixels too.
     pub(super) cycle: Cycle,
+    /// The passes in which gaps are looked for.
+    gaps: Cycle,
+    /// Whether it is said to rest: then it is seen whole when its gaps were looked for at all pixels.
+    rests: bool,
+    /// Whether the next pass looks for gaps.
+    seeks: bool,
+    /// Frames whose feedback is to come and is of gaps, whatever has become of the view since.
+    of_gaps: Vec<u64>,
     /// An upper estimate of the bricks that a ray of the view's shaders meets; 0 where it shows surfaces.
     pub(super) bricks_of_a_ray: u32,
-    /// The frame of the pass that the application has begun and not ended, if there is one, and its number in
-    /// the cycle.
-    pub(super) begun: Option<(u64, u64)>,
+    /// The frame of the pass that the application has begun and not ended, if there is one, and what it looks
+    /// at.
+    pub(super) begun: Option<(u64, Look)>,
 }
 
 impl ViewState {
     pub(super) fn new(view: ViewId, number: u32) -> ViewState {
-        ViewState { view, number, path: None, cycle: Cycle::default(), bricks_of_a_ray: 0, begun: None }
+        let (path, cycle, gaps, of_gaps, bricks_of_a_ray, begun) = Default::default();
+        let (rests, seeks) = (false, false);
+        ViewState { view, number, path, cycle, gaps, rests, seeks, of_gaps, bricks_of_a_ray, begun }
+    }
+
+    /// What its next pass looks at.
+    pub(super) fn look(&self) -> Look {
+        if self.seeks { Look::Gaps(self.gaps.pass()) } else { Look::Cycle(self.cycle.pass()) }
+    }
+
+    /// The feedback of such a pass is on its way, as that of a frame.
+    pub(super) fn record(&mut self, frame: u64, look: Look) {
+        match look {
+            Look::Cycle(pass) => self.cycle.record(frame, pass),
+            Look::Gaps(pass) => {
+                self.gaps.record(frame, pass);
+                self.of_gaps.push(frame);
+            }
+        }
+    }
+
+    /// A frame's feedback has come, where others are seen whole in `cycle`; says whether it is one of gaps.
+    pub(super) fn come(&mut self, frame: u64, cycle: u32) -> bool {
+        let is_of_gaps = self.forget_gaps(frame);
+        match is_of_gaps {
+            true => self.gaps.come(frame, self.gap_passes().into()),
+            false => self.cycle.come(frame, self.length(cycle)),
+        }
+        is_of_gaps
+    }
+
+    /// A frame's feedback will not come.
+    pub(super) fn lose(&mut self, frame: u64) {
+        self.forget_gaps(frame);
+        self.cycle.lose(frame);
+        self.gaps.lose(frame);
+    }
+
+    /// Returns true if the feedback of a frame, which is not waited for any more, is of gaps.
+    fn forget_gaps(&mut self, frame: u64) -> bool {
+        let before = self.of_gaps.len();
+        self.of_gaps.retain(|of| *of != frame);
+        self.of_gaps.len() < before
+    }
+
+    pub(super) fn begin_anew(&mut self) {
+        self.cycle.begin_anew();
+        self.gaps.begin_anew();
+        self.seeks = false;
+    }
+
+    /// Feedbacks in which all of its pixels are looked at for gaps.
+    fn gap_passes(&self) -> u32 {
+        FeedbackView::gap_passes(self.answers())
+    }
+
+    /// Returns true if it was seen whole, or is not drawn: at every sample position, and where it rests at
+    /// all pixels.
+    pub(super) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
+        let length = self.length(cycle);
+        let is_drawn = self.cycle.is_drawn(frame, length) || self.gaps.is_drawn(frame, length);
+        let has_no_gaps = || !self.rests || self.gaps.has_seen_all(self.gap_passes().into());
+        !is_drawn || self.cycle.has_seen_all(length) && has_no_gaps()
     }
 
     /// Answers of each block of its feedback target.
@@ -80,6 +150,31 @@ impl Gpu {
         true
     }
 
+    /// Says whether a view of rays rests; returns in how many passes all of its pixels are looked at for
+    /// gaps, 0 where they are not. To be said again where it says otherwise how many bricks a ray meets.
+    pub(crate) fn set_resting(&mut self, view: ViewId, rests: bool) -> u32 {
+        let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return 0 };
+        let rests = rests && state.bricks_of_a_ray > 0;
+        if std::mem::replace(&mut state.rests, rests) != rests {
+            state.gaps.begin_anew();
+            state.seeks = false;
+        }
+        if rests { state.gap_passes() } else { 0 }
+    }
+
+    /// Returns true if a view was said to rest.
+    pub(crate) fn rests(&self, view: ViewId) -> bool {
+        self.views.iter().any(|state| state.view == view && state.rests)
+    }
+
+    /// Has the next passes of the views that rest look for gaps where `looks` says so, of those that were
+    /// seen whole; others are in `cycle`.
+    pub(crate) fn look_for_gaps(&mut self, cycle: u32, mut looks: impl FnMut(ViewId) -> bool) {
+        for state in self.views.iter_mut().filter(|state| state.rests) {
+            state.seeks = state.cycle.has_seen_all(state.length(cycle)) && looks(state.view);
+        }
+    }
+
     /// Jitter cycles until every ray of a view has asked for every brick that it meets.
     pub(crate) fn turns_of(&self, view: ViewId) -> u32 {
         self.views.iter().find(|state| state.view == view).map_or(1, ViewState::turns)
@@ -111,7 +206,7 @@ impl Gpu {
     /// A view has jumped: nothing of it has been seen.
     pub(crate) fn view_cut(&mut self, view: ViewId) {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
-            state.cycle.begin_anew();
+            state.begin_anew();
         }
     }
 

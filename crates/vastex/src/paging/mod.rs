@@ -204,6 +204,16 @@ impl Paging {
     }
 
     /// A view says all that it wants in as many jitter cycles.
+    /// So many feedbacks of a view that rests look at all of its pixels for gaps; 0: it does not rest.
+    pub(crate) fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
+        self.pager.set_gap_passes(view, passes);
+    }
+
+    /// Returns true if the next feedback of a view that rests is to look for gaps.
+    pub(crate) fn looks_for_gaps(&mut self, view: ViewId) -> bool {
+        self.pager.looks_for_gaps(view)
+    }
+
     pub(crate) fn set_view_turns(&mut self, view: ViewId, turns: u32) {
         self.pager.set_view_turns(view, turns);
     }

@@ -40,6 +40,9 @@ impl Textures {
         let played = self.play();
         self.record_telemetry();
         self.paging.end_frame();
+        let cycle = self.paging.pager().feedback_cycle();
+        let Textures { gpu, paging, .. } = self;
+        gpu.look_for_gaps(cycle, |view| paging.looks_for_gaps(view));
         self.follow_views();
         played
     }
@@ -121,8 +124,8 @@ impl Textures {
         self.paging.poll_event(is_seen_whole)
     }
 
-    /// Returns true if every view that is drawn has been looked at at every sample position, and all that
-    /// follows is on the GPU.
+    /// Returns true if every view that is drawn has been looked at at every sample position, one of rays that
+    /// rests at every pixel, and all that follows is on the GPU.
     pub(super) fn is_seen_whole(&self) -> bool {
         self.gpu.is_seen_whole(self.paging.frame(), self.paging.pager().feedback_cycle())
     }

@@ -85,6 +85,13 @@ impl<'a> Inspect<'a> {
         Feedback::of_pages(self.frame(), pools.flat_map(|pool| pool.wanted()).collect())
     }
 
+    /// The newest frame in which a view wanted the tail of a texture: its coarsest levels, which are always
+    /// there and so are none of [`Inspect::wanted`]. `None` where none has, or there is no such texture.
+    pub fn tail_wanted(&self, texture: TextureId) -> Option<u64> {
+        let shown = self.textures.texture(texture).ok()?;
+        self.textures.paging.pager().pool(shown.pool()?).tail_wanted(shown.number())
+    }
+
     /// What is in each slot of a texture's pool, that of other textures too; `None` if one is free. Empty
     /// where there is no such texture.
     pub fn slots_beside(&self, texture: TextureId) -> Vec<Option<SlotUsage>> {

@@ -98,9 +98,9 @@ impl ViewRef<'_> {
 
     /// Returns true if the view has been drawn for a whole jitter cycle since it last jumped (a view of rays
     /// for as many as they need, [`ViewMut::set_bricks_of_a_ray`]), and all pages that it wanted in that time
-    /// are in the pools at the bias in force, or could not be read; whatever other views want. A second view
-    /// from where the camera will cut to loads what that cut needs, and this says when. Costs a visit of each
-    /// page of the working sets.
+    /// are in the pools at the bias in force, or could not be read; whatever other views want. A view of rays
+    /// that rests has also found no gap ([`ViewMut::set_resting`]). A second view from where the camera will
+    /// cut to loads what that cut needs, and this says when. Costs a visit of each page of the working sets.
     pub fn is_converged(&self) -> bool {
         let (frame, cycle) = (self.textures.paging.frame(), self.textures.paging.pager().feedback_cycle());
         self.textures.gpu.is_view_seen_whole(self.id, frame, cycle) == Some(true)
@@ -127,7 +127,23 @@ impl ViewMut<'_> {
     pub fn set_bricks_of_a_ray(&mut self, bricks: u32) {
         if self.textures.gpu.set_bricks_of_a_ray(self.id, bricks) {
             self.textures.paging.set_view_turns(self.id, self.textures.gpu.turns_of(self.id));
+            self.set_resting(self.textures.gpu.rests(self.id));
         }
+    }
+
+    /// Says that a view of rays ([`ViewMut::set_bricks_of_a_ray`]) sees what it saw in the frame before, or
+    /// that it does not, which holds until something is said.
+    ///
+    /// The jitter cycle looks at a quarter of all pixels, so it may miss a brick that few rays meet. When
+    /// a view rests and all that the cycle has named is there, its next feedback passes look for *gaps*: in
+    /// 8 passes, or 64 for a slice, each pixel of the picture names something that is missing on its ray
+    /// (`vastex_ray_seeks`). Those pages are held until the view does not rest any more, or is
+    /// [cut](ViewMut::cut). The view has converged when no pixel finds a gap, however many bricks its ray
+    /// meets. If shaders begin to show something else, say once that the view does not rest, so that those
+    /// pages are let go. Without effect for views that show surfaces.
+    pub fn set_resting(&mut self, rests: bool) {
+        let passes = self.textures.gpu.set_resting(self.id, rests);
+        self.textures.paging.set_gap_passes(self.id, passes);
     }
 
     /// Says that the view has jumped: what it wanted before is no hint at what it wants from this frame on.

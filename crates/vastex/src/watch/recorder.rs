@@ -17,6 +17,8 @@ pub(super) struct Recorder {
     /// there they are not.
     known: Vec<Option<(Arc<Description>, TextureNumber)>>,
     failed: Option<TraceRecordError>,
+    /// What was wanted last, apart from gaps.
+    last: Vec<WantedPage>,
 }
 
 /// Where the camera was in the last frames, as far as the application said so: feedback comes later.
@@ -70,6 +72,18 @@ impl Recorder {
         }
         let pages = pager.pages_of(views);
         let mut pages: Vec<WantedPage> = pages.into_iter().filter_map(|page| self.renumbered(page)).collect();
+        // A view that looks for gaps wants what it wanted before as well: a trace has all of it.
+        if views.iter().all(|feedback| feedback.gaps) {
+            pages.extend(
+                self.last
+                    .iter()
+                    .filter(|wanted| pages.iter().all(|page| page.page != wanted.page))
+                    .copied()
+                    .collect::<Vec<_>>(),
+            );
+        } else {
+            self.last.clone_from(&pages);
+        }
         pages.sort_unstable();
         match place {
             Some(place) => self.trace.add_frame_at(pages, place),

@@ -56,7 +56,8 @@ pub struct FrameStats {
     pub frame: u64,
     /// Sums over all pools: slots, the working sets, loads and evictions; the largest mip bias of any.
     pub pager: Stats,
-    /// True if, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool.
+    /// True if, for a whole jitter cycle, nothing was newly wanted and nothing missing, in any pool; of views
+    /// of rays that rest ([`ViewMut::set_resting`](crate::ViewMut::set_resting)), for every pixel.
     pub converged: bool,
     /// Bytes of all pools in GPU memory.
     pub pool_bytes: u64,

@@ -72,7 +72,7 @@ pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<(V
 
 /// What a view that was copied shows of a box in a picture of so many pixels: a slice where it has that
 /// alone, else all of it in 3-D.
-fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (VolumeView, VolumeClip) {
+pub(super) fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (VolumeView, VolumeClip) {
     let facts = VolumeFacts::of_box(of);
     let mut look = VolumeLook::first(&facts);
     // What it says of channels, labels and times is asked for as options ask for it.

@@ -117,8 +117,11 @@ fn check_places(args: &RenderVolumeArgs) -> Result<()> {
     let named: Vec<(&str, &Path)> =
         named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
     for (nth, (what, place)) in named.iter().enumerate() {
-        if open::is_file_of(&args.source, place) {
-            bail!("{source}: is the source as well as the output; choose another name for the output");
+        for input in std::iter::once(&args.source).chain(&args.path.camera_path) {
+            if open::is_file_of(input, place) {
+                let input = input.display();
+                bail!("{input}: is the source as well as the output; choose another name for the output");
+            }
         }
         if let Some((other, _)) = named[..nth].iter().find(|(_, other)| other == place) {
             bail!(

@@ -257,6 +257,8 @@ impl Viewer {
 
     /// Takes in what threads have read. Returns true if there was anything.
     fn take_done(&mut self, volume: &mut VolumeShown) -> bool {
+        volume.work.want_levels(volume.scene.textures(), volume.scene.has_all());
+        volume.scene.expect_changes(volume.work.has_early_bricks());
         let (all, changes) = (volume.work.take_done(), volume.work.changes());
         let is_any = !all.is_empty() || !changes.is_empty();
         volume.scene.changed(&changes);

@@ -2,21 +2,24 @@
 
 use std::time::{Duration, Instant};
 
-use vastex::{Settings, Textures};
+use vastex::{Pace, Settings, Textures};
 use vastex_scenes::headless_gpu;
+use vastex_viewer::volume_scene::{VolumeAsked, VolumeLayout, VolumePane, VolumePictures, VolumeScene};
 
 use super::*;
 use crate::volumes::{OpenHow, open_volume};
 
-/// Four channels, each of one level that is larger than what is made at opening.
-fn large(directory: &Path) -> OpenedVolume {
+/// Four channels, each of one level that is larger than what is made at opening; levels are kept in `cache`.
+fn large(directory: &Path, cache: Option<&str>) -> OpenedVolume {
     let path = directory.join("large.raw");
     let file = std::fs::File::create(&path).unwrap();
     // Nothing is written of it: the file has holes.
     file.set_len(4 * 420 * 410 * 400).unwrap();
     let about = "width = 420\nheight = 410\ndepth = 400\nsample = \"u8\"\nchannels = 4\norder = \"planar\"\n";
     std::fs::write(directory.join("large.raw.toml"), about).unwrap();
-    open_volume(&path, OpenHow::default()).unwrap()
+    let mut how = OpenHow::default();
+    how.cache = cache.map(|cache| directory.join(cache));
+    open_volume(&path, how).unwrap()
 }
 
 /// Work of a volume whose levels are to be made, with textures that show it.
@@ -32,7 +35,7 @@ impl Host {
         let directory = tempfile::tempdir().unwrap();
         let gpu = headless_gpu().unwrap();
         let textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
-        let work = VolumeWork::new(large(directory.path()), Arc::new(|| {}));
+        let work = VolumeWork::new(large(directory.path(), Some("kept")), Arc::new(|| {}));
         Host { work, textures, begun: Instant::now(), _directory: directory }
     }
 
@@ -143,4 +146,58 @@ fn many_times_are_read_by_few_threads_and_those_that_are_passed_are_not() {
     assert!(lock(&work.queue).reading <= AT_ONCE);
     work.keep(&[], 0, |_| false);
     assert!(lock(&work.queue).waiting.is_empty());
+}
+
+/// Where levels are not kept, only those bricks of them are made that are seen: a few for a part of a slice.
+#[test]
+fn of_levels_that_are_not_kept_what_is_seen_is_made() {
+    let directory = tempfile::tempdir().unwrap();
+    let gpu = headless_gpu().unwrap();
+    let path = directory.path().join("huge.raw");
+    std::fs::File::create(&path).unwrap().set_len(1300 * 1300 * 1300).unwrap();
+    let about = "width = 1300\nheight = 1300\ndepth = 1300\nsample = \"u8\"\n";
+    std::fs::write(directory.path().join("huge.raw.toml"), about).unwrap();
+    let opened = open_volume(&path, OpenHow::default().live()).unwrap();
+    let settings = Settings {
+        pace: Pace::LockStep { latency_frames: 1 },
+        upload_bytes_per_frame: 64 << 20,
+        picture: [60, 60],
+        ..Settings::default()
+    };
+    let clock = Arc::new(|| Duration::ZERO);
+    let mut scene = VolumeScene::new(&gpu, opened.facts.clone(), settings, clock).unwrap();
+    let mut work = VolumeWork::new(opened, Arc::new(|| {}));
+    // A pixel is two to three voxels.
+    (scene.look.layout, scene.look.zoom) = (VolumeLayout::One(VolumePane::Z), 9.0);
+    let begun = Instant::now();
+    let mut play = |scene: &mut VolumeScene| {
+        let mut quiet = 0;
+        while quiet < 3 {
+            assert!(begun.elapsed() < Duration::from_secs(240), "{:?}", scene.textures().stats());
+            for asked in scene.take_asked() {
+                if let VolumeAsked::Channel { channel, time } = asked {
+                    work.read((channel, time), scene.preparer()).unwrap();
+                }
+            }
+            for done in work.take_done() {
+                if let Done::Channel { channel, time, read: Ok(read) } = done {
+                    let texture = scene.add((channel, time), read.prepared, read.usual).unwrap().unwrap();
+                    work.make_levels(texture, read.source).unwrap();
+                }
+            }
+            work.want_levels(scene.textures(), scene.has_all());
+            let changes = work.changes();
+            scene.changed(&changes);
+            scene.frame([60, 60], VolumePictures::None).unwrap();
+            let is_quiet = scene.has_all() && changes.is_empty() && !work.is_making();
+            quiet = if is_quiet { quiet + 1 } else { 0 };
+        }
+        work.levels.progress()
+    };
+    let part = play(&mut scene);
+    assert!(part.total == 1331 && (1..=100).contains(&part.done), "{part:?}");
+    // What is seen beside that is made when it is.
+    scene.look.centre.x += 400.0;
+    let more = play(&mut scene);
+    assert!(more.done > part.done && more.done <= 200, "{more:?} after {part:?}");
 }

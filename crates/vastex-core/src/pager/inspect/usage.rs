@@ -87,6 +87,12 @@ impl PoolPager {
         pages
     }
 
+    /// The newest frame in which a view wanted the tail of a texture, which is always there and so is none of
+    /// [`PoolPager::wanted`]; `None` where none has.
+    pub fn tail_wanted(&self, texture: TextureNumber) -> Option<u64> {
+        self.set.tail_named(texture)
+    }
+
     /// What is in the pool, and of which textures. Costs a visit of every page that has a state, so it is for
     /// people and tools, not for each frame.
     pub fn usage(&self) -> PoolUsage {

@@ -20,8 +20,9 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, Need, WantedPage, merge_same};
 use crate::wanted::view::{MAX_VIEWS, ViewId, Weight};
 
-use window::{Named, Window};
+use window::Window;
 
+mod gaps;
 mod window;
 
 /// Thresholds are at most 8 times the number of levels.
@@ -50,6 +51,8 @@ pub(crate) struct Node {
     views: u8,
     /// A bit for each window that named the page or one below it.
     views_below: u8,
+    /// A bit for each window that holds it as a gap of its view.
+    held_by: u8,
     /// Feedbacks of the cycles in which the sharpest need was so many eighths.
     feedbacks: [u16; STEPS_PER_LEVEL as usize],
     /// True if the page is wanted at every bias, whatever feedback says.
@@ -81,6 +84,7 @@ impl Node {
             named_by: [0; MAX_VIEWS],
             views: 0,
             views_below: 0,
+            held_by: 0,
             feedbacks: [0; STEPS_PER_LEVEL as usize],
             is_pinned: false,
             need: Need::LEAST,
@@ -91,6 +95,16 @@ impl Node {
             content: ContentId::NONE,
             is_new: true,
         }
+    }
+
+    /// A feedback of the window at `view_index` names it.
+    fn named_in(&mut self, view_index: usize, pixels: u32, eighth: u8) {
+        self.named += 1;
+        self.named_pixels = self.named_pixels.saturating_add(pixels);
+        self.named_by[view_index] = self.named_by[view_index].saturating_add(1);
+        self.views |= 1 << view_index;
+        let count = &mut self.feedbacks[usize::from(eighth)];
+        *count = count.saturating_add(1);
     }
 
     fn is_in_set(&self) -> bool {
@@ -109,6 +123,17 @@ impl Node {
         }
         (u16::from(self.page.level()) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
     }
+}
+
+/// One entry of a feedback of the cycle.
+#[derive(Clone, Copy, Debug)]
+struct Named {
+    /// The number of the feedback.
+    feedback: u64,
+    node: u32,
+    /// By the view's weight then.
+    pixels: u32,
+    eighth: u8,
 }
 
 /// The distinct pages that views want over one jitter cycle of each, with their ancestors.
@@ -136,6 +161,8 @@ pub(crate) struct WorkingSet {
     shortfall: Shortfall,
     /// A feedback of sparse textures, kept for its memory.
     standing: Vec<WantedPage>,
+    /// Of each texture whose tail was named, the newest feedback that did: its frame.
+    tails: Vec<(TextureNumber, u64)>,
 }
 
 /// How much coarser than at mip bias 0 the picture is, by the pixels of the cycles.
@@ -163,6 +190,7 @@ impl WorkingSet {
             contents: Vec::new(),
             shortfall: Shortfall::default(),
             standing: Vec::new(),
+            tails: Vec::new(),
         }
     }
 
@@ -188,10 +216,13 @@ impl WorkingSet {
 
     /// Forgets what was wanted of a texture; the set follows when it is worked out again.
     pub(crate) fn forget(&mut self, texture: TextureNumber) {
-        let WorkingSet { windows, nodes, index, left, pins, .. } = self;
+        let WorkingSet { windows, nodes, index, left, pins, tails, .. } = self;
+        tails.retain(|(of, _)| *of != texture);
         pins.retain(|page| page.texture() != texture);
         for window in windows.iter_mut().flatten() {
-            window.cycle.retain(|named| nodes[named.node as usize].page.texture() != texture);
+            let stays = |named: &Named| nodes[named.node as usize].page.texture() != texture;
+            window.cycle.retain(stays);
+            window.gaps.held.retain(stays);
         }
         index.retain(|page, &node| {
             let is_other = page.texture() != texture;
@@ -209,6 +240,10 @@ impl WorkingSet {
         let Some(view_index) = self.index_of(feedback.view) else { return };
         let Some(window) = &mut self.windows[view_index] else { return };
         let weight = window.weight;
+        if feedback.gaps {
+            return self.observe_gaps(view_index, feedback, textures);
+        }
+        window.gaps.note_cycle(feedback.frame);
         window.begin(feedback.pages.iter().map(|wanted| u64::from(weight.of(wanted.pixels))).sum());
         if textures.are_sparse() {
             let mut standing = std::mem::take(&mut self.standing);
@@ -216,10 +251,10 @@ impl WorkingSet {
             standing.clear();
             standing.extend(feedback.pages.iter().filter(exists).map(|wanted| wanted.present(textures)));
             merge_same(&mut standing);
-            self.name(view_index, weight, &standing, textures);
+            self.name((view_index, feedback.frame), weight, &standing, textures);
             self.standing = standing;
         } else {
-            self.name(view_index, weight, &feedback.pages, textures);
+            self.name((view_index, feedback.frame), weight, &feedback.pages, textures);
         }
         // Last, so that what both name keeps its nodes.
         while let Some(named) = self.windows[view_index].as_mut().and_then(Window::next_too_old) {
@@ -227,24 +262,42 @@ impl WorkingSet {
         }
     }
 
-    fn name(&mut self, view_index: usize, weight: Weight, pages: &[WantedPage], textures: &Textures) {
+    fn name(
+        &mut self,
+        (view_index, frame): (usize, u64),
+        weight: Weight,
+        pages: &[WantedPage],
+        textures: &Textures,
+    ) {
         for &WantedPage { page, pixels, eighth } in pages {
             let at = match self.index.get(page) {
                 Some(&at) => at,
                 None if textures.contains(page) && !textures.is_tail(page) => self.add(page, textures),
-                None => continue,
+                None => {
+                    if textures.is_tail(page) {
+                        self.name_tail(page.texture(), frame);
+                    }
+                    continue;
+                }
             };
             let (node, pixels, eighth) = (&mut self.nodes[at as usize], weight.of(pixels), eighth & 7);
-            node.named += 1;
-            node.named_pixels = node.named_pixels.saturating_add(pixels);
-            node.named_by[view_index] = node.named_by[view_index].saturating_add(1);
-            node.views |= 1 << view_index;
-            let count = &mut node.feedbacks[usize::from(eighth)];
-            *count = count.saturating_add(1);
+            node.named_in(view_index, pixels, eighth);
             if let Some(window) = &mut self.windows[view_index] {
                 window.name(at, pixels, eighth);
             }
         }
+    }
+
+    fn name_tail(&mut self, texture: TextureNumber, frame: u64) {
+        match self.tails.iter_mut().find(|(of, _)| *of == texture) {
+            Some((_, named)) => *named = frame.max(*named),
+            None => self.tails.push((texture, frame)),
+        }
+    }
+
+    /// The newest frame whose feedback named the tail of a texture, if any did.
+    pub(crate) fn tail_named(&self, texture: TextureNumber) -> Option<u64> {
+        self.tails.iter().find(|(of, _)| *of == texture).map(|(_, frame)| *frame)
     }
 
     /// An entry leaves the window at `view_index`.

@@ -5,23 +5,13 @@
 
 use std::collections::VecDeque;
 
-use crate::pager::working_set::{Node, WorkingSet};
+use crate::pager::working_set::gaps::Gaps;
+use crate::pager::working_set::{Named, Node, WorkingSet};
 use crate::shader_constants::{JITTER_CYCLE, RAY_TURNS};
 use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
-
-/// One entry of a feedback of the cycle.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Named {
-    /// The number of the feedback.
-    feedback: u64,
-    pub(super) node: u32,
-    /// By the view's weight then.
-    pub(super) pixels: u32,
-    pub(super) eighth: u8,
-}
 
 /// What one view wanted over its last jitter cycle.
 #[derive(Debug)]
@@ -44,12 +34,16 @@ pub(super) struct Window {
     length: u32,
     /// Jitter cycles until the view has said all that it wants.
     turns: u32,
+    /// What is known of the gaps of a view that rests.
+    pub(super) gaps: Gaps,
 }
 
 impl Window {
     pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
-        Window { view, weight, cycle, pixels, observed: 0, cut: None, quiet: 0, rest: 0, length, turns: 1 }
+        let gaps = Gaps::default();
+        let (observed, cut, quiet, rest, turns) = (0, None, 0, 0, 1);
+        Window { view, weight, cycle, pixels, observed, cut, quiet, rest, length, turns, gaps }
     }
 
     /// Feedbacks now in the window, at most the view's jitter cycles of them.
@@ -59,6 +53,12 @@ impl Window {
 
     pub(super) fn is_whole(&self) -> bool {
         self.feedbacks() >= self.length as usize
+    }
+
+    fn set_length(&mut self, length: u32) {
+        if std::mem::replace(&mut self.length, length) != length {
+            self.gaps.look_later();
+        }
     }
 
     pub(super) fn cut_from(&mut self, frame: u64) {
@@ -82,9 +82,18 @@ impl Window {
         self.pixels.push_back(pixels);
     }
 
+    /// A feedback of gaps: of what else the view wants nothing becomes older.
+    pub(super) fn begin_gaps(&mut self) {
+        self.rest = 0;
+    }
+
     /// The feedback names a page.
     pub(super) fn name(&mut self, node: u32, pixels: u32, eighth: u8) {
-        self.cycle.push_back(Named { feedback: self.observed, node, pixels, eighth });
+        self.cycle.push_back(self.named(node, pixels, eighth));
+    }
+
+    pub(super) fn named(&self, node: u32, pixels: u32, eighth: u8) -> Named {
+        Named { feedback: self.observed, node, pixels, eighth }
     }
 
     /// An entry of the feedback that has become too old; to be called until there is none.
@@ -99,9 +108,10 @@ impl Window {
         None
     }
 
-    /// A round is over: nothing was newly wanted in it and nothing missing, or something was.
-    pub(super) fn end_round(&mut self, quiet: bool) {
+    /// The round of a frame is over: nothing was newly wanted in it and nothing missing, or something was.
+    pub(super) fn end_round(&mut self, quiet: bool, frame: u64) {
         let drawn = u32::from(self.rest == 0);
+        self.gaps.end_round(quiet, frame);
         self.quiet = if quiet { self.quiet.saturating_add(drawn) } else { 0 };
         self.rest = self.rest.saturating_add(1);
     }
@@ -112,9 +122,10 @@ impl Window {
         self.feedbacks() > 0 && self.rest <= self.length
     }
 
-    /// Returns true if a whole cycle of the view was quiet.
+    /// Returns true if a whole cycle of the view was quiet; where its gaps are looked for, all pixels after
+    /// it.
     pub(super) fn is_quiet(&self) -> bool {
-        self.quiet >= self.length && self.is_whole()
+        self.is_whole() && self.gaps.are_none().unwrap_or(self.quiet >= self.length)
     }
 }
 
@@ -166,7 +177,8 @@ impl WorkingSet {
     /// each has been answered for at every sample position, and so long a feedback counts.
     pub(crate) fn set_turns(&mut self, turns: u32) {
         self.cycle = WorkingSet::cycle_of(turns);
-        let of = |window: &mut Window| window.length = self.cycle.max(WorkingSet::cycle_of(window.turns));
+        let cycle = self.cycle;
+        let of = |window: &mut Window| window.set_length(cycle.max(WorkingSet::cycle_of(window.turns)));
         self.windows.iter_mut().flatten().for_each(of);
     }
 
@@ -174,7 +186,8 @@ impl WorkingSet {
     pub(crate) fn set_view_turns(&mut self, view: ViewId, turns: u32) {
         let cycle = self.cycle;
         if let Some(window) = self.window_mut(view) {
-            (window.turns, window.length) = (turns, cycle.max(WorkingSet::cycle_of(turns)));
+            window.turns = turns;
+            window.set_length(cycle.max(WorkingSet::cycle_of(turns)));
         }
     }
 
@@ -191,7 +204,9 @@ impl WorkingSet {
     /// Returns true if the feedback is the first after a cut of its view: one that was declared, or a jump.
     pub(crate) fn is_cut(&mut self, feedback: &Feedback, textures: &Textures) -> bool {
         let window = self.window_mut(feedback.view);
-        window.is_some_and(|window| window.take_cut(feedback.frame)) || self.is_jump(feedback, textures)
+        let is_cut = window.is_some_and(|window| window.take_cut(feedback.frame));
+        // Gaps are not what the view wants: however few of them are near to that, it has not jumped.
+        is_cut || !feedback.gaps && self.is_jump(feedback, textures)
     }
 
     /// Forgets what a view wanted: it has jumped.
@@ -201,6 +216,7 @@ impl WorkingSet {
         {
             self.unname(view_index, named);
         }
+        self.let_gaps_go(view_index);
         if let Some(window) = &mut self.windows[view_index] {
             window.pixels.clear();
         }
@@ -214,7 +230,7 @@ impl WorkingSet {
         self.windows.iter().position(|window| window.as_ref().is_some_and(|window| window.view == view))
     }
 
-    fn window_mut(&mut self, view: ViewId) -> Option<&mut Window> {
+    pub(super) fn window_mut(&mut self, view: ViewId) -> Option<&mut Window> {
         self.windows.iter_mut().flatten().find(|window| window.view == view)
     }
 
@@ -256,10 +272,11 @@ impl WorkingSet {
     }
 
     /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since
-    /// the last time; returns true if that was so for a whole jitter cycle of every view that is being drawn.
-    pub(crate) fn end_round(&mut self, quiet: bool) -> bool {
-        self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet));
+    /// the last time, in the round of a frame; returns true if that was so for a whole jitter cycle of every
+    /// view that is being drawn, and for all pixels where gaps are looked for.
+    pub(crate) fn end_round(&mut self, quiet: bool, frame: u64) -> bool {
+        self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet, frame));
         let mut drawn = self.windows().filter(|window| window.is_drawn()).peekable();
-        drawn.peek().is_some() && drawn.all(Window::is_quiet)
+        quiet && drawn.peek().is_some() && drawn.all(Window::is_quiet)
     }
 }

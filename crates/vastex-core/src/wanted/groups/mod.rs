@@ -134,8 +134,9 @@ impl Groups {
         wanted: &mut Feedback,
         look_up: impl Fn(TextureNumber) -> Option<(&'a Geometry, LevelRule)>,
     ) {
-        let Feedback { view, frame, pages, degenerate } = wanted;
-        (*view, *frame, *degenerate) = (feedback.view, feedback.frame, feedback.degenerate);
+        let Feedback { view, frame, pages, degenerate, gaps } = wanted;
+        (*view, *frame) = (feedback.view, feedback.frame);
+        (*degenerate, *gaps) = (feedback.degenerate, feedback.gaps);
         pages.clear();
         for run in feedback.pages.chunk_by(|a, b| a.page.texture() == b.page.texture()) {
             let Some(group) = self.get(run[0].page.texture()) else {

@@ -225,6 +225,28 @@ fn times_are_shown_where_there_are_any() {
 }
 
 #[test]
+fn a_slice_is_tilted_by_numbers_and_put_upright() {
+    let mut shown = Shown::new(facts_for_tests());
+    shown.look.tilt_by(VolumePane::Z, 20.0, -5.0);
+    shown.look.cross = DVec3::new(1.3, 2.4, 3.3);
+    let mut harness = shown.harness();
+    harness.get_by_label("Tilted slices").click();
+    harness.run();
+    let shown = harness.get_by_label("tilt z yaw").value();
+    assert!(shown.is_none_or(|value| value.contains("20")), "the number is told");
+    harness.get_by_label("tilt y pitch").focus();
+    harness.run();
+    harness.key_press(egui::Key::ArrowUp);
+    harness.run();
+    assert!(harness.state().look.tilts[1].pitch > 0.0, "{:?}", harness.state().look.tilts);
+    harness.get_by_label("Upright").click();
+    harness.run();
+    let look = &harness.state().look;
+    let voxel = look.cross / harness.state().facts.of.voxel;
+    assert!(look.is_upright() && (voxel - voxel.floor() - 0.5).length() < 1e-9, "{voxel}");
+}
+
+#[test]
 fn what_is_cut_away_is_put_back() {
     let mut shown = Shown::new(facts_for_tests());
     shown.look.clip.shares[2] = [0.25, 0.5];

@@ -2,7 +2,7 @@
 
 use super::{SCHEME, ViewChannel, ViewLabels, ViewSlices, VolumeViewText};
 use crate::volume::{OtherLabels, parse_label};
-use crate::volume_scene::{LabelsLook, VolumeLayout, VolumePane};
+use crate::volume_scene::{LabelsLook, SliceTilt, VolumeLayout, VolumePane};
 use crate::words::{color_of, unescaped};
 
 /// Where the camera is.
@@ -37,6 +37,8 @@ const LAYOUTS: [VolumeLayout; 5] = [
     VolumeLayout::One(VolumePane::Space),
 ];
 
+const SLICES: [VolumePane; 3] = [VolumePane::X, VolumePane::Y, VolumePane::Z];
+
 pub(super) fn name_of(panes: VolumeLayout) -> &'static str {
     match panes {
         VolumeLayout::Four => "four",
@@ -56,15 +58,48 @@ pub(super) fn slices_of(text: &str) -> Result<ViewSlices, String> {
     if !at.iter().all(is_voxel) {
         return Err("voxels are counted from 0, as in slices=20,15,10".into());
     }
-    let mut slices = ViewSlices { at: at.map(|at| at as u32), middle: None, zoom: 1.0 };
+    let mut slices = ViewSlices { at: at.map(|at| at as u32), place: None, middle: None, zoom: 1.0 };
     for word in words {
         match word.split_once('=') {
+            Some(("place", value)) => slices.place = Some(numbers(value)?),
             Some(("middle", value)) => slices.middle = Some(numbers(value)?),
             Some(("zoom", value)) => slices.zoom = number(value, 1e-3, 1e9)?,
-            _ => return Err(format!("'{word}': after the voxels stand middle=X,Y,Z and zoom=N")),
+            _ => {
+                return Err(format!("'{word}': after the voxels stand place=X,Y,Z, middle=X,Y,Z and zoom=N"));
+            }
         }
     }
     Ok(slices)
+}
+
+/// How slices are turned: `z:30,-10:x:5,0`, or `off`.
+pub(super) fn tilt_text(tilts: [SliceTilt; 3]) -> String {
+    let said = SLICES.iter().filter(|pane| !tilts[pane.number()].is_upright()).map(|pane| {
+        let SliceTilt { yaw, pitch } = tilts[pane.number()];
+        format!("{}:{yaw},{pitch}", pane.name())
+    });
+    let said: Vec<String> = said.collect();
+    if said.is_empty() { "off".into() } else { said.join(":") }
+}
+
+pub(super) fn tilts_of(text: &str) -> Result<[SliceTilt; 3], String> {
+    let shape = "write a slice, x, y or z, and degrees from -89 to 89, as in tilt=z:30,-10";
+    let mut tilts = [SliceTilt::default(); 3];
+    if text == "off" {
+        return Ok(tilts);
+    }
+    let words: Vec<&str> = text.split(':').collect();
+    for pair in words.chunks(2) {
+        let [name, degrees] = pair else { return Err(shape.into()) };
+        let pane = SLICES.iter().find(|pane| pane.name() == *name).ok_or(shape)?;
+        let (yaw, pitch) = degrees.split_once(',').ok_or(shape)?;
+        let degrees = |text: &str| number(text, -89.0, 89.0).map_err(|why| format!("{why}; {shape}"));
+        let tilt = SliceTilt { yaw: degrees(yaw)?, pitch: degrees(pitch)? };
+        if !std::mem::replace(&mut tilts[pane.number()], tilt).is_upright() {
+            return Err(format!("{name} is told twice"));
+        }
+    }
+    Ok(tilts)
 }
 
 pub(super) fn channel_of(text: &str) -> Result<ViewChannel, String> {

@@ -55,9 +55,13 @@ fn all_that_is_shown_comes_back() {
     let mut labels = none.clone();
     labels.labels = LabelsLook { shown: Some(2), ..LabelsLook::default() };
     labels.clip.shares[1] = [0.5, 1.0];
+    let mut tilted = first.clone();
+    tilted.tilt_by(VolumePane::Z, 30.0, -12.5);
+    tilted.tilt_by(VolumePane::X, 0.0, 7.0);
+    tilted.put_cross(&facts.of, DVec3::new(4.0, 2.125, 3.5));
     let mut equal = first.clone();
     equal.channels[1].range = Some([5.0, 5.0]);
-    for look in [look, first.clone(), none, labels, equal] {
+    for look in [look, first.clone(), none, labels, tilted, equal] {
         let text = VolumeViewText::of(&look, &facts).to_string();
         assert!(VolumeViewText::is_meant(&text) && !text.contains(char::is_whitespace), "{text}");
         let view: VolumeViewText = text.parse().unwrap();
@@ -73,6 +77,7 @@ fn all_that_is_shown_comes_back() {
         other.clip.shares[2] = [0.5, 0.75];
         (other.step, other.density) = (0.2, 3.0);
         (other.clip.has_plane, other.clip.plane_depth) = (true, 0.25);
+        other.tilt_by(VolumePane::Y, 5.0, 5.0);
         view.change(&mut other, &facts).unwrap();
         (other.orbit.target, other.centre) = (look.orbit.target, look.centre);
         assert_eq!(other, look, "{text}");
@@ -112,6 +117,12 @@ fn what_is_no_view_is_told_why() {
         (";slices=1,2", "three numbers"),
         (";slices=1,2,-3", "from 0"),
         (";slices=1,2,3:at=4", "middle"),
+        (";slices=1,2,3:place=4", "three numbers"),
+        (";tilt=w:1,2", "x, y or z"),
+        (";tilt=z", "x, y or z"),
+        (";tilt=z:1", "x, y or z"),
+        (";tilt=z:90,0", "-89 to 89"),
+        (";tilt=z:1,0:z:2,0", "told twice"),
         (";channel=a", "comes first"),
         (";channel=0:color=red", "RRGGBB"),
         (";channel=0:map=jet", "viridis"),

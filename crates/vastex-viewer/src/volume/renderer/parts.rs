@@ -67,6 +67,7 @@ impl VolumeRenderer {
         let uniform = Uniform::new_in::<SceneUniform>(&gpu.device, &self.camera_layout, self.told_in);
         let brick = brick_of(textures, &desc)?;
         Ok(VolumeRenderer {
+            drawn: 0,
             desc,
             of_channels: sampled,
             kinds,

@@ -321,3 +321,40 @@ fn volume_label_wanted(ray: VolumeRay, nth: u32) -> vec4<u32> {
     let at = volume_at(own, 0.5 * (way + next));
     return vastex_volume_feedback_label(volume_labels.id, volume_labels.anchor, at, volume_label_level(way));
 }
+
+// A feedback pixel for one of the bricks of labels that a ray meets and that are not there: so many are passed over, if there are more.
+fn volume_label_gap(ray: VolumeRay, over: u32) -> vec4<u32> {
+    var found = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    if VOLUME_MODE == VOLUME_SLICE {
+        let at = ray.origin * volume_labels.scale + volume_labels.shift;
+        let level = volume_label_level(0.0);
+        if volume_label_is_inside(ray)
+            && vastex_brick_lacks(vastex_brick_label(volume_labels.id, volume_labels.anchor, at, level)) {
+            found = vastex_volume_feedback_label(volume_labels.id, volume_labels.anchor, at, level);
+        }
+        return found;
+    }
+    let own = volume_label_ray(ray);
+    if !(own.begin < own.end) {
+        return found;
+    }
+    let end = volume_label_end(own);
+    var left = over;
+    var bricks = 0u;
+    var way = own.begin;
+    while way < end && bricks < VASTEX_RAY_BRICKS {
+        let next = volume_label_next(own, way, end);
+        let level = volume_label_level(way);
+        let at = volume_at(own, 0.5 * (way + next));
+        if vastex_brick_lacks(vastex_brick_label(volume_labels.id, volume_labels.anchor, at, level)) {
+            found = vastex_volume_feedback_label(volume_labels.id, volume_labels.anchor, at, level);
+            if left == 0u {
+                break;
+            }
+            left--;
+        }
+        way = next;
+        bricks++;
+    }
+    return found;
+}

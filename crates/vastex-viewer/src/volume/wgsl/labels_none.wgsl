@@ -11,3 +11,7 @@ fn volume_label_bricks(ray: VolumeRay) -> u32 {
 fn volume_label_wanted(ray: VolumeRay, nth: u32) -> vec4<u32> {
     return vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
 }
+
+fn volume_label_gap(ray: VolumeRay, over: u32) -> vec4<u32> {
+    return vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+}

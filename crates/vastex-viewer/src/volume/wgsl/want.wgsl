@@ -22,11 +22,16 @@ fn volume_nearness(pixel: vec2<f32>) -> f32 {
 // shines through to are not met.
 @fragment
 fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<f32>) -> @location(0) vec4<u32> {
-    let place = vastex_ray_pixel(volume_scene.view, position, pixel);
+    // Of all pixels that are looked at for gaps some would lie beyond the picture.
+    let last = vec2<f32>(volume_scene.size_x, volume_scene.size_y) - 0.5;
+    let place = min(vastex_ray_pixel(volume_scene.view, position, pixel), last);
     let ray = volume_ray(place);
     let nothing = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
     let first = volume_scene.of_channel[0].id;
     let nearness = volume_nearness(place);
+    if vastex_ray_seeks(volume_scene.view) {
+        return volume_gap(ray, vastex_ray_passes_over(volume_scene.view, position), nearness);
+    }
     let of_labels = volume_label_bricks(ray);
     if VOLUME_MODE == VOLUME_SLICE {
         if !volume_is_inside(ray.origin) {
@@ -80,6 +85,75 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
     return vastex_weighted(
         vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, volume_at(ray, 0.5 * (way + next)), level),
         through.a * nearness);
+}
+
+// Whether something coarser is shown in the place of the brick of any channel there, the mip bias apart.
+fn volume_lacks(offset: vec3<f32>, level: f32) -> bool {
+    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        if vastex_brick_lacks(vastex_brick(volume_scene.of_channel[nth].id, volume_scene.anchor, offset, level)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+// A feedback pixel for one of the bricks that a ray meets and that are not there: so many are passed over, if there are more.
+fn volume_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
+    let of_labels = volume_label_gap(ray, over / 2u);
+    var of_image = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    if volume_scene.channels > 0u {
+        of_image = volume_image_gap(ray, over, nearness);
+    }
+    let is_image = of_image.w == VASTEX_FEEDBACK_WANTED;
+    let is_label = of_labels.w == VASTEX_FEEDBACK_WANTED;
+    if is_label && (!is_image || over % 2u == 1u) {
+        return vastex_weighted(of_labels, nearness);
+    }
+    return of_image;
+}
+
+fn volume_image_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
+    var found = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
+    let first = volume_scene.of_channel[0].id;
+    if VOLUME_MODE == VOLUME_SLICE {
+        let level = vastex_volume_level(first, volume_pixel(0.0));
+        if volume_is_inside(ray.origin) && volume_lacks(ray.origin, level) {
+            found = vastex_weighted(
+                vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, ray.origin, level), nearness);
+        }
+        return found;
+    }
+    if !(ray.begin < ray.end) {
+        return found;
+    }
+    let end = volume_end_of_interest(ray);
+    var through = vec4<f32>(0.0, 0.0, 0.0, 1.0);
+    var left = over;
+    var bricks = 0u;
+    var way = ray.begin;
+    // Once at least: a surface may be where the ray begins.
+    loop {
+        let next = volume_next_brick(ray, first, way, end);
+        let level = vastex_volume_level(first, volume_pixel(way));
+        let at = volume_at(ray, 0.5 * (way + next));
+        if volume_lacks(at, level) {
+            found = vastex_weighted(
+                vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, at, level), through.a * nearness);
+            if left == 0u {
+                break;
+            }
+            left--;
+        }
+        if VOLUME_MODE == VOLUME_EMISSION {
+            through = volume_emission(VolumeRay(ray.origin, ray.direction, way, next), through);
+        }
+        way = next;
+        bricks++;
+        if !(way < end) || bricks >= VASTEX_RAY_BRICKS || through.a <= VOLUME_OPAQUE {
+            break;
+        }
+    }
+    return found;
 }
 
 // Where a ray leaves the brick that it is in, of the level that is wanted there at mip bias 0.

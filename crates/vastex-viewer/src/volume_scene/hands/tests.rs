@@ -1,6 +1,7 @@
 //! A person's hands on a volume, without a window.
 
 use super::*;
+use crate::volume_scene::SliceTilt;
 use crate::volume_scene::look::tests::facts;
 use crate::volume_scene::sight::pane_rects;
 
@@ -166,4 +167,48 @@ fn keys_choose_pictures_modes_and_times() {
     let held = Modifiers { control: true, ..Modifiers::default() };
     person.does(InputEvent::Modifiers(held));
     assert_eq!(person.key(Key::Char('c')), VolumeHeard::Other, "what copies is the host's");
+}
+
+#[test]
+fn a_slice_is_tilted_by_a_drag_and_gone_through_along_its_own_way() {
+    let mut person = Person::new();
+    let middle = person.point(VolumePane::Z);
+    let cross = person.look.cross;
+    person.does(InputEvent::Modifiers(Modifiers { control: true, ..Modifiers::default() }));
+    assert_eq!(person.button(Button::Primary, true), VolumeHeard::Taken, "no values are asked for");
+    // A picture is 240 pixels high, and over that it turns by 180 degrees.
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(40.0, -24.0)));
+    assert_eq!(person.button(Button::Primary, false), VolumeHeard::Taken);
+    let SliceTilt { yaw, pitch } = person.look.tilt(VolumePane::Z);
+    assert!((yaw - 30.0).abs() < 1e-9 && (pitch + 18.0).abs() < 1e-9, "{yaw}, {pitch}");
+    assert_eq!((person.look.cross, person.look.tilt(VolumePane::X)), (cross, SliceTilt::default()));
+    person.does(InputEvent::Modifiers(Modifiers::default()));
+    // Slices meet on the plane, wherever a press puts that.
+    let sight = |person: &Person| {
+        let panes = person.panes();
+        PaneSight::of(&person.look, &person.facts.of, &panes, &panes[0])
+    };
+    let before = sight(&person);
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(30.0, 17.0)));
+    person.button(Button::Primary, true);
+    person.button(Button::Primary, false);
+    assert!(person.look.cross != cross);
+    let place = person.look.cross;
+    assert!((before.pixel_of(place).unwrap() - sight(&person).pixel_of(place).unwrap()).length() < 1e-6);
+    let [ahead, ..] = person.look.slice_axes(VolumePane::Z);
+    assert!((place - cross).dot(ahead).abs() < 1e-9, "the plane stays where it is");
+    person.does(InputEvent::Wheel(1.0));
+    let by = person.look.cross - place;
+    assert!(by.cross(ahead).length() < 1e-9 && by.z > 0.1, "along its own way: {by}");
+    // The picture is moved as the pointer is.
+    let from = sight(&person).pixel_of(cross).unwrap();
+    person.button(Button::Secondary, true);
+    person.does(InputEvent::PointerMoved(middle + DVec2::new(50.0, 47.0)));
+    person.button(Button::Secondary, false);
+    let moved = sight(&person).pixel_of(cross).unwrap() - from;
+    assert!((moved - DVec2::new(20.0, 30.0)).length() < 1e-6, "{moved}");
+    person.key(Key::Char('t'));
+    assert!(person.look.is_upright());
+    let voxel = person.look.cross / person.facts.of.voxel;
+    assert!((voxel - voxel.floor() - 0.5).length() < 1e-9, "slices go through voxels again");
 }

@@ -1,0 +1,99 @@
+//! Camera paths round a volume: every picture of one, each as the view at its place is drawn by itself; and
+//! slices that are tilted, as the window copies them.
+
+use crate::tool::Sandbox;
+
+/// A head of three channels.
+const HEAD: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/volumes/head.zip");
+
+#[test]
+fn every_picture_of_a_path_is_the_view_from_its_place() {
+    let sandbox = Sandbox::new();
+    sandbox.write(
+        "round.path",
+        b"vastex path 1\nfps 2\n0 volume:x=49,y=58,z=47,zoom=1,yaw=0,pitch=0\n1 volume:x=49,y=58,z=47,zoom=2,yaw=60,pitch=30\n",
+    );
+    let shown = "--mode mip --channels 0:ff8000:0..255";
+    let words = format!(
+        "render {HEAD} --on volume --camera-path round.path {shown} --size 24x20 --json -o p-%02d.png"
+    );
+    let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
+    assert_eq!((&told["converged"], &told["tiles_reloaded"]), (&true.into(), &0.into()), "{told}");
+    assert!(!sandbox.path("p-03.png").exists());
+    let places =
+        ["zoom=1,yaw=0,pitch=0", "zoom=1.4142135623730951,yaw=30,pitch=15", "zoom=2,yaw=60,pitch=30"];
+    let mut all = Vec::new();
+    for (nth, place) in places.iter().enumerate() {
+        let words = format!(
+            "render {HEAD} --view volume:x=49,y=58,z=47,{place};panes=3d {shown} --size 24x20 -o alone.png"
+        );
+        sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
+        let (along, alone) = (sandbox.read_rgb(&format!("p-{nth:02}.png")), sandbox.read_rgb("alone.png"));
+        let off =
+            along.iter().zip(&alone).flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c]))).max().unwrap();
+        assert!(off <= 1 && along.iter().any(|pixel| pixel[0] > 100), "{place}: {off}");
+        all.push(along);
+    }
+    assert!(all[0] != all[1] && all[1] != all[2]);
+    // What is shown may be said by a view, whose camera the path takes the place of; and fewer pictures.
+    let view = format!(
+        "volume:x=1,y=1,z=1,zoom=9,yaw=9,pitch=9;panes=z;mode=mip;channel=0:color=ff8000:range=0..255"
+    );
+    let words =
+        ["render", HEAD, "--view", &view, "--camera-path", "round.path", "--frames", "2", "--size", "24x20"];
+    sandbox.run(&[&words[..], &["--format", "raw", "-o", "all.raw"]].concat()).expect_code(0);
+    let raw = sandbox.read("all.raw");
+    assert_eq!(raw.len(), 2 * 24 * 20 * 4);
+    let first: Vec<[u8; 3]> = raw[..24 * 20 * 4].chunks(4).map(|p| [p[0], p[1], p[2]]).collect();
+    let off = first.iter().zip(&all[0]).flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c]))).max().unwrap();
+    assert!(off <= 1, "{off}");
+}
+
+#[test]
+fn what_is_wrong_with_a_path_is_told() {
+    let sandbox = Sandbox::new();
+    sandbox.write("bad.path", b"vastex path 1\n0 image:x=1,y=2,zoom=3\n");
+    sandbox.write("good.path", b"vastex path 1\n0 volume:x=1,y=2,z=3,zoom=1,yaw=0,pitch=0\n");
+    for (words, code, part) in [
+        ("--on volume --camera-path bad.path", 1, "bad.path: line 2"),
+        ("--on volume --camera-path none.path", 1, "none.path"),
+        ("--on volume --camera-path bad.path --view +x", 2, "leave out one of them"),
+        ("--on slices --slice z=1 --camera-path bad.path", 2, "--on volume"),
+        ("--on volume --camera-path bad.path --compare", 2, "of one picture"),
+        ("--on volume --frames 3", 2, "--camera-path"),
+        ("--on volume -o -", 2, "--format raw"),
+        ("--on volume --camera-path good.path --stats-csv good.path", 1, "as well as the output"),
+    ] {
+        let words: Vec<&str> = ["render", HEAD].into_iter().chain(words.split(' ')).collect();
+        let told = sandbox.run(&words).expect_code(code).stderr;
+        assert!(told.contains(part), "{words:?}: {told}");
+    }
+}
+
+/// A text with a tilted slice alone is drawn as the plane that it is.
+#[test]
+fn a_tilted_slice_is_a_plane() {
+    let sandbox = Sandbox::new();
+    let shown = "--channels 0:ffffff:0..255 --filter exact --size 60x60";
+    let drawn = |view: &str| {
+        let words = format!(
+            "render {HEAD} --view volume:x=49,y=58,z=47,zoom=1,yaw=0,pitch=0;panes=z;{view} {shown} -o a.png"
+        );
+        sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
+        sandbox.read_rgb("a.png")
+    };
+    let upright = drawn("slices=49,58,40");
+    assert_eq!(drawn("slices=49,58,40;tilt=off"), upright);
+    let tilted = drawn("slices=49,58,40;tilt=z:30,-20");
+    assert!(tilted != upright && tilted.iter().any(|pixel| pixel[0] > 100));
+    // The place in the middle is on both.
+    let middle = 30 * 60 + 30;
+    assert!(
+        upright[middle][0].abs_diff(tilted[middle][0]) < 40,
+        "{:?} {:?}",
+        upright[middle],
+        tilted[middle]
+    );
+    let words = ["render", HEAD, "--view", "volume:x=1,y=1,z=1,zoom=1,yaw=0,pitch=0;tilt=z:95,0"];
+    assert!(sandbox.run(&words).expect_code(2).stderr.contains("-89 to 89"));
+}

@@ -1,0 +1,140 @@
+//! The gaps of a view that rests: what some of its pixels need and the cycle has not named, since feedback
+//! looks at a quarter of all pixels.
+//!
+//! Once all is there that the cycle has named, feedback looks for gaps: in a few passes every pixel of the
+//! picture names something that is not there for it. That is held until the view moves, or something else of
+//! it is to be seen. There are no gaps where all pixels were looked at since something last came, and nobody
+//! has named any.
+
+use crate::pager::working_set::{Named, WorkingSet};
+use crate::texture::textures::Textures;
+use crate::wanted::feedback::{Feedback, WantedPage};
+use crate::wanted::view::ViewId;
+
+/// What is known of the gaps of a view.
+#[derive(Debug, Default)]
+pub(super) struct Gaps {
+    /// Feedbacks in which all pixels are looked at; 0 where gaps are not looked for.
+    passes: u32,
+    /// The frame after which the view rests, and feedbacks of the cycle that were drawn since.
+    since: u64,
+    seen: u32,
+    /// Whether what the cycle named was there once: from then on feedback looks for gaps.
+    is_looked_for: bool,
+    /// Feedbacks in a row that found none.
+    clean: u32,
+    /// The last frame in which something was newly wanted or missing: what was drawn by then says nothing of
+    /// what is there now.
+    changed: u64,
+    /// What was found, each page once.
+    pub(super) held: Vec<Named>,
+}
+
+impl Gaps {
+    /// Returns true if there are none; nothing is said where they are not looked for.
+    pub(super) fn are_none(&self) -> Option<bool> {
+        (self.passes > 0).then_some(self.is_looked_for && self.clean >= self.passes)
+    }
+
+    /// Nothing of the view is known any more: what it wants is waited for once more.
+    pub(super) fn look_later(&mut self) {
+        (self.is_looked_for, self.clean, self.seen) = (false, 0, 0);
+    }
+
+    /// A feedback of the cycle was drawn in a frame.
+    pub(super) fn note_cycle(&mut self, frame: u64) {
+        self.seen = self.seen.saturating_add(u32::from(frame > self.since));
+    }
+
+    pub(super) fn end_round(&mut self, quiet: bool, frame: u64) {
+        if !quiet {
+            (self.clean, self.changed) = (0, frame);
+        }
+    }
+
+    fn note(&mut self, frame: u64, is_clean: bool) {
+        self.clean = match (is_clean, frame > self.changed) {
+            (false, _) => 0,
+            (true, true) => self.clean.saturating_add(1),
+            (true, false) => self.clean,
+        };
+    }
+}
+
+impl WorkingSet {
+    /// Takes in a feedback of gaps.
+    pub(super) fn observe_gaps(&mut self, view_index: usize, feedback: &Feedback, textures: &Textures) {
+        let Some(window) = &mut self.windows[view_index] else { return };
+        let weight = window.weight;
+        window.begin_gaps();
+        let mut is_clean = true;
+        // What comes late of a view that moves by now is nothing that it wants.
+        let pages = if window.gaps.passes > 0 { &feedback.pages[..] } else { &[] };
+        for &named in pages {
+            let WantedPage { page, pixels, eighth } = named.present(textures);
+            if !textures.contains(page) || textures.is_tail(page) {
+                continue;
+            }
+            let at = self.add(page, textures);
+            let node = &mut self.nodes[at as usize];
+            if node.held_by >> view_index & 1 == 1 {
+                continue;
+            }
+            is_clean = false;
+            let (pixels, eighth) = (weight.of(pixels), eighth & 7);
+            node.held_by |= 1 << view_index;
+            node.named_in(view_index, pixels, eighth);
+            if let Some(window) = &mut self.windows[view_index] {
+                let named = window.named(at, pixels, eighth);
+                window.gaps.held.push(named);
+            }
+        }
+        if let Some(window) = &mut self.windows[view_index] {
+            window.gaps.note(feedback.frame, is_clean);
+        }
+    }
+
+    /// Lets go of what a view was found to lack.
+    pub(super) fn let_gaps_go(&mut self, view_index: usize) {
+        let Some(window) = &mut self.windows[view_index] else { return };
+        window.gaps.look_later();
+        for named in std::mem::take(&mut window.gaps.held) {
+            self.nodes[named.node as usize].held_by &= !(1 << view_index);
+            self.unname(view_index, named);
+        }
+    }
+
+    /// A view rests after a frame, and so many feedbacks look at all of its pixels for gaps; 0: it does not.
+    pub(crate) fn set_gap_passes(&mut self, view: ViewId, passes: u32, frame: u64) {
+        let Some(view_index) = self.index_of(view) else { return };
+        let Some(window) = &mut self.windows[view_index] else { return };
+        window.gaps.since = frame;
+        if std::mem::replace(&mut window.gaps.passes, passes) != passes {
+            self.let_gaps_go(view_index);
+        }
+    }
+
+    /// Returns true if a view has been seen for a whole cycle since it rests.
+    pub(crate) fn is_seen_at_rest(&self, view: ViewId) -> bool {
+        let window = self.windows().find(|window| window.view == view);
+        window.is_some_and(|window| window.is_whole() && window.gaps.seen as usize >= window.feedbacks())
+    }
+
+    /// Returns true if the feedback of a view looks for gaps by now; `None` where it does not rest.
+    pub(crate) fn looks_for_gaps(&self, view: ViewId) -> Option<bool> {
+        let window = self.windows().find(|window| window.view == view)?;
+        (window.gaps.passes > 0).then_some(window.gaps.is_looked_for)
+    }
+
+    /// All that the view wants is there: from now on its feedback looks for gaps.
+    pub(crate) fn look_for_gaps(&mut self, view: ViewId) {
+        if let Some(window) = self.window_mut(view) {
+            (window.gaps.is_looked_for, window.gaps.clean) = (true, 0);
+        }
+    }
+
+    /// Returns true if a view has no gaps, or they are not looked for.
+    pub(crate) fn has_no_gaps(&self, view: ViewId) -> bool {
+        self.windows().find(|window| window.view == view).is_none_or(|w| w.gaps.are_none().unwrap_or(true))
+    }
+}
