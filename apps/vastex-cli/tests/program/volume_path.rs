@@ -36,11 +36,9 @@ fn every_picture_of_a_path_is_the_view_from_its_place() {
     }
     assert!(all[0] != all[1] && all[1] != all[2]);
     // What is shown may be said by a view, whose camera the path takes the place of; and fewer pictures.
-    let view = format!(
-        "volume:x=1,y=1,z=1,zoom=9,yaw=9,pitch=9;panes=z;mode=mip;channel=0:color=ff8000:range=0..255"
-    );
+    let view = "volume:x=1,y=1,z=1,zoom=9,yaw=9,pitch=9;panes=z;mode=mip;channel=0:color=ff8000:range=0..255";
     let words =
-        ["render", HEAD, "--view", &view, "--camera-path", "round.path", "--frames", "2", "--size", "24x20"];
+        ["render", HEAD, "--view", view, "--camera-path", "round.path", "--frames", "2", "--size", "24x20"];
     sandbox.run(&[&words[..], &["--format", "raw", "-o", "all.raw"]].concat()).expect_code(0);
     let raw = sandbox.read("all.raw");
     assert_eq!(raw.len(), 2 * 24 * 20 * 4);
