@@ -64,7 +64,7 @@ pub(crate) fn section(_: &Bench) -> Result<Part> {
         for (name, pages) in [("powers of two", PageSides::PowersOfTwo), ("any", PageSides::Any)] {
             let (tables, atlas) = (TableKind::Direct, Atlas::Float);
             let dims = vastex_core::Dims::D2;
-            let kind = Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter };
+            let kind = Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed: true };
             let kinds = Kinds::of(kind, FeedbackMode::Separate, false);
             let Operations { fetches, table, records, words, arithmetic, divisions } = counted(&kinds)?;
             writeln!(
