@@ -21,8 +21,11 @@ use anyhow::{Context, Result, anyhow, bail};
 use crate::outcome::Outcome;
 use crate::{setup, shell};
 
+/// A part of the step, which works in a directory.
+type Part = fn(&Path) -> Result<()>;
+
 /// What goes on beside each other: much of each is waiting, and the second has what the third was.
-const PARTS: [(&str, fn(&Path) -> Result<()>); 3] =
+const PARTS: [(&str, Part); 3] =
     [("image", hands::use_window), ("planet", planet_and_starts), ("volume", hands::use_volume)];
 
 pub(crate) fn check() -> Result<Outcome> {
