@@ -1,9 +1,18 @@
-//! How much memory a build takes at most, and how large its buffers may be.
+//! How much memory a build takes at most, how large its buffers may be, and that freed memory is used again.
 
 use super::error::BuildError;
 use super::layers::OpenLayer;
 use super::pipeline::Job;
 use crate::tile::INDEX_BYTES;
+
+/// Has the allocator of GNU/Linux keep freed memory for the tiles that come next, in place of giving it back
+/// and asking for it anew, which takes a tenth of the time of a build without compression. From when on it
+/// gives memory back, twice as much as the largest block that was freed, follows the program; so one such
+/// block is freed here. Each thread keeps 8 MiB at most. Other allocators have rules of their own.
+pub(super) fn keep_freed_memory() {
+    const LARGEST_BLOCK: usize = 4 << 20;
+    drop(std::hint::black_box(Vec::<u8>::with_capacity(LARGEST_BLOCK)));
+}
 
 /// Makes buffers as small as the limit asks for, with a container of `pages`, and says what a build then
 /// takes at most; an error where that is too much all the same. Nothing has been allocated yet.

@@ -32,7 +32,7 @@ use crate::threads;
 use crate::tile::TileEncoder;
 use finer::{Finer, finer, without_blocks};
 pub(crate) use layers::{OpenLayer, fingerprint as fingerprint_of};
-use memory::fit_memory;
+use memory::{fit_memory, keep_freed_memory};
 use pipeline::{Buffers, Done, Job, Sink, Stopped};
 use sparse::Selection;
 
@@ -115,6 +115,7 @@ pub(crate) fn run(
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
     let same = layers::fingerprint(layers, options)?;
+    keep_freed_memory();
     let built = match options.part {
         None => {
             let origin = Origin { input: same.input.as_bytes(), options: &options.named() };

@@ -41,8 +41,8 @@ pub(crate) struct Buffers {
     /// How many buffers of rows are filtered while tiles of the rows before them are still being encoded, at
     /// least; none where one buffer makes several rows of pages, which are enough for two threads to share.
     ahead: u32,
-    /// Portions that lie ready for each thread while a row of pages is being filtered, where there are more
-    /// threads than two.
+    /// Portions that lie ready for each thread while a row of pages is being filtered, where there are two
+    /// threads or more.
     ready: usize,
     /// Bytes of the tiles between cutting and writing, before they are compressed.
     tile_bytes: usize,
@@ -172,11 +172,11 @@ impl Job<'_> {
         (self.buffers.portion_bytes / self.description().tile_bytes()).clamp(1, NEIGHBOURS)
     }
 
-    /// Portions that lie ready while rows are filtered, beside those that are being made: none for one or two
-    /// threads, of which the cutter is one, and where memory is scarce.
+    /// Portions that lie ready while rows are filtered, beside those that are being made: none where one
+    /// thread, the cutter, does all, and where memory is scarce.
     fn ready(&self) -> usize {
         let threads = self.pool.current_num_threads();
-        if threads > 2 { self.buffers.ready * threads } else { 0 }
+        if threads > 1 { self.buffers.ready * threads } else { 0 }
     }
 
     /// Portions between cutting and writing: at least two for each thread, one that it makes and one that it
@@ -392,7 +392,7 @@ impl<'scope> Cutter<'_, 'scope> {
             self.promise(made_rx)?;
             let pos = self.job.description().geometry.tail_pos();
             // The writer may have failed.
-            let _ = made_tx.send(vec![(pos, Some(self.job.encoder.tile(stack.tail())))]);
+            let _ = made_tx.send(vec![(pos, Some(self.job.encoder.tile_of_buffer(stack.tail())))]);
         }
         Ok(stack.allocated())
     }
@@ -417,7 +417,7 @@ impl<'scope> Cutter<'_, 'scope> {
                 waiting.begin();
                 let (bands, kept, _) = &*shared;
                 let tiles = bands.tiles(columns.clone(), kept, waiting).into_iter();
-                let encoded = tiles.map(|tile| tile.map(|tile| job.encoder.tile(tile)));
+                let encoded = tiles.map(|tile| tile.map(|tile| job.encoder.tile_of_buffer(tile)));
                 // The writer may have failed.
                 let _ = made_tx.send(columns.map(|x| bands.pos(x)).zip(encoded).collect());
             });

@@ -142,7 +142,7 @@ impl<'a> Stack<'a> {
 
     /// The bytes of the tail's tile. Every row must have been pushed.
     pub(crate) fn tail(&self) -> Vec<u8> {
-        let mut bytes = tile_buffer(self.encoder);
+        let mut bytes = self.encoder.buffer();
         for (number, (plan, pyramid)) in self.plans.iter().zip(&self.pyramids).enumerate() {
             let texels = tail_texels(&plan.geometry, plan.layer.format, pyramid);
             let row_bytes = plan.geometry.tile()[0] as usize * plan.layer.format.texel_bytes();
@@ -205,7 +205,7 @@ impl LayerBands<'_> {
         kept: &[bool],
         waiting: &Waiting,
     ) -> Vec<Option<Vec<u8>>> {
-        let buffer = |x| kept[x as usize].then(|| tile_buffer(self.encoder));
+        let buffer = |x| kept[x as usize].then(|| self.encoder.buffer());
         let mut tiles: Vec<_> = columns.clone().map(buffer).collect();
         for number in 0..self.layers.len() {
             self.append_layer(number, columns.start, &mut tiles, waiting);
@@ -238,9 +238,4 @@ impl LayerBands<'_> {
             (column, rest) = (column + run.len() as u32, others);
         }
     }
-}
-
-/// An empty buffer for the bytes of a tile.
-fn tile_buffer(encoder: &TileEncoder) -> Vec<u8> {
-    Vec::with_capacity(encoder.description().tile_bytes())
 }

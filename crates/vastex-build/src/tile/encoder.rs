@@ -1,6 +1,6 @@
 //! What makes the bytes of tiles, whether a texture is built, gets its insets or has a region replaced.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use bytes::Bytes;
 use vastex_core::{Description, LayerFormat};
@@ -19,6 +19,8 @@ pub(crate) struct TileEncoder {
     /// What makes blocks.
     encode_strip: StripEncoder,
     findings: Findings,
+    /// Memory of tiles that were encoded, to be used again: as many as were made at once at most.
+    spare: Mutex<Vec<Vec<u8>>>,
 }
 
 impl TileEncoder {
@@ -28,7 +30,14 @@ impl TileEncoder {
         quality: Quality,
     ) -> TileEncoder {
         let findings = Findings::new(description.layers.len());
-        TileEncoder { description, compression, quality, encode_strip: blocks::encoder(), findings }
+        TileEncoder {
+            description,
+            compression,
+            quality,
+            encode_strip: blocks::encoder(),
+            findings,
+            spare: Mutex::default(),
+        }
     }
 
     /// The texture of which the tiles are.
@@ -65,6 +74,23 @@ impl TileEncoder {
     /// The tile of these bytes, which are the shares of all layers in their order.
     pub(crate) fn tile(&self, bytes: impl Into<Bytes>) -> EncodedTile {
         EncodedTile::new(bytes.into(), &self.description, self.compression)
+    }
+
+    /// An empty buffer with room for the bytes of a tile.
+    pub(crate) fn buffer(&self) -> Vec<u8> {
+        let spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        spare.unwrap_or_else(|| Vec::with_capacity(self.description.tile_bytes()))
+    }
+
+    /// As [`TileEncoder::tile`], of bytes in a [`buffer`](TileEncoder::buffer), which is used again.
+    pub(crate) fn tile_of_buffer(&self, mut bytes: Vec<u8>) -> EncodedTile {
+        let tile = EncodedTile::of_buffer(&mut bytes, &self.description, self.compression);
+        // Empty where the tile keeps the memory.
+        if bytes.capacity() > 0 {
+            bytes.clear();
+            self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(bytes);
+        }
+        tile
     }
 
     /// What was found so far.

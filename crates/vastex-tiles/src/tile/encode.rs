@@ -3,9 +3,13 @@
 //! The content hash by which identical tiles are found is taken here; which tiles are stored once is the
 //! writer's business.
 
-use bytes::Bytes;
-use vastex_core::Description;
+use std::cell::RefCell;
 
+use bytes::Bytes;
+use lz4_flex::block::{CompressTable, compress_into_with_table, get_maximum_output_size};
+use vastex_core::{Description, Layer, LayerFormat};
+
+use super::lz4::{TEXEL, TexelEncoder};
 use super::{Codec, Compression, Tile};
 use crate::ground::hash::{checksum, checksum_of_hashed, content_hash};
 
@@ -27,7 +31,25 @@ impl EncodedTile {
     /// call it from as many threads as there are.
     pub fn new(texels: Bytes, description: &Description, compression: Compression) -> EncodedTile {
         let (content, raw_len) = (content_hash(&texels), texels.len());
-        let tile = Tile::encode(texels, description, compression);
+        let tile = encoded(&texels, description, compression);
+        EncodedTile::hashed(tile.unwrap_or(Tile { codec: Codec::Raw, bytes: texels }), content, raw_len)
+    }
+
+    /// As [`EncodedTile::new`], of texels in a buffer that can be used again: it is left as it is, but
+    /// becomes empty where the texels are kept as they are, which then are its bytes.
+    pub fn of_buffer(
+        texels: &mut Vec<u8>,
+        description: &Description,
+        compression: Compression,
+    ) -> EncodedTile {
+        let (content, raw_len) = (content_hash(texels), texels.len());
+        let tile = encoded(texels, description, compression);
+        let kept = || Tile { codec: Codec::Raw, bytes: std::mem::take(texels).into() };
+        EncodedTile::hashed(tile.unwrap_or_else(kept), content, raw_len)
+    }
+
+    /// `content` and `raw_len` are the hash and the length of the texels.
+    fn hashed(tile: Tile, content: u128, raw_len: usize) -> EncodedTile {
         let checksum = match tile.codec {
             Codec::Raw => checksum_of_hashed(&tile.bytes, content),
             _ => checksum(&tile.bytes),
@@ -67,23 +89,17 @@ impl EncodedTile {
     }
 }
 
-impl Tile {
-    /// Encodes the texels of one tile: as a constant, compressed, or as they are if compression does not
-    /// help.
-    pub fn encode(texels: Bytes, description: &Description, compression: Compression) -> Tile {
-        if let Some(blocks) = constant_blocks(&texels, description) {
-            return Tile { codec: Codec::Constant, bytes: blocks.into() };
-        }
-        let compressed = match compression {
-            Compression::None => None,
-            Compression::Lz4 => Some((Codec::Lz4, lz4_flex::block::compress(&texels))),
-            Compression::Zstd(level) => zstd_compress(&texels, level).map(|bytes| (Codec::Zstd, bytes)),
-        };
-        match compressed {
-            Some((codec, bytes)) if bytes.len() < texels.len() => Tile { codec, bytes: bytes.into() },
-            _ => Tile { codec: Codec::Raw, bytes: texels },
-        }
+/// The texels of one tile as a constant, or compressed; `None` if they are best kept as they are.
+fn encoded(texels: &[u8], description: &Description, compression: Compression) -> Option<Tile> {
+    if let Some(blocks) = constant_blocks(texels, description) {
+        return Some(Tile { codec: Codec::Constant, bytes: blocks.into() });
     }
+    let (codec, bytes) = match compression {
+        Compression::None => None,
+        Compression::Lz4 => lz4_compress(texels, description).map(|bytes| (Codec::Lz4, bytes)),
+        Compression::Zstd(level) => zstd_compress(texels, level).map(|bytes| (Codec::Zstd, bytes.into())),
+    }?;
+    (bytes.len() < texels.len()).then_some(Tile { codec, bytes })
 }
 
 /// One block of each layer (a texel if the layer is not compressed), or `None` unless all blocks of each
@@ -106,6 +122,55 @@ fn constant_blocks(texels: &[u8], description: &Description) -> Option<Vec<u8>> 
     Some(constant)
 }
 
+/// What compressing with LZ4 takes: memory that would else be asked for and given back with every tile.
+struct Lz4 {
+    /// For colours with alpha.
+    colors: TexelEncoder,
+    /// For other tiles of less than 64 KiB, and for larger ones: the bytes depend on which it is.
+    tables: [CompressTable; 2],
+    out: Vec<u8>,
+}
+
+/// Bytes of tiles for which each thread keeps memory at most.
+const KEPT_BYTES: usize = 4 << 20;
+
+thread_local! {
+    static LZ4: RefCell<Lz4> = RefCell::new(Lz4 {
+        colors: TexelEncoder::new(),
+        tables: [CompressTable::small(), CompressTable::large()],
+        out: Vec::new(),
+    });
+}
+
+/// One LZ4 block; `None` if the encoder refuses.
+fn lz4_compress(texels: &[u8], description: &Description) -> Option<Bytes> {
+    LZ4.with_borrow_mut(|Lz4 { colors, tables: [small, large], out }| {
+        if let Some(row_bytes) = color_row_bytes(description) {
+            let bytes = Bytes::copy_from_slice(colors.encode(texels, row_bytes));
+            colors.keep_at_most(KEPT_BYTES);
+            return Some(bytes);
+        }
+        let table = if texels.len() < usize::from(u16::MAX) { small } else { large };
+        let most = get_maximum_output_size(texels.len());
+        if out.len() < most {
+            out.resize(most, 0);
+        }
+        let len = compress_into_with_table(texels, out, table).ok()?;
+        let bytes = Bytes::copy_from_slice(&out[..len]);
+        if out.len() > KEPT_BYTES {
+            *out = Vec::new();
+        }
+        Some(bytes)
+    })
+}
+
+/// Bytes of a row of the first layer's texels, where all layers are colours with alpha of 8 bits.
+fn color_row_bytes(description: &Description) -> Option<usize> {
+    let is_color = |layer: &Layer| matches!(layer.format, LayerFormat::Rgba8 | LayerFormat::Rgba8Srgb);
+    let first = description.layers.first().filter(|_| description.layers.iter().all(is_color))?;
+    Some(description.layer_tile(first)[0] as usize * TEXEL)
+}
+
 /// `None` if the encoder refuses; the tile is then stored as it is.
 #[cfg(not(target_family = "wasm"))]
 fn zstd_compress(texels: &[u8], level: i32) -> Option<Vec<u8>> {
@@ -121,7 +186,7 @@ fn zstd_compress(texels: &[u8], _level: i32) -> Option<Vec<u8>> {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use vastex_core::{Geometry, GeometrySpec, Layer, LayerFormat};
+    use vastex_core::{Geometry, GeometrySpec};
 
     fn description(formats: &[LayerFormat]) -> Description {
         let geometry =
@@ -144,7 +209,7 @@ mod tests {
             let description = description(&formats);
             let texels: Vec<u8> =
                 (0..description.tile_bytes()).map(|i| crate::ground::hash::seeded(seed, &(i / run).to_le_bytes()) as u8).collect();
-            let tile = Tile::encode(texels.clone().into(), &description, compression);
+            let tile = EncodedTile::new(texels.clone().into(), &description, compression).into_tile();
             prop_assert!(tile.bytes.len() <= texels.len());
             prop_assert_eq!(tile.decode(&description).unwrap(), texels);
         }
@@ -154,9 +219,9 @@ mod tests {
     fn a_constant_tile_is_one_texel_of_each_layer() {
         let description = description(&[LayerFormat::R16, LayerFormat::R8]);
         let mut texels = [[9, 8].repeat(100), vec![3; 100]].concat();
-        let tile = Tile::encode(texels.clone().into(), &description, Compression::Lz4);
+        let tile = EncodedTile::new(texels.clone().into(), &description, Compression::Lz4).into_tile();
         assert_eq!(tile, Tile { codec: Codec::Constant, bytes: vec![9, 8, 3].into() });
         texels[299] = 4;
-        assert_eq!(Tile::encode(texels.into(), &description, Compression::Lz4).codec, Codec::Lz4);
+        assert_eq!(EncodedTile::new(texels.into(), &description, Compression::Lz4).tile().codec, Codec::Lz4);
     }
 }

@@ -1,5 +1,5 @@
-//! What a tile is: encoded bytes, and how they are decoded. `encode` makes tiles of texels, `blocks` reads
-//! layers of compressed blocks.
+//! What a tile is: encoded bytes, and how they are decoded. `encode` makes tiles of texels, those of
+//! colours as `lz4` says, `blocks` reads layers of compressed blocks.
 //!
 //! A tile's decoded bytes are its layers one after the other, each row by row without padding. Where the
 //! encoded bytes come from, and that they are complete, is the business of the source; decoding trusts no
@@ -9,6 +9,8 @@
 mod blocks;
 #[cfg(feature = "write")]
 mod encode;
+#[cfg(feature = "write")]
+mod lz4;
 
 use bytes::Bytes;
 use vastex_core::Description;

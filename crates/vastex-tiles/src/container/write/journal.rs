@@ -15,7 +15,7 @@ use crate::container::format::layout::Fields;
 use crate::ground::hash::checksum;
 
 const MAGIC: [u8; 8] = *b"\x89VTXJRNL";
-const VERSION: u64 = 2;
+const VERSION: u64 = 3;
 /// Bytes of magic, version, two fingerprints, and the checksum of these; the options follow.
 const FIXED_BYTES: usize = 40;
 /// Bytes that a head has at most; one with longer options is never found sound.
