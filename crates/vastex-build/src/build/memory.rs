@@ -6,7 +6,7 @@ use super::pipeline::Job;
 use crate::tile::INDEX_BYTES;
 
 /// Has the allocator of GNU/Linux keep freed memory for the tiles that come next, in place of giving it back
-/// and asking for it anew, which takes a tenth of the time of a build without compression. From when on it
+/// and asking for it anew, which takes a tenth of the work of a build without compression. From when on it
 /// gives memory back, twice as much as the largest block that was freed, follows the program; so one such
 /// block is freed here. Each thread keeps 8 MiB at most. Other allocators have rules of their own.
 pub(super) fn keep_freed_memory() {
