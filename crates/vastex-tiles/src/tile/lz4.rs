@@ -381,7 +381,7 @@ mod tests {
         for (colors, noise) in [(4, 100), (16, 60), (200, 20), (100_000, 30), (1, 100)] {
             let texels = image(7, 136 * 136 * TEXEL, 136, colors, noise);
             let (ours, theirs) = (encoder.encode(&texels, 136 * TEXEL).len(), compress(&texels).len());
-            assert!(ours as f64 <= 1.03 * theirs as f64, "{ours} and {theirs} of {colors} colours, {noise}");
+            assert!(ours as f64 <= 1.05 * theirs as f64, "{ours} and {theirs} of {colors} colours, {noise}");
         }
     }
 }
