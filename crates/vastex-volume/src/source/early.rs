@@ -105,7 +105,7 @@ impl VolumeSource {
             let coords = pos.coords();
             // Well within the page, so that those beside it are left as they are.
             let texels = std::array::from_fn(|axis| {
-                let side = u64::from(page[axis]) * u64::from(factor[axis]);
+                let side = u64::from(page[axis]) * factor[axis];
                 let middle = u64::from(coords[axis]) * side + side / 2;
                 let last = u64::from(geometry.size()[axis]).saturating_sub(1);
                 let first = u64::from(coords[axis]) * side;
@@ -178,7 +178,7 @@ mod tests {
             let [Region { texels: [x, y, z], levels }] = &changed[..] else { panic!("{changed:?}") };
             assert_eq!(*levels, pos.level..=pos.level);
             for (along, at) in [x, y, z].into_iter().zip(pos.coords()) {
-                let page = along.start / (CHUNK as u32) >> pos.level;
+                let page = (along.start / (CHUNK as u32)) >> pos.level;
                 assert_eq!((page, along.end - along.start), (at, 1), "{pos}: {changed:?}");
             }
             assert!(!early.has_early_bricks());
