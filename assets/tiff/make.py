@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the TIFF pyramids of this directory, each by a program that people have them from.
 
-Needs numpy, tifffile, imagecodecs, openslide-python with openslide-bin, and rasterio (which contains GDAL) from PyPI,
+Needs numpy, pillow, tifffile, imagecodecs, openslide-python with openslide-bin, and rasterio (which contains GDAL) from PyPI,
 `vips` (Debian: libvips-tools) and `maketx` (Debian: openimageio-tools). Run it in this directory; other versions write
 other bytes, of the same texels. `make.py slides_ycbcr ome_slide` makes those of these functions alone.
 """
@@ -17,6 +17,7 @@ import openslide
 import rasterio
 import rasterio.shutil
 import tifffile
+from PIL import Image
 from rasterio.io import MemoryFile
 from rasterio.transform import from_origin
 
@@ -151,11 +152,40 @@ def vips_numbers():
     Path("numbers.tmp.tif").unlink()
 
 
+def land_cover():
+    """A Cloud Optimized GeoTIFF of classes, whose colours are in a palette, as of land cover, and a PNG of them."""
+    classes = (picture(channels=1)[..., 0] // 32).astype(np.uint8)
+    profile = dict(driver="GTiff", width=WIDTH, height=HEIGHT, count=1, dtype="uint8", photometric="palette", nodata=0)
+    place = dict(crs="EPSG:32633", transform=from_origin(500000.0, 4600000.0, 10.0, 10.0))
+    with MemoryFile() as memory:
+        with memory.open(**profile, **place) as out:
+            out.write(classes, 1)
+            out.write_colormap(1, {n: (255 - 20 * n, 30 + 25 * n, n * 97 % 256, 255) for n in range(8)})
+        with memory.open() as source:
+            rasterio.shutil.copy(source, "cog-palette.tif", driver="COG", BLOCKSIZE=128, COMPRESS="DEFLATE")
+    with rasterio.open("cog-palette.tif") as found:
+        colors = np.array([found.colormap(1)[n][:3] for n in range(256)], dtype=np.uint8)
+        Image.fromarray(colors[found.read(1)]).save("cog-palette.png", optimize=True)
+
+
+def scan():
+    """A scan of one bit, compressed as fax does (Group 4), and a PNG of what GDAL reads of it."""
+    black = picture(channels=1)[..., 0] < 128
+    profile = dict(driver="GTiff", width=WIDTH, height=HEIGHT, count=1, dtype="uint8", nbits=1, compress="ccittfax4", photometric="miniswhite")
+    with rasterio.open("scan-fax4.tif", "w", blockysize=32, **profile) as out:
+        out.write(black.astype(np.uint8), 1)
+    with rasterio.open("scan-fax4.tif") as found:
+        Image.fromarray((255 * (1 - found.read(1))).astype(np.uint8)).save("scan-fax4.png", optimize=True)
+
+
 def main():
     if sys.argv[1:]:
+        functions = dict(slides_ycbcr=slides_ycbcr, ome_slide=ome_slide, vips_numbers=vips_numbers, land_cover=land_cover, scan=scan)
         for function in sys.argv[1:]:
-            dict(slides_ycbcr=slides_ycbcr, ome_slide=ome_slide, vips_numbers=vips_numbers)[function]()
+            functions[function]()
         return
+    land_cover()
+    scan()
     slides_ycbcr()
     ome_slide()
     vips_numbers()

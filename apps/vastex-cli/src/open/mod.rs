@@ -251,7 +251,9 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
         match (image.map(|options| open_image(path, options)), refused) {
             (Some(Ok(Some(tiles))), _) => return Ok(tiles),
             // It is of a kind that is built, and damaged.
-            (Some(Err(error)), Some(refusal)) if is_unsupported(&refusal) && !is_unsupported(&error) => {
+            (Some(Err(error)), Some(refusal))
+                if !is_image_in_file(path) && is_unsupported(&refusal) && !is_unsupported(&error) =>
+            {
                 return Err(error);
             }
             (_, Some(error)) | (Some(Err(error)), None) => return Err(error),

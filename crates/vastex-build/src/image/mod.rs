@@ -14,6 +14,7 @@ pub(crate) mod fault;
 mod file;
 pub(crate) mod grids;
 pub(crate) mod header;
+mod inks;
 mod jpeg;
 mod mosaic;
 pub(crate) mod notice;

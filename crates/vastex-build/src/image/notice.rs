@@ -63,6 +63,9 @@ pub enum Notice {
         /// Why, as in "since it is for CMYK".
         why: &'static str,
     },
+    /// The file holds inks (CMYK), of which red, green and blue are made by a plain formula, whatever its
+    /// profile.
+    InksConverted,
     /// Colours are multiplied by alpha in the file, and were divided by it, both as they are stored.
     PremultipliedAlpha,
     /// The compressed data are damaged in so many places, and the decoder went on with what it could make of
@@ -183,6 +186,13 @@ impl fmt::Display for Notice {
                 write!(
                     f,
                     "the colour profile ({name}) is not followed, since {why}: numbers are taken as they are"
+                )
+            }
+            Notice::InksConverted => {
+                write!(
+                    f,
+                    "inks (CMYK) become red, green and blue by (1 - ink) x (1 - black), and no profile of them is followed: \
+                     colours are near those in print"
                 )
             }
             Notice::PremultipliedAlpha => {

@@ -21,6 +21,8 @@ pub(super) struct JpegHeader {
     pub(super) interleaved: bool,
     pub(super) orientation: Option<u16>,
     pub(super) profile: Option<Profile>,
+    /// True if it has a marker of Adobe's, whose programs store inks with 0 for all of an ink.
+    pub(super) is_of_adobe: bool,
 }
 
 impl JpegHeader {
@@ -47,6 +49,7 @@ pub(super) fn read(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
 
 fn read_markers(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
     let (mut header, mut orientation, mut profile) = (None, None, ProfileParts::default());
+    let mut is_of_adobe = false;
     let mut soi = [0; 2];
     file.read_exact(&mut soi)?;
     loop {
@@ -70,12 +73,14 @@ fn read_markers(file: &mut impl BufRead) -> Result<JpegHeader, InputFault> {
                 let mut header: JpegHeader = header.ok_or_else(|| damaged("it has no frame header"))?;
                 header.interleaved =
                     segment.first().is_some_and(|&n| usize::from(n) == header.sampling.len());
-                return Ok(JpegHeader { orientation, profile: profile.joined(), ..header });
+                return Ok(JpegHeader { orientation, profile: profile.joined(), is_of_adobe, ..header });
             }
             0xe1 => {
                 orientation = orientation.or(segment.strip_prefix(b"Exif\0\0").and_then(exif::orientation));
             }
             0xe2 => profile.add(&segment),
+            // libjpeg sees one that is as long as it should be.
+            0xee => is_of_adobe |= segment.len() >= 12 && segment.starts_with(b"Adobe"),
             _ => {}
         }
     }
@@ -145,8 +150,16 @@ fn read_frame(segment: &[u8], progressive: bool) -> Result<JpegHeader, InputFaul
         return Err(damaged("its frame header makes no sense"));
     }
     let (width, height) = (u16::from_be_bytes([w1, w0]), u16::from_be_bytes([h1, h0]));
-    let (interleaved, orientation, profile) = (false, None, None);
-    Ok(JpegHeader { width, height, sampling, progressive, interleaved, orientation, profile })
+    Ok(JpegHeader {
+        width,
+        height,
+        sampling,
+        progressive,
+        interleaved: false,
+        orientation: None,
+        profile: None,
+        is_of_adobe: false,
+    })
 }
 
 fn damaged(why: &str) -> InputFault {

@@ -24,6 +24,7 @@ use mozjpeg::decompress::{Decompress, DecompressStarted};
 
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
+use crate::image::inks::rgb_from_inks;
 use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader};
 use coarse::CoarseReader;
 use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
@@ -58,6 +59,8 @@ pub(super) struct JpegReader {
     /// True if the whole picture is decoded before the first row is given out.
     is_decoded_first: bool,
     beginning: Option<Arc<Beginning>>,
+    /// Where its components are inks, what they are.
+    inks: Option<Inks>,
     /// Texels per side that are made of a block of 8x8.
     of_eight: u8,
     /// Places where the decoder found the data damaged and went on.
@@ -68,16 +71,34 @@ pub(super) struct JpegReader {
     is_guess: bool,
 }
 
+/// How a file stores cyan, magenta, yellow and black.
+struct Inks {
+    /// True if 0 is all of an ink.
+    is_inverted: bool,
+    /// A row of them.
+    row: Vec<u8>,
+}
+
+impl Inks {
+    /// The row as red, green and blue.
+    fn convert(&mut self, texels: &mut [u8]) {
+        let flip = if self.is_inverted { 255 } else { 0 };
+        for (rgb, inks) in texels.as_chunks_mut().0.iter_mut().zip(self.row.as_chunks().0) {
+            *rgb = rgb_from_inks(inks.map(|ink: u8| ink ^ flip));
+        }
+    }
+}
+
 impl JpegReader {
     pub(super) fn new(file: File) -> Result<JpegReader, InputFault> {
         let mut file = buffered(file);
         let found = header::read(&mut file)?;
         let format = match found.sampling.len() {
             1 => PixelFormat::GREY8,
-            3 => PixelFormat::RGB8,
+            3 | 4 => PixelFormat::RGB8,
             n => {
                 return Err(InputFault::Unsupported {
-                    what: format!("a JPEG of {n} components (CMYK)"),
+                    what: format!("a JPEG of {n} components"),
                     remedy: "convert it to RGB",
                 });
             }
@@ -91,7 +112,10 @@ impl JpegReader {
             header.hold_whole_image(found.coefficient_bytes(), "a JPEG of several scans");
         }
         header.orientation = found.orientation.unwrap_or(1);
-        header.profile = found.profile;
+        let has_inks = found.sampling.len() == 4;
+        // One of inks says nothing of what a plain formula makes of them.
+        header.profile = found.profile.filter(|_| !has_inks);
+        header.notices.extend(has_inks.then_some(Notice::InksConverted));
         let mut file = file.into_inner();
         file.rewind()?;
         Ok(JpegReader {
@@ -101,6 +125,7 @@ impl JpegReader {
             next_row: 0,
             tolerates: false,
             is_decoded_first,
+            inks: has_inks.then_some(Inks { is_inverted: found.is_of_adobe, row: Vec::new() }),
             beginning: is_decoded_first.then(Arc::default),
             of_eight: 8,
             faults: 0,
@@ -141,6 +166,7 @@ impl JpegReader {
         let mut decoder = Decompress::with_err(handlers()).from_reader(source)?;
         decoder.scale(self.of_eight);
         let color = match self.header.format {
+            _ if self.inks.is_some() => ColorSpace::JCS_CMYK,
             PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
             _ => ColorSpace::JCS_RGB,
         };
@@ -159,7 +185,16 @@ impl JpegReader {
             State::Done => return Err(io::Error::other("read beyond the last row")),
         };
         for row in rows.chunks_exact_mut(self.header.row_bytes()) {
-            decoder.read_scanlines_into::<u8>(row)?;
+            match &mut self.inks {
+                Some(inks) => {
+                    inks.row.resize(row.len() / 3 * 4, 0);
+                    decoder.read_scanlines_into::<u8>(&mut inks.row)?;
+                    inks.convert(row);
+                }
+                None => {
+                    decoder.read_scanlines_into::<u8>(row)?;
+                }
+            }
             self.note_warnings(true)?;
             self.next_row += 1;
         }

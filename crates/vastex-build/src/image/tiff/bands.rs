@@ -1,5 +1,5 @@
-//! The rows of a TIFF file of more bands than a picture has, of which some are taken: strip by strip, or a
-//! row of tiles at a time.
+//! The rows of a TIFF file of which bands are taken, or whose samples are no colours yet (palettes, inks,
+//! fewer bits than a byte): strip by strip, or a row of tiles at a time.
 
 use super::file::TiffImage;
 use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader};
@@ -7,7 +7,7 @@ use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader};
 /// Bytes of a strip or tile with all of its bands.
 const MOST_CHUNK_BYTES: u64 = 256 << 20;
 
-/// Some bands of a TIFF file, its first image.
+/// Some bands of a TIFF file's first image, or the colours that are made of its samples.
 pub(super) struct BandsReader {
     header: ImageHeader,
     image: TiffImage,

@@ -42,7 +42,7 @@ const ASSOCIATED_ALPHA: u16 = 1;
 pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>, InputFault> {
     let file = Arc::new(file);
     match TiffFile::first_image(file.clone(), bands) {
-        Ok(image) if image.has_pick() => Ok(Box::new(BandsReader::new(image)?)),
+        Ok(image) if image.has_pick() || image.is_converted() => Ok(Box::new(BandsReader::new(image)?)),
         Err(fault) if bands.is_some() => Err(fault),
         // What is wrong with it, its reader knows better.
         first => Ok(Box::new(TiffReader::new(file, first)?)),
@@ -54,7 +54,7 @@ pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>
 pub(super) fn open_sparse(file: File, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     let file = Arc::new(file);
     let first = TiffFile::first_image(file.clone(), None);
-    if first.as_ref().is_ok_and(TiffImage::has_pick) {
+    if first.as_ref().is_ok_and(|image| image.has_pick() || image.is_converted()) {
         return Ok(None);
     }
     let sparse = TiffReader::new(file, first)?.sparse(side);

@@ -127,7 +127,13 @@ impl HandmadeTiff {
         for (tag, values) in &tags {
             let is_short = !matches!(tag, 256 | 257 | 273 | 278 | 279 | 322..=325);
             // Tables of JPEG are bytes.
-            let kind = if *tag == 347 { 7 } else { 4 - u16::from(is_short) };
+            let kind = match tag {
+                347 => 7,
+                // A fraction of two values.
+                282 | 283 => 5,
+                _ => 4 - u16::from(is_short),
+            };
+            let count = if kind == 5 { values.len() / 2 } else { values.len() };
             let mut value: Vec<u8> = match kind {
                 7 => values.iter().map(|&v| v as u8).collect(),
                 3 => values.iter().flat_map(|&v| u16b(v as u16)).collect(),
@@ -139,7 +145,7 @@ impl HandmadeTiff {
             }
             value.resize(4, 0);
             entries.extend([u16b(*tag), u16b(kind)].concat());
-            entries.extend(u32b(values.len() as u32));
+            entries.extend(u32b(count as u32));
             entries.extend(value);
         }
         if let Some(profile) = &self.profile {

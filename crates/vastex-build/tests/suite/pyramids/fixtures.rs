@@ -22,6 +22,7 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("cog-deflate-u16.tif", &[0, 1], &[]),
     ("cog-jpeg.tif", &[0, 1], &["mask", "mask"]),
     ("cog-lzw-i16.tif", &[0, 1], &[]),
+    ("cog-palette.tif", &[0, 1], &[]),
     ("cog-zstd-f32.tif", &[0, 1], &[]),
     ("lzw-imagecodecs.tif", &[0], &[]),
     ("maketx-half.tx", &[0, 1, 2, 3, 4, 5, 6], &[]),
@@ -29,6 +30,7 @@ const FIXTURES: &[(&str, &[u32], &[&str])] = &[
     ("ome-slide.ome.tif", &[0, 1], &["macro", "label", "image"]),
     ("ome-subifds.ome.tif", &[0, 1, 2], &[]),
     ("planes-big-endian.tif", &[0, 1, 2], &[]),
+    ("scan-fax4.tif", &[0], &[]),
     ("slide-jpeg.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
     ("slide-jpeg2000.svs", &[0, 2, 4], &["thumbnail", "label", "macro"]),
     ("slide-jpeg2000-ycbcr.svs", &[0, 2], &["thumbnail", "label", "macro"]),
@@ -94,6 +96,10 @@ fn a_coarser_level_shows_what_the_file_stores_there() {
     let mut compared = 0;
     for (name, levels, _) in FIXTURES {
         let format = open_rows(&fixture(name)).unwrap().header().format;
+        // What is shown of palettes and bits is made of what is stored.
+        if ["cog-palette.tif", "scan-fax4.tif"].contains(name) {
+            continue;
+        }
         // Others become numbers of another kind.
         if ![PixelFormat::GREY8, PixelFormat::GREY16, PixelFormat::RGB8].contains(&format) {
             continue;
@@ -233,11 +239,6 @@ fn other_images_are_opened_by_their_names() {
         assert_eq!(TiffOther::of_file(&fixture(name)), listed);
         for other in listed {
             let path = of(name, &other.name);
-            // Masks have one bit in a sample, which nothing reads.
-            if other.role == "mask" {
-                assert!(TiffSource::open(&path).is_err());
-                continue;
-            }
             let image = TiffSource::open(&path).unwrap();
             let [width, height, _] = image.description().geometry.size();
             assert_eq!([u64::from(width), u64::from(height)], other.size, "{}", path.display());

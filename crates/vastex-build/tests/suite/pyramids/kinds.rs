@@ -100,6 +100,26 @@ fn one_strip_is_read_in_parts() {
     assert_eq!(open(&path).levels()[0].tile, [1200, 436]);
 }
 
+/// As microscopes write it; inches are those of a page, and libvips writes 10 where it knows nothing.
+#[test]
+fn a_resolution_in_centimetres_is_the_size_of_a_texel() {
+    let size_of = |unit: u32, across: [u32; 2], down: [u32; 2]| {
+        let mut file = HandmadeTiff::new([32, 16], &[8], 1, [16, 16], true);
+        file.cut([32, 16], 1, [16, 16], &[1; 32 * 16]);
+        file.tags.extend([(282, across.to_vec()), (283, down.to_vec()), (296, vec![unit])]);
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("a.tif");
+        std::fs::write(&path, file.bytes()).unwrap();
+        open(&path).about().pixel_size.as_ref().map(|pixel| (pixel.size, pixel.unit.clone()))
+    };
+    let found = size_of(3, [20_000, 1], [200_000, 4]).unwrap();
+    assert_eq!(found, ([0.5, 0.2], "µm".to_owned()));
+    assert_eq!(size_of(2, [300, 1], [300, 1]), None);
+    assert_eq!(size_of(3, [10, 1], [10, 1]), None);
+    assert_eq!(size_of(3, [10, 1], [0, 1]), None);
+    assert_eq!(size_of(3, [10, 0], [10, 1]), None);
+}
+
 /// A tile that a sparse file leaves out is filled with what stands for no data.
 #[test]
 fn tiles_that_are_left_out_are_filled() {

@@ -1,5 +1,6 @@
 //! TIFF pyramids of other programs, opened where they lie, and regions of whatever can be opened.
 
+mod conversions;
 mod cropping;
 mod fixtures;
 mod hostile;

@@ -1,8 +1,9 @@
 //! What a TIFF file says of its texels besides their values: where on the Earth they lie, how large they are,
 //! and through which magnification they were seen.
 //!
-//! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of the
-//! first image. Nothing is reprojected; what makes no sense is left out.
+//! GeoTIFF says the first by tags, OME-TIFF by XML and Aperio's SVS by words, both in the description of
+//! the first image; others say how many texels make a centimetre. Nothing is reprojected; what makes no
+//! sense is left out.
 
 mod ome;
 mod words;
@@ -23,6 +24,7 @@ const PIXEL_SCALE: u16 = 33550;
 const TIEPOINT: u16 = 33922;
 const TRANSFORMATION: u16 = 34264;
 const GEO_KEYS: u16 = 34735;
+const GEO_DOUBLES: u16 = 34736;
 const GEO_TEXTS: u16 = 34737;
 const METADATA: u16 = 42112;
 const NODATA: u16 = 42113;
@@ -88,6 +90,9 @@ pub struct GeoPlace {
     pub epsg: Option<u16>,
     /// What the file calls its coordinate system.
     pub name: Option<String>,
+    /// Metres of the mean radius of the body that it lies on, (2a + b) / 3 of its ellipsoid, if the file says
+    /// what that is: of the Moon and of Mars they do.
+    pub radius: Option<f64>,
 }
 
 /// Which kind of file the first description is of.
@@ -119,6 +124,10 @@ pub(super) fn read(file: &TiffFile, first: &Directory) -> Result<(Kind, TiffAbou
         text if text.contains("<OME") => Kind::Ome(ome::read(&description, &mut about)),
         _ => {
             geo(file, first, &mut about)?;
+            if about.place.is_none() {
+                let size = words::micrometres(file, first);
+                about.pixel_size = size.map(|size| PixelSize { size, unit: "µm".into() });
+            }
             Kind::Other
         }
     };
@@ -217,8 +226,24 @@ fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), 
     const USER_DEFINED: u64 = 32767;
     let epsg = key(3072).or_else(|| key(2048)).filter(|code| (1024..USER_DEFINED).contains(code));
     let name = text(3073).or_else(|| text(1026)).or_else(|| text(2049));
-    about.place = Some(GeoPlace { from_texels, epsg: epsg.map(|code| code as u16), name });
+    let radius = radius(file, first, &keys);
+    about.place = Some(GeoPlace { from_texels, epsg: epsg.map(|code| code as u16), name, radius });
     Ok(())
+}
+
+/// The mean radius of the ellipsoid that GeoTIFF's keys name.
+fn radius(file: &TiffFile, first: &Directory, keys: &[u64]) -> Option<f64> {
+    let doubles = first.doubles(file, GEO_DOUBLES, MOST_GEO_KEYS).ok()?;
+    let of = |wanted: u64| {
+        let is_it = |key: &&[u64]| key[0] == wanted && key[1] == u64::from(GEO_DOUBLES);
+        let place = keys.chunks_exact(4).skip(1).find(is_it)?[3];
+        doubles.get(usize::try_from(place).ok()?).copied().filter(|value| value.is_finite())
+    };
+    let major = of(2057).and_then(positive)?;
+    // Of a sphere the inverse of the flattening is written as 0.
+    let flattened = || of(2059).filter(|inverse| *inverse > 1.0).map(|inverse| major - major / inverse);
+    let minor = of(2058).and_then(positive).or_else(flattened).unwrap_or(major);
+    positive((2.0 * major + minor) / 3.0)
 }
 
 /// From texels to coordinates, counted from corners; `None` if the file does not say.

@@ -4,7 +4,7 @@
 use std::io::{BufRead, Read};
 
 use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
-use super::{codecs, damaged, jpeg2000, predictor};
+use super::{codecs, damaged, fax4, jpeg2000, predictor};
 use crate::image::InputFault;
 use crate::image::jpeg::part;
 use crate::image::jpeg::part_rows::{self, PartRows, PartShape};
@@ -56,8 +56,7 @@ impl TiffImage {
         let what = if self.is_tiled { "tile" } else { "strip" };
         let place = format!("{}, {what} {index}", self.place);
         let rows = self.chunk_rows(row);
-        let row_samples = self.chunk[0] as usize * self.samples_of_chunk();
-        let wanted = row_samples * self.number.bytes() * rows as usize;
+        let wanted = self.packed_row() as usize * rows as usize;
         let listed = if self.is_cut { plane.into() } else { index };
         let mut offset = self.file.value(&self.offsets, listed, &place)?;
         let len = match &self.lengths {
@@ -65,11 +64,11 @@ impl TiffImage {
             None => wanted as u64,
         };
         if self.is_cut {
-            let part = u64::from(row) * u64::from(self.chunk[1]) * (row_samples * self.number.bytes()) as u64;
-            offset = offset.saturating_add(part);
+            offset = offset.saturating_add(u64::from(row) * u64::from(self.chunk[1]) * self.packed_row());
         }
         if (offset, len) == (0, 0) || (len == 0 && self.compression != codecs::NONE) {
-            return Ok(self.not_stored(wanted));
+            let texels = self.chunk[0] as usize * rows as usize;
+            return Ok(self.not_stored(texels * self.samples_of_chunk() * self.number.bytes()));
         }
         // Of what is not compressed some writers state no length, or that of the whole file.
         let len = if self.compression == codecs::NONE { wanted as u64 } else { len };
@@ -81,8 +80,8 @@ impl TiffImage {
             return Err(damaged(&place, format!("it has {len} bytes, which cannot hold {wanted}")));
         }
         let stored = self.file.bytes(offset, len, &place)?;
-        let decoded = self.decode(&stored, rows, wanted);
-        decoded.map_err(|why| damaged(&place, why))
+        let decoded = self.decode(&stored, rows, wanted).map_err(|why| damaged(&place, why))?;
+        Ok(if self.has_few_bits() { self.unpacked(&decoded) } else { decoded })
     }
 
     /// What a strip of so many rows is, where strips are JPEG.
@@ -131,9 +130,10 @@ impl TiffImage {
                 let is_ycbcr = channels == 3 && is_said;
                 return jpeg2000::decode(stored, size, channels, self.number.bytes(), is_ycbcr);
             }
+            codecs::FAX4 => return fax4::decode(stored, size, self.is_reversed),
             _ => {}
         }
-        let row_bytes = self.chunk[0] as usize * channels * self.number.bytes();
+        let row_bytes = self.packed_row() as usize;
         // Some writers fill up the last strip.
         let spare = (self.chunk[1] - rows) as usize * row_bytes;
         let mut bytes = vec![0; wanted];

@@ -8,6 +8,7 @@ use weezl::{BitOrder, LzwStatus};
 
 /// Values of Compression.
 pub(crate) const NONE: u64 = 1;
+pub(crate) const FAX4: u64 = 4;
 pub(crate) const LZW: u64 = 5;
 pub(crate) const JPEG: u64 = 7;
 pub(crate) const DEFLATE: u64 = 8;
@@ -29,7 +30,8 @@ pub(crate) fn is_jpeg_2000(compression: u64) -> bool {
 pub(crate) fn name(compression: u64) -> String {
     let name = match compression {
         NONE => "none",
-        2..=4 => "fax",
+        2 | 3 => "fax (Group 3)",
+        FAX4 => "fax (Group 4)",
         LZW => "LZW",
         6 => "old JPEG",
         JPEG => "JPEG",

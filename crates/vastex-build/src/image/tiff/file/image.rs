@@ -14,6 +14,7 @@ const BITS: u16 = 258;
 const COMPRESSION: u16 = 259;
 const PHOTOMETRIC: u16 = 262;
 const FILL_ORDER: u16 = 266;
+const COLOR_MAP: u16 = 320;
 const STRIP_OFFSETS: u16 = 273;
 const ORIENTATION: u16 = 274;
 const SAMPLES: u16 = 277;
@@ -25,6 +26,7 @@ const TILE_WIDTH: u16 = 322;
 const TILE_HEIGHT: u16 = 323;
 pub(super) const TILE_OFFSETS: u16 = 324;
 const TILE_LENGTHS: u16 = 325;
+const INK_SET: u16 = 332;
 const EXTRA_SAMPLES: u16 = 338;
 const SAMPLE_FORMAT: u16 = 339;
 const JPEG_TABLES: u16 = 347;
@@ -34,6 +36,9 @@ const ICC_PROFILE: u16 = 34675;
 pub(super) const WHITE_IS_ZERO: u64 = 0;
 pub(super) const BLACK_IS_ZERO: u64 = 1;
 pub(super) const RGB: u64 = 2;
+pub(super) const PALETTE: u64 = 3;
+pub(super) const MASK: u64 = 4;
+pub(super) const INKS: u64 = 5;
 pub(super) const YCBCR: u64 = 6;
 /// Texels along a side of a tile, at least: TIFF has multiples of 16.
 const LEAST_TILE: u32 = 16;
@@ -46,8 +51,12 @@ const MOST_PROFILE_BYTES: u64 = 16 << 20;
 pub(super) const MOST_CHUNK_BYTES: u64 = 256 << 20;
 /// Bytes of the parts that one strip is taken for.
 const CUT_BYTES: u64 = 1 << 20;
+/// A value of InkSet: cyan, magenta, yellow and black.
+const CMYK: u64 = 1;
+/// Bits of a sample that chooses a colour of a palette, at most.
+const MOST_PALETTE_BITS: u64 = 16;
 /// What cannot be read can be converted to what can.
-pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, or make a container of its source with `vastex build`";
+pub(super) const CONVERT: &str = "convert it to a TIFF of tiles, uncompressed, Deflate, LZW, Zstandard or JPEG, of grey, RGB, CMYK or a palette";
 
 /// The bands of an image that are shown, where it has more than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -77,6 +86,10 @@ pub(crate) struct TiffImage {
     pub(crate) photometric: u64,
     pub(crate) compression: u64,
     pub(super) predictor: u64,
+    /// True if the lowest bit of each byte comes first.
+    pub(super) is_reversed: bool,
+    /// Which inks the samples are of, where they are of inks.
+    pub(super) inks: u64,
     /// True if each channel has strips or tiles of its own.
     pub(super) is_planar: bool,
     /// The bands that are shown, where they are others than the first ones as the file means them.
@@ -88,6 +101,8 @@ pub(crate) struct TiffImage {
     /// Where it is missing, strips and tiles that are not compressed have the bytes that they need.
     pub(super) lengths: Option<Entry>,
     pub(super) tables: Arc<[u8]>,
+    /// The colours that samples choose from; none where they are colours themselves.
+    pub(super) palette: Arc<[[u8; 3]]>,
     /// What strips and tiles that are not stored consist of.
     pub(super) nodata: Option<f64>,
     pub(crate) profile: Option<Arc<[u8]>>,
@@ -143,9 +158,12 @@ impl TiffImage {
             Ok(first)
         };
         let bits = all_equal(BITS, 1)?;
+        let photometric = number(PHOTOMETRIC, BLACK_IS_ZERO)?;
         let unsaid = first.filter(|first| first.bits == bits).map_or(1, |first| first.sample_format);
         let sample_format = all_equal(SAMPLE_FORMAT, unsaid)?;
-        if number(FILL_ORDER, 1)? != 1 {
+        let compression = number(COMPRESSION, codecs::NONE)?;
+        let is_reversed = number(FILL_ORDER, 1)? != 1;
+        if is_reversed && compression != codecs::FAX4 {
             return Err(unsupported("bytes whose lowest bit comes first".into()));
         }
         let (offsets, lengths) = match is_tiled {
@@ -161,12 +179,14 @@ impl TiffImage {
             is_tiled,
             is_cut: false,
             samples: samples as u16,
-            number: Number::new(sample_format, bits).ok_or_else(|| not_known(sample_format, bits))?,
+            number: number_of(sample_format, bits).ok_or_else(|| not_known(sample_format, bits))?,
             bits,
             sample_format,
-            photometric: number(PHOTOMETRIC, BLACK_IS_ZERO)?,
-            compression: number(COMPRESSION, codecs::NONE)?,
+            photometric,
+            compression,
+            is_reversed,
             predictor: number(PREDICTOR, 1)?,
+            inks: number(INK_SET, CMYK)?,
             is_planar: samples > 1 && number(PLANAR, 1)? == 2,
             pick: None,
             extra: directory.numbers(file, EXTRA_SAMPLES, MOST_SAMPLES)?,
@@ -174,6 +194,10 @@ impl TiffImage {
             offsets: *offsets,
             lengths: directory.entry(lengths).copied(),
             tables: tables.into(),
+            palette: match photometric {
+                PALETTE => palette(file, directory, bits, first)?,
+                _ => Arc::default(),
+            },
             nodata: about::nodata(file, directory)?,
             profile: directory.raw(file, ICC_PROFILE, MOST_PROFILE_BYTES)?.map(Into::into),
             place,
@@ -184,7 +208,7 @@ impl TiffImage {
 
     /// This image, the one strip of a plane taken for several where that is possible without decoding it.
     pub(crate) fn cut(mut self) -> TiffImage {
-        let row_bytes = u64::from(self.size[0]) * (self.samples_of_chunk() * self.number.bytes()) as u64;
+        let row_bytes = self.packed_row();
         self.is_cut = !self.is_tiled
             && self.compression == codecs::NONE
             && self.chunk[1] >= self.size[1]
@@ -210,17 +234,29 @@ impl TiffImage {
         let (bits, samples) = (self.bits, self.samples_of_chunk());
         let is_float = matches!(self.number, Number::F16 | Number::F32 | Number::F64);
         let is_jpeg_2000 = codecs::is_jpeg_2000(self.compression);
+        if self.photometric == INKS && self.inks != CMYK {
+            return Err(unsupported("inks other than cyan, magenta, yellow and black".into()));
+        }
         match self.compression {
+            _ if self.has_few_bits() && (is_jpeg_2000 || self.compression == codecs::JPEG) => {
+                let name = codecs::name(self.compression);
+                return Err(unsupported(format!("{name} of samples of {bits} bits")));
+            }
             codecs::JPEG if self.number != Number::U8 || ![1, 3, 4].contains(&samples) => {
                 return Err(unsupported(format!("JPEG of {samples} samples of {bits} bits")));
             }
             _ if is_jpeg_2000 && ![Number::U8, Number::U16].contains(&self.number) => {
                 return Err(unsupported(format!("JPEG 2000 of {bits} bits")));
             }
-            codecs::NONE | codecs::JPEG => {}
+            codecs::FAX4 if bits != 1 || samples != 1 => {
+                return Err(unsupported(format!("fax of {samples} samples of {bits} bits")));
+            }
+            codecs::NONE | codecs::JPEG | codecs::FAX4 => {}
             _ if is_jpeg_2000 => {}
             codecs::DEFLATE | codecs::OLD_DEFLATE | codecs::LZW | codecs::ZSTD | codecs::PACKBITS => {
-                if !matches!(self.predictor, 1 | 2) && (self.predictor != 3 || !is_float) {
+                let is_known =
+                    matches!(self.predictor, 1 | 2) && !(self.predictor == 2 && self.has_few_bits());
+                if !is_known && (self.predictor != 3 || !is_float) {
                     let predictor = self.predictor;
                     return Err(unsupported(format!("predictor {predictor} of samples of {bits} bits")));
                 }
@@ -263,6 +299,21 @@ impl TiffImage {
         if self.is_planar { 1 } else { self.samples.into() }
     }
 
+    /// Returns true if a sample has fewer bits than a byte, so that several are packed into one. They are
+    /// unpacked, and as they are otherwise, wherever texels are spoken of.
+    pub(super) fn has_few_bits(&self) -> bool {
+        self.bits < 8
+    }
+
+    /// Bytes of a row of a strip or tile, or of a plane of one, as it is before compression.
+    pub(super) fn packed_row(&self) -> u64 {
+        let samples = u64::from(self.chunk[0]) * self.samples_of_chunk() as u64;
+        match self.has_few_bits() {
+            true => (samples * self.bits).div_ceil(8),
+            false => samples * self.number.bytes() as u64,
+        }
+    }
+
     /// Bytes of a texel as it is stored.
     pub(crate) fn texel_bytes(&self) -> usize {
         usize::from(self.samples) * self.number.bytes()
@@ -295,6 +346,36 @@ impl TiffImage {
 
 pub(super) fn unsupported(what: String) -> InputFault {
     InputFault::Unsupported { what, remedy: CONVERT }
+}
+
+/// How samples are handed out: of fewer bits than a byte, each as a byte.
+fn number_of(sample_format: u64, bits: u64) -> Option<Number> {
+    let is_few = matches!(bits, 1 | 2 | 4);
+    Number::new(sample_format, if is_few { 8 } else { bits })
+        .filter(|number| !is_few || *number == Number::U8)
+}
+
+/// The colours of a palette: all of red, then of green, then of blue. Old files have 8 bits of each, others
+/// 16. A level that has none has that of the first image.
+fn palette(
+    file: &Arc<TiffFile>,
+    directory: &Directory,
+    bits: u64,
+    first: Option<&TiffImage>,
+) -> Result<Arc<[[u8; 3]]>, InputFault> {
+    let count = 1usize << bits.min(MOST_PALETTE_BITS);
+    let values = directory.numbers(file, COLOR_MAP, 3 << MOST_PALETTE_BITS)?;
+    match first {
+        Some(first) if values.is_empty() => return Ok(first.palette.clone()),
+        _ if values.len() < 3 * count => {
+            let why = format!("its palette has {} numbers of {}", values.len(), 3 * count);
+            return Err(damaged(&directory.place, why));
+        }
+        _ => {}
+    }
+    let shift = if values.iter().all(|value| *value < 256) { 0 } else { 8 };
+    let color = |n: usize| [0, 1, 2].map(|channel| (values[channel * count + n] >> shift) as u8);
+    Ok((0..count).map(color).collect())
 }
 
 fn not_known(sample_format: u64, bits: u64) -> InputFault {

@@ -2,16 +2,19 @@
 //! threads.
 //!
 //! [`TiffFile`] reads at places of its own and has no state, so nothing is locked. [`entry`] has the values
-//! of a directory, which are read when they are asked for; [`walk`] finds the directories, [`image`] what one
-//! of them says of its image, [`chunk`] decodes a strip or tile by [`codecs`], [`jpeg2000`] and
-//! [`predictor`]. What a file says of its place on the Earth or of its pixels' size is in [`about`]. Whatever
-//! a file claims is compared with its length before anything is allocated for it.
+//! of a directory, which are read when they are asked for; [`walk`] finds the directories, [`image`] what
+//! one of them says of its image, [`chunk`] decodes a strip or tile by [`codecs`], [`fax4`], [`jpeg2000`]
+//! and [`predictor`]; [`converted`] makes colours of palettes, inks and bits. What a file says of its place
+//! on the Earth or of its pixels' size is in [`about`]. Whatever a file claims is compared with its length
+//! before anything is allocated for it.
 
 pub(crate) mod about;
 mod bands;
 mod chunk;
 pub(crate) mod codecs;
+mod converted;
 mod entry;
+mod fax4;
 mod image;
 mod jpeg2000;
 mod predictor;

@@ -225,7 +225,8 @@ impl TiffPyramid {
             return None;
         }
         let image = TiffImage::read_beside(file, directory, Some(first)).ok()?.cut();
-        let is_alike = image.samples == first.samples && image.number == first.number;
+        let is_alike =
+            image.samples == first.samples && (image.number, image.bits) == (first.number, first.bits);
         let is_shown_alike = match (image.pixel_format(), first.pixel_format()) {
             (Ok(format), Ok(other)) => format == other,
             (_, Err(_)) => true,

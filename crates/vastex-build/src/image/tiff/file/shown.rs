@@ -2,7 +2,7 @@
 
 use vastex_core::NodataValue;
 
-use super::image::{BLACK_IS_ZERO, RGB, TiffImage, WHITE_IS_ZERO, YCBCR, unsupported};
+use super::image::{BLACK_IS_ZERO, INKS, MASK, PALETTE, RGB, TiffImage, WHITE_IS_ZERO, YCBCR, unsupported};
 use crate::image::alpha::unpremultiply;
 use crate::image::tiff::samples::{self, SIGNED, Stored, place_row};
 use crate::image::{ImageHeader, InputFault, Notice, Number, PixelFormat, Profile, Sample};
@@ -27,7 +27,10 @@ impl TiffImage {
             });
         }
         header.nodata = self.shown_nodata();
-        header.profile = self.profile.clone().filter(|_| self.pick.is_none()).map(Profile::icc);
+        // One of inks says nothing of what a plain formula makes of them.
+        let has_colors = self.pick.is_none() && !self.is_of_inks();
+        header.profile = self.profile.clone().filter(|_| has_colors).map(Profile::icc);
+        header.notices.extend(self.is_of_inks().then_some(Notice::InksConverted));
         // Measured numbers of 16 bits stay as they are: what was measured is light, if it is any picture.
         header.linear = self.pick.is_some() && format.sample() != Sample::U8;
         let is_first = self.pick.as_ref().is_some_and(|pick| !pick.is_asked);
@@ -43,7 +46,10 @@ impl TiffImage {
 
     /// The number that stands for no data among the samples that are shown.
     pub(in crate::image::tiff) fn shown_nodata(&self) -> Option<NodataValue> {
-        let nodata = self.nodata?;
+        if self.is_of_inks() || self.is_of_palette() {
+            return None;
+        }
+        let nodata = self.nodata? * f64::from(self.of_few_bits());
         let shown = match (self.photometric, self.number) {
             (WHITE_IS_ZERO, Number::U8) => 255.0 - nodata,
             (WHITE_IS_ZERO, Number::U16) => 65535.0 - nodata,
@@ -63,10 +69,10 @@ impl TiffImage {
             (RGB, 3) if has_alpha => 4,
             (RGB | YCBCR, 3) => 3,
             (RGB, 4) => 4,
-            (BLACK_IS_ZERO | WHITE_IS_ZERO, _) if self.samples == 1 => 1,
+            (BLACK_IS_ZERO | WHITE_IS_ZERO | MASK, _) if self.samples == 1 => 1,
             (BLACK_IS_ZERO, _) if self.samples == 2 => 2,
-            (3, _) => return Err(unsupported("colours by a palette".into())),
-            (5, _) => return Err(unsupported("CMYK".into())),
+            (PALETTE, _) if self.samples == 1 && self.is_whole() => 3,
+            (INKS, 4) if self.is_whole() => 3 + u8::from(has_alpha),
             (photometric, _) => {
                 let samples = self.samples;
                 return Err(unsupported(format!(
@@ -74,6 +80,10 @@ impl TiffImage {
                 )));
             }
         };
+        if self.has_few_bits() || self.is_of_palette() {
+            return PixelFormat::new(channels, Sample::U8)
+                .ok_or_else(|| unsupported(format!("{channels} channels")));
+        }
         let sample = samples::sample_of(self.sample_format as u16, self.bits).map_err(unsupported)?;
         let inverts = [Number::U8, Number::U16, Number::F32, Number::F64].contains(&self.number);
         if self.photometric == WHITE_IS_ZERO && !inverts {
@@ -97,6 +107,16 @@ impl TiffImage {
             Some(pick) => pick.bands.len() * self.number.bytes(),
             None => self.texel_bytes(),
         };
+        if self.is_of_palette() {
+            return Ok(self.colors(&stored));
+        }
+        if self.is_of_inks() {
+            return Ok(self.without_inks(&stored, format));
+        }
+        if self.has_few_bits() {
+            let times = self.of_few_bits();
+            stored.iter_mut().for_each(|sample| *sample = sample.saturating_mul(times));
+        }
         if self.photometric == WHITE_IS_ZERO {
             invert(&mut stored, self.number);
         }

@@ -10,7 +10,7 @@ use quick_xml::events::{BytesStart, Event};
 
 use super::super::TiffFile;
 use super::super::entry::Directory;
-use super::{GEO_KEYS, GEO_TEXTS, METADATA, MOST_GEO_KEYS, MOST_GEO_TEXT, MOST_TEXT, attribute};
+use super::{GEO_DOUBLES, GEO_KEYS, GEO_TEXTS, METADATA, MOST_GEO_KEYS, MOST_GEO_TEXT, MOST_TEXT, attribute};
 
 /// Bytes of a text that are shown.
 const MOST_SHOWN: usize = 4096;
@@ -25,7 +25,8 @@ const Y_RESOLUTION: u16 = 283;
 const PLANAR: u16 = 284;
 const RESOLUTION_UNIT: u16 = 296;
 const SAMPLE_FORMAT: u16 = 339;
-const GEO_DOUBLES: u16 = 34736;
+/// A value of ResolutionUnit.
+const CENTIMETRE: u64 = 3;
 /// Tags of one text each.
 const TEXTS: [(u16, &str); 10] = [
     (269, "document"),
@@ -98,20 +99,37 @@ fn samples(file: &TiffFile, first: &Directory) -> String {
     format!("{count} of {bits} bits, {kind}, {meaning}{planes}")
 }
 
-/// Texels in an inch or a centimetre.
-fn resolution(file: &TiffFile, first: &Directory) -> Option<String> {
+/// Texels along a unit of length, across and down, and the number of the unit.
+fn resolution_of(file: &TiffFile, first: &Directory) -> Option<([f64; 2], u64)> {
+    const INCH: u64 = 2;
     let ratio = |tag| {
         let bytes = first.raw(file, tag, 8).ok()??;
         let [over, under] = [bytes.get(..4)?, bytes.get(4..8)?].map(|part| file.whole(part) as f64);
         let ratio = over / under;
-        (ratio.is_finite() && ratio > 0.0).then_some((ratio * 1e4).round() / 1e4)
+        (ratio.is_finite() && ratio > 0.0).then_some(ratio)
     };
-    let unit = match first.number(file, RESOLUTION_UNIT).ok().flatten() {
-        Some(1) => "of no unit",
-        Some(3) => "texels a centimetre",
+    let unit = first.number(file, RESOLUTION_UNIT).ok().flatten().unwrap_or(INCH);
+    Some(([ratio(X_RESOLUTION)?, ratio(Y_RESOLUTION)?], unit))
+}
+
+/// Width and height of a texel in micrometres, where a file says how many make a centimetre, as microscopes
+/// and slide scanners write it. Inches are those of a page that was scanned or shall be printed, and libvips
+/// writes 10 texels a centimetre where it knows nothing.
+pub(super) fn micrometres(file: &TiffFile, first: &Directory) -> Option<[f64; 2]> {
+    const UNKNOWN: [f64; 2] = [10.0; 2];
+    let (per_centimetre, unit) = resolution_of(file, first)?;
+    (unit == CENTIMETRE && per_centimetre != UNKNOWN).then(|| per_centimetre.map(|count| 10_000.0 / count))
+}
+
+/// Texels in an inch or a centimetre.
+fn resolution(file: &TiffFile, first: &Directory) -> Option<String> {
+    let (per_unit, unit) = resolution_of(file, first)?;
+    let unit = match unit {
+        1 => "of no unit",
+        CENTIMETRE => "texels a centimetre",
         _ => "texels an inch",
     };
-    let (x, y) = (ratio(X_RESOLUTION)?, ratio(Y_RESOLUTION)?);
+    let [x, y] = per_unit.map(|count| (count * 1e4).round() / 1e4);
     // Without a unit all that is said is how wide texels are by their height.
     if x == y && unit == "of no unit" {
         return None;

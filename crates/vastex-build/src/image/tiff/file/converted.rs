@@ -1,0 +1,81 @@
+//! Samples that are no colours yet: numbers of colours in a palette, amounts of inks, and samples of fewer
+//! bits than a byte, several of which are packed into one.
+
+use super::image::{INKS, PALETTE, TiffImage};
+use crate::image::inks::{rgb_from_inks, rgb_from_inks_16};
+use crate::image::{Number, PixelFormat};
+
+impl TiffImage {
+    /// Returns true if rows must come of whole strips or tiles, as [`TiffImage::chunk_texels`] makes them:
+    /// what is shown is something else than what is stored.
+    pub(in crate::image::tiff) fn is_converted(&self) -> bool {
+        self.has_few_bits() || self.is_of_palette() || self.is_of_inks()
+    }
+
+    /// Returns true if samples choose from a palette. Where bands are chosen the numbers themselves are
+    /// shown.
+    pub(super) fn is_of_palette(&self) -> bool {
+        self.photometric == PALETTE && self.pick.is_none()
+    }
+
+    /// Returns true if samples are inks.
+    pub(super) fn is_of_inks(&self) -> bool {
+        self.photometric == INKS && self.pick.is_none()
+    }
+
+    /// Returns true if samples are whole numbers of up to 16 bits without a sign.
+    pub(super) fn is_whole(&self) -> bool {
+        matches!(self.number, Number::U8 | Number::U16)
+    }
+
+    /// By how much a sample of few bits is multiplied so that the most of it is the most of a byte; 1 of
+    /// numbers of a palette and of other samples.
+    pub(super) fn of_few_bits(&self) -> u8 {
+        match self.bits {
+            1 | 2 | 4 if self.photometric != PALETTE => 255 / ((1 << self.bits) - 1),
+            _ => 1,
+        }
+    }
+
+    /// Rows of a strip or tile whose samples are packed, each sample as a byte. Rows begin at a byte.
+    pub(super) fn unpacked(&self, packed: &[u8]) -> Vec<u8> {
+        let samples = self.chunk[0] as usize * self.samples_of_chunk();
+        let (bits, mask) = (self.bits as usize, (1u8 << self.bits) - 1);
+        let in_byte = 8 / bits;
+        let sample = |row: &[u8], n: usize| row[n / in_byte] >> (8 - bits - n % in_byte * bits) & mask;
+        let rows = packed.chunks_exact(self.packed_row() as usize);
+        rows.flat_map(|row| (0..samples).map(move |n| sample(row, n))).collect()
+    }
+
+    /// The colours that samples choose, each of three bytes. Beyond the end of the palette all is black.
+    pub(super) fn colors(&self, stored: &[u8]) -> Vec<u8> {
+        let color = |number: usize| self.palette.get(number).copied().unwrap_or_default();
+        match self.number {
+            Number::U16 => {
+                let numbers = stored.as_chunks().0.iter();
+                numbers.flat_map(|number| color(u16::from_le_bytes(*number).into())).collect()
+            }
+            _ => stored.iter().flat_map(|number| color((*number).into())).collect(),
+        }
+    }
+
+    /// Red, green, blue, and alpha where `format` has it, of texels of four inks and perhaps more samples.
+    pub(super) fn without_inks(&self, stored: &[u8], format: PixelFormat) -> Vec<u8> {
+        let (from, to) = (self.texel_bytes(), format.texel_bytes());
+        let sample = self.number.bytes();
+        let mut texels = vec![0; stored.len() / from * to];
+        for (to, from) in texels.chunks_exact_mut(to).zip(stored.chunks_exact(from)) {
+            let (colors, alpha) = to.split_at_mut(3 * sample);
+            match self.number {
+                Number::U16 => {
+                    let inks = [0, 2, 4, 6].map(|at| u16::from_le_bytes([from[at], from[at + 1]]));
+                    let rgb = rgb_from_inks_16(inks).map(u16::to_le_bytes);
+                    colors.copy_from_slice(rgb.as_flattened());
+                }
+                _ => colors.copy_from_slice(&rgb_from_inks([from[0], from[1], from[2], from[3]])),
+            }
+            alpha.copy_from_slice(&from[4 * sample..][..alpha.len()]);
+        }
+        texels
+    }
+}

@@ -1,0 +1,86 @@
+//! Strips and tiles of one bit that are compressed as fax machines of Group 4 send pages (ITU-T T.6), as
+//! scans of documents mostly are.
+
+use std::convert::Infallible;
+
+use fax::decoder::{DecodeStatus, Group4Decoder};
+
+use crate::image::quiet;
+
+/// Decodes a strip or tile of so many columns and rows: a bit for a texel, 0 where the page is white, rows
+/// from a byte on. `is_reversed` says that the lowest bit of each stored byte comes first. Rows that end
+/// the page may be missing, and are white.
+pub(super) fn decode(stored: &[u8], [columns, rows]: [u32; 2], is_reversed: bool) -> Result<Vec<u8>, String> {
+    let width =
+        u16::try_from(columns).map_err(|_| format!("it has {columns} columns; fax has 65535 at most"))?;
+    let row_bytes = usize::from(width).div_ceil(8);
+    let decoded = quiet::catch(|| -> Result<Vec<u8>, String> {
+        let in_order =
+            |byte: &u8| Ok::<u8, Infallible>(if is_reversed { byte.reverse_bits() } else { *byte });
+        let Ok(mut decoder) = Group4Decoder::new(stored.iter().map(in_order), width);
+        let mut page = vec![0; row_bytes * rows as usize];
+        for (number, row) in page.chunks_exact_mut(row_bytes).enumerate() {
+            match decoder.advance() {
+                Ok(DecodeStatus::Incomplete) => blacken(row, decoder.transition(), width),
+                Ok(DecodeStatus::End) => break,
+                Err(_) => return Err(format!("after {number} rows of {rows} it ends or makes no sense")),
+            }
+        }
+        Ok(page)
+    });
+    decoded.map_err(|_| "it cannot be decoded".to_owned())?
+}
+
+/// Sets the bits of a row's black runs: from the first, third, ... of its changes up to the next one.
+fn blacken(row: &mut [u8], changes: &[u16], width: u16) {
+    for run in changes.chunks(2) {
+        let end = run.get(1).copied().unwrap_or(width).min(width);
+        for column in run[0]..end {
+            row[usize::from(column / 8)] |= 0x80 >> (column % 8);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use fax::encoder::Encoder;
+    use fax::{Color, VecWriter};
+
+    /// Runs of all lengths up to one that is wider than a code, which cross bytes and rows.
+    fn page(columns: u16, rows: u16) -> Vec<Vec<Color>> {
+        let is_black = |x: u16, y: u16| (u32::from(x) * (u32::from(y) + 3) / 70).is_multiple_of(3);
+        let texel = |x: u16, y: u16| if is_black(x, y) { Color::Black } else { Color::White };
+        (0..rows).map(|y| (0..columns).map(|x| texel(x, y)).collect()).collect()
+    }
+
+    #[test]
+    fn a_page_is_what_was_sent() {
+        for (columns, rows) in [(1, 1), (8, 3), (75, 40), (3000, 9)] {
+            let page = page(columns, rows);
+            let mut encoder = Encoder::new(VecWriter::new());
+            for row in &page {
+                encoder.encode_line(row.iter().copied(), columns).unwrap();
+            }
+            let stored = encoder.finish().unwrap().finish();
+            let reversed: Vec<u8> = stored.iter().map(|byte| byte.reverse_bits()).collect();
+            let size = [columns.into(), rows.into()];
+            let decoded = decode(&stored, size, false).unwrap();
+            assert_eq!(decode(&reversed, size, true).unwrap(), decoded);
+            let rows = decoded.chunks(usize::from(columns).div_ceil(8));
+            for (row, found) in page.iter().zip(rows) {
+                let bit = |n: usize| found[n / 8] & (0x80 >> (n % 8)) != 0;
+                assert!((0..row.len()).all(|n| bit(n) == (row[n] == Color::Black)), "{columns} columns");
+            }
+        }
+    }
+
+    #[test]
+    fn nonsense_is_told_and_missing_rows_are_white() {
+        // An extension of T.6, which nobody writes.
+        assert!(decode(&[0x02; 8], [100, 10], false).unwrap_err().contains("after 0 rows of 10"));
+        assert!(decode(&[0xff; 8], [70_000, 1], false).unwrap_err().contains("70000 columns"));
+        // The end of the page alone.
+        assert_eq!(decode(&[0x00, 0x10, 0x01, 0], [9, 2], false).unwrap(), [0; 4]);
+    }
+}
