@@ -92,13 +92,13 @@ impl FileAbout {
         // What is said of the first image is not said of others.
         let is_first = named.is_none_or(|(_, name)| name.starts_with("bands="));
         let of_first = Some(tiff.about()).filter(|_| is_first);
-        FileAbout {
-            texel_size: of_first.and_then(texel_size),
-            map: of_first.and_then(map_place),
-            images,
-            bands: FileBands::of(path, tiff),
-            ..about
-        }
+        let map = of_first.and_then(map_place);
+        let texel_size = of_first.and_then(texel_size);
+        let texel_size = match &map {
+            Some(map) => texel_size.map(|size| size.on_globe(map)),
+            None => texel_size,
+        };
+        FileAbout { texel_size, map, images, bands: FileBands::of(path, tiff), ..about }
     }
 
     /// Without the readers of `vastex build` nothing is known of it but what `vastex info` says.
@@ -123,5 +123,6 @@ fn map_place(about: &vastex_build::TiffAbout) -> Option<MapPlace> {
     let is_geographic = about.pixel_size.as_ref().is_some_and(|pixel| pixel.unit == "degree");
     let number = place.epsg.map(|code| format!("EPSG:{code}"));
     let system = number.or_else(|| place.name.clone()).unwrap_or_else(|| "the file's own system".to_owned());
-    MapPlace::new(place.from_texels, &system, is_geographic)
+    let map = MapPlace::new(place.from_texels, &system, is_geographic)?;
+    Some(map.with_radius(place.radius))
 }

@@ -13,8 +13,10 @@ use crate::inspect::InspectedTexel;
 const LEAST_OF_GRID: f64 = 16.0;
 /// Sides of a texel in points from which on its values are written into it, a line for each.
 const LEAST_OF_VALUES: [f32; 2] = [44.0, 13.0];
-/// The longest scale bar, in points.
+/// The longest scale bar, in points, and the share of it over which lengths are measured: on a globe much
+/// less than from one side of it to the other.
 const LONGEST_BAR: f64 = 160.0;
+const SHARE_OF_BAR: f64 = 1.0 / 64.0;
 const VALUE_FONT: f32 = 11.0;
 const MARGIN: f32 = 12.0;
 
@@ -107,6 +109,14 @@ impl Placed {
         self.image_placement.pixel(texels)
     }
 
+    /// The place of the image in the middle of a part of the window, or its nearest.
+    fn middle(&self, part: Rect) -> DVec2 {
+        let (corner, picture) = (self.corner(), DVec2::from(self.picture.map(f64::from)));
+        let Pos2 { x, y } = part.center();
+        let pixel = (DVec2::new(x.into(), y.into()) * self.pixels_per_point).clamp(corner, corner + picture);
+        self.image_placement.texel(pixel).clamp(DVec2::ZERO, DVec2::from(self.image.map(f64::from)))
+    }
+
     fn point(&self, texels: DVec2) -> Pos2 {
         let DVec2 { x, y } = self.pixel(texels) / self.pixels_per_point;
         pos2(x as f32, y as f32)
@@ -178,7 +188,10 @@ fn paint_scale_bar(painter: &Painter, free: Rect, placed: &Placed, texel_size: O
     let step = placed.image_placement.step_to_the_right() * texels_a_point;
     let bar = match texel_size {
         Some(size) => {
-            let longest = size.length(step * LONGEST_BAR);
+            // As in the middle of what is seen of the image: on a globe a texel is not the same everywhere.
+            let middle = placed.middle(free);
+            let some = step * SHARE_OF_BAR * LONGEST_BAR;
+            let longest = size.between(middle - some / 2.0, middle + some / 2.0) / SHARE_OF_BAR;
             size.round(longest).map(|(length, text)| (LONGEST_BAR * length / longest, text))
         }
         None => {

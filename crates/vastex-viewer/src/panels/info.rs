@@ -1,14 +1,21 @@
 //! What a file says of itself, as a table that can be searched and copied.
 
-use egui::{CollapsingHeader, Grid, Label, RichText, TextEdit, Ui};
+use egui::{Align, CollapsingHeader, Grid, Label, RichText, TextEdit, Ui};
 
 /// The table, as a person left it. The same panel goes on from frame to frame.
 #[derive(Clone, Debug, Default)]
 pub struct InfoPanel {
     search: String,
+    /// True if the table is to be unfolded, and seen.
+    opens: bool,
 }
 
 impl InfoPanel {
+    /// The table is unfolded when it is shown next.
+    pub fn open(&mut self) {
+        self.opens = true;
+    }
+
     /// Shows rows of a name and a value: those in which what is written in the field stands, whether in large
     /// letters or small ones; a row without a name goes on with the one before it. Without rows it shows
     /// nothing.
@@ -16,7 +23,8 @@ impl InfoPanel {
         if rows.is_empty() {
             return;
         }
-        CollapsingHeader::new("About this file").show(ui, |ui| {
+        let opens = std::mem::take(&mut self.opens);
+        let header = CollapsingHeader::new("About this file").open(opens.then_some(true)).show(ui, |ui| {
             let found = found(rows, &self.search);
             ui.horizontal(|ui| {
                 let label = ui.label("Search");
@@ -37,6 +45,9 @@ impl InfoPanel {
                 }
             });
         });
+        if opens {
+            header.header_response.scroll_to_me(Some(Align::TOP));
+        }
     }
 }
 
@@ -92,6 +103,20 @@ mod tests {
         assert_eq!(found(&rows, "101"), [("levels", "level 1: 101 x 70 texels")]);
         assert!(found(&rows, "nowhere").is_empty());
         assert_eq!(text_of(&found(&rows, "epsg")), "system\tEPSG:32633\n");
+    }
+
+    #[test]
+    fn it_is_unfolded_where_it_is_asked_for() {
+        let show = |ui: &mut Ui, panel: &mut InfoPanel| panel.show(ui, &rows());
+        let mut harness =
+            Harness::builder().with_size([320.0, 300.0]).build_ui_state(show, InfoPanel::default());
+        assert!(harness.query_by_label("EPSG:32633").is_none());
+        harness.state_mut().open();
+        harness.run();
+        assert!(harness.query_by_label("EPSG:32633").is_some());
+        harness.get_by_label("About this file").click();
+        harness.run();
+        assert!(harness.query_by_label("EPSG:32633").is_none(), "a person closes it");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use glam::DVec2;
 
+use super::MapPlace;
 use crate::figures::round_down;
 
 /// Metres in a unit, by the names that files have for it.
@@ -36,6 +37,8 @@ pub struct TexelSize {
     unit: Option<String>,
     /// Of an objective through which the image was taken.
     magnification: Option<f64>,
+    /// Where texels are of degrees on a globe, which degrees.
+    globe: Option<MapPlace>,
 }
 
 impl TexelSize {
@@ -49,7 +52,8 @@ impl TexelSize {
         let metres = METRES.iter().find(|(name, _)| *name == unit).map(|(_, metres)| *metres);
         let unit =
             metres.is_none().then(|| if unit == "degree" { "°".to_owned() } else { format!(" {unit}") });
-        Some(TexelSize { size: DVec2::from(size) * metres.unwrap_or(1.0), unit, magnification: None })
+        let size = DVec2::from(size) * metres.unwrap_or(1.0);
+        Some(TexelSize { size, unit, magnification: None, globe: None })
     }
 
     /// This size for an image that was taken through an objective that magnifies so many times: what is seen
@@ -58,6 +62,16 @@ impl TexelSize {
     #[must_use]
     pub fn with_magnification(self, magnification: Option<f64>) -> TexelSize {
         TexelSize { magnification, ..self }
+    }
+
+    /// Texels that are degrees of latitude and longitude on a globe, if `place` has such coordinates:
+    /// lengths are told in metres along great circles, and areas are those of a sphere.
+    #[must_use]
+    pub fn on_globe(self, place: &MapPlace) -> TexelSize {
+        let globe = place.is_geographic().then(|| place.clone());
+        // In metres from here on.
+        let unit = self.unit.filter(|_| globe.is_none());
+        TexelSize { unit, globe, ..self }
     }
 
     /// How many times an image is magnified whose texels are so many pixels wide, to three digits.
@@ -69,14 +83,26 @@ impl TexelSize {
         Some(format!("{text}×"))
     }
 
-    /// How long a step of so many texels is, in [`TexelSize::round`]'s numbers.
+    /// How long a step of so many texels is, in [`TexelSize::round`]'s numbers, wherever it is taken. Not
+    /// on a globe.
     pub(super) fn length(&self, texels: DVec2) -> f64 {
         (texels * self.size).length()
     }
 
-    /// The surface of a texel, in the same numbers squared.
-    pub(super) fn area(&self) -> f64 {
-        self.size.x * self.size.y
+    /// How far it is from one place to another, in the same numbers.
+    pub(super) fn between(&self, from: DVec2, to: DVec2) -> f64 {
+        match &self.globe {
+            Some(place) => place.distance(from, to),
+            None => self.length(to - from),
+        }
+    }
+
+    /// What a closed line of places surrounds, in the same numbers squared.
+    pub(super) fn within(&self, places: &[DVec2]) -> f64 {
+        match &self.globe {
+            Some(place) => place.area(places),
+            None => plane_area(places) * self.size.x * self.size.y,
+        }
     }
 
     /// A length in words, to four digits.
@@ -112,6 +138,15 @@ impl TexelSize {
         let (length, decimals) = round_down(most / unit.1)?;
         Some((length * unit.1, format!("{length:.decimals$}{}", unit.0)))
     }
+}
+
+/// What a closed line surrounds in a plane. Where it crosses itself, parts gone round the other way are
+/// subtracted.
+pub(super) fn plane_area(places: &[DVec2]) -> f64 {
+    let Some(&first) = places.first() else { return 0.0 };
+    // From the first place, so that nothing is lost of small surfaces far from the corner.
+    let twice: f64 = places.windows(2).map(|ends| (ends[0] - first).perp_dot(ends[1] - first)).sum();
+    twice.abs() / 2.0
 }
 
 /// The longest unit, to a power, that tells an amount well.
@@ -167,6 +202,31 @@ mod tests {
         {
             assert_eq!(TexelSize::new(size, unit), None);
         }
+    }
+
+    /// A sixtieth of a degree, which is about a nautical mile on the equator.
+    #[test]
+    fn degrees_on_a_globe_are_told_in_metres() {
+        let step = 1.0 / 60.0;
+        let place = MapPlace::new([step, 0.0, -180.0, 0.0, -step, 90.0], "EPSG:4326", true).unwrap();
+        let size = TexelSize::new([step; 2], "degree").unwrap().on_globe(&place);
+        let equator = DVec2::new(9000.0, 5400.0);
+        let told = |from: DVec2, to: DVec2| size.told(size.between(from, to));
+        assert_eq!(told(equator, equator + DVec2::X), "1.853 km");
+        assert_eq!(told(equator, equator - DVec2::Y), "1.853 km");
+        // At 60 degrees a degree of longitude is half as long.
+        let north = DVec2::new(9000.0, 1800.0);
+        assert_eq!(told(north, north + DVec2::X), "926.6 m");
+        let cell = [equator, equator + DVec2::X, equator + DVec2::ONE, equator + DVec2::Y];
+        assert_eq!(size.told_area(size.within(&cell)).unwrap(), "3.435 km²");
+        assert_eq!(size.round(size.between(equator, equator + DVec2::X)).unwrap().1, "1 km");
+        // On Mars, and on a map that is not of degrees.
+        let mars =
+            TexelSize::new([step; 2], "degree").unwrap().on_globe(&place.with_radius(Some(3_389_500.0)));
+        assert_eq!(mars.told(mars.between(equator, equator + DVec2::X)), "986 m");
+        let utm = MapPlace::new([10.0, 0.0, 0.0, 0.0, -10.0, 0.0], "EPSG:32633", false).unwrap();
+        let metres = TexelSize::new([10.0; 2], "metre").unwrap();
+        assert_eq!(metres.clone().on_globe(&utm), metres);
     }
 
     #[test]

@@ -2,6 +2,8 @@
 
 use glam::{DMat2, DVec2};
 
+use super::sphere;
+
 /// Characters that the name of a coordinate system is shown with at most.
 const MOST_OF_NAME: usize = 40;
 /// Digits after the point, at most.
@@ -20,6 +22,8 @@ pub struct MapPlace {
     inverse: DMat2,
     system: String,
     is_geographic: bool,
+    /// Metres of the sphere that degrees are of.
+    radius: f64,
     /// Digits after the point that tell texels apart.
     digits: usize,
 }
@@ -38,7 +42,32 @@ impl MapPlace {
         }
         let digits = (1.0 - step.log10()).ceil().clamp(0.0, MOST_DIGITS) as usize;
         let system = system.chars().filter(|c| !c.is_control()).take(MOST_OF_NAME).collect();
-        Some(MapPlace { matrix, offset, inverse, system, is_geographic, digits })
+        let radius = sphere::EARTH;
+        Some(MapPlace { matrix, offset, inverse, system, is_geographic, radius, digits })
+    }
+
+    /// A place on another body than the Earth, one whose mean radius is so many metres; on the Earth without
+    /// a number, and where that is no radius.
+    #[must_use]
+    pub fn with_radius(self, radius: Option<f64>) -> MapPlace {
+        let is_radius = |radius: &f64| radius.is_finite() && *radius > 0.0;
+        MapPlace { radius: radius.filter(is_radius).unwrap_or(self.radius), ..self }
+    }
+
+    /// Returns true if its coordinates are degrees.
+    pub(super) fn is_geographic(&self) -> bool {
+        self.is_geographic
+    }
+
+    /// Metres between two places of an image in degrees, on a sphere.
+    pub(super) fn distance(&self, from: DVec2, to: DVec2) -> f64 {
+        sphere::distance(self.radius, self.coordinates(from), self.coordinates(to))
+    }
+
+    /// Square metres within a closed line of places of an image in degrees, on a sphere.
+    pub(super) fn area(&self, places: &[DVec2]) -> f64 {
+        let places: Vec<[f64; 2]> = places.iter().map(|texel| self.coordinates(*texel)).collect();
+        sphere::area(self.radius, &places)
     }
 
     /// What the system is called.

@@ -4,7 +4,7 @@ use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Vec2};
 use glam::DVec2;
 
 use super::ImageView;
-use super::lengths::TexelSize;
+use super::lengths::{TexelSize, plane_area};
 use super::runs::{Runs, point};
 
 /// What was measured is in this colour, on a dark rim.
@@ -21,7 +21,8 @@ pub struct Measure {
 /// How long a line is, and what it surrounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measured {
-    /// In texels, or in metres or degrees and the like where a texel's size is known.
+    /// In texels, or in metres or another unit where a texel's size is known; of degrees on a globe in
+    /// metres.
     pub length: f64,
     /// In the same squared; `None` if the line is open.
     pub area: Option<f64>,
@@ -54,19 +55,15 @@ impl Measure {
             return None;
         }
         let length = |from: DVec2, to: DVec2| match texel_size {
-            Some(size) => size.length(to - from),
+            Some(size) => size.between(from, to),
             None => from.distance(to),
         };
         let open: f64 = self.points.windows(2).map(|ends| length(ends[0], ends[1])).sum();
         if !self.is_closed {
             return Some(Measured { length: open, area: None });
         }
-        // From the first point, so that nothing is lost of small surfaces far from the image's corner.
-        let from_first = |point: DVec2| point - *first;
-        let twice: f64 =
-            self.points.windows(2).map(|ends| from_first(ends[0]).perp_dot(from_first(ends[1]))).sum();
-        let texel = texel_size.map_or(1.0, TexelSize::area);
-        Some(Measured { length: open + length(*last, *first), area: Some(twice.abs() / 2.0 * texel) })
+        let area = texel_size.map_or_else(|| plane_area(&self.points), |size| size.within(&self.points));
+        Some(Measured { length: open + length(*last, *first), area: Some(area) })
     }
 
     /// What the line measures, in words.
@@ -118,6 +115,7 @@ impl Measure {
 
 #[cfg(test)]
 mod tests {
+    use super::super::MapPlace;
     use super::*;
 
     fn line(points: &[[f64; 2]]) -> Measure {
@@ -142,9 +140,24 @@ mod tests {
         assert_eq!(measure.text(Some(&size)).unwrap(), "500 µm");
         measure.close();
         assert_eq!(measure.text(Some(&size)).unwrap(), "700 µm around 0.03 mm²");
-        // A surface of degrees has no size.
+        // A surface of degrees that lie nowhere has no size.
         let degrees = TexelSize::new([0.1, 0.1], "degree").unwrap();
         assert_eq!(measure.text(Some(&degrees)).unwrap(), "100°");
+    }
+
+    /// A square of degrees, from the equator to 10 degrees of latitude.
+    #[test]
+    fn degrees_on_a_globe_are_measured_in_metres() {
+        let place = MapPlace::new([0.1, 0.0, 0.0, 0.0, -0.1, 10.0], "EPSG:4326", true).unwrap();
+        let size = TexelSize::new([0.1; 2], "degree").unwrap().on_globe(&place);
+        let mut measure = line(&[[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]);
+        // Along great circles 10 degrees are 1095 km at 10 degrees of latitude, 1112 km on the equator.
+        assert_eq!(measure.text(Some(&size)).unwrap(), "3319 km");
+        measure.close();
+        let Measured { length, area } = measure.measured(Some(&size)).unwrap();
+        assert!((length / 4.431e6 - 1.0).abs() < 1e-3, "{length}");
+        // R^2 x 10 degrees x sin(10 degrees), and what the great circle bulges over the parallel.
+        assert!((area.unwrap() / 1.2310e12 - 1.0).abs() < 4e-3, "{area:?}");
     }
 
     #[test]

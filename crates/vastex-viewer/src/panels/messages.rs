@@ -160,6 +160,24 @@ mod tests {
         assert!(harness.query_by_label("Dismiss").is_none());
     }
 
+    /// As of a picture that cannot be written and a camera path that makes no sense.
+    #[test]
+    fn what_went_wrong_of_one_thing_does_not_hide_what_went_wrong_of_another() {
+        let mut messages = Messages::default();
+        messages.add("picture", "no picture was written: the disk is full");
+        messages.add("camera path", "flight.path: line 3: a time is no number");
+        let mut harness = shown(messages);
+        // A minute of frames.
+        (0..60).for_each(|_| harness.run_steps(1));
+        let both = ["no picture was written: the disk is full", "flight.path: line 3: a time is no number"];
+        for text in both {
+            assert!(harness.query_by_label(text).is_some(), "{text}");
+        }
+        harness.state_mut().forget("picture");
+        harness.run();
+        assert!(harness.query_by_label(both[0]).is_none() && harness.query_by_label(both[1]).is_some());
+    }
+
     #[test]
     fn notes_of_a_topic_stand_together_and_go_with_what_they_are_of() {
         let mut messages = Messages::default();

@@ -24,6 +24,7 @@ mod position;
 mod runs;
 mod shades;
 mod shapes;
+mod sphere;
 mod status;
 #[cfg(test)]
 mod unnamed;
