@@ -55,7 +55,8 @@ impl eframe::App for App {
 /// Waves over one another, and a grid with a line for every hundred texels.
 fn pixels() -> Vec<u8> {
     let wave = |n: u32, length: f32| 0.5 + 0.5 * (n as f32 / length).sin();
-    let columns: Vec<[f32; 3]> = (0..SIZE[0]).map(|x| [900.0, 2100.0, 61.0].map(|length| wave(x, length))).collect();
+    let columns: Vec<[f32; 3]> =
+        (0..SIZE[0]).map(|x| [900.0, 2100.0, 61.0].map(|length| wave(x, length))).collect();
     let mut pixels = Vec::with_capacity(SIZE[0] as usize * SIZE[1] as usize * 4);
     for y in 0..SIZE[1] {
         let row = [1300.0, 700.0, 83.0].map(|length| wave(y, length));

@@ -9,6 +9,7 @@ mod demo;
 mod docs;
 mod fuzzing;
 mod help;
+mod locks;
 mod rooms;
 mod sources;
 mod style;

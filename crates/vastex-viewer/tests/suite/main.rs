@@ -2,7 +2,20 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "helpers of tests fail by panicking")]
 
 #[cfg(feature = "egui")]
+#[allow(dead_code, reason = "it is compiled, and nothing here runs it")]
+mod eframe_example;
+#[cfg(feature = "egui")]
 mod widget;
+
+// What the example finds under the name of eframe.
+#[cfg(feature = "egui")]
+extern crate self as eframe;
+#[cfg(feature = "egui")]
+pub(crate) use ::egui;
+#[cfg(feature = "egui")]
+pub(crate) use eframe_example::stand_in::{
+    App, CreationContext, Frame, NativeOptions, Renderer, Result, run_native,
+};
 
 mod formats;
 mod huge;
