@@ -279,9 +279,9 @@ pub(crate) struct SceneArgs {
     /// paging; 0: none is
     #[arg(long, default_value_t = 0, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1 << 22))]
     pub(crate) whole_kib: u64,
-    /// KiB of tiles copied to the GPU per frame at most
-    #[arg(long, default_value_t = 2048, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
-    pub(crate) upload_kib_per_frame: u64,
+    /// KiB of tiles copied to the GPU per frame at most; by default 2048
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 22))]
+    pub(crate) upload_kib_per_frame: Option<u64>,
     /// Draw a diagnostic overlay instead of the picture: the levels shown, the levels wanted, how far one
     /// falls short of the other, the borders of pages, the feedback as seen, the page table, or the slots of
     /// the pool

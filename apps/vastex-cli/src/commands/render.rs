@@ -336,14 +336,17 @@ fn picture_of(args: &RenderArgs, offscreen: &Offscreen) -> Result<Picture> {
 
 /// What every scene is set up with, in a window or without.
 pub(crate) fn settings(args: &SceneArgs) -> Result<Settings> {
+    let usual = Settings::default();
     let mut settings = Settings {
         picture: args.size(),
-        upload_bytes_per_frame: args.upload_kib_per_frame << 10,
+        upload_bytes_per_frame: args
+            .upload_kib_per_frame
+            .map_or(usual.upload_bytes_per_frame, |kib| kib << 10),
         filter: args.filter(),
         feedback: args.feedback,
         whole_bytes: args.whole_kib << 10,
         share_contents: !args.no_sharing,
-        ..Settings::default()
+        ..usual
     };
     args.settings.iter().try_for_each(|file| settings.read(file))?;
     if let Some(mib) = args.pool_mib {

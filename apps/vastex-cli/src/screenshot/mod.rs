@@ -8,6 +8,8 @@
 mod guided;
 mod over;
 mod paint;
+#[cfg(test)]
+mod tests;
 #[cfg(feature = "volumes")]
 mod volume;
 
@@ -26,7 +28,7 @@ use vastex_scenes::{
 };
 use vastex_viewer::hud::Hud;
 use vastex_viewer::layers::{Ground, Tone};
-use vastex_viewer::panels::{Panes, free_in_panes};
+use vastex_viewer::panels::{Measure, Panes, free_in_panes};
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
@@ -46,8 +48,7 @@ pub(crate) struct Shot {
     pub(crate) source: PathBuf,
     pub(crate) over: Vec<PathBuf>,
     pub(crate) scene: Scene,
-    /// Where the camera is; at first, where nothing is said.
-    pub(crate) pose: Option<Pose>,
+    pub(crate) camera: ShotCamera,
     pub(crate) options: DisplayOptions,
     pub(crate) overlay: Option<Overlay>,
     /// True if large texels are shown as they are, where no filter is asked for.
@@ -59,7 +60,19 @@ pub(crate) struct Shot {
     pub(crate) size: [u32; 2],
     pub(crate) pixels_per_point: f32,
     pub(crate) has_guides: bool,
+    /// A line that is measured in an image.
+    pub(crate) measure: Option<Measure>,
     pub(crate) has_hud: bool,
+}
+
+/// Where the camera of a picture is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ShotCamera {
+    /// Where the command line says, else as at first.
+    First,
+    /// Where all of an image is seen, beside what the picture has of the window.
+    Fitted,
+    At(Pose),
 }
 
 /// What a shot is made of, once its files are open.
@@ -91,7 +104,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         source: scene.source.clone(),
         over: scene.files_over().map(Path::to_owned).collect(),
         scene: scene.scene(),
-        pose: None,
+        camera: ShotCamera::First,
         options: scene.shown(),
         overlay: scene.overlay(),
         may_be_crisp: scene.filter() == Filter::default(),
@@ -100,6 +113,7 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
         size: scene.size(),
         pixels_per_point: 1.0,
         has_guides: true,
+        measure: None,
         has_hud: args.hud,
     };
     Ok(ended(shot.write(args, &output)?, &scene.source))
@@ -151,7 +165,11 @@ impl Shot {
             }
             scene => Pose::first(scene),
         };
-        let pose = self.pose.or_else(said).unwrap_or_else(fitted);
+        let pose = match self.camera {
+            ShotCamera::First => said().unwrap_or_else(fitted),
+            ShotCamera::Fitted => fitted(),
+            ShotCamera::At(pose) => pose,
+        };
         let most = gpu.device.limits().max_texture_dimension_2d.min(MOST_SIDE);
         let most = args.scene.part_side.map_or(most, |side| side.min(most));
         let is_whole = self.size.iter().all(|side| *side <= most);

@@ -101,6 +101,12 @@ impl<'a> Over<'a> {
                     guided.show(ui, pane, free(pane), minimap);
                 }
             }
+            for (measure, pane) in
+                shot.measure.iter().flat_map(|measure| (0..panes.count).map(move |n| (measure, n)))
+            {
+                let view = ImageView { left: pane * panes.width, ..*view };
+                measure.paint(ui.painter(), free(pane), &view, sources.about.texel_size.as_ref());
+            }
         });
         self.painter.paint(parts, row)
     }

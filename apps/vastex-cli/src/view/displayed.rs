@@ -141,6 +141,8 @@ impl Displayed {
         settings: &DisplaySettings,
     ) -> Result<()> {
         let shown = self.textures();
+        // Large texels are those of an image: elsewhere the next frame would make all of it anew, blended.
+        self.is_crisp &= settings.scene == Scene::Image;
         if self.heights != settings.options.heights {
             (self.relief, self.heights) = (None, settings.options.heights.clone());
         }

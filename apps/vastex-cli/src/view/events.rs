@@ -6,8 +6,9 @@ use glam::DVec2;
 use vastex_viewer::input::{Button, InputEvent, Key, Modifiers};
 use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, TouchPhase, WindowEvent};
 
-/// True if the system goes on to scroll by itself when fingers leave a touchpad.
-const SYSTEM_HAS_MOMENTUM: bool = cfg!(any(target_os = "macos", target_os = "ios", target_os = "windows"));
+/// True if the system goes on to scroll by itself when fingers leave a touchpad. Windows does, too, but winit
+/// tells of lines there, as of a wheel.
+const SYSTEM_HAS_MOMENTUM: bool = cfg!(any(target_os = "macos", target_os = "ios"));
 
 /// What an event is to the viewer, while Shift is held or not; `None` if it is none of keys and pointer.
 pub(super) fn translated(event: &WindowEvent, is_shifted: bool) -> Option<InputEvent> {
@@ -76,7 +77,7 @@ fn scrolled(pixels: DVec2, phase: TouchPhase, has_momentum: bool) -> InputEvent 
 mod tests {
     use super::*;
 
-    /// What macOS and Windows send after the fingers is theirs, and nothing is added to it.
+    /// What macOS sends after the fingers is its own, and nothing is added to it.
     #[test]
     fn fingers_that_leave_a_touchpad_let_go_where_the_system_does_not_go_on_by_itself() {
         let step = DVec2::new(3.0, -4.0);

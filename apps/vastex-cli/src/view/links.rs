@@ -191,7 +191,7 @@ impl App {
     }
 
     /// Says what went wrong on stderr, and in the window until it is read.
-    fn say_wrong(&mut self, topic: &str, message: &str) {
+    pub(super) fn say_wrong(&mut self, topic: &str, message: &str) {
         report::say(&format!("error: {message}"));
         self.open.iter_mut().for_each(|open| open.viewer.tell(topic, message));
     }

@@ -6,6 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
+use vastex_scenes::Scene;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
@@ -59,7 +60,8 @@ impl App {
             return self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
         }
         let over = self.over.laid(self.is_opening_shown());
-        let Some(shot) = open.viewer.shot((&source, over), pose, times) else {
+        let is_fitted = self.scene == Scene::Image && self.fitted == Some(pose);
+        let Some(shot) = open.viewer.shot((&source, over), (pose, is_fitted), times) else {
             return self.notice("there is nothing to be seen in a picture yet");
         };
         let size = shot.size;
@@ -99,18 +101,16 @@ impl App {
                 self.shots.threads.push(thread);
                 self.notice(&format!("a picture of {width}x{height} pixels is being drawn"));
             }
-            Err(error) => self.notice(&format!("no picture can be drawn: {error}")),
+            Err(error) => self.say_wrong("picture", &format!("no picture can be drawn: {error}")),
         }
     }
 
     /// A picture is there, or why there is none.
     pub(super) fn on_shot(&mut self, shot: Result<PathBuf>) {
-        let said = match shot {
-            Ok(file) => format!("the picture is {}", file.display()),
-            Err(error) => report::message(&error),
-        };
-        report::say(&said);
-        self.notice(&said);
+        match shot {
+            Ok(file) => self.say_done(&format!("the picture is {}", file.display())),
+            Err(error) => self.say_wrong("picture", &report::message(&error)),
+        }
     }
 
     /// Notes where the camera goes from here on, or ends that and writes it down.
@@ -124,13 +124,17 @@ impl App {
         let image = open.viewer.image_size();
         let source = self.shown_path().to_owned();
         let place = (Path::new(""), &*source);
-        let said = match self.flight.end_recording((now, pose), place, image) {
-            Ok(Some(file)) => format!("the camera path is {}; F9 plays it", file.display()),
-            Ok(None) => "nothing was recorded".to_owned(),
-            Err(error) => report::message(&error),
-        };
-        report::say(&said);
-        self.notice(&said);
+        match self.flight.end_recording((now, pose), place, image) {
+            Ok(Some(file)) => self.say_done(&format!("the camera path is {}; F9 plays it", file.display())),
+            Ok(None) => self.say_done("nothing was recorded"),
+            Err(error) => self.say_wrong("camera path", &report::message(&error)),
+        }
+    }
+
+    /// Says what was done, on stderr and for a while in the window.
+    fn say_done(&mut self, said: &str) {
+        report::say(said);
+        self.notice(said);
     }
 
     /// Plays the path that was recorded or read last.
@@ -158,9 +162,7 @@ impl App {
         match self.flight.read(file, image) {
             Ok(()) => self.play(events),
             Err(error) => {
-                let said = report::message(&error);
-                report::say(&format!("error: {said}"));
-                self.notice(&said);
+                self.say_wrong("camera path", &report::message(&error));
                 Ok(())
             }
         }

@@ -2,6 +2,7 @@
 //! an image, and what there is to say.
 
 mod bands;
+mod room;
 #[cfg(feature = "volumes")]
 pub(super) mod volume;
 mod welcome;
@@ -26,6 +27,7 @@ use super::recent::Recent;
 use super::remembered::{ChosenGround, Remembered};
 use crate::open::FileBands;
 use bands::bands_of_file;
+use room::{PANEL_WIDTH, Room};
 use welcome::welcome;
 
 /// Something that a person asks for in the panel.
@@ -93,6 +95,9 @@ pub(super) struct Told<'a> {
 /// The panel, as a person left it.
 pub(super) struct Panel {
     is_open: bool,
+    room: Room,
+    /// True if the field for a path is to have the keys.
+    wants_path: bool,
     keys_are_shown: bool,
     /// What is written in the field for a file.
     path: String,
@@ -117,6 +122,8 @@ impl Panel {
     pub(super) fn new(recent: Recent, bookmarks: Bookmarks) -> Panel {
         Panel {
             is_open: false,
+            room: Room::default(),
+            wants_path: false,
             keys_are_shown: false,
             path: String::new(),
             guides_are_shown: true,
@@ -145,8 +152,48 @@ impl Panel {
         self.is_open
     }
 
+    /// Returns true if it is open and seen.
+    fn is_seen(&self) -> bool {
+        self.is_open && self.room.has_panel()
+    }
+
+    /// Opens it, also where it gave way to what the machine does.
+    pub(super) fn open(&mut self) {
+        self.is_open = true;
+        self.room.panel_comes();
+    }
+
     pub(super) fn open_or_close(&mut self) {
-        self.is_open = !self.is_open;
+        if self.is_seen() { self.is_open = false } else { self.open() }
+    }
+
+    /// Opens it, with the keys in the field for a path.
+    pub(super) fn ask_for_path(&mut self) {
+        self.open();
+        self.wants_path = true;
+    }
+
+    /// Opens it where it has what the file says of itself.
+    pub(super) fn show_about(&mut self) {
+        self.open();
+        self.info.open();
+    }
+
+    /// Returns true if a window, of which nothing is taken yet, has room for what the machine does beside
+    /// this, if that `is_shown` at all. Where there is room for one of them, the one that came last has it.
+    pub(super) fn leaves_room_beside(&mut self, ui: &Ui, is_shown: bool) -> bool {
+        self.room.measure(ui.available_width(), is_shown);
+        !self.hides_machine()
+    }
+
+    /// Returns true if what the machine does gives way to this.
+    pub(super) fn hides_machine(&self) -> bool {
+        self.is_open && !self.room.has_machine()
+    }
+
+    /// What the machine does was asked for.
+    pub(super) fn machine_comes(&mut self) {
+        self.room.machine_comes();
     }
 
     /// Returns true if guides lie over an image.
@@ -180,8 +227,8 @@ impl Panel {
     /// another.
     pub(super) fn show(&mut self, ui: &mut Ui, told: &mut Told<'_>) -> (Vec<Asked>, bool) {
         let (mut asked, mut is_changed) = (Vec::new(), false);
-        if self.is_open {
-            let panel = egui::Panel::right("panel").resizable(false).exact_size(320.0);
+        if self.is_seen() {
+            let panel = egui::Panel::right("panel").resizable(false).exact_size(PANEL_WIDTH);
             panel.show(ui, |ui| {
                 ui.add_space(4.0);
                 ui.horizontal(|ui| {
@@ -211,11 +258,11 @@ impl Panel {
                 });
             });
         }
-        if !self.is_open {
+        if !self.is_seen() {
             let corner = Area::new(Id::unique("corner")).anchor(Align2::RIGHT_TOP, Vec2::new(-8.0, 8.0));
             corner.show(ui.ctx(), |ui| {
                 if ui.button("Panel").on_hover_text("files and display: M; keys: ?").clicked() {
-                    self.is_open = true;
+                    self.open();
                 }
             });
         }
@@ -283,6 +330,9 @@ impl Panel {
             let label = ui.label("Path");
             let field = TextEdit::singleline(&mut self.path).desired_width(ui.available_width() - 128.0);
             let field = ui.add(field).labelled_by(label.id);
+            if std::mem::take(&mut self.wants_path) {
+                field.request_focus();
+            }
             let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(egui::Key::Enter));
             let path = self.path.trim();
             let go = ui.add_enabled(!path.is_empty(), Button::new("Open"));

@@ -84,6 +84,10 @@ impl App {
                 viewer.enter_panel();
                 window.request_redraw();
             }
+            Action::About => {
+                viewer.show_about();
+                window.request_redraw();
+            }
             Action::Hud => {
                 viewer.show_or_hide_hud();
                 window.request_redraw();
@@ -117,6 +121,7 @@ impl App {
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
             Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
+            Action::Quit if window.fullscreen().is_some() => window.set_fullscreen(None),
             Action::Quit => events.exit(),
         }
         Ok(())

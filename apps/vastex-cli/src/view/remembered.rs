@@ -25,6 +25,9 @@ const FAR: i32 = 65_536;
 /// Bytes of a pool that may be remembered.
 const POOL_BYTES: RangeInclusive<u64> = 1 << 10..=1 << 40;
 
+/// Bytes of uploads in a frame, and of loads on their way, that may be remembered.
+const BUDGETS: RangeInclusive<u64> = 1 << 10..=1 << 30;
+
 /// A window, what was shown in it, and what a person chose there of how textures are sampled and kept.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub(super) struct Remembered {
@@ -45,6 +48,12 @@ pub(super) struct Remembered {
     /// How views say what they want; `None` for the best that the device has.
     #[serde(serialize_with = "named::feedback", skip_serializing_if = "Option::is_none")]
     pub(super) feedback: Option<FeedbackMode>,
+    /// Bytes copied to the GPU in a frame; nothing for what the command line says.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) upload_bytes_per_frame: Option<u64>,
+    /// Bytes of tiles on their way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) in_flight_bytes: Option<u64>,
     /// What was chosen of pools, by what they are.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) pools: BTreeMap<String, KeptPool>,
@@ -192,6 +201,7 @@ impl Remembered {
     /// Takes a field of the file, as far as a window can have what it says.
     fn take(&mut self, name: &str, value: Value, leave_out: &mut impl FnMut(&str)) {
         let text = value.to_string();
+        let is_budget = |bytes: &Option<u64>| bytes.is_none_or(|bytes| BUDGETS.contains(&bytes));
         let is_taken = match name {
             "size" => {
                 taken(value, &mut self.size, |size| size.iter().flatten().all(|side| SIDE.contains(side)))
@@ -208,6 +218,8 @@ impl Remembered {
             "ground" => taken(value, &mut self.ground, |_| true),
             "filter" => named::taken(&value, &mut self.filter, |name| name.parse().ok()),
             "feedback" => named::taken(&value, &mut self.feedback, named::mode),
+            "upload_bytes_per_frame" => taken(value, &mut self.upload_bytes_per_frame, is_budget),
+            "in_flight_bytes" => taken(value, &mut self.in_flight_bytes, is_budget),
             "pools" => {
                 let Value::Object(pools) = value else { return leave_out("\"pools\" is no list of pools") };
                 for (kind, value) in pools {
@@ -300,6 +312,8 @@ mod tests {
             ground: ChosenGround::Chequers,
             filter: Some("anisotropic8".parse().unwrap()),
             feedback: Some(FeedbackMode::Raw),
+            upload_bytes_per_frame: Some(3 << 20),
+            in_flight_bytes: Some(1 << 24),
             pools: BTreeMap::from([
                 ("136x136 r16".to_owned(), KeptPool { bytes: Some(3 << 20), rule: None }),
                 ("136x136 bc1-srgb".to_owned(), KeptPool { bytes: None, rule: Some(KeptRule::Never) }),
@@ -343,6 +357,8 @@ mod tests {
             (r#""ground": "wet""#, Some("\"ground\" is \"wet\"")),
             (r#""filter": "lanczos""#, Some("\"filter\" is \"lanczos\"")),
             (r#""filter": 3"#, Some("\"filter\" is 3")),
+            (r#""upload_bytes_per_frame": 0"#, Some("\"upload_bytes_per_frame\" is 0")),
+            (r#""in_flight_bytes": 99999999999"#, Some("\"in_flight_bytes\" is 99999999999")),
             (r#""feedback": "psychic""#, Some("\"feedback\" is \"psychic\"")),
             (r#""pools": [1, 2]"#, Some("\"pools\" is no list")),
             (r#""pools": {"136x136 r8": {"bytes": 0}}"#, Some("{\"bytes\":0} for \"136x136 r8\"")),

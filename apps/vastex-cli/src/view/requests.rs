@@ -12,7 +12,7 @@ use winit::event_loop::ActiveEventLoop;
 use super::dialog::{self, Chosen};
 use super::files::Files;
 use super::panel::Asked;
-use super::viewer::MadeAnew;
+use super::viewer::{DIALOG, MadeAnew};
 use super::{App, Message};
 use crate::args::is_link;
 use crate::open;
@@ -32,10 +32,7 @@ impl App {
             Chosen::File(path) if is_over => self.lay_over(&path)?,
             Chosen::File(path) => self.open_chosen(&path)?,
             Chosen::NoDialog => {
-                open.viewer.notify(
-                    "this system shows no dialog for files; type the path into the field below \"Open…\"",
-                );
-                open.window.request_redraw();
+                open.viewer.offer_path_field();
             }
             Chosen::Nothing => {}
         }
@@ -48,6 +45,7 @@ impl App {
         if let Some(link) = path.to_str().filter(|text| Link::is_link(text)) {
             return self.open_link(link);
         }
+        self.open.iter_mut().for_each(|open| open.viewer.forget(DIALOG));
         // Other bands of a file are seen where those before were.
         self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.shown_path());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
@@ -80,8 +78,11 @@ impl App {
         let viewer = &mut open.viewer;
         match choice {
             Some(scene) if scene != self.scene => match viewer.put_on(scene) {
-                Ok(()) => self.scene = scene,
-                Err(error) => viewer.notify(&error.to_string()),
+                Ok(()) => {
+                    self.scene = scene;
+                    viewer.forget("scene");
+                }
+                Err(error) => viewer.say_wrong("scene", &error.to_string()),
             },
             Some(_) => {}
             None => {

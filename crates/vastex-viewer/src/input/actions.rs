@@ -49,6 +49,8 @@ pub enum Action {
     Panel,
     /// The panel, with the keys in its first control.
     EnterPanel,
+    /// What the file says of itself, in the panel.
+    About,
     /// What the machine does, beside the picture, or the picture alone.
     Hud,
     /// The guides over an image, or the picture alone.
@@ -106,7 +108,7 @@ pub(super) fn action_with_alt(key: Key) -> Option<Action> {
     Some(match key {
         Key::Left => Action::File(-1),
         Key::Right => Action::File(1),
-        Key::Enter => Action::FillScreen,
+        Key::Enter => Action::About,
         // Alone they do the same.
         Key::F(_) => return action_of(key),
         _ => return None,

@@ -86,9 +86,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("Ctrl + Shift + C", "copy it with its files, as a link, which `vastex view` opens"),
             ("Ctrl + V", "show the view, or open the link or the file, that was copied"),
             ("right click", "why a pixel shows what it shows: in the window, and in full on stdout"),
-            ("F, F11, Alt + Enter", "full screen"),
+            ("Alt + Enter", "what the file says of itself, in the panel"),
+            ("F, F11", "full screen"),
             ("?, H", "keys and gestures"),
-            ("Q, Ctrl + Q, Escape", "close this list, end measuring, or quit"),
+            ("Q, Ctrl + Q, Escape", "close this list, end measuring, leave the full screen, or quit"),
         ],
     ),
 ];

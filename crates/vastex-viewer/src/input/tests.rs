@@ -272,7 +272,7 @@ fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
     for (pressed, action) in [
         (Key::Left, Some(Action::File(-1))),
         (Key::Right, Some(Action::File(1))),
-        (Key::Enter, Some(Action::FillScreen)),
+        (Key::Enter, Some(Action::About)),
         (Key::F(11), Some(Action::FillScreen)),
         (Key::Up, None),
         (Key::Char('3'), None),

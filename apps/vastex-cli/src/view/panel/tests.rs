@@ -113,6 +113,102 @@ fn a_file_is_asked_for_by_its_path() {
     assert!(!harness.state().panel.is_open());
 }
 
+/// Where the system has no dialog.
+#[test]
+fn the_field_for_a_path_is_offered_with_the_keys_in_it() {
+    let mut harness = window(None);
+    harness.run();
+    assert!(harness.query_by_label("Path").is_none());
+    harness.state_mut().panel.ask_for_path();
+    harness.run();
+    assert!(harness.get_by_label("Path").is_focused());
+    harness.get_by_label("Path").type_text("/of/moon.tif");
+    harness.run();
+    harness.key_press(egui::Key::Enter);
+    harness.run();
+    assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
+    // Once; after that the keys go where a person has them.
+    harness.get_by_label("View").focus();
+    harness.run();
+    assert!(!harness.get_by_label("Path").is_focused());
+}
+
+#[test]
+fn what_a_file_says_of_itself_is_shown_at_once() {
+    let mut harness = window(None);
+    harness.state_mut().panel.show_about();
+    harness.run();
+    assert!(harness.query_by_label("1000 x 500 texels").is_some());
+}
+
+/// The panel and what the machine does, in a window of so many points.
+fn beside_the_machine(width: f32) -> Harness<'static, (Panel, bool, f32)> {
+    let panel = Panel::new(Recent::default(), Bookmarks::default());
+    let show = |ui: &mut Ui, (panel, machine_is_shown, left): &mut (Panel, bool, f32)| {
+        if panel.leaves_room_beside(ui, *machine_is_shown) && *machine_is_shown {
+            let machine =
+                egui::Panel::left("hud").resizable(false).exact_size(vastex_viewer::hud::Hud::WIDTH);
+            machine.show(ui, |ui| ui.label("what the machine does"));
+        }
+        let mut told = Told {
+            name: "a.png",
+            opening: Some(("b.png", 0.25)),
+            notice: None,
+            below: None,
+            scene: Scene::Image,
+            position: (Pose::first(Scene::Image), [1000, 500]),
+            texel_size: None,
+            map: None,
+            bands: None,
+            rows: &[],
+            images: &[],
+            planet: None,
+            texture: None,
+        };
+        panel.show(ui, &mut told);
+        *left = ui.available_width();
+    };
+    Harness::builder().with_size([width, 400.0]).build_ui_state(show, (panel, false, 0.0))
+}
+
+#[test]
+fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() {
+    for (width, has_room_for_both) in [(640.0, false), (800.0, true)] {
+        let mut harness = beside_the_machine(width);
+        let mut seen = |change: &dyn Fn(&mut Panel, &mut bool)| {
+            let (panel, machine, _) = harness.state_mut();
+            change(panel, machine);
+            harness.run();
+            let has = |label: &str| harness.query_by_label(label).is_some();
+            let found = (has("Path"), has("what the machine does"));
+            assert!(harness.state().2 >= 80.0, "the picture has room: {}", harness.state().2);
+            // The button that opens the panel is there where that is not seen.
+            assert_ne!(has("Path"), has("Panel"));
+            found
+        };
+        assert_eq!(seen(&|panel, _| panel.open_or_close()), (true, false));
+        let ask_machine = |panel: &mut Panel, is_shown: &mut bool| {
+            *is_shown = true;
+            panel.machine_comes();
+        };
+        assert_eq!(seen(&ask_machine), (has_room_for_both, true));
+        assert_eq!(seen(&|panel, _| panel.open()), (true, has_room_for_both));
+        assert_eq!(seen(&ask_machine), (has_room_for_both, true));
+        // It comes back once there is room.
+        assert_eq!(seen(&|_, is_shown| *is_shown = false), (true, false));
+        assert_eq!(seen(&|panel, _| panel.open_or_close()), (false, false));
+    }
+    let mut harness = beside_the_machine(640.0);
+    let (panel, machine, _) = harness.state_mut();
+    (panel.is_open, *machine) = (true, true);
+    panel.machine_comes();
+    harness.run();
+    harness.get_by_label("Panel").click();
+    harness.run();
+    assert!(harness.query_by_label("Path").is_some(), "its button brings the panel back");
+    assert!(harness.state().0.hides_machine());
+}
+
 #[test]
 fn other_bands_are_asked_for() {
     let mut harness = window(None);

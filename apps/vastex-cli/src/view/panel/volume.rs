@@ -4,6 +4,7 @@ use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
 use vastex_viewer::panels::{BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use vastex_viewer::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
+use super::room::PANEL_WIDTH;
 use super::{Asked, Panel, theme};
 
 /// What the panel is told of a volume.
@@ -29,8 +30,8 @@ impl Panel {
         shown: &StatusOfVolume<'_>,
     ) -> AskedOfVolume {
         let (mut asked, mut changes) = (Vec::new(), Vec::new());
-        if self.is_open {
-            let panel = egui::Panel::right("panel").resizable(false).exact_size(320.0);
+        if self.is_seen() {
+            let panel = egui::Panel::right("panel").resizable(false).exact_size(PANEL_WIDTH);
             panel.show(ui, |ui| {
                 ui.add_space(4.0);
                 ui.horizontal(|ui| {
@@ -59,11 +60,11 @@ impl Panel {
                 });
             });
         }
-        if !self.is_open {
+        if !self.is_seen() {
             let corner = Area::new(Id::unique("corner")).anchor(Align2::RIGHT_TOP, Vec2::new(-8.0, 8.0));
             corner.show(ui.ctx(), |ui| {
                 if ui.button("Panel").on_hover_text("files, channels and modes: M; keys: ?").clicked() {
-                    self.is_open = true;
+                    self.open();
                 }
             });
         }

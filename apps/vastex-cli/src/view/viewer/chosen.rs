@@ -16,6 +16,8 @@ pub(super) struct Chosen {
     filter: Option<Filter>,
     /// How views say what they want.
     feedback: Option<FeedbackMode>,
+    /// Bytes copied to the GPU in a frame, and of tiles on their way.
+    budgets: [Option<u64>; 2],
     pools: ChosenPools,
     changed: Changed,
 }
@@ -25,6 +27,7 @@ pub(super) struct Chosen {
 struct Changed {
     filter: bool,
     feedback: bool,
+    budgets: bool,
     sizes: Vec<PoolKind>,
     rules: Vec<PoolKind>,
 }
@@ -50,6 +53,10 @@ impl Chosen {
         Chosen {
             filter: before.filter.filter(|_| args.filter.is_none()),
             feedback: before.feedback.filter(|_| args.feedback.is_none()),
+            budgets: [
+                before.upload_bytes_per_frame.filter(|_| args.upload_kib_per_frame.is_none()),
+                before.in_flight_bytes,
+            ],
             pools,
             changed: Changed::default(),
         }
@@ -63,6 +70,7 @@ impl Chosen {
         settings: Settings,
         notes: &mut Vec<String>,
     ) -> Result<Textures, vastex::Error> {
+        let settings = self.budgeted(settings);
         let Some(mode) = self.feedback else { return Textures::new(&gpu.device, &gpu.queue, settings) };
         let asked = Settings { feedback: Some(mode), ..settings.clone() };
         Textures::new(&gpu.device, &gpu.queue, asked).or_else(|error| {
@@ -70,6 +78,24 @@ impl Chosen {
             self.feedback = None;
             Textures::new(&gpu.device, &gpu.queue, settings)
         })
+    }
+
+    /// Settings with the budgets that were chosen.
+    pub(super) fn budgeted(&self, settings: Settings) -> Settings {
+        let [uploads, in_flight] = self.budgets;
+        Settings {
+            upload_bytes_per_frame: uploads.unwrap_or(settings.upload_bytes_per_frame),
+            in_flight_bytes: in_flight.unwrap_or(settings.in_flight_bytes),
+            ..settings
+        }
+    }
+
+    /// The same of a volume, of whose bricks no fewer are on their way than it needs.
+    #[cfg(feature = "volumes")]
+    pub(super) fn budgeted_for_volume(&self, settings: Settings) -> Settings {
+        let least = settings.in_flight_bytes;
+        let budgeted = self.budgeted(settings);
+        Settings { in_flight_bytes: budgeted.in_flight_bytes.max(least), ..budgeted }
     }
 
     /// What is to be remembered, of what was before and what was chosen in this run.
@@ -80,6 +106,9 @@ impl Chosen {
         }
         if self.changed.feedback {
             window.feedback = self.feedback;
+        }
+        if self.changed.budgets {
+            [window.upload_bytes_per_frame, window.in_flight_bytes] = self.budgets;
         }
         for kind in &self.changed.sizes {
             window.pools.entry(kind.clone()).or_default().bytes = self.pools.sizes.get(kind).copied();
@@ -105,6 +134,11 @@ impl Chosen {
     /// Views say so what they want from here on.
     pub(super) fn set_feedback(&mut self, mode: FeedbackMode) {
         (self.feedback, self.changed.feedback) = (Some(mode), true);
+    }
+
+    /// So many bytes are copied to the GPU in a frame, and are of tiles on their way, from here on.
+    pub(super) fn set_budgets(&mut self, budgets: [u64; 2]) {
+        (self.budgets, self.changed.budgets) = (budgets.map(Some), true);
     }
 
     /// A pool has a size of its own from here on, or follows the picture.
@@ -210,6 +244,8 @@ mod tests {
         Remembered {
             filter: Some(Filter::Bicubic),
             feedback: Some(FeedbackMode::Raw),
+            upload_bytes_per_frame: Some(3 << 20),
+            in_flight_bytes: Some(5 << 20),
             pools: [(KIND.to_owned(), pool)].into(),
             ..Remembered::default()
         }
@@ -247,6 +283,30 @@ mod tests {
             let has = (pools.sizes.contains_key(KIND), pools.rules.contains_key(KIND));
             assert_eq!((filter, feedback, has.0, has.1), expected, "{words}");
         }
+    }
+
+    #[test]
+    fn budgets_are_as_before_unless_the_command_line_names_some() {
+        let budgets_of = |settings: &Settings| [settings.upload_bytes_per_frame, settings.in_flight_bytes];
+        let usual = Settings::default();
+        for (words, expected) in [
+            ("--fade-ms 0", [3 << 20, 5 << 20]),
+            ("--upload-kib-per-frame 7", [7 << 10, 5 << 20]),
+            ("--upload-kib-per-frame 2048", [usual.upload_bytes_per_frame, 5 << 20]),
+        ] {
+            let line = format!("vastex view {words} a.vastex");
+            let Command::View(args) = Args::parse_from(line.split(' ')).command else { panic!("{words}") };
+            let settings = render::settings(&args.scene).unwrap();
+            let chosen = Chosen::before(&before(), &args.scene, &settings);
+            assert_eq!(budgets_of(&chosen.budgeted(settings)), expected, "{words}");
+        }
+        let mut chosen = chosen("--fade-ms 0");
+        chosen.set_budgets([1 << 20, 2 << 20]);
+        assert_eq!(budgets_of(&chosen.budgeted(usual.clone())), [1 << 20, 2 << 20]);
+        let after = chosen.remembered(&before());
+        assert_eq!((after.upload_bytes_per_frame, after.in_flight_bytes), (Some(1 << 20), Some(2 << 20)));
+        #[cfg(feature = "volumes")]
+        assert_eq!(budgets_of(&chosen.budgeted_for_volume(usual)), [1 << 20, 16 << 20]);
     }
 
     #[test]

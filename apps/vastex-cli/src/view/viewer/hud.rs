@@ -89,7 +89,9 @@ impl WindowHud {
 impl Viewer {
     /// Shows what the machine does, or hides it.
     pub(in super::super) fn show_or_hide_hud(&mut self) {
-        self.hud.is_shown = !self.hud.is_shown;
+        // Where it gave way to the panel, it comes back.
+        self.hud.is_shown = !self.hud.is_shown || self.panel.hides_machine();
+        self.panel.machine_comes();
         (self.hud.small, self.hud.explained, self.hud.pixel) = (None, None, None);
         self.hud.is_to_ask = false;
     }
@@ -199,6 +201,7 @@ impl Viewer {
             }
             HudChange::Budgets { uploads, in_flight } => {
                 self.textures.memory().set_budgets(uploads, in_flight);
+                self.chosen.set_budgets([uploads, in_flight]);
                 Ok(())
             }
             HudChange::Filter(filter) => {

@@ -37,8 +37,11 @@ impl Viewer {
             None => Ok(()),
         };
         match shown {
-            Ok(()) => self.settings = settings,
-            Err(error) => self.notify(&error.to_string()),
+            Ok(()) => {
+                self.settings = settings;
+                self.forget("layers");
+            }
+            Err(error) => self.say_wrong("layers", &error.to_string()),
         }
         self.wake();
     }
@@ -53,15 +56,16 @@ impl Viewer {
         let Some(displayed) = self.display.displayed_mut() else { return false };
         let count = displayed.textures().len();
         if let Some(texture) = view.textures().find(|texture| *texture >= count) {
-            self.notify(&format!("the view is of file {}, and {count} are open", texture + 1));
+            self.say_wrong("view", &format!("the view is of file {}, and {count} are open", texture + 1));
             return false;
         }
         let is_other = (&settings.options, settings.scene, settings.overlay)
             != (&self.settings.options, self.settings.scene, self.settings.overlay);
         if is_other && let Err(error) = displayed.put_on(&self.gpu, &mut self.textures, &settings) {
-            self.notify(&error.to_string());
+            self.say_wrong("view", &error.to_string());
             return false;
         }
+        self.forget("view");
         self.settings = settings;
         self.values = None;
         true

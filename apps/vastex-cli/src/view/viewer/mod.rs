@@ -52,6 +52,7 @@ use below::Below;
 use chosen::Chosen;
 use first_range::FirstRanges;
 use hud::WindowHud;
+pub(super) use panel::DIALOG;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
 /// and a whole jitter cycle belongs to a view.

@@ -29,6 +29,17 @@ impl Viewer {
         self.tell(FILE, message);
     }
 
+    /// Says what went wrong of what is shown, on stderr, and in the window until it is read.
+    pub(in super::super) fn say_wrong(&mut self, topic: &str, message: &str) {
+        report::say(&format!("error: {}: {message}", self.name()));
+        self.tell(topic, message);
+    }
+
+    /// What went wrong of a topic is no longer so.
+    pub(in super::super) fn forget(&mut self, topic: &str) {
+        self.messages.forget(topic);
+    }
+
     /// Says what happened, on stderr and in the title.
     pub(super) fn report_events(&mut self, stats: &FrameStats) {
         while let Some(event) = self.textures.poll_event() {

@@ -7,15 +7,16 @@ use vastex_scenes::Pose;
 use vastex_viewer::ViewText;
 
 use super::Viewer;
-use crate::screenshot::Shot;
+use crate::screenshot::{Shot, ShotCamera};
 
 impl Viewer {
-    /// What a picture shows of a source and of the files over it, so many times as large as the window;
-    /// `None` if nothing is displayed.
+    /// What a picture shows of a source and of the files over it, so many times as large as the window: from
+    /// where the camera is, or all of an image if that `is_fitted`, without a panel beside it. `None` if
+    /// nothing is displayed.
     pub(in super::super) fn shot(
         &self,
         (source, over): (&Path, &[PathBuf]),
-        pose: Pose,
+        (pose, is_fitted): (Pose, bool),
         times: u32,
     ) -> Option<Shot> {
         self.display.displayed()?;
@@ -23,7 +24,7 @@ impl Viewer {
             source: source.to_owned(),
             over: over.to_vec(),
             scene: self.settings.scene,
-            pose: Some(pose),
+            camera: if is_fitted { ShotCamera::Fitted } else { ShotCamera::At(pose) },
             options: self.settings.options.clone(),
             overlay: self.settings.overlay,
             range_is_free: false,
@@ -32,7 +33,8 @@ impl Viewer {
             size: self.surface.size().map(|side| side.saturating_mul(times)),
             pixels_per_point: self.window.scale_factor() as f32 * times as f32,
             has_guides: self.panel.guides_are_shown(),
-            has_hud: self.hud.is_shown(),
+            measure: self.panel.measure.clone(),
+            has_hud: self.hud.is_shown() && !self.panel.hides_machine(),
         })
     }
 

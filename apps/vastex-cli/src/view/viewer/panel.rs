@@ -40,6 +40,9 @@ impl Values {
     }
 }
 
+/// What is said of the system's dialog for files, as a topic.
+pub(in super::super) const DIALOG: &str = "dialog";
+
 /// The corners of a part of the window, in whole pixels.
 fn corners_of(part: egui::Rect, pixels_per_point: f32) -> [DVec2; 2] {
     [part.min, part.max]
@@ -69,10 +72,21 @@ impl Viewer {
 
     /// Opens the panel, and gives its first control the keys.
     pub(in super::super) fn enter_panel(&mut self) {
-        if !self.panel.is_open() {
-            self.panel.open_or_close();
-        }
+        self.panel.open();
         self.shell.focus_next();
+    }
+
+    /// Opens the panel where it has what the file says of itself.
+    pub(in super::super) fn show_about(&mut self) {
+        self.panel.show_about();
+    }
+
+    /// There is no dialog for files: opens the panel with the keys in the field for a path, and says so until
+    /// that is read or a file is opened.
+    pub(in super::super) fn offer_path_field(&mut self) {
+        self.panel.ask_for_path();
+        let said = "This system shows no dialog for files. Write the path of one into the field \"Path\" of the panel.";
+        self.say_wrong(DIALOG, said);
     }
 
     /// Shows the keys and gestures, or hides them.
@@ -139,7 +153,9 @@ impl Viewer {
         let (hud, mut hud_changes) = (&mut self.hud.panel, Vec::new());
         let messages = &mut self.messages;
         self.shell.run(|ui| {
-            if let Some(data) = &hud_data {
+            if panel.leaves_room_beside(ui, hud_data.is_some())
+                && let Some(data) = &hud_data
+            {
                 hud_changes = hud.show(ui, data);
             }
             let texture = shown.as_ref().map(|textures| ShownTextures {

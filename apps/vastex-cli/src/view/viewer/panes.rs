@@ -94,8 +94,9 @@ impl Viewer {
         match shapes {
             Ok(shapes) => self.shapes = Some((opening, shapes)),
             Err(error) => {
-                crate::report::say(&format!("{error:#}"));
-                self.notify_in_title(&format!("{error:#}"));
+                let message = crate::report::message(&error);
+                crate::report::say(&format!("error: {message}"));
+                self.tell("shapes", &message);
             }
         }
         self.wake();

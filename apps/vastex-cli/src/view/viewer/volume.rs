@@ -63,7 +63,7 @@ impl Viewer {
         rows: Arc<[(String, String)]>,
         settings: Settings,
     ) -> Result<()> {
-        let begun = self.begun;
+        let (begun, settings) = (self.begun, self.chosen.budgeted_for_volume(settings));
         let clock = Arc::new(move || begun.elapsed());
         let mut scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
         scene.look = look;
@@ -126,12 +126,10 @@ impl Viewer {
     /// Returns true if something is asked for that only images have, while a volume is shown.
     pub(in super::super) fn ignores(&self, action: &Action) -> bool {
         use Action::*;
-        let is_of_any = matches!(
-            action,
-            Panel | EnterPanel | Hud | Guides | Values | Keys | FillScreen | File(_) | Open | Screenshot(_)
-        );
-        let is_of_views = matches!(action, CopyView | CopyLink | PasteView);
-        self.shows_volume() && !is_of_any && !is_of_views && !matches!(action, Redraw | Quit)
+        let is_of_window = matches!(action, Panel | EnterPanel | About | Hud | Keys | FillScreen);
+        let is_of_any = matches!(action, Guides | Values | File(_) | Open | Screenshot(_)) || is_of_window;
+        let is_other = matches!(action, CopyView | CopyLink | PasteView | Redraw | Quit) || is_of_any;
+        self.shows_volume() && !is_other
     }
 
     /// Hears keys and the pointer before the window does. Returns true if that was all there is to it.
@@ -399,7 +397,8 @@ impl Viewer {
         let (mut asked, mut hud_changes, mut all, mut scale) = (Vec::new(), Vec::new(), Rect::NOTHING, 1.0);
         let mut changes = Vec::new();
         self.shell.run(|ui| {
-            if let Some(data) = &hud_data {
+            let has_room = panel.leaves_room_beside(ui, hud_data.is_some());
+            if let Some(data) = hud_data.as_ref().filter(|_| has_room) {
                 hud_changes = hud.show(ui, data);
             }
             let asks = panel.show_volume(ui, (own, &mut look), &shown);
@@ -462,6 +461,7 @@ impl Viewer {
             HudChange::Rule(pool, rule) => memory.set_bias_rule(pool, rule),
             HudChange::Budgets { uploads, in_flight } => {
                 memory.set_budgets(uploads, in_flight);
+                self.chosen.set_budgets([uploads, in_flight]);
                 Ok(())
             }
             HudChange::Filter(_) | HudChange::Overlay(_) | HudChange::Feedback(_) => {

@@ -1,0 +1,85 @@
+//! Pictures of the window as keys in it ask for them.
+
+use clap::Parser as _;
+use vastex_scenes::Picture;
+
+use super::*;
+use crate::args::{Args, Command};
+
+const SIZE: [u32; 2] = [128, 64];
+
+/// The picture of a made-up image of 256x64 texels, as the window has it: `change` says what of the picture
+/// is other than at first.
+fn taken(change: impl FnOnce(&mut Shot)) -> Picture {
+    let directory = tempfile::tempdir().unwrap();
+    let (source, output) = (directory.path().join("a.png"), directory.path().join("out.png"));
+    let texels = vec![[90u8, 90, 90]; 256 * 64];
+    let mut encoder = png::Encoder::new(std::fs::File::create(&source).unwrap(), 256, 64);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
+    let line = ["vastex", "view", "--cache", "off", source.to_str().unwrap()];
+    let Command::View(args) = Args::parse_from(line).command else { panic!() };
+    let mut shot = Shot {
+        source: source.clone(),
+        over: Vec::new(),
+        scene: Scene::Image,
+        camera: ShotCamera::First,
+        options: args.scene.shown(),
+        overlay: None,
+        may_be_crisp: true,
+        range_is_free: false,
+        ground: Ground::Dark,
+        size: SIZE,
+        pixels_per_point: 1.0,
+        has_guides: false,
+        measure: None,
+        has_hud: false,
+    };
+    change(&mut shot);
+    assert!(shot.write(&args, &Output::at(&output).unwrap()).unwrap());
+    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&output).unwrap()));
+    reader.set_transformations(png::Transformations::ALPHA);
+    let mut reader = reader.read_info().unwrap();
+    let mut rgba = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut rgba).unwrap();
+    Picture { size: SIZE, rgba }
+}
+
+fn pixel(picture: &Picture, x: u32, y: u32) -> [u8; 4] {
+    picture.rgba.as_chunks().0[(y * picture.size[0] + x) as usize]
+}
+
+/// The first and the last column of a row that show the image.
+fn columns(picture: &Picture, row: u32) -> [u32; 2] {
+    let is_image = |x: &u32| pixel(picture, *x, row)[..3].iter().all(|value| value.abs_diff(90) < 3);
+    let seen: Vec<u32> = (0..SIZE[0]).filter(is_image).collect();
+    [*seen.first().unwrap(), *seen.last().unwrap()]
+}
+
+/// Beside a panel all of an image is in half of the window; the picture has no panel.
+#[test]
+fn all_of_an_image_fills_a_picture_that_has_no_panel() {
+    let half = Pose::fitted(SIZE, [256, 64], [DVec2::ZERO, DVec2::new(64.0, 64.0)]);
+    let beside = taken(|shot| shot.camera = ShotCamera::At(half));
+    let [first, last] = columns(&beside, 32);
+    assert!(last < 66, "{first}..{last}");
+    let fitted = taken(|shot| shot.camera = ShotCamera::Fitted);
+    let [first, last] = columns(&fitted, 32);
+    assert!(first < 8 && last > 120, "{first}..{last}");
+}
+
+#[test]
+fn what_is_measured_is_in_the_picture() {
+    let mut measure = Measure::default();
+    [[20.0, 32.0], [236.0, 32.0]].into_iter().for_each(|texel| measure.add(DVec2::from(texel)));
+    let is_line = |picture: &Picture| {
+        let yellow = |x: u32| {
+            let [red, _, blue, _] = pixel(picture, x, 32);
+            red > 200 && blue < 120
+        };
+        (20..80).filter(|x| yellow(*x)).count()
+    };
+    assert_eq!(is_line(&taken(|_| {})), 0);
+    let painted = taken(|shot| (shot.camera, shot.measure) = (ShotCamera::Fitted, Some(measure)));
+    assert!(is_line(&painted) > 50, "{}", is_line(&painted));
+}
