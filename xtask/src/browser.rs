@@ -39,10 +39,11 @@ pub(crate) fn check() -> Result<Outcome> {
         println!("\n!!!! SKIPPED: {error:#}, so nothing says whether browsers take the shaders !!!!\n");
         return Ok(Outcome::Skipped("no browser".to_owned()));
     }
-    if !shaders::written().is_dir() {
-        shaders::write(&shaders::written())?;
+    if !shaders::written_to_be_refused().is_dir() {
+        shaders::write_anew()?;
     }
-    let texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
+    let mut texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
+    texts.extend(shaders::texts(&shaders::written_to_be_refused())?);
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
     let mut told = Told::new(&texts, at_once);
     site::show(&mut told, at_once)?;

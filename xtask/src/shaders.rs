@@ -20,28 +20,34 @@ pub(crate) const LOG: &str = "VASTEX_SHADER_LOG";
 /// `cargo xtask shaders DIR`.
 pub(crate) fn run(arguments: &[&str]) -> Result<()> {
     match arguments {
-        [directory] if !directory.starts_with('-') => write(&std::env::current_dir()?.join(directory)),
+        [directory] if !directory.starts_with('-') => write(&std::env::current_dir()?.join(directory), None),
         _ => {
             Err(Usage("shaders takes one directory to write into: cargo xtask shaders DIR".to_owned()).into())
         }
     }
 }
 
-/// Writes every text into a directory, which is made where there is none.
-pub(crate) fn write(directory: &Path) -> Result<()> {
+/// Writes every text into a directory, which is made if there is none; and into another those that browsers
+/// are to refuse, which nothing hands to a device.
+fn write(directory: &Path, refused: Option<&Path>) -> Result<()> {
     // Of the whole workspace, as the suite builds it: what a crate alone would be built with is compiled
     // anew.
     shell::run(shell::cargo("build").args(["--quiet", "--workspace", "--example", "shaders"]))?;
     let program =
         shell::target_dir().join("debug/examples").join(format!("shaders{}", std::env::consts::EXE_SUFFIX));
     let mut command = Command::new(program);
-    command.arg(directory);
+    command.arg(directory).args(refused);
     shell::run(&mut command)
 }
 
 /// Where the suite has them.
 pub(crate) fn written() -> PathBuf {
     shell::target_dir().join("shaders")
+}
+
+/// Where the suite has those that browsers are to refuse.
+pub(crate) fn written_to_be_refused() -> PathBuf {
+    written().join("refused")
 }
 
 /// Where the suite's tests say which texts they hand to a device.
@@ -71,7 +77,7 @@ pub(crate) fn check() -> Result<Outcome> {
 /// Writes every text to where the suite has them, and none that is no more.
 pub(crate) fn write_anew() -> Result<()> {
     remove(&written())?;
-    write(&written())
+    write(&written(), Some(&written_to_be_refused()))
 }
 
 /// The places that are no WGSL. Texts have most of their declarations in common, and each of those is looked

@@ -21,12 +21,12 @@ use anyhow::{Context, Result, anyhow, bail};
 use crate::outcome::Outcome;
 use crate::{setup, shell};
 
-/// A part of the step, which works in a directory.
-type Part = fn(&Path) -> Result<()>;
-
 /// What goes on beside each other: much of each is waiting, and the second has what the third was.
-const PARTS: [(&str, Part); 3] =
+const PARTS: [Part; 3] =
     [("image", hands::use_window), ("planet", planet_and_starts), ("volume", hands::use_volume)];
+
+/// A part's name, and what it does in a directory of its own.
+type Part = (&'static str, fn(&Path) -> Result<()>);
 
 pub(crate) fn check() -> Result<Outcome> {
     if !cfg!(target_os = "linux") {

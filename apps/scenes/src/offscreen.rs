@@ -299,7 +299,7 @@ impl Offscreen {
 
     fn expect_what_was_learnt(&mut self, pose: &Pose) {
         let (place, before) = (pose.place(), self.pose.place());
-        self.textures.ahead().trace().set_place(place);
+        self.textures.ahead().trace().set_camera_position(place);
         if let Some(sets) = &self.prefetch_sets {
             let step = std::array::from_fn(|axis| place[axis] - before[axis]);
             self.textures.ahead().expect(&sets.expected(

@@ -32,7 +32,7 @@ pub use pager::tickets::{AskError, Progress, Ticket, TicketState, Urgency};
 pub use pager::{Budgets, Pager};
 pub use record::file::FileError;
 pub use record::prefetch_sets::{LearnError, LearnSettings, PrefetchSets, SetsError};
-pub use record::trace::{Place, Trace, TraceError, TraceRecordError};
+pub use record::trace::{CameraPosition, Trace, TraceError, TraceRecordError};
 pub use residency::PageState;
 pub use residency::resize::SlotMove;
 pub use residency::stats::Stats;

@@ -2,6 +2,7 @@
 
 /// Why a GPU operation failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// The device is gone: unplugged, reset by its driver, or destroyed. Nothing made from it works any more;
     /// make a new device and build everything on it again.

@@ -10,7 +10,7 @@ use crate::filter::Filter;
 use crate::names::check_names;
 
 /// How a shader reads the atlas, which follows from the layer's format and from what the
-/// device filters.
+/// device filters. Later versions may have more of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Atlas {
     /// The device's own filter.
@@ -91,7 +91,8 @@ impl PageSides {
 }
 
 /// All that changes the text by which a layer of a pool's textures is sampled. Textures whose kinds are equal
-/// share pipelines; if they lie in one pool, their bind group too.
+/// share pipelines; if they lie in one pool, their bind group too. Later versions may have more fields: an
+/// application takes kinds from its textures and compares them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Kind {
     /// What the textures of the pool are: images or volumes.

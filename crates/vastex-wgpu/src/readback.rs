@@ -1,4 +1,4 @@
-//! The way of feedback back to the CPU: compacted on the GPU (`lists`), or whole where there is no compute
+//! The way back of feedback to the CPU: compacted on the GPU (`lists`), or whole where there is no compute
 //! (`raw_ring`).
 //!
 //! Both give the same, in a ring that never makes a frame wait. In real time [`Readback::poll`] takes what

@@ -15,13 +15,24 @@ pub enum Error {
     #[error(transparent)]
     Container(#[from] ContainerError),
     /// The coarsest levels of a texture could not be read, so there would be nothing to show.
-    #[error("the tail cannot be read, so the texture cannot be shown: {0}")]
-    TailUnreadable(#[from] ReadError),
+    #[error("the tail of the texture of {}x{} texels cannot be read, so it cannot be shown: {error}", size[0], size[1])]
+    TailUnreadable {
+        /// Width and height of the texture.
+        size: [u32; 2],
+        /// What the source said.
+        error: ReadError,
+    },
     /// The coarsest levels of a texture could not be decoded.
     #[error(
-        "the tail cannot be decoded, so the texture cannot be shown: {0}; rebuild the file, or copy it anew"
+        "the tail of the texture of {}x{} texels cannot be decoded, so it cannot be shown: {error}; rebuild the file, or copy it anew",
+        size[0], size[1]
     )]
-    TailDamaged(#[from] DecodeError),
+    TailDamaged {
+        /// Width and height of the texture.
+        size: [u32; 2],
+        /// What the decoder said.
+        error: DecodeError,
+    },
     /// The coarsest levels of a texture have not come in the time that reads may take.
     #[error(
         "the source of {}x{} texels has not given its tail within {time_out:?}, so the texture cannot be shown; check the disk or \
@@ -35,8 +46,13 @@ pub enum Error {
         time_out: Duration,
     },
     /// Reading the coarsest levels of a texture ended in an unexpected way.
-    #[error("the tail cannot be read, so the texture cannot be shown: {0}")]
-    TailFailed(LoadError),
+    #[error("the tail of the texture of {}x{} texels cannot be read, so it cannot be shown: {error}", size[0], size[1])]
+    TailFailed {
+        /// Width and height of the texture.
+        size: [u32; 2],
+        /// What the loader said.
+        error: LoadError,
+    },
     /// A tile could not be read.
     #[error(transparent)]
     Tile(ReadError),

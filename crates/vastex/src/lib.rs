@@ -10,7 +10,7 @@
 //! # fn app(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), vastex::Error> {
 //! let mut textures = vastex::Textures::new(device, queue, vastex::Settings::default())?;
 //! let earth = textures.add_blocking(vastex::open("earth.vastex")?)?; // or `preparer` and `add`, without waiting
-//! let kinds = textures.kinds(earth)?; // the same for all textures that share pipelines
+//! let kinds = textures.kinds(earth)?; // the same for all textures that share pipelines; group 0, or `Settings::binding`
 //! let shader = "@fragment fn shade() { /* ... vastex_sample(id, uv) ... */ }".to_owned() + &textures.wgsl(&kinds);
 //! let id = textures.shader_id(earth)?; // for a material, or an instance
 //! # let _ = (shader, id);
@@ -153,7 +153,7 @@ pub mod survey {
 /// from them.
 pub mod prefetch {
     pub use vastex_core::{
-        LearnError, LearnSettings, Motion, Place, PrefetchSets, SetsError, Trace, TraceError,
+        CameraPosition, LearnError, LearnSettings, Motion, PrefetchSets, SetsError, Trace, TraceError,
         TraceRecordError,
     };
 }

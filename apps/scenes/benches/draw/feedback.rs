@@ -68,7 +68,7 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
         }
         share = share.max(cheapest);
     }
-    let what = "per cent of a frame that the cheapest way of feedback takes";
+    let what = "per cent of a frame that the cheapest feedback mode takes";
     let of_frame = Verdict::at_most(ASKED, what, share);
     let read_back = Verdict::at_most(ASKED_KIB, "KiB that compacted feedback reads back", compacted / 1024.0);
     Ok((page, vec![of_frame, read_back]))

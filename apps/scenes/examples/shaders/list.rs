@@ -135,8 +135,10 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     branches(visit);
 }
 
-/// Sampling behind a condition: as every compiler takes it, and as a browser is to refuse it, which the
-/// texts' names begin with.
+/// What the names of texts begin with that browsers are to refuse; they are handed to no device.
+pub(crate) const TO_BE_REFUSED: &str = "refused-";
+
+/// Sampling behind a condition: as every compiler takes it, and as a browser is to refuse it.
 fn branches(visit: &mut Visit<'_>) {
     let (branch, vastex) = (include_str!("branch.wgsl"), Choice::default().text());
     visit("branch", branch.to_owned() + &vastex);
@@ -145,7 +147,7 @@ fn branches(visit: &mut Visit<'_>) {
         let by_gradients = format!("vastex_{name}_grad(surface.{arguments}, ddx, ddy)");
         assert!(branch.contains(&by_gradients), "{by_gradients}");
         let by_itself = branch.replace(&by_gradients, &format!("vastex_{name}(surface.{arguments})"));
-        visit(&format!("refused-{name}"), by_itself + &vastex);
+        visit(&format!("{TO_BE_REFUSED}{name}"), by_itself + &vastex);
     }
 }
 

@@ -31,6 +31,19 @@ fn pipes_and_devices_are_refused_wherever_a_file_is_read() {
 }
 
 #[test]
+fn pipes_where_files_of_the_program_itself_belong_are_not_waited_for() {
+    let sandbox = Sandbox::with_container();
+    std::fs::create_dir(sandbox.path("report")).unwrap();
+    for pipe in [".b.vastex.journal", "report/index.html"] {
+        assert!(Command::new("mkfifo").arg(sandbox.path(pipe)).status().unwrap().success());
+    }
+    let ended = sandbox.run(&["build", "image.png", "-o", "b.vastex", "--resume"]).expect_code(1);
+    assert!(ended.stderr.contains(".b.vastex.journal") && ended.stderr.contains("remove it"), "{ended}");
+    let ended = sandbox.run(&["render", "image.vastex", "--report", "report"]).expect_code(1);
+    assert!(ended.stderr.contains("index.html: this is a device or a pipe"), "{ended}");
+}
+
+#[test]
 fn a_pipe_beside_a_raw_file_is_not_waited_for() {
     let sandbox = Sandbox::new();
     sandbox.write("x.raw", &[7; 64]);

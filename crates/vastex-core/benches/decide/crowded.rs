@@ -9,8 +9,11 @@ use vastex_core::{
     WantedPage,
 };
 
-use crate::micros;
+use crate::{micros, says};
 
+/// What a decision may take, and how many times what one with few textures takes.
+const MOST_MICROS: f64 = 1000.0;
+const MOST_TIMES: f64 = 1.5;
 /// Median of so many decisions.
 const DECISIONS: usize = 100;
 /// Whole jitter cycles, after which pools are full and every frame evicts.
@@ -59,6 +62,18 @@ pub(crate) fn measure() {
             median / medians[0],
         );
     }
+    let ratio = medians[1] / medians[0];
+    println!(
+        "\n- A decision with {} textures in at most {MOST_MICROS} µs: {} ({:.0} µs).",
+        scenes[1].textures.len(),
+        says(medians[1] <= MOST_MICROS),
+        medians[1],
+    );
+    println!(
+        "- At most {MOST_TIMES} times one with {}: {} ({ratio:.2} times).",
+        scenes[0].textures.len(),
+        says(ratio <= MOST_TIMES),
+    );
 }
 
 struct Crowded {

@@ -50,3 +50,7 @@ fn medians<const N: usize>(mut work: [&mut dyn FnMut(); N]) -> [Duration; N] {
 fn micros(time: Duration) -> f64 {
     time.as_secs_f64() * 1e6
 }
+
+fn says(holds: bool) -> &'static str {
+    if holds { "holds" } else { "DOES NOT HOLD" }
+}

@@ -8,6 +8,7 @@
 use std::collections::BinaryHeap;
 
 use crate::residency::Residency;
+use crate::residency::claimed::Claimed;
 use crate::residency::records::Record;
 use crate::residency::retention::{Candidate, Retention};
 use crate::texture::page::PageId;
@@ -79,7 +80,7 @@ impl Residency {
         if self.victims.round == self.round
             && let Some(age) = self.age_if_evictable(record)
         {
-            let candidate = self.candidate(&self.victims.retention, record.page, age, textures);
+            let candidate = candidate(&self.claimed, &self.victims.retention, (record.page, age), textures);
             self.victims.candidates[0].push(candidate);
         }
     }
@@ -118,12 +119,13 @@ impl Residency {
 
     fn list_victims(&mut self, part: usize, textures: &Textures) {
         debug_assert!(textures.count() == self.stats.tails);
-        let (mut victims, round, parts) = (std::mem::take(&mut self.victims), self.round, self.parts());
+        let parts = self.parts() as usize;
+        let Residency { records, slots, claimed, victims, round, .. } = self;
         victims.out_of_view.clear();
         // At once, for parts are of about one size: growing with them would allocate in a frame now and then.
-        victims.out_of_view.reserve(2 * self.slots.len() / parts as usize + 1);
-        victims.out_of_view.extend(self.records.part(part, parts as usize).filter_map(|record| {
-            let age = record.age_out_of_view(round)?;
+        victims.out_of_view.reserve(2 * slots.len() / parts + 1);
+        victims.out_of_view.extend(records.part(part, parts).filter_map(|record| {
+            let age = record.age_out_of_view(*round)?;
             Some(OutOfView { page: record.page, age, has_descendants: record.below > 0 })
         }));
         // Records lie in no order, so that the ages in a part are as those of all.
@@ -132,23 +134,21 @@ impl Residency {
         let mut candidates = std::mem::take(&mut victims.candidates[part]).into_vec();
         candidates.clear();
         let leaves = victims.out_of_view.iter().filter(|out| !out.has_descendants);
-        candidates.extend(leaves.map(|out| self.candidate(&victims.retention, out.page, out.age, textures)));
+        candidates
+            .extend(leaves.map(|out| candidate(claimed, &victims.retention, (out.page, out.age), textures)));
         victims.candidates[part] = BinaryHeap::from(candidates);
-        victims.listed[part] = round;
-        self.victims = victims;
+        victims.listed[part] = *round;
     }
+}
 
-    /// A claimed page has the least time to reuse, so it goes after all others; it does go where the view
-    /// would be left without a slot.
-    fn candidate(
-        &self,
-        retention: &Retention,
-        page: PageId,
-        age: u64,
-        textures: &Textures,
-    ) -> Candidate<PageId> {
-        let reuse_distance =
-            if self.is_claimed(page) { -1.0 } else { retention.reuse_distance(page, age, textures) };
-        Candidate::new(reuse_distance, page.level(), page)
-    }
+/// A page out of view, with its age, as one that may give up its slot. A claimed page has the least time to
+/// reuse, so it goes after all others; it does go where the view would be left without a slot.
+fn candidate(
+    claimed: &Claimed,
+    retention: &Retention,
+    (page, age): (PageId, u64),
+    textures: &Textures,
+) -> Candidate<PageId> {
+    let reuse_distance = if claimed.has(page) { -1.0 } else { retention.reuse_distance(page, age, textures) };
+    Candidate::new(reuse_distance, page.level(), page)
 }

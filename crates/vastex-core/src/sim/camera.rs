@@ -3,7 +3,7 @@
 
 use rustc_hash::FxHashMap;
 
-use crate::record::trace::Place;
+use crate::record::trace::CameraPosition;
 use crate::shader_constants::{FEEDBACK_SCALE, JITTER_CYCLE, STEPS_PER_LEVEL};
 use crate::sim::Random;
 use crate::texture::geometry::Geometry;
@@ -79,7 +79,7 @@ impl View {
     }
 
     /// Where the camera is, as traces say it: the middle of the view, and its width in levels.
-    pub fn place(&self) -> Place {
+    pub fn place(&self) -> CameraPosition {
         [self.centre[0] as f32, self.centre[1] as f32, self.width.log2() as f32]
     }
 

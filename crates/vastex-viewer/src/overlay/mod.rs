@@ -82,7 +82,7 @@ const TEXELS_IN_A_ROW: u32 = 1024;
 
 /// What draws an overlay: on the surface, or as a plan in each pane.
 #[derive(Debug)]
-enum Drawn {
+enum Method {
     OnSurface(ScenePipelines),
     Plans(Vec<Plan>),
 }
@@ -111,7 +111,7 @@ impl Plan {
 #[derive(Debug)]
 pub struct OverlayRenderer {
     overlay: Overlay,
-    drawn: Drawn,
+    method: Method,
     /// Where plans read a texture of their own.
     layout: Option<wgpu::BindGroupLayout>,
 }
@@ -127,11 +127,11 @@ impl OverlayRenderer {
         let (entry, is_on_surface) = overlay.entry();
         let reads_texture = matches!(overlay, Overlay::Feedback | Overlay::Atlas);
         let layout = reads_texture.then(|| texture_layout(device));
-        let drawn = match is_on_surface {
-            true => Drawn::OnSurface(renderer.pipelines(entry, None, &[renderer.format()])),
-            false => Drawn::Plans(plans(device, textures, renderer, overlay)?),
+        let method = match is_on_surface {
+            true => Method::OnSurface(renderer.pipelines(entry, None, &[renderer.format()])),
+            false => Method::Plans(plans(device, textures, renderer, overlay)?),
         };
-        Ok(OverlayRenderer { overlay, drawn, layout })
+        Ok(OverlayRenderer { overlay, method, layout })
     }
 
     /// Which overlay it is.
@@ -151,7 +151,7 @@ impl OverlayRenderer {
         renderer: &SceneRenderer,
         picture: [u32; 2],
     ) -> Result<(), Error> {
-        let Drawn::Plans(drawn) = &mut self.drawn else { return Ok(()) };
+        let Method::Plans(drawn) = &mut self.method else { return Ok(()) };
         let layers = renderer.layers();
         let is_same = drawn.len() == layers.in_panes().count()
             && drawn.iter().zip(layers.in_panes()).all(|(plan, shown)| plan.is_of(shown));
@@ -205,13 +205,13 @@ impl OverlayRenderer {
         target: &Target<'_>,
     ) {
         let mut pass = target.begin(encoder, renderer.background());
-        match &self.drawn {
-            Drawn::OnSurface(pipelines) => {
+        match &self.method {
+            Method::OnSurface(pipelines) => {
                 if let Ok(group) = textures.bind_group(renderer.sampled()) {
                     renderer.draw(&mut pass, pipelines, group);
                 }
             }
-            Drawn::Plans(plans) => {
+            Method::Plans(plans) => {
                 for (pane, plan) in (0..).zip(plans) {
                     let Ok(group) = textures.bind_group(plan.shown.layer) else { continue };
                     if let Some(read) = &plan.read {

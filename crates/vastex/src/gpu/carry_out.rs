@@ -27,7 +27,7 @@ impl Undone {
 impl Gpu {
     /// Returns true if all that was decided has been carried out, and all that was set has been told.
     pub(crate) fn is_done(&self) -> bool {
-        self.undone.is_empty() && self.to_tell.is_empty()
+        self.undone.is_empty() && self.pending_tables.is_empty()
     }
 
     /// Takes an upload of this frame.

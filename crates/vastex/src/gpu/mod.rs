@@ -46,7 +46,7 @@ use groups::GroupState;
 pub use host_pass::FeedbackPass;
 pub(crate) use pools::{PoolState, Shape};
 pub use resize::PoolResize;
-use tables::TablesToTell;
+use tables::PendingTables;
 use texture_space::TextureSpacePath;
 use uploads::UploadState;
 pub use uploads::UploadStats;
@@ -89,7 +89,7 @@ pub(crate) struct Gpu {
     /// True if the device has been polled since the last update.
     is_polled: bool,
     undone: Undone,
-    to_tell: TablesToTell,
+    pending_tables: PendingTables,
     /// Reused between frames to avoid allocating.
     changes: Vec<TableChange>,
     changes_of_pool: Vec<TableChange>,
@@ -152,7 +152,7 @@ impl Gpu {
             due: (settings.pace != Pace::Realtime).then(DueFeedback::default),
             is_polled: false,
             undone: Undone::default(),
-            to_tell: TablesToTell::default(),
+            pending_tables: PendingTables::default(),
             changes: Vec::new(),
             changes_of_pool: Vec::new(),
             texture_spaces: Vec::new(),

@@ -61,7 +61,7 @@ impl Gpu {
                 tables.add(texture, &description.geometry, slot)?;
             }
         }
-        self.to_tell.pools.insert(pool);
+        self.pending_tables.pools.insert(pool);
         Ok(PoolResize { before, bytes, transient: before + bytes })
     }
 }

@@ -6,7 +6,7 @@ use vastex_wgpu::{FeedbackMode, ParamStore, PoolTableChanger, RECORD_WORDS, new_
 
 use super::carry_out::Undone;
 use super::feedback_path::FeedbackPipelines;
-use super::tables::TablesToTell;
+use super::tables::PendingTables;
 use super::{Gpu, tail_slot};
 use crate::error::Error;
 use crate::settings::Settings;
@@ -33,7 +33,7 @@ impl Gpu {
         (self.device, self.queue, self.mode) = (device.clone(), queue.clone(), mode);
         self.forget_texture_space(None);
         self.undone = Undone::default();
-        self.to_tell = TablesToTell::default();
+        self.pending_tables = PendingTables::default();
         self.params = ParamStore::new(device, RECORD_WORDS)?;
         self.sampler = new_sampler(device);
         self.uploads.begin_anew(device, settings);

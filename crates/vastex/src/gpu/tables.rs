@@ -14,7 +14,7 @@ const GROWTH_BYTES: u64 = 1 << 20;
 /// What of page tables and records is to be told to the GPU beside the changes of a frame. Empty between two
 /// frames, but where one failed midway or something was set since.
 #[derive(Debug, Default)]
-pub(super) struct TablesToTell {
+pub(super) struct PendingTables {
     /// Pools that lie elsewhere: their page tables begin anew, and the records of their textures part from
     /// those that recorded commands see.
     pub(super) pools: BTreeSet<PoolId>,
@@ -22,7 +22,7 @@ pub(super) struct TablesToTell {
     pub(super) has_records: bool,
 }
 
-impl TablesToTell {
+impl PendingTables {
     pub(super) fn is_empty(&self) -> bool {
         self.pools.is_empty() && !self.has_records
     }
@@ -46,7 +46,7 @@ impl Gpu {
     ) -> Result<Moved, Error> {
         self.begin_fades(changes);
         let mut moved = Moved::default();
-        for pool in self.to_tell.pools.clone() {
+        for pool in self.pending_tables.pools.clone() {
             self.begin_tables_anew(pool, pager);
             moved.pools.insert(pool);
         }
@@ -88,7 +88,7 @@ impl Gpu {
             self.params.submitted_between();
         }
 
-        self.to_tell = TablesToTell::default();
+        self.pending_tables = PendingTables::default();
         if moved.records {
             self.bind_all_anew();
         } else {
@@ -146,7 +146,7 @@ impl Gpu {
             placement: &placement,
         });
         self.params.set(texture, &record);
-        self.to_tell.has_records = true;
+        self.pending_tables.has_records = true;
     }
 
     /// Sets what shaders are told of a group.
@@ -157,12 +157,12 @@ impl Gpu {
         id: u32,
     ) {
         self.params.set(number, &group_record(geometry, id));
-        self.to_tell.has_records = true;
+        self.pending_tables.has_records = true;
     }
 
     /// Shaders know no texture or group of this number from the next update on.
     pub(super) fn forget_record(&mut self, number: TextureNumber) {
         self.params.set(number, &no_record());
-        self.to_tell.has_records = true;
+        self.pending_tables.has_records = true;
     }
 }

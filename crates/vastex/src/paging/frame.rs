@@ -18,13 +18,13 @@ impl Paging {
     /// What a view wants in this frame, as the application says it; said again before the frame is played,
     /// the last counts.
     pub(crate) fn ingest(&mut self, feedback: Feedback) {
-        self.said.retain(|said| said.view != feedback.view);
-        self.said.push(Feedback { frame: self.frame, ..feedback });
+        self.reported.retain(|reported| reported.view != feedback.view);
+        self.reported.push(Feedback { frame: self.frame, ..feedback });
     }
 
     /// Adds what was said to what has arrived.
-    pub(crate) fn take_said(&mut self, arrived: &mut Vec<Feedback>) {
-        arrived.append(&mut self.said);
+    pub(crate) fn take_reported(&mut self, arrived: &mut Vec<Feedback>) {
+        arrived.append(&mut self.reported);
     }
 
     /// What all views wanted in a frame.

@@ -39,7 +39,7 @@ pub(crate) struct Paging {
     /// The number of the frame that the next update plays.
     frame: u64,
     /// What the application has said that views want.
-    said: Vec<Feedback>,
+    reported: Vec<Feedback>,
     /// That the pager has converged, while some of a view has not been seen.
     converged: Option<Event>,
     /// By number; `None` if the texture was removed.
@@ -68,7 +68,7 @@ impl Paging {
             tickets: OpenTickets::default(),
             convergences: OpenConvergences::default(),
             frame: 0,
-            said: Vec::new(),
+            reported: Vec::new(),
             converged: None,
             textures: Vec::new(),
         })

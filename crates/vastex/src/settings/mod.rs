@@ -195,6 +195,8 @@ impl Settings {
 }
 
 /// What may be set of one texture.
+///
+/// Later versions may have more fields: write `TextureSettings { filters, ..TextureSettings::default() }`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TextureSettings {
     /// The kind of page table that the texture gets. [`TableChoice::BySize`] by default; the other choices

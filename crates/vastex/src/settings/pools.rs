@@ -6,6 +6,8 @@ use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
 ///
 /// A pool gets the settings of `default_pool`, then those of each rule that suits its textures, in order: a
 /// later rule overrides the settings that it names, and leaves the rest.
+///
+/// Later versions may have more fields: write `PoolSettings { default_pool, ..PoolSettings::default() }`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolSettings {
     /// The settings of every pool, unless a rule overrides them.
@@ -17,6 +19,8 @@ pub struct PoolSettings {
 }
 
 /// Settings for the pools of some textures. A rule without conditions suits all.
+///
+/// Later versions may have more fields: write `PoolRule { tuning, ..PoolRule::default() }`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoolRule {
     /// The formats of the layers, in order, as the file or as the device has them; `None` suits any.
@@ -30,6 +34,8 @@ pub struct PoolRule {
 }
 
 /// The settings of a pool; `None` leaves a setting as it is.
+///
+/// Later versions may have more fields: write `PoolTuning { bytes, ..PoolTuning::default() }`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PoolTuning {
     /// GPU memory in bytes, an upper bound. Unset, it follows from the picture: see [`PoolEstimate`] (which

@@ -12,8 +12,9 @@ use crate::error::Error;
 
 /// The texels of the tail, read and decoded where the future is polled.
 pub(crate) async fn read(source: &Arc<dyn TileSource>) -> Result<Bytes, Error> {
-    let tile = source.read(source.description().geometry.tail_pos()).await?;
-    Ok(tile.decode(source.description())?)
+    let (size, tail) = (size(source), source.description().geometry.tail_pos());
+    let tile = source.read(tail).await.map_err(|error| Error::TailUnreadable { size, error })?;
+    tile.decode(source.description()).map_err(|error| Error::TailDamaged { size, error })
 }
 
 /// The texels of the tail, by a loader of its own, whose thread is left to itself where the source does not
@@ -37,16 +38,17 @@ pub(crate) fn read_blocking(
         loader.add_source(texture, source.clone());
         loader.request(page, 0);
     }
-    // Nothing ends where nothing could be asked for.
-    let ended = loader.wait().ok_or(ReadError::NoSuchTile { pos: geometry.tail_pos() })?;
+    let size = size(source);
+    let Some(ended) = loader.wait() else {
+        // Nothing ends where nothing could be asked for.
+        let error = ReadError::NoSuchTile { pos: geometry.tail_pos() };
+        return Err(Error::TailUnreadable { size, error });
+    };
     ended.result.map_err(|error| match error {
-        LoadError::Read(error) => error.into(),
-        LoadError::Decode { error, .. } => error.into(),
-        LoadError::Overdue { time_out, .. } => {
-            let [width, height, _] = geometry.size();
-            Error::TailOverdue { size: [width, height], time_out }
-        }
-        other => Error::TailFailed(other),
+        LoadError::Read(error) => Error::TailUnreadable { size, error },
+        LoadError::Decode { error, .. } => Error::TailDamaged { size, error },
+        LoadError::Overdue { time_out, .. } => Error::TailOverdue { size, time_out },
+        error => Error::TailFailed { size, error },
     })
 }
 
@@ -62,4 +64,10 @@ pub(crate) fn read_blocking(
         std::task::Poll::Ready(tail) => tail,
         std::task::Poll::Pending => Err(Error::TailPending),
     }
+}
+
+/// Width and height of the texture, for errors.
+fn size(source: &Arc<dyn TileSource>) -> [u32; 2] {
+    let [width, height, _] = source.description().geometry.size();
+    [width, height]
 }

@@ -67,7 +67,7 @@ impl Textures {
     fn observe(&mut self) -> Result<(), Error> {
         let cycle = self.paging.pager().feedback_cycle();
         let mut arrived = self.gpu.arrived_feedback(self.paging.frame(), cycle)?;
-        self.paging.take_said(&mut arrived);
+        self.paging.take_reported(&mut arrived);
         for views in arrived.chunk_by(|a, b| a.frame == b.frame) {
             let textures = self.paging.textures().map(|(texture, state)| (texture, &state.description));
             self.watch.note_feedback(views, self.paging.pager(), textures);

@@ -1,6 +1,6 @@
 //! Traces of what views want.
 
-use vastex_core::{Place, Trace};
+use vastex_core::{CameraPosition, Trace};
 
 use super::{Ahead, Textures};
 use crate::error::Error;
@@ -21,8 +21,8 @@ impl TraceControl<'_> {
     /// Says where the camera is in this frame, for traces from which prefetch sets are learnt: its position,
     /// or any other three numbers that say best what it sees. See
     /// [`prefetch::PrefetchSets`](crate::prefetch::PrefetchSets).
-    pub fn set_place(&mut self, place: Place) {
-        self.textures.watch.set_place(self.textures.paging.frame(), place);
+    pub fn set_camera_position(&mut self, place: CameraPosition) {
+        self.textures.watch.set_camera_position(self.textures.paging.frame(), place);
     }
 
     /// Begins a trace: from now on what each feedback wants is kept. A trace that was under way is dropped.

@@ -10,7 +10,7 @@ mod telemetry;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use vastex_core::{Description, Feedback, History, Pager, Place, PoolId, TextureNumber, Trace};
+use vastex_core::{CameraPosition, Description, Feedback, History, Pager, PoolId, TextureNumber, Trace};
 use vastex_tiles::{Tiers, TileSource};
 use vastex_wgpu::PixelReadback;
 
@@ -67,7 +67,7 @@ impl Watch {
         self.degenerate
     }
 
-    pub(crate) fn set_place(&mut self, frame: u64, place: Place) {
+    pub(crate) fn set_camera_position(&mut self, frame: u64, place: CameraPosition) {
         self.places.note(frame, place);
     }
 

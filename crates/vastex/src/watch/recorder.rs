@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use vastex_core::{
-    Description, Feedback, PageId, Pager, Place, TextureNumber, Trace, TraceRecordError, WantedPage,
+    CameraPosition, Description, Feedback, PageId, Pager, TextureNumber, Trace, TraceRecordError, WantedPage,
 };
 
 use crate::error::Error;
@@ -23,18 +23,18 @@ pub(super) struct Recorder {
 
 /// Where the camera was in the last frames, as far as the application said so: feedback comes later.
 #[derive(Debug, Default)]
-pub(super) struct Places(VecDeque<(u64, Place)>);
+pub(super) struct Places(VecDeque<(u64, CameraPosition)>);
 
 impl Places {
     /// Frames that feedback may be late by.
     const FRAMES: u64 = 64;
 
-    pub(super) fn note(&mut self, frame: u64, place: Place) {
+    pub(super) fn note(&mut self, frame: u64, place: CameraPosition) {
         self.0.retain(|&(of, _)| of != frame && of + Self::FRAMES > frame);
         self.0.push_back((frame, place));
     }
 
-    fn of(&self, frame: u64) -> Option<Place> {
+    fn of(&self, frame: u64) -> Option<CameraPosition> {
         self.0.iter().find(|(of, _)| *of == frame).map(|&(_, place)| place)
     }
 }
@@ -57,7 +57,7 @@ impl Recorder {
     fn add(
         &mut self,
         views: &[Feedback],
-        place: Option<Place>,
+        place: Option<CameraPosition>,
         pager: &Pager,
         textures: &[(TextureNumber, &Arc<Description>)],
     ) -> Result<(), TraceRecordError> {

@@ -80,7 +80,7 @@ fn an_application_names_what_it_needs() {
     let named = |error: &Error| match error {
         Error::Pool(error) => vastex::PoolError::to_string(error),
         Error::Trace(error) => vastex::prefetch::TraceRecordError::to_string(error),
-        Error::TailFailed(error) => vastex::source::LoadError::to_string(error),
+        Error::TailFailed { error, .. } => vastex::source::LoadError::to_string(error),
         other => other.to_string(),
     };
     assert!(named(&Error::OtherSettings).contains("prepare it again"));

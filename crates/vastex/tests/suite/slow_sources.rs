@@ -284,5 +284,8 @@ fn a_source_that_panics_over_its_tail_is_an_error() {
     let mut textures = Textures::new(&gpu.device, &gpu.queue, settings()).unwrap();
     let error =
         textures.add_blocking(Arc::new(Panics(property(SIZE, PAGE, AddressMode::Clamp)))).unwrap_err();
-    assert!(matches!(error, Error::TailFailed(_)) && error.to_string().contains("on purpose"), "{error}");
+    assert!(
+        matches!(error, Error::TailFailed { size: SIZE, .. }) && error.to_string().contains("on purpose"),
+        "{error}"
+    );
 }

@@ -30,7 +30,7 @@ pub(super) fn of_trace(trace: &Trace) -> String {
     for (number, geometry) in trace.geometries().iter().enumerate() {
         let _ = write!(text, "texture {number}\n{}", of_geometry(geometry));
     }
-    for (number, (pages, place)) in trace.frames().iter().zip(trace.places()).enumerate() {
+    for (number, (pages, place)) in trace.frames().iter().zip(trace.camera_positions()).enumerate() {
         let _ = match place {
             Some([x, y, z]) => writeln!(text, "frame {number} at {x},{y},{z}"),
             None => writeln!(text, "frame {number}"),

@@ -36,11 +36,13 @@ impl RunReport {
             format!("{}: this directory cannot be made; choose another place", directory.display())
         })?;
         let page = page_in(directory);
+        // First, for a pipe would be waited for.
+        let output = Output::at(&page)?;
         let is_another = |found: Vec<u8>| !String::from_utf8_lossy(&found).contains(page::MARK);
         if fs::read(&page).is_ok_and(is_another) {
             bail!("{}: is a page of somebody else; choose another directory", page.display());
         }
-        Ok(RunReport { output: Output::at(&page)?, records: Vec::new() })
+        Ok(RunReport { output, records: Vec::new() })
     }
 
     /// A frame has been played.

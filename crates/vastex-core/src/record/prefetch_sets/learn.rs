@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rustc_hash::FxHashMap;
 
 use super::{Cell, PrefetchSets, cell};
-use crate::record::trace::{Place, Trace};
+use crate::record::trace::{CameraPosition, Trace};
 use crate::texture::page::PageId;
 use crate::wanted::feedback::WantedPage;
 
@@ -17,7 +17,7 @@ const FRAMES_PER_CELL: f32 = 8.0;
 pub struct LearnSettings {
     /// Sides of a cell, 0 along an axis that tells nothing apart; where nothing is said, along each axis as
     /// far as the camera moves in 8 frames, jumps aside.
-    pub sides: Option<Place>,
+    pub sides: Option<CameraPosition>,
     /// Frames after the camera has left a cell whose pages belong to the cell.
     pub ahead_frames: u32,
     /// Pages of a cell at most; those wanted over the most pixels stay.
@@ -59,7 +59,7 @@ impl PrefetchSets {
         if let Some(other) = traces.iter().position(|trace| trace.geometries() != first.geometries()) {
             return Err(LearnError::OtherTextures { trace: other + 1 });
         }
-        if !traces.iter().flat_map(Trace::places).any(Option::is_some) {
+        if !traces.iter().flat_map(Trace::camera_positions).any(Option::is_some) {
             return Err(LearnError::NoPlaces);
         }
         let sides = settings.sides.unwrap_or_else(|| usual_sides(traces));
@@ -83,10 +83,10 @@ impl PrefetchSets {
 }
 
 /// The visits of cells, with their frames and those that follow.
-fn visits(trace: &Trace, sides: Place, ahead: usize) -> Vec<(Cell, std::ops::Range<usize>)> {
-    let all = trace.places().len();
+fn visits(trace: &Trace, sides: CameraPosition, ahead: usize) -> Vec<(Cell, std::ops::Range<usize>)> {
+    let all = trace.camera_positions().len();
     let cells: Vec<Option<Cell>> =
-        trace.places().iter().map(|place| place.map(|place| cell(place, sides))).collect();
+        trace.camera_positions().iter().map(|place| place.map(|place| cell(place, sides))).collect();
     let mut start = 0;
     let runs = cells.chunk_by(|a, b| a == b).map(|run| {
         let frames = start..start + run.len();
@@ -98,9 +98,9 @@ fn visits(trace: &Trace, sides: Place, ahead: usize) -> Vec<(Cell, std::ops::Ran
 
 /// Along each axis as far as the camera moves in [`FRAMES_PER_CELL`] frames; the median, since jumps say
 /// nothing.
-fn usual_sides(traces: &[Trace]) -> Place {
+fn usual_sides(traces: &[Trace]) -> CameraPosition {
     std::array::from_fn(|axis| {
-        let pairs = traces.iter().flat_map(|trace| trace.places().windows(2));
+        let pairs = traces.iter().flat_map(|trace| trace.camera_positions().windows(2));
         let moved = pairs.filter_map(|pair| Some((pair[0]?[axis] - pair[1]?[axis]).abs()));
         let mut moved: Vec<f32> = moved.filter(|moved| *moved > 0.0 && moved.is_finite()).collect();
         moved.sort_unstable_by(f32::total_cmp);

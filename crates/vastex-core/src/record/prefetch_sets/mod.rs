@@ -1,10 +1,10 @@
 //! Prefetch sets: which pages are wanted where, learnt from recorded traces.
 //!
-//! The space of the camera ([`Place`]) is cut into cells, and each has a list of the pages that were wanted
-//! while the camera was in it and shortly after, those wanted most first. In use, the list of the camera's
-//! cell and of the one that it is heading for is what the view is expected to want, for levels that are
-//! walked through again and again, tours, and rooms behind doors, where what comes next does not follow from
-//! how the camera moves.
+//! The space of the camera ([`CameraPosition`]) is cut into cells, and each has a list of the pages that
+//! were wanted while the camera was in it and shortly after, those wanted most first. In use, the list of
+//! the camera's cell and of the one that it is heading for is what the view is expected to want, for levels
+//! that are walked through again and again, tours, and rooms behind doors, where what comes next does not
+//! follow from how the camera moves.
 //!
 //! docs/traces.md describes the file.
 
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::record::file::FileError;
-use crate::record::trace::Place;
+use crate::record::trace::CameraPosition;
 use crate::texture::geometry::Geometry;
 use crate::texture::page::{PageId, TextureNumber};
 use crate::wanted::feedback::{Feedback, WantedPage};
@@ -32,7 +32,7 @@ type Cell = [i32; 3];
 pub struct PrefetchSets {
     geometries: Vec<Arc<Geometry>>,
     /// Sides of a cell; 0 along an axis that tells nothing apart.
-    sides: Place,
+    sides: CameraPosition,
     /// Frames for which the lists look ahead.
     ahead_frames: u32,
     cells: BTreeMap<Cell, Vec<WantedPage>>,
@@ -67,7 +67,7 @@ impl PrefetchSets {
     }
 
     /// Sides of a cell; 0 along an axis that tells nothing apart.
-    pub fn sides(&self) -> Place {
+    pub fn sides(&self) -> CameraPosition {
         self.sides
     }
 
@@ -84,8 +84,14 @@ impl PrefetchSets {
     /// What a camera at `place`, which moves by `step` a frame, is expected to want: the lists of its cell
     /// and of the one where it will be when the lists end. `textures` are the numbers that the textures have
     /// now, in the order in which they were learnt; what has none is left out.
-    pub fn expected(&self, place: Place, step: Place, textures: &[TextureNumber]) -> Feedback {
-        let ahead: Place = std::array::from_fn(|axis| place[axis] + step[axis] * self.ahead_frames as f32);
+    pub fn expected(
+        &self,
+        place: CameraPosition,
+        step: CameraPosition,
+        textures: &[TextureNumber],
+    ) -> Feedback {
+        let ahead: CameraPosition =
+            std::array::from_fn(|axis| place[axis] + step[axis] * self.ahead_frames as f32);
         let mut cells = vec![self.cell(place), self.cell(ahead)];
         cells.dedup();
         let pages = cells.iter().filter_map(|cell| self.cells.get(cell)).flatten();
@@ -108,13 +114,13 @@ impl PrefetchSets {
         codec::decode(bytes)
     }
 
-    fn cell(&self, place: Place) -> Cell {
+    fn cell(&self, place: CameraPosition) -> Cell {
         cell(place, self.sides)
     }
 }
 
 /// The cell of a place. What is farther off than numbers go is in the last cell.
-fn cell(place: Place, sides: Place) -> Cell {
+fn cell(place: CameraPosition, sides: CameraPosition) -> Cell {
     std::array::from_fn(|axis| if sides[axis] > 0.0 { (place[axis] / sides[axis]).floor() as i32 } else { 0 })
 }
 

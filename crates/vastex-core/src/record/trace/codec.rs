@@ -3,7 +3,7 @@
 use crate::record::file::{self, Reader, put, put_float, put_geometry, put_pages};
 use crate::texture::page::TextureNumber;
 
-use super::{Place, Trace, TraceError};
+use super::{CameraPosition, Trace, TraceError};
 
 /// The version written.
 pub(super) const VERSION: u32 = 3;
@@ -50,7 +50,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Trace, TraceError> {
     Ok(trace)
 }
 
-fn read_place(reader: &mut Reader<'_>) -> Result<Option<Place>, TraceError> {
+fn read_place(reader: &mut Reader<'_>) -> Result<Option<CameraPosition>, TraceError> {
     if !reader.one_of("whether there is a place", &[false, true])? {
         return Ok(None);
     }

@@ -25,12 +25,12 @@ pub struct Trace {
     geometries: Vec<Arc<Geometry>>,
     frames: Vec<Vec<WantedPage>>,
     /// Where the camera was in each frame, as far as that is known.
-    places: Vec<Option<Place>>,
+    places: Vec<Option<CameraPosition>>,
 }
 
 /// Where a camera is: its position, or any other three numbers that best say what it sees, such as longitude,
 /// latitude and the logarithm of the height.
-pub type Place = [f32; 3];
+pub type CameraPosition = [f32; 3];
 
 /// Why a frame or a texture cannot become part of a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -110,13 +110,13 @@ impl Trace {
     pub fn add_frame_at(
         &mut self,
         pages: impl Into<Vec<WantedPage>>,
-        place: Place,
+        place: CameraPosition,
     ) -> Result<(), TraceRecordError> {
         let is_known = place.iter().all(|coordinate| coordinate.is_finite());
         self.add(pages.into(), is_known.then_some(place))
     }
 
-    fn add(&mut self, pages: Vec<WantedPage>, place: Option<Place>) -> Result<(), TraceRecordError> {
+    fn add(&mut self, pages: Vec<WantedPage>, place: Option<CameraPosition>) -> Result<(), TraceRecordError> {
         let frame = self.frames.len();
         for (entry, wanted) in pages.iter().enumerate() {
             let geometry = self.geometries.get(usize::from(wanted.page.texture().number()));
@@ -143,7 +143,7 @@ impl Trace {
     }
 
     /// Where the camera was in each frame, as far as that is known.
-    pub fn places(&self) -> &[Option<Place>] {
+    pub fn camera_positions(&self) -> &[Option<CameraPosition>] {
         &self.places
     }
 

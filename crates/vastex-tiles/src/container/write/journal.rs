@@ -90,6 +90,10 @@ impl Journal {
     /// Opens the journal that an interrupted build left at `path`, which is kept when dropped, and reads its
     /// head. `None` if there is no journal, or none that got as far as its first tile.
     pub(super) fn open(path: PathBuf) -> io::Result<Option<(Journal, Head)>> {
+        // A pipe would be waited for.
+        if std::fs::metadata(&path).is_ok_and(|found| !found.is_file()) {
+            return Err(io::Error::other("this is in the way and no file; remove it"));
+        }
         let mut file = match OpenOptions::new().read(true).write(true).open(&path) {
             Ok(file) => file,
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),

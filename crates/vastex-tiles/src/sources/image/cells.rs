@@ -2,9 +2,11 @@
 //! is made of many; of the finer ones those that were used last.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex};
 
 use rustc_hash::FxHashMap;
+
+use crate::ground::sync::lock;
 
 /// Texels along a side of a cell; those at the right and lower edges of a level have fewer.
 pub(super) const SIDE: u32 = 256;
@@ -60,7 +62,7 @@ impl Cells {
 
     /// A cell, if it is kept. Counts as a use.
     pub(super) fn get(&self, pos: CellPos) -> Option<Cell> {
-        let kept = &mut *self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *lock(&self.kept);
         if pos.level >= self.lasting_from {
             return kept.lasting.get(&pos).cloned();
         }
@@ -75,7 +77,7 @@ impl Cells {
     /// Keeps a cell, and drops those of fine levels that were not used for the longest time, as many as must
     /// go for it.
     pub(super) fn insert(&self, pos: CellPos, cell: &Cell) {
-        let kept = &mut *self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = &mut *lock(&self.kept);
         if pos.level >= self.lasting_from {
             kept.lasting.insert(pos, cell.clone());
             return;
@@ -96,7 +98,7 @@ impl Cells {
 
     /// Bytes of the cells that are kept.
     pub(super) fn bytes(&self) -> u64 {
-        let kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = lock(&self.kept);
         let lasting: u64 = kept.lasting.values().map(|cell| cell.len() as u64).sum();
         lasting + kept.passing_bytes
     }

@@ -95,8 +95,8 @@ fn traces_of_earlier_versions_are_read() {
         assert_eq!(bytes[MAGIC.len()..][..WORD], version.to_le_bytes());
         let read = Trace::from_bytes(bytes).unwrap();
         assert_eq!((read.frames(), read.geometries()), (trace.frames(), trace.geometries()));
-        let places = if version == WITHOUT_PLACES { &[None, None][..] } else { trace.places() };
-        assert_eq!(read.places(), places);
+        let places = if version == WITHOUT_PLACES { &[None, None][..] } else { trace.camera_positions() };
+        assert_eq!(read.camera_positions(), places);
         assert_eq!(Trace::from_bytes(&read.to_bytes()), Ok(read), "written anew it is of this version");
         for end in 0..bytes.len() {
             assert!(Trace::from_bytes(&bytes[..end]).is_err(), "version {version} cut at {end}");
@@ -118,7 +118,7 @@ fn a_shape_that_is_none_is_refused_with_the_byte_at_which_it_stands() {
 fn a_place_is_made_of_numbers() {
     let mut trace = sample();
     trace.add_frame_at([], [0.0, f32::NAN, 0.0]).unwrap();
-    assert_eq!(trace.places()[2], None);
+    assert_eq!(trace.camera_positions()[2], None);
     let mut body = Trace::new().to_bytes();
     body.truncate(body.len() - WORD - 1);
     body.extend([1, 0, 1]); // a frame without pages, with a place
