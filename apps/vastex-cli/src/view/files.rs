@@ -18,8 +18,8 @@ const ENDINGS: [&str; 11] = ["vastex", "jpg", "jpeg", "png", "tif", "tiff", "svs
 const VOLUMES: [&str; 2] = [".nii", ".nii.gz"];
 /// The ending of directories that are volumes.
 const VOLUME_DIRECTORY: &str = ".zarr";
-/// Directories and archives of a folder that are looked into at most, to see whether they can be shown. The
-/// window waits meanwhile, so of each a few names are read and no more.
+/// Directories and archives of a folder that are looked into at most, to see whether they can be shown. A
+/// person waits meanwhile, so of each a few names are read and no more.
 const MOST_LOOKED_INTO: usize = 256;
 /// What the files of Zarr are called that say what its arrays are.
 const OF_ZARR: [&str; 5] = ["zarr.json", ".zattrs", ".zgroup", ".zarray", ".zmetadata"];
@@ -36,12 +36,47 @@ pub(super) struct Files {
     files: Vec<PathBuf>,
     current: usize,
     dropped_at: Option<Duration>,
+    /// The steps that were asked for while the folder of a single file is being listed.
+    waiting: Option<i32>,
+}
+
+/// What becomes of a step to another file.
+#[derive(Debug, PartialEq)]
+pub(super) enum Step {
+    /// Another file is to be shown.
+    Other,
+    /// There is no other.
+    Nowhere,
+    /// What lies beside this file is to be listed first, by [`list_beside`]; [`Files::take`] goes on.
+    List(PathBuf),
+    /// The folder is being listed, or the step is not wanted any more.
+    Waiting,
+}
+
+/// What lies beside a file, and which of that the file is; `None` if there is no such folder.
+pub(super) struct Folder {
+    file: PathBuf,
+    found: Option<(Vec<PathBuf>, usize)>,
+}
+
+/// Lists what lies beside a file. Reads names of the folder and a few of directories and archives in it,
+/// which may take long where the folder is far away: no work for the thread of a window.
+pub(super) fn list_beside(file: PathBuf) -> Folder {
+    let found = folder_of(&file);
+    Folder { file, found }
+}
+
+impl Folder {
+    /// Nothing beside a file, where nothing can be listed.
+    pub(super) fn none(file: PathBuf) -> Folder {
+        Folder { file, found: None }
+    }
 }
 
 impl Files {
     pub(super) fn new(first: &Path, others: &[PathBuf]) -> Files {
         let files = std::iter::once(first.to_owned()).chain(others.iter().cloned()).collect();
-        Files { files, current: 0, dropped_at: None }
+        Files { files, current: 0, dropped_at: None, waiting: None }
     }
 
     /// The file to show.
@@ -64,6 +99,7 @@ impl Files {
     pub(super) fn drop_in(&mut self, path: &Path, now: Duration) -> bool {
         let is_first = self.dropped_at.is_none_or(|before| now.saturating_sub(before) > TOGETHER);
         self.dropped_at = Some(now);
+        self.waiting = None;
         if is_first {
             (self.files, self.current) = (vec![path.to_owned()], 0);
         } else {
@@ -72,18 +108,36 @@ impl Files {
         is_first
     }
 
-    /// Goes so many files on, round from the last to the first. Returns true if that is another one.
-    pub(super) fn step(&mut self, step: i32) -> bool {
-        if let [single] = &self.files[..] {
-            // Beside an image in a file is what lies beside the file.
-            let file = open::file_of(single);
-            let Some((folder, current)) = folder_of(file) else { return false };
-            (self.files, self.current) = (folder, current);
+    /// Goes so many files on, round from the last to the first.
+    pub(super) fn step(&mut self, step: i32) -> Step {
+        let [single] = &self.files[..] else { return self.go(step) };
+        match &mut self.waiting {
+            Some(waiting) => {
+                *waiting = waiting.saturating_add(step);
+                Step::Waiting
+            }
+            None => {
+                self.waiting = Some(step);
+                // Beside an image in a file is what lies beside the file.
+                Step::List(open::file_of(single).to_owned())
+            }
         }
+    }
+
+    /// Hears what lies beside a file, and goes the steps that wait for that.
+    pub(super) fn take(&mut self, folder: Folder) -> Step {
+        let is_of = matches!(&self.files[..], [single] if open::file_of(single) == folder.file);
+        let Some(step) = self.waiting.take_if(|_| is_of) else { return Step::Waiting };
+        let Some((files, current)) = folder.found else { return Step::Nowhere };
+        (self.files, self.current) = (files, current);
+        self.go(step)
+    }
+
+    fn go(&mut self, step: i32) -> Step {
         let before = self.current;
         let count = self.files.len() as i64;
         self.current = (before as i64 + i64::from(step)).rem_euclid(count) as usize;
-        self.current != before
+        if self.current == before { Step::Nowhere } else { Step::Other }
     }
 }
 
@@ -194,6 +248,14 @@ fn by_numbers(a: &str, b: &str) -> Ordering {
 mod tests {
     use super::*;
 
+    /// Goes a step, and lists the folder where that is needed. Returns true if that is another file.
+    fn goes(files: &mut Files, step: i32) -> bool {
+        match files.step(step) {
+            Step::List(file) => files.take(list_beside(file)) == Step::Other,
+            step => step == Step::Other,
+        }
+    }
+
     fn name(files: &Files) -> String {
         files.current().file_name().unwrap().to_string_lossy().into_owned()
     }
@@ -201,19 +263,46 @@ mod tests {
     #[test]
     fn several_files_are_stepped_through_and_a_single_one_with_its_folder() {
         let mut files = Files::new(Path::new("b"), &["a".into(), "c".into()]);
-        assert!(files.step(1) && name(&files) == "a");
-        assert!(files.step(-2) && name(&files) == "c", "round the end");
+        assert!(goes(&mut files, 1) && name(&files) == "a");
+        assert!(goes(&mut files, -2) && name(&files) == "c", "round the end");
         let folder = tempfile::tempdir().unwrap();
         for name in ["a.txt", "b.PNG", "c.vastex", "d.tif"] {
             std::fs::write(folder.path().join(name), "").unwrap();
         }
         std::fs::create_dir(folder.path().join("e.png")).unwrap();
         let mut files = Files::new(&folder.path().join("c.vastex"), &[]);
-        let steps: Vec<String> = (0..3).map(|_| (files.step(1), name(&files)).1).collect();
+        let steps: Vec<String> = (0..3).map(|_| (goes(&mut files, 1), name(&files)).1).collect();
         assert_eq!(steps, ["d.tif", "b.PNG", "c.vastex"]);
         let mut alone = Files::new(&folder.path().join("a.txt"), &[]);
-        assert!(alone.step(1) && name(&alone) == "b.PNG", "it is in the list though its ending is none");
-        assert!(!Files::new(&folder.path().join("gone/x.png"), &[]).step(1));
+        assert!(
+            goes(&mut alone, 1) && name(&alone) == "b.PNG",
+            "it is in the list though its ending is none"
+        );
+        assert!(!goes(&mut Files::new(&folder.path().join("gone/x.png"), &[]), 1));
+    }
+
+    /// A person who is faster than a slow folder gets where the keys lead.
+    #[test]
+    fn steps_are_counted_while_a_folder_is_listed_and_forgotten_with_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", "b.png", "c.png", "d.png"] {
+            std::fs::write(folder.path().join(name), "").unwrap();
+        }
+        let first = folder.path().join("a.png");
+        let mut files = Files::new(&first, &[]);
+        assert_eq!(files.step(1), Step::List(first.clone()));
+        assert_eq!([1, 1, -1].map(|step| files.step(step)), [const { Step::Waiting }; 3]);
+        assert_eq!(name(&files), "a.png", "nothing waits for the folder");
+        assert!(files.take(list_beside(first.clone())) == Step::Other && name(&files) == "c.png");
+        assert_eq!(files.take(list_beside(first.clone())), Step::Waiting, "it was asked for once");
+        let mut files = Files::new(&first, &[]);
+        assert_eq!(files.step(1), Step::List(first.clone()));
+        assert!(files.drop_in(Path::new("other.png"), Duration::ZERO));
+        assert_eq!(files.take(list_beside(first.clone())), Step::Waiting, "another file was dropped");
+        assert_eq!(name(&files), "other.png");
+        let mut files = Files::new(&first, &[]);
+        assert_eq!(files.step(1), Step::List(first.clone()));
+        assert_eq!(files.take(Folder::none(first)), Step::Nowhere);
     }
 
     #[test]
@@ -294,7 +383,7 @@ mod tests {
         let (mut files, ms) = (Files::new(Path::new("first"), &[]), Duration::from_millis);
         assert!(files.drop_in(Path::new("a"), ms(1000)) && name(&files) == "a");
         assert!(!files.drop_in(Path::new("b"), ms(1010)) && name(&files) == "a");
-        assert!(files.step(1) && name(&files) == "b");
+        assert!(goes(&mut files, 1) && name(&files) == "b");
         assert!(files.drop_in(Path::new("c"), ms(5000)) && name(&files) == "c");
     }
 }

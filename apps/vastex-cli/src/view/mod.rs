@@ -63,7 +63,7 @@ use crate::args::ViewArgs;
 use crate::open::{self, Lies};
 use crate::{report, screenshot};
 use dialog::Chosen;
-use files::Files;
+use files::{Files, Folder};
 use flight::Flight;
 use links::{AskedBefore, Linked};
 use opening::{Openings, Report};
@@ -149,6 +149,8 @@ enum Message {
     Chosen(Chosen),
     /// The text that was copied, which was asked for, or why there is none.
     Copied(Result<String, String>),
+    /// What lies beside a file.
+    Listed(Folder),
     /// Textures for another mode of feedback.
     MadeAnew(Box<MadeAnew>),
     /// A picture of the window lies in a file, or none does.
@@ -386,6 +388,10 @@ impl ApplicationHandler<Message> for App {
         let mut heard = Ok(());
         match message {
             Message::Opening(report) => heard = self.on_report(*report),
+            Message::Listed(folder) => {
+                let step = self.files.take(folder);
+                heard = self.go_to_file(step);
+            }
             Message::Chosen(chosen) => heard = self.on_chosen(chosen),
             Message::Copied(copied) => heard = self.paste(copied),
             Message::MadeAnew(made) => self.take_anew(*made),

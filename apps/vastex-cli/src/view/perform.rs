@@ -26,11 +26,8 @@ impl App {
             if self.files.are_none() {
                 return self.notice_of_nothing();
             }
-            if self.files.step(step) {
-                return self.open_another();
-            }
-            self.notice("there is no other file to show beside this one");
-            return Ok(());
+            let step = self.files.step(step);
+            return self.go_to_file(step);
         }
         if matches!(action, Action::Move(_) | Action::Magnify(..) | Action::Reset | Action::Scene(_)) {
             self.flight.stop();

@@ -1,6 +1,7 @@
 //! What a person asks for in the panel and in the dialog for files.
 
 use std::path::Path;
+use std::thread;
 
 use anyhow::Result;
 use vastex_scenes::{Pose, Scene};
@@ -10,7 +11,7 @@ use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
 use super::dialog::{self, Chosen};
-use super::files::Files;
+use super::files::{Files, Folder, Step, list_beside};
 use super::panel::Asked;
 use super::viewer::{DIALOG, MadeAnew};
 use super::{App, Message};
@@ -51,6 +52,28 @@ impl App {
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
         self.files_before.get_or_insert(before);
         self.open_another()
+    }
+
+    /// Goes to another file, or looks for one: in a folder that is far away that may take long, so it is
+    /// listed beside the loop of events.
+    pub(super) fn go_to_file(&mut self, step: Step) -> Result<()> {
+        match step {
+            Step::Other => return self.open_another(),
+            Step::Nowhere => self.notice("there is no other file to show beside this one"),
+            Step::Waiting => {}
+            Step::List(file) => {
+                let (proxy, asked) = (self.proxy.clone(), file.clone());
+                // Nobody listens where the window is closed.
+                let list = move || drop(proxy.send_event(Message::Listed(list_beside(asked))));
+                if thread::Builder::new().name("vastex-folder".into()).spawn(list).is_err() {
+                    let step = self.files.take(Folder::none(file));
+                    return self.go_to_file(step);
+                }
+                // Gone with what is opened, or with what is said then.
+                self.notice("looking for other files in the folder");
+            }
+        }
+        Ok(())
     }
 
     /// Begins to make the textures of the window anew, as they are wanted there.
