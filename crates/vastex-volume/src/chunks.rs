@@ -186,6 +186,16 @@ impl ChunkList {
         ChunkList { coords: Vec::new(), cell: vec![1; axes] }
     }
 
+    /// Adds a cell, of coordinates below 2^32, where the list takes up to `most` bytes then. Returns whether
+    /// it does.
+    pub(crate) fn add(&mut self, coords: &[u64], most: usize) -> bool {
+        let has_room = (self.coords.len() + coords.len()) * size_of::<u32>() <= most;
+        if has_room {
+            self.coords.extend(coords.iter().map(|at| *at as u32));
+        }
+        has_room
+    }
+
     /// The coordinates of each cell.
     pub(crate) fn iter(&self) -> impl Iterator<Item = &[u32]> {
         self.coords.chunks_exact(self.cell.len().max(1))
@@ -206,6 +216,8 @@ pub(crate) type PresenceFuture<'a> = Pin<Box<dyn Future<Output = Result<Presence
 /// Keys that are in memory, and entries in indices of shards, that are looked at for one key that a directory
 /// lists.
 pub(crate) const LOOKS_FOR_A_KEY: usize = 16;
+/// Bytes that a list of chunks takes at most: 89 million chunks of three axes, 53 million of five.
+pub(crate) const MOST_LISTED: usize = 1 << 30;
 
 /// The chunks of an array. Shared by threads.
 pub(crate) trait ChunkSource: Send + Sync {
@@ -226,8 +238,12 @@ pub(crate) trait ChunkSource: Send + Sync {
     /// The value of absent chunks, little-endian, in as many bytes as a value has.
     fn fill(&self) -> [u8; 8];
 
-    /// Which chunks are stored, with at most `most` keys listed: those of directories; of what is in memory
-    /// already, and of entries in indices of shards, [`LOOKS_FOR_A_KEY`] times as many. Where indices of
-    /// shards have more entries, only which shards there are.
+    /// Which chunks are stored: unknown where a directory has more than `most` keys, what is in memory
+    /// already, as an archive's keys are, [`LOOKS_FOR_A_KEY`] times as many, or the list were larger than
+    /// [`MOST_LISTED`]. Of shards all indices are read, if these are at most a 64th of `most`, have at most
+    /// [`LOOKS_FOR_A_KEY`] times as many entries, stored or not, and at most 512 bytes for each of `most` are
+    /// read or inflated for them; else, and where the list of chunks were larger than [`MOST_LISTED`], the
+    /// list is of the shards that are there. Of a shard whose index cannot be read all chunks count as
+    /// stored.
     fn presence(&self, most: usize) -> PresenceFuture<'_>;
 }

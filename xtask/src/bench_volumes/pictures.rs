@@ -116,9 +116,7 @@ fn by_memory(scripts: &Scripts, volume: &Drawn, directory: &Path) -> Result<Stri
     let mut page = format!(
         "\n### In how much memory\n\n\
          Of {}: PSNR in dB beside the picture in a pool that holds all that is wanted, and in parentheses the mip bias that makes the bricks fit. A\n\
-         picture in less memory is coarser, and nothing is loaded twice. An average is over the samples of a ray, which lie as far apart as the voxels of\n\
-         the level that is wanted: where a ray in perspective goes through two levels, the finer one has more of them and counts more. So a bias that puts the\n\
-         border between two levels into the volume changes its brightness (here by 5 %). Parallel rays have one level, and their brightness stays.\n\n| pool MiB |{}\n|---|{}\n",
+         picture in less memory is coarser, and nothing is loaded twice.\n\n| pool MiB |{}\n|---|{}\n",
         volume.name,
         BY_MEMORY.map(|mode| format!(" {mode} |")).concat(),
         "---|".repeat(BY_MEMORY.len()),

@@ -20,7 +20,8 @@ pub(crate) struct InfoArgs {
     /// Say how large a pool a picture of this size needs, and how that follows
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) estimate: Option<[u32; 2]>,
-    /// Of a volume, count absent bricks, whatever has to be listed and read for that
+    /// Of a volume, count absent bricks, though that may list 67 million files of a level, or read a million
+    /// indices of shards
     #[arg(long)]
     pub(crate) count: bool,
     /// Print one JSON object

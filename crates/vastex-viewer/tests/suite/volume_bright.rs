@@ -1,5 +1,5 @@
 //! How bright what glows is: the same at every step and on every level, of a box of one value as the law has
-//! it, of the real head nearly.
+//! it, of the real head nearly. And how bright an average is: the same wherever two levels meet in a ray.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use vastex::{LayerFormat, TableChoice};
 use vastex_viewer::volume::{VolumeCamera, VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeView};
 
 use super::volume_real::real;
-use super::volume_reference::{display, level_of, light_of, ways_through};
+use super::volume_reference::{display, level_of, light_of, picture, ways_through};
 use super::volume_world::{ArrayVolume, World, face_size, geometry};
 
 const STEPS: [f64; 3] = [1.0, 1.0 / 3.0, 0.2];
@@ -104,4 +104,48 @@ fn the_head_glows_alike_at_every_step_and_level() {
             assert!((two[1] / two[0] - 1.0).abs() < 0.05, "density {density}: {of_levels:?}");
         }
     }
+}
+
+/// A box that is bright in its first half and dark in the other one, seen along it in perspective: the middle
+/// of the picture is the mean of both, from either side, wherever levels meet: where pixels of many sizes put
+/// that, and where pools do that are too small for what is wanted.
+#[test]
+fn an_average_in_perspective_hangs_on_neither_levels_nor_side() {
+    let (size, [near, far]) = ([32, 32, 128], [220.0 / 255.0, 20.0 / 255.0]);
+    let value = |[_, _, z]: [f64; 3]| if z < 64.0 { near } else { far };
+    // As far from the box as that is long: a pixel of its far side is twice as large as one of its near side.
+    let around = |nth: usize, pixel: f64, rows: u32| {
+        let (eye, toward) = [(-128.0, DVec3::Z), (256.0, DVec3::NEG_Z)][nth];
+        let eye = DVec3::new(16.0, 16.0, eye);
+        let half_height = (pixel / 128.0 * f64::from(rows) / 2.0).atan();
+        VolumeView::Around(VolumeCamera { target: eye + toward, eye, down: DVec3::Y, half_height })
+    };
+    let picture_size = [9, 9];
+    let middle = 4 * 9 + 4;
+    let expected = 255.0 * (near + far) / 2.0;
+    let mut biases = std::collections::BTreeSet::new();
+    for slots in [100, 20, 10, 6] {
+        let volume = ArrayVolume::new(geometry(size, 16), LayerFormat::R8, value);
+        let mut world = World::of(vec![Arc::new(volume)], slots, TableChoice::BySize);
+        world.of.voxel = DVec3::ONE;
+        let channel = VolumeChannel::new(world.ids[0]);
+        let desc = VolumeDesc { is_exact: true, ..VolumeDesc::new(world.of, vec![channel]) };
+        let desc = VolumeDesc { mode: VolumeMode::Average, ..desc };
+        let pixels = [1.05, 1.25, 1.5, 1.75, 1.95];
+        for (nth, pixel) in [0, 1].into_iter().flat_map(|nth| pixels.map(|pixel| (nth, pixel))) {
+            let view = around(nth, pixel, picture_size[1]);
+            let drawn = world.drawn(desc.clone(), view, picture_size).0[middle][0];
+            let bias = world.textures.stats().pager.bias_eighths;
+            let what = format!("side {nth}, pixels from {pixel} voxels on, bias {bias}/8");
+            biases.insert(bias);
+            // The last sample's part may be half of it longer or shorter than what is left of the ray.
+            let off = (f64::from(drawn) - expected).abs();
+            assert!(off <= 4.0, "{what}: {drawn}, and not {expected}");
+            if bias == 0 {
+                let twin = picture(&desc, &world.arrays(&desc), &view, picture_size)[middle][0];
+                assert!((f64::from(drawn) - twin).abs() <= 1.5, "{what}: {drawn}, and not {twin}");
+            }
+        }
+    }
+    assert!(biases.contains(&0) && biases.len() >= 3, "{biases:?}");
 }

@@ -142,7 +142,7 @@ pub(crate) fn bricks_met(
         let pixel = |way: f64| rays.pixel + rays.growth * way;
         let density = desc.density * 100.0 / desc.of.extent().max_element();
         let mut through = 1.0;
-        for (way, step) in samples(desc, channels[0].1, &ray, &pixel) {
+        for Sample { way, length, .. } in samples(desc, channels[0].1, &ray, &pixel) {
             if desc.mode == VolumeMode::Emission && through <= 1.0 / 256.0 {
                 break;
             }
@@ -152,7 +152,7 @@ pub(crate) fn bricks_met(
             met.insert((level as u8, std::array::from_fn(|a| (place[a] / side) as u32)));
             for (channel, levels) in channels {
                 let x = channel.shown(levels[level].sample(place));
-                through *= (1.0 - (f64::from(channel.opacity) * x).min(0.999)).powf(density * step);
+                through *= (1.0 - (f64::from(channel.opacity) * x).min(0.999)).powf(density * length);
             }
         }
     }
@@ -215,14 +215,20 @@ fn of_map(map: Palette, x: f64) -> DVec3 {
     map.color(x as f32).map(f64::from).into()
 }
 
-/// The middles of the samples of a ray, and how long the part of each is: together as long as the ray.
-fn samples(
-    desc: &VolumeDesc,
-    levels: &[ArrayLevel],
-    ray: &Ray,
-    pixel: &dyn Fn(f64) -> f64,
-) -> Vec<(f64, f64)> {
-    let mut found: Vec<(f64, f64)> = Vec::new();
+/// A sample of a ray.
+#[derive(Clone, Copy)]
+struct Sample {
+    /// How far along the ray it lies.
+    way: f64,
+    /// How far samples of its level are apart.
+    step: f64,
+    /// How long its part of the ray is: those of all samples are together as long as the ray.
+    length: f64,
+}
+
+/// The samples of a ray.
+fn samples(desc: &VolumeDesc, levels: &[ArrayLevel], ray: &Ray, pixel: &dyn Fn(f64) -> f64) -> Vec<Sample> {
+    let mut found: Vec<Sample> = Vec::new();
     let (mut base, mut nth, mut level, mut step) = (ray.begin, 0.0, usize::MAX, 0.0);
     // Where the part of the last sample begins.
     let mut last = ray.begin;
@@ -240,12 +246,12 @@ fn samples(
         let middle = base + (nth + 0.5) * step;
         if middle >= ray.end {
             // The last one stands for all that is left of the ray.
-            if let Some((_, length)) = found.last_mut() {
-                *length = ray.end - last;
+            if let Some(sample) = found.last_mut() {
+                sample.length = ray.end - last;
             }
             return found;
         }
-        found.push((middle, step));
+        found.push(Sample { way: middle, step, length: step });
         (last, nth) = (base + nth * step, nth + 1.0);
     }
 }
@@ -256,7 +262,7 @@ struct Sampled<'a> {
     levels: &'a [&'a [ArrayLevel]],
     ray: &'a Ray,
     pixel: &'a dyn Fn(f64) -> f64,
-    steps: Vec<(f64, f64)>,
+    steps: Vec<Sample>,
     values: Vec<Vec<Cell<Option<f64>>>>,
 }
 
@@ -285,7 +291,7 @@ impl<'a> Sampled<'a> {
     /// That of a sample.
     fn sample(&self, channel: usize, nth: usize) -> f64 {
         let known = &self.values[channel][nth];
-        let value = known.get().unwrap_or_else(|| self.value(channel, self.steps[nth].0));
+        let value = known.get().unwrap_or_else(|| self.value(channel, self.steps[nth].way));
         known.set(Some(value));
         value
     }
@@ -304,7 +310,10 @@ impl<'a> Sampled<'a> {
         match desc.mode {
             VolumeMode::Mip => reduced(&|values| values.iter().copied().fold(f64::MIN, f64::max)),
             VolumeMode::Minip => reduced(&|values| values.iter().copied().fold(f64::MAX, f64::min)),
-            VolumeMode::Average => reduced(&|values| values.iter().sum::<f64>() / values.len() as f64),
+            VolumeMode::Average => reduced(&|values| {
+                let weighed = values.iter().zip(&self.steps).map(|(value, sample)| value * sample.step);
+                weighed.sum::<f64>() / self.steps.iter().map(|sample| sample.step).sum::<f64>()
+            }),
             VolumeMode::Emission => self.emission(desc),
             VolumeMode::Iso => self.surface(desc),
         }
@@ -314,7 +323,7 @@ impl<'a> Sampled<'a> {
         let density = desc.density * 100.0 / self.of.extent().max_element();
         let plain: Vec<DVec3> = desc.channels.iter().map(|channel| glow(channel, 0.0)).collect();
         let (mut light, mut through) = (DVec3::ZERO, 1.0);
-        for (step, (_, length)) in self.steps.iter().enumerate() {
+        for (step, Sample { length, .. }) in self.steps.iter().enumerate() {
             let (mut tau, mut gathered) = (0.0, DVec3::ZERO);
             for (nth, channel) in desc.channels.iter().enumerate() {
                 let value = self.sample(nth, step);
@@ -341,7 +350,7 @@ impl<'a> Sampled<'a> {
         for (nth, channel) in desc.channels.iter().enumerate() {
             let mut last = (self.ray.begin, self.value(nth, self.ray.begin));
             let mut crossing = (last.1 >= iso).then_some(self.ray.begin);
-            for (step, (way, _)) in self.steps.iter().enumerate() {
+            for (step, Sample { way, .. }) in self.steps.iter().enumerate() {
                 if crossing.is_some() {
                     break;
                 }

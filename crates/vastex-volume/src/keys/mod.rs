@@ -8,6 +8,8 @@ mod directory;
 mod positioned;
 mod zip;
 mod zip_directory;
+#[cfg(test)]
+mod zip_written;
 
 use std::future::Future;
 use std::pin::Pin;
@@ -19,6 +21,8 @@ use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::spare::Spare;
 pub(crate) use directory::Directory;
 pub(crate) use zip::{Zip, is_zip};
+#[cfg(test)]
+pub(crate) use zip_written::{Packing, archive};
 
 /// Which bytes of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +69,8 @@ pub(crate) trait KeyStore: Send + Sync {
     /// Returns true if all keys are in memory, so that a listing reads nothing.
     fn is_listed(&self) -> bool;
 
-    /// Bytes that are read, or inflated, for a part of a value that has so many.
+    /// Bytes that are read, or inflated, for a part of a value that has so many; none where the value is
+    /// refused before it is read.
     fn bytes_for_part(&self, _key: &str, len: u64) -> u64 {
         len
     }

@@ -194,9 +194,11 @@ impl KeyStore for Zip {
     }
 
     fn bytes_for_part(&self, key: &str, len: u64) -> u64 {
-        match self.entry(key) {
-            Some(entry) if entry.method == Ok(Method::Deflated) => entry.size,
-            _ => len,
+        match self.entry(key).map(|entry| (check(entry, MOST_DEFLATED), entry.size)) {
+            // Nothing is read of what is refused.
+            Some((Err(_), _)) => 0,
+            Some((Ok(Method::Deflated), size)) => size,
+            Some((Ok(Method::Stored), _)) | None => len,
         }
     }
 
@@ -228,6 +230,7 @@ fn below(prefix: &str) -> String {
 mod tests {
     use pollster::block_on;
 
+    use super::super::zip_written::{Packing, archive};
     use super::*;
 
     /// An archive with one stored entry whose sizes and places stand in the fields of large archives.
@@ -314,6 +317,34 @@ mod tests {
         ] {
             let error = check(&entry, MOST_DEFLATED).unwrap_err().to_string();
             assert!(error.contains(says), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_part_costs_what_is_inflated_for_it_and_nothing_where_it_is_refused() {
+        let entry = |name, packing| (name, &[7; 900][..], packing);
+        let most = MOST_DEFLATED as u32;
+        let zip = opened(&archive(&[
+            entry("stored", Packing::STORED),
+            entry("deflated", Packing::DEFLATED),
+            entry("largest", Packing::said_to_have(most)),
+            entry("larger", Packing::said_to_have(most + 1)),
+            entry("encrypted", Packing { is_encrypted: true, ..Packing::DEFLATED }),
+            entry("wrong", Packing { said: Some(5), ..Packing::STORED }),
+        ]))
+        .unwrap();
+        for (key, bytes) in [
+            ("stored", 16),
+            ("deflated", 900),
+            ("largest", MOST_DEFLATED),
+            ("larger", 0),
+            ("encrypted", 0),
+            ("wrong", 0),
+            ("nothing", 16),
+        ] {
+            assert_eq!(zip.bytes_for_part(key, 16), bytes, "{key}");
+            let is_read = block_on(zip.read(key, Span::Last(16))).is_ok();
+            assert_eq!(is_read, ["stored", "deflated", "nothing"].contains(&key), "{key}");
         }
     }
 

@@ -13,7 +13,8 @@ use vastex_core::PagePos;
 use vastex_tiles::{Container, ContainerVolume, ReadError, TileSource};
 
 use crate::chunks::{
-    AxisMap, Chunk, ChunkFuture, ChunkList, ChunkSource, Grid, LOOKS_FOR_A_KEY, Presence, PresenceFuture,
+    AxisMap, Chunk, ChunkFuture, ChunkList, ChunkSource, Grid, LOOKS_FOR_A_KEY, MOST_LISTED, Presence,
+    PresenceFuture,
 };
 use crate::fault::{VolumeError, VolumeFault, damaged};
 use crate::values::DType;
@@ -168,8 +169,8 @@ impl TiledLevel {
                 rest /= counts[axis];
             }
             let (texture, pos) = self.place(&coords);
-            if !self.is_absent(texture, pos) {
-                present.coords.extend(coords.iter().map(|at| *at as u32));
+            if !self.is_absent(texture, pos) && !present.add(&coords, MOST_LISTED) {
+                return Presence::Unknown;
             }
         }
         Presence::These(present)

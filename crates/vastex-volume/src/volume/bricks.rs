@@ -16,7 +16,7 @@ pub(crate) const KEYS_AT_HAND: usize = 1 << 18;
 /// What may be looked at for one level.
 #[derive(Clone, Copy)]
 struct Effort {
-    /// Keys that are listed, or chunks in indices of shards.
+    /// Keys of a directory that are listed; of what else is looked at as `ChunkSource::presence` says.
     keys: usize,
     /// Bricks that are marked, those included that were marked before.
     marks: u64,
@@ -35,14 +35,16 @@ const MOST_NUMBERS: usize = 1 << 24;
 pub struct BrickCount {
     /// How many there are.
     pub bricks: u64,
-    /// How many have no stored chunk; `None` if finding out takes more than was allowed.
+    /// How many have no stored chunk; `None` if finding that out takes more than was allowed.
     pub absent: Option<u64>,
 }
 
 impl Volume {
-    /// Counts bricks of 64x64x64 voxels. Directories are listed up to some hundred thousand keys a level,
-    /// archives and up to 4096 indices of shards up to 4 million chunks; `thorough` reads them whatever their
-    /// number, up to some ten millions of keys, or a million indices.
+    /// Counts bricks of 64x64x64 voxels, and those that are absent as far as this goes: of each level up to
+    /// 262,144 keys of a directory are listed, or 4 million of an archive, and up to 4096 indices of shards
+    /// are read, of 4 million chunks and 128 MiB, and up to 16 million bricks may be there. `thorough` goes
+    /// up to 256 times as many of each, and to 17 billion bricks, or 16 million of a level of more than 2
+    /// billion. In any case a list of stored chunks takes up to 1 GiB (53 million chunks of five axes).
     pub async fn count_bricks(&self, thorough: bool) -> Result<BrickCount, VolumeError> {
         let effort = if thorough { THOROUGH } else { AT_HAND };
         let mut count = BrickCount { bricks: 0, absent: Some(0) };

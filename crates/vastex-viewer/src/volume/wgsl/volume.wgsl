@@ -149,11 +149,15 @@ fn volume_x(channel: VolumeChannel, value: f32) -> f32 {
     return select(pow(max(x, 1e-30), channel.gamma), x, channel.gamma == 1.0 || x == 0.0);
 }
 
-// What is left of all samples of a channel: the largest, the smallest or their mean; and of how many.
+// What is left of all samples of a channel: the largest, the smallest or their mean, in which each counts as much as its part of the ray is
+// long; and of how many.
 fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
     var most = -1e38;
     var least = 1e38;
     var sum = 0.0;
+    // In steps of the first level: where a ray has that alone, this is the number of samples.
+    var length = 0.0;
+    var first_step = 0.0;
     var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
     var count = 0u;
     while count < VOLUME_SAMPLES && volume_front(steps) < ray.end {
@@ -163,6 +167,9 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
         if middle >= ray.end {
             break;
         }
+        first_step = select(first_step, steps.step, count == 0u);
+        // A quotient of equals need not be 1 exactly.
+        let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
         let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
         let exit = volume_exit(ray, brick, middle, steps.step);
         // What changes nothing is leapt over, and what is the same everywhere is sampled once.
@@ -174,8 +181,9 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
             if is_even {
                 most = max(most, range.y);
                 least = min(least, range.x);
-                sum += range.x * f32(samples);
+                sum += range.x * (f32(samples) * weight);
             }
+            length += f32(samples) * weight;
             count += samples;
             steps.nth += samples;
             continue;
@@ -185,7 +193,8 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
             let value = volume_sample(brick, volume_at(ray, middle));
             most = max(most, value);
             least = min(least, value);
-            sum += value;
+            sum += value * weight;
+            length += weight;
             count++;
             steps.nth++;
             middle = volume_middle(steps);
@@ -200,7 +209,7 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
     if VOLUME_MODE == VOLUME_MINIP {
         return vec2<f32>(least, f32(count));
     }
-    return vec2<f32>(sum / max(f32(count), 1.0), f32(count));
+    return vec2<f32>(sum / max(length, 1e-30), f32(count));
 }
 
 // The light of channels that are reduced each by itself.
