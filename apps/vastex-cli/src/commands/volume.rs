@@ -46,8 +46,9 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
         },
         Opened::Volume(volume) => {
             let count = pollster::block_on(volume.count_bricks(args.count))?;
-            let volume = Arc::from(volume);
-            let summary = Summary { levels_kept: kept(args, &volume), ..Summary::new(volume.about(), count) };
+            let volume: Arc<Volume> = Arc::from(volume);
+            let summary = Summary::new(volume.about(), count, args.count);
+            let summary = Summary { levels_kept: kept(args, &volume), ..summary };
             match args.json {
                 true => report::print_json(&summary)?,
                 false => report::print(&format!("{}\n{}", printable(&volume.about().path), summary.text()))?,
@@ -62,7 +63,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
 pub(super) fn rows_of(path: &Path) -> Result<Option<Vec<(&'static str, String)>>> {
     let Opened::Volume(volume) = open(path)? else { return Ok(None) };
     let count = pollster::block_on(volume.count_bricks(false))?;
-    let rows = Summary::new(volume.about(), count).rows();
+    let rows = Summary::new(volume.about(), count, false).rows();
     Ok(Some(rows.into_iter().map(|(name, value)| (name, printable(&value))).collect()))
 }
 
@@ -174,6 +175,9 @@ struct Summary {
     bricks: u64,
     /// Those without a stored chunk; null where counting needs more than listings and indices at hand.
     absent_bricks: Option<u64>,
+    /// Whether `--count` has counted these.
+    #[serde(skip)]
+    is_counted: bool,
     oddities: Vec<String>,
 }
 
@@ -209,7 +213,7 @@ struct ChannelSummary {
 }
 
 impl Summary {
-    fn new(about: &VolumeAbout, count: BrickCount) -> Summary {
+    fn new(about: &VolumeAbout, count: BrickCount, is_counted: bool) -> Summary {
         let levels = about.levels.iter().map(|level| LevelSummary {
             path: level.path.clone(),
             size: level.size,
@@ -247,6 +251,7 @@ impl Summary {
             brick: BRICK,
             bricks: count.bricks,
             absent_bricks: count.absent,
+            is_counted,
             oddities: about.oddities.clone(),
         }
     }
@@ -292,6 +297,7 @@ impl Summary {
         }
         let absent = match self.absent_bricks {
             Some(absent) => format!("{absent} absent"),
+            None if self.is_counted => "too many to count those that are absent".into(),
             None => "--count counts those that are absent".into(),
         };
         rows.push(("bricks", format!("{} of {} voxels a side; {absent}", self.bricks, self.brick)));
@@ -449,6 +455,27 @@ mod crop {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_counting_cannot_count_does_not_name_it_as_the_remedy() {
+        let directory = tempfile::tempdir().unwrap();
+        let (side, chunk) = (1_u64 << 31, 1024);
+        let meta = format!(
+            "{{\"zarr_format\":2,\"shape\":[{side},{side},{side}],\"chunks\":[{chunk},{chunk},{chunk}],\"dtype\":\"|u1\",\
+             \"compressor\":null,\"filters\":null,\"order\":\"C\",\"fill_value\":0,\"dimension_separator\":\"/\"}}"
+        );
+        std::fs::write(directory.path().join(".zarray"), meta).unwrap();
+        let Opened::Volume(volume) = open(directory.path()).unwrap() else { panic!("a volume") };
+        for (is_counted, says) in [
+            (false, "; --count counts those that are absent"),
+            (true, "; too many to count those that are absent"),
+        ] {
+            let count = pollster::block_on(volume.count_bricks(is_counted)).unwrap();
+            let rows = Summary::new(volume.about(), count, is_counted).rows();
+            let (_, bricks) = rows.iter().find(|(name, _)| *name == "bricks").unwrap();
+            assert!(bricks.ends_with(says), "{bricks}");
+        }
+    }
 
     #[test]
     fn names_from_metadata_cannot_steer_a_terminal() {

@@ -71,26 +71,30 @@ fn channels_are_read_while_levels_are_made_and_those_that_are_gone_are_made_no_m
         host.work.read((channel, 0), host.textures.preparer()).unwrap();
     }
     let mut shown = Vec::new();
-    while shown.len() < 4 {
+    loop {
         for (_, read) in host.read() {
-            // Whoever reads makes none, and waits for none that are made for those before.
+            // Whoever reads makes none.
             assert!(read.source.has_levels_to_make());
             shown.push(host.show(read));
-            assert!(shown.iter().any(|(_, source)| source.has_levels_to_make()) && host.work.is_making());
+        }
+        if shown.len() == 4 {
+            break;
         }
         host.rest("channels are not read");
     }
     let [(first, made), .., (_, gone)] = &shown[..] else { panic!("four") };
     let first = *first;
     host.work.keep(&[0], 0, |texture| texture == first);
-    // The last one has just come: on a very busy machine alone all of its levels are made by now.
-    let lacks = gone.has_levels_to_make();
+    let done = |source: &VolumeSource| source.level_states().iter().find_map(|of| of.made).unwrap().done;
+    // The last one has just come: hardly anything of it is made.
+    let before = done(gone);
     while host.work.is_making() {
         host.work.changes();
         host.rest("levels of one channel are not made");
     }
     assert!(!made.has_levels_to_make());
-    assert_eq!(gone.has_levels_to_make(), lacks, "nothing more is made of what is gone");
+    // A brick that was begun may be made to its end.
+    assert!(done(gone) <= before + 1, "{} after {before}", done(gone));
     host.work.keep(&[], 0, |_| false);
     assert!(host.work.sources.is_empty() && host.work.take_faults().is_empty());
 }
