@@ -41,7 +41,7 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
 
 /// Which pixels of the picture a frame's feedback looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Look {
+pub enum FeedbackPass {
     /// The pixels of a frame of the jitter cycle, by its number.
     Cycle(u64),
     /// Of rays, in a few passes all of them, by the number of the pass ([`FeedbackView::gap_passes`]): each
@@ -49,9 +49,9 @@ pub enum Look {
     Gaps(u64),
 }
 
-impl From<u64> for Look {
-    fn from(frame: u64) -> Look {
-        Look::Cycle(frame)
+impl From<u64> for FeedbackPass {
+    fn from(frame: u64) -> FeedbackPass {
+        FeedbackPass::Cycle(frame)
     }
 }
 
@@ -85,7 +85,7 @@ impl FeedbackScale {
 pub struct FeedbackView {
     picture: [u32; 2],
     scale: FeedbackScale,
-    look: Look,
+    look: FeedbackPass,
     /// Answers of each block: as many pixels of the target below one another.
     answers: u32,
     /// The one that is looked at, where it is one.
@@ -95,12 +95,12 @@ pub struct FeedbackView {
 impl FeedbackView {
     /// The view of a picture of so many pixels, in a frame of the jitter cycle.
     pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
-        FeedbackView { picture, scale, look: Look::Cycle(frame), answers: 1, pixel: None }
+        FeedbackView { picture, scale, look: FeedbackPass::Cycle(frame), answers: 1, pixel: None }
     }
 
     /// This view where it looks for gaps, by the number of the pass.
     pub const fn for_gaps(self, pass: u64) -> FeedbackView {
-        FeedbackView { look: Look::Gaps(pass), ..self }
+        FeedbackView { look: FeedbackPass::Gaps(pass), ..self }
     }
 
     /// Passes in which every pixel of the picture is looked at where gaps are looked for.
@@ -118,7 +118,7 @@ impl FeedbackView {
     /// The view of a single pixel of a picture. Its target has the four pixels that share gradients, so that
     /// the pixel wants the same as in a view of the whole picture.
     pub const fn of_pixel(picture: [u32; 2], pixel: [u32; 2], frame: u64) -> FeedbackView {
-        let look = Look::Cycle(frame);
+        let look = FeedbackPass::Cycle(frame);
         FeedbackView { picture, scale: FeedbackScale::Full, look, answers: 1, pixel: Some(pixel) }
     }
 
@@ -145,7 +145,7 @@ impl FeedbackView {
     /// pixel `(block * i + x, block * j + y)` of the picture. Where gaps are looked for it is the first of
     /// the block, from which each finds its own.
     pub fn jitter(&self) -> [u32; 2] {
-        let Look::Cycle(frame) = self.look else { return [0; 2] };
+        let FeedbackPass::Cycle(frame) = self.look else { return [0; 2] };
         let nth = (frame % JITTER.len() as u64) as usize;
         match self.scale {
             FeedbackScale::Reduced => JITTER[nth],
@@ -202,8 +202,8 @@ impl FeedbackView {
         let level_offset = -(self.scale.block().ilog2() as f32);
         let (answers, block) = (self.answers, self.scale.block());
         let (frame, gaps) = match self.look {
-            Look::Cycle(frame) => (frame as u32, 0),
-            Look::Gaps(pass) => {
+            FeedbackPass::Cycle(frame) => (frame as u32, 0),
+            FeedbackPass::Gaps(pass) => {
                 let passes = u64::from(FeedbackView::gap_passes(answers));
                 ((pass / passes) as u32, (pass % passes) as u32 + 1)
             }
@@ -214,7 +214,7 @@ impl FeedbackView {
     /// For the main pass that says by itself what it wants: its pixels are the picture's.
     pub(crate) fn inline_params(&self, reversed_depth: bool) -> ViewParams {
         let frame = match self.look {
-            Look::Cycle(frame) | Look::Gaps(frame) => frame as u32,
+            FeedbackPass::Cycle(frame) | FeedbackPass::Gaps(frame) => frame as u32,
         };
         ViewParams {
             frame,
@@ -291,7 +291,7 @@ impl FeedbackTarget {
         encoder: &'encoder mut wgpu::CommandEncoder,
         views: &Views,
         view: u32,
-        look: impl Into<Look>,
+        look: impl Into<FeedbackPass>,
         clear_depth: f32,
     ) -> wgpu::RenderPass<'encoder> {
         let [x, y, columns, rows] = self.point(device, encoder, views, view, look);
@@ -331,7 +331,7 @@ impl FeedbackTarget {
         encoder: &mut wgpu::CommandEncoder,
         views: &Views,
         view: u32,
-        look: impl Into<Look>,
+        look: impl Into<FeedbackPass>,
     ) -> [u32; 4] {
         let frame_view = self.view(look.into());
         views.set(device, encoder, view, &frame_view.params());
@@ -348,14 +348,14 @@ impl FeedbackTarget {
         &self.depth_view
     }
 
-    fn view(&self, look: Look) -> FeedbackView {
+    fn view(&self, look: FeedbackPass) -> FeedbackView {
         let FeedbackTarget { picture, scale, answers, pixel, .. } = *self;
         FeedbackView { picture, scale, look, answers, pixel }
     }
 
     /// Where the one pixel that it is for lies in it.
     pub(crate) fn place_of_pixel(&self) -> [u32; 2] {
-        let [x, y, ..] = self.view(Look::Cycle(0)).scissor();
+        let [x, y, ..] = self.view(FeedbackPass::Cycle(0)).scissor();
         [x, y]
     }
 

@@ -59,7 +59,7 @@ pub use bind::{BindingPlace, Bound, check_bindings, entries, layout_entries, new
 pub use device::{alive, limits, poll, required_features, required_limits};
 pub use error::GpuError;
 pub use fade::Fades;
-pub use feedback::{FEEDBACK_DEPTH_FORMAT, FeedbackScale, FeedbackTarget, FeedbackView, Look};
+pub use feedback::{FEEDBACK_DEPTH_FORMAT, FeedbackPass, FeedbackScale, FeedbackTarget, FeedbackView};
 pub use feedback_mode::FeedbackMode;
 pub use filter::{Filter, MaxTaps, UnknownFilter};
 pub use filters::{VolumeFilters, filters_text, half_bits};

@@ -171,7 +171,7 @@ pub mod diagnostics {
         TexturePages, TimeToSharp, Wait,
     };
     pub use vastex_tiles::{ChunkStats, StoreStats, TierStats, Tiers};
-    pub use vastex_wgpu::{FeedbackScale, FeedbackTarget, RawTexture, Views};
+    pub use vastex_wgpu::{FeedbackPass, FeedbackScale, FeedbackTarget, RawTexture, Views};
 }
 
 // They may be moved to the thread that draws, and looked at from any.

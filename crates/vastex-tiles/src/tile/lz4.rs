@@ -267,12 +267,11 @@ mod tests {
         let (mut rest, mut found) = (block.iter().map(|&byte| usize::from(byte)), Vec::new());
         let further = |rest: &mut dyn Iterator<Item = usize>, short: usize| {
             let mut len = short;
-            while short == LONG {
+            let mut goes_on = short == LONG;
+            while goes_on {
                 let byte = rest.next().unwrap();
                 len += byte;
-                if byte < FURTHER {
-                    break;
-                }
+                goes_on = byte == FURTHER;
             }
             len
         };

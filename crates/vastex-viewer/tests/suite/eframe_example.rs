@@ -36,7 +36,7 @@ pub(crate) mod stand_in {
 
     /// Makes the program, which has no window to be shown in.
     pub(crate) fn run_native(_: &str, options: NativeOptions, creator: Creator) -> Result {
-        drop(options);
+        let _of_the_window = options;
         creator(&CreationContext { wgpu_render_state: None, storage: PhantomData }).map(drop)
     }
 }

@@ -6,7 +6,8 @@
 
 use vastex_core::{Feedback, ViewId};
 use vastex_wgpu::{
-    FeedbackMode, FeedbackScale, FeedbackTarget, FeedbackView, GpuError, InlineTarget, Look, Readback, poll,
+    FeedbackMode, FeedbackPass, FeedbackScale, FeedbackTarget, FeedbackView, GpuError, InlineTarget,
+    Readback, poll,
 };
 
 use super::feedback_path::{FeedbackPath, Target};
@@ -76,7 +77,7 @@ impl Gpu {
                 target.end(encoder);
                 // The update of its frame is over already.
                 let frame = frame.saturating_sub(1);
-                self.record_feedback(encoder, view, (frame, Look::Cycle(nth)));
+                self.record_feedback(encoder, view, (frame, FeedbackPass::Cycle(nth)));
                 if is_moved {
                     self.look_again(view, frame);
                 }
@@ -113,7 +114,7 @@ impl Gpu {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: ViewId,
-        (frame, look): (u64, Look),
+        (frame, look): (u64, FeedbackPass),
     ) {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return };
         let Some(path) = &mut state.path else { return };

@@ -6,7 +6,7 @@
 
 use vastex_core::ViewId;
 use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
-use vastex_wgpu::{FeedbackMode, FeedbackView, Look, Views};
+use vastex_wgpu::{FeedbackMode, FeedbackPass, FeedbackView, Views};
 
 use super::Gpu;
 use super::cycle::Cycle;
@@ -36,7 +36,7 @@ pub(super) struct ViewState {
     pub(super) bricks_of_a_ray: u32,
     /// The frame of the pass that the application has begun and not ended, if there is one, and what it looks
     /// at.
-    pub(super) begun: Option<(u64, Look)>,
+    pub(super) begun: Option<(u64, FeedbackPass)>,
 }
 
 impl ViewState {
@@ -47,15 +47,15 @@ impl ViewState {
     }
 
     /// What its next pass looks at.
-    pub(super) fn look(&self) -> Look {
-        if self.seeks { Look::Gaps(self.gaps.pass()) } else { Look::Cycle(self.cycle.pass()) }
+    pub(super) fn look(&self) -> FeedbackPass {
+        if self.seeks { FeedbackPass::Gaps(self.gaps.pass()) } else { FeedbackPass::Cycle(self.cycle.pass()) }
     }
 
     /// The feedback of such a pass is on its way, as that of a frame.
-    pub(super) fn record(&mut self, frame: u64, look: Look) {
+    pub(super) fn record(&mut self, frame: u64, look: FeedbackPass) {
         match look {
-            Look::Cycle(pass) => self.cycle.record(frame, pass),
-            Look::Gaps(pass) => {
+            FeedbackPass::Cycle(pass) => self.cycle.record(frame, pass),
+            FeedbackPass::Gaps(pass) => {
                 self.gaps.record(frame, pass);
                 self.of_gaps.push(frame);
             }
