@@ -240,7 +240,8 @@ impl<'a> Window<'a> {
     /// The panel opens by its button in a window that draws nothing, and keys that are written into its field
     /// are no commands.
     fn use_panel(&mut self, zoomed: f64) -> Result<()> {
-        let panel = SIZE[0] - 300..SIZE[0] - 100;
+        // Beside notices, which stand at the left, and come and go, and the scale.
+        let panel = SIZE[0] - 250..SIZE[0] - 125;
         let beside = self.display.look(panel.clone())?;
         self.click([SIZE[0] - 30, 18])?;
         let is_other =
