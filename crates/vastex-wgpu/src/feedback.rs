@@ -44,7 +44,7 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
 pub enum FeedbackPass {
     /// The pixels of a frame of the jitter cycle, by its number.
     Cycle(u64),
-    /// Of rays, in a few passes all of them, by the number of the pass ([`FeedbackView::gap_passes`]): each
+    /// Of rays, in a few passes all of them, by the number of the pass (`FeedbackView::gap_passes`): each
     /// pixel of the target looks at one of its own, and asks for something that is not there.
     Gaps(u64),
 }
