@@ -133,11 +133,21 @@ impl Files {
         self.go(step)
     }
 
+    /// These files are shown again after others: what was waited for has gone to those.
+    pub(super) fn wait_no_more(&mut self) {
+        self.waiting = None;
+    }
+
     fn go(&mut self, step: i32) -> Step {
         let before = self.current;
         let count = self.files.len() as i64;
         self.current = (before as i64 + i64::from(step)).rem_euclid(count) as usize;
-        if self.current == before { Step::Nowhere } else { Step::Other }
+        match self.current == before {
+            true if count == 1 => Step::Nowhere,
+            // There and back again.
+            true => Step::Waiting,
+            false => Step::Other,
+        }
     }
 }
 
@@ -300,6 +310,13 @@ mod tests {
         assert!(files.drop_in(Path::new("other.png"), Duration::ZERO));
         assert_eq!(files.take(list_beside(first.clone())), Step::Waiting, "another file was dropped");
         assert_eq!(name(&files), "other.png");
+        let mut files = Files::new(&first, &[]);
+        assert_eq!([1, -1].map(|step| files.step(step)), [Step::List(first.clone()), Step::Waiting]);
+        assert_eq!(files.take(list_beside(first.clone())), Step::Waiting, "there and back again");
+        let mut files = Files::new(&first, &[]);
+        assert_eq!(files.step(1), Step::List(first.clone()));
+        files.wait_no_more();
+        assert_eq!(files.step(1), Step::List(first.clone()), "it is asked for once more");
         let mut files = Files::new(&first, &[]);
         assert_eq!(files.step(1), Step::List(first.clone()));
         assert_eq!(files.take(Folder::none(first)), Step::Nowhere);

@@ -214,6 +214,7 @@ impl App {
             self.take_back_link();
             if let Some(before) = before {
                 self.files = before;
+                self.files.wait_no_more();
             }
         }
         match &mut self.open {

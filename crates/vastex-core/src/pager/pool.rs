@@ -105,7 +105,11 @@ impl PoolPager {
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
         let is_quiet =
             newly_wanted == 0 && self.load_order.pages().all(|page| self.residency.has_failed(page));
-        self.converged = self.set.end_round(is_quiet, frame);
+        // A view that rests has its gaps looked for whatever others newly want.
+        let is_settled = |view: &ViewId| is_quiet || self.has_all_of(*view);
+        let settled = self.set.views_with_gaps().filter(|(_, view)| is_settled(view));
+        let settled = settled.fold(0, |settled, (index, _)| settled | 1_u64 << index);
+        self.converged = self.set.end_round(is_quiet, settled, frame);
         self.check();
     }
 

@@ -38,10 +38,22 @@ impl Early {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns true if a brick may come early: not where it has, and is now to be whole.
+    /// Returns true if a brick may come early: not if it has, since it is to be whole then.
     fn may_come(&self, pos: PagePos) -> bool {
         let mut early = self.lock();
-        early.remove(&pos).is_none() && early.len() < MOST_EARLY
+        if early.len() >= MOST_EARLY {
+            // Bricks that were evicted before they were read again are among these.
+            early.retain(|_, told| matches!(told, Told::At(_)));
+        }
+        !early.contains_key(&pos) && early.len() < MOST_EARLY
+    }
+
+    /// A brick was read whole. One whose turn has not been told stays: somebody else may have it as it was.
+    fn settle(&self, pos: PagePos) {
+        let mut early = self.lock();
+        if matches!(early.get(&pos), Some(Told::Said)) {
+            early.remove(&pos);
+        }
     }
 
     fn note(&self, pos: PagePos) {
@@ -95,6 +107,12 @@ impl VolumeSource {
             self.early.note(pos);
         }
         Ok(found)
+    }
+
+    /// A page was read whole: if it is read again, it may come early once more. One that could not be read is
+    /// not to come early in its place, so that its failures count.
+    pub(super) fn settle_early(&self, pos: PagePos) {
+        self.early.settle(pos);
     }
 
     /// The parts of level 0 below bricks that are to be read again whole.

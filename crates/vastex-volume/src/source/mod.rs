@@ -281,7 +281,11 @@ impl VolumeSource {
                 _ if geometry.is_tail(pos) => self.read_box_of(level, &of, asks).await?,
                 _ => match self.read_early(pos, &of).await? {
                     Some(early) => early,
-                    None => self.read_box_of(level, &of, asks).await?,
+                    None => {
+                        let whole = self.read_box_of(level, &of, asks).await?;
+                        self.settle_early(pos);
+                        whole
+                    }
                 },
             };
             is_absent &= found.is_absent;

@@ -100,7 +100,8 @@ fn one_strip_is_read_in_parts() {
     assert_eq!(open(&path).levels()[0].tile, [1200, 436]);
 }
 
-/// As microscopes write it; inches are those of a page, and libvips writes 10 where it knows nothing.
+/// As microscopes write it; inches are those of a page, and so are few texels a centimetre, as libvips has
+/// them.
 #[test]
 fn a_resolution_in_centimetres_is_the_size_of_a_texel() {
     let size_of = |unit: u32, across: [u32; 2], down: [u32; 2]| {
@@ -116,6 +117,7 @@ fn a_resolution_in_centimetres_is_the_size_of_a_texel() {
     assert_eq!(found, ([0.5, 0.2], "µm".to_owned()));
     assert_eq!(size_of(2, [300, 1], [300, 1]), None);
     assert_eq!(size_of(3, [10, 1], [10, 1]), None);
+    assert_eq!(size_of(3, [11_811, 100], [11_811, 100]), None, "300 an inch");
     assert_eq!(size_of(3, [10, 1], [0, 1]), None);
     assert_eq!(size_of(3, [10, 0], [10, 1]), None);
 }

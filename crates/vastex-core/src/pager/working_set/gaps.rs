@@ -23,8 +23,8 @@ pub(super) struct Gaps {
     is_looked_for: bool,
     /// Feedbacks in a row that found none.
     clean: u32,
-    /// The last frame in which something was newly wanted or missing: what was drawn by then says nothing of
-    /// what is there now.
+    /// The last frame in which something of the view was missing: what was drawn by then says nothing of what
+    /// is there now.
     changed: u64,
     /// What was found, each page once.
     pub(super) held: Vec<Named>,
@@ -46,8 +46,8 @@ impl Gaps {
         self.seen = self.seen.saturating_add(u32::from(frame > self.since));
     }
 
-    pub(super) fn end_round(&mut self, quiet: bool, frame: u64) {
-        if !quiet {
+    pub(super) fn end_round(&mut self, settled: bool, frame: u64) {
+        if !settled {
             (self.clean, self.changed) = (0, frame);
         }
     }
@@ -68,9 +68,11 @@ impl WorkingSet {
         let weight = window.weight;
         window.begin_gaps();
         let mut is_clean = true;
-        // What comes late of a view that moves by now is nothing that it wants.
-        let pages = if window.gaps.passes > 0 { &feedback.pages[..] } else { &[] };
-        for &named in pages {
+        // What was drawn before the view came to rest where it is now says nothing of what it wants.
+        if window.gaps.passes == 0 || feedback.frame <= window.gaps.since {
+            return;
+        }
+        for &named in &feedback.pages {
             let WantedPage { page, pixels, eighth } = named.present(textures);
             if !textures.contains(page) || textures.is_tail(page) {
                 continue;
@@ -92,6 +94,13 @@ impl WorkingSet {
         if let Some(window) = &mut self.windows[view_index] {
             window.gaps.note(feedback.frame, is_clean);
         }
+    }
+
+    /// The views that rest, each with its place among all views.
+    pub(crate) fn views_with_gaps(&self) -> impl Iterator<Item = (usize, ViewId)> {
+        let windows = self.windows.iter().enumerate();
+        let windows = windows.filter_map(|(index, window)| Some((index, window.as_ref()?)));
+        windows.filter(|(_, window)| window.gaps.passes > 0).map(|(index, window)| (index, window.view))
     }
 
     /// Lets go of what a view was found to lack.

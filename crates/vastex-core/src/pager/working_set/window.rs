@@ -109,9 +109,10 @@ impl Window {
     }
 
     /// The round of a frame is over: nothing was newly wanted in it and nothing missing, or something was.
-    pub(super) fn end_round(&mut self, quiet: bool, frame: u64) {
+    /// `settled`: all that the view wants is there.
+    pub(super) fn end_round(&mut self, quiet: bool, settled: bool, frame: u64) {
         let drawn = u32::from(self.rest == 0);
-        self.gaps.end_round(quiet, frame);
+        self.gaps.end_round(settled, frame);
         self.quiet = if quiet { self.quiet.saturating_add(drawn) } else { 0 };
         self.rest = self.rest.saturating_add(1);
     }
@@ -274,8 +275,13 @@ impl WorkingSet {
     /// Takes note of whether nothing was newly wanted and nothing missing after the feedbacks taken in since
     /// the last time, in the round of a frame; returns true if that was so for a whole jitter cycle of every
     /// view that is being drawn, and for all pixels where gaps are looked for.
-    pub(crate) fn end_round(&mut self, quiet: bool, frame: u64) -> bool {
-        self.windows.iter_mut().flatten().for_each(|window| window.end_round(quiet, frame));
+    /// `settled` has a bit for each view whose gaps are looked for: whether all that it wants is there.
+    pub(crate) fn end_round(&mut self, quiet: bool, settled: u64, frame: u64) -> bool {
+        for (index, window) in self.windows.iter_mut().enumerate() {
+            if let Some(window) = window {
+                window.end_round(quiet, settled >> index & 1 == 1, frame);
+            }
+        }
         let mut drawn = self.windows().filter(|window| window.is_drawn()).peekable();
         quiet && drawn.peek().is_some() && drawn.all(Window::is_quiet)
     }

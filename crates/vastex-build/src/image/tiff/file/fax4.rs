@@ -21,6 +21,9 @@ pub(super) fn decode(stored: &[u8], [columns, rows]: [u32; 2], is_reversed: bool
         let mut page = vec![0; row_bytes * rows as usize];
         for (number, row) in page.chunks_exact_mut(row_bytes).enumerate() {
             match decoder.advance() {
+                Ok(DecodeStatus::Incomplete) if !is_row(decoder.transition(), width) => {
+                    return Err(format!("row {number} of {rows} goes back and forth"));
+                }
                 Ok(DecodeStatus::Incomplete) => blacken(row, decoder.transition(), width),
                 Ok(DecodeStatus::End) => break,
                 Err(_) => return Err(format!("after {number} rows of {rows} it ends or makes no sense")),
@@ -29,6 +32,12 @@ pub(super) fn decode(stored: &[u8], [columns, rows]: [u32; 2], is_reversed: bool
         Ok(page)
     });
     decoded.map_err(|_| "it cannot be decoded".to_owned())?
+}
+
+/// Returns true for changes that a row can have. The decoder takes others, which may be as many as there are
+/// bits, and searches all of them for each code of the next row.
+fn is_row(changes: &[u16], width: u16) -> bool {
+    changes.len() <= usize::from(width) + 2 && changes.is_sorted()
 }
 
 /// Sets the bits of a row's black runs: from the first, third, ... of its changes up to the next one.
@@ -52,6 +61,26 @@ mod tests {
         let is_black = |x: u16, y: u16| (u32::from(x) * (u32::from(y) + 3) / 70).is_multiple_of(3);
         let texel = |x: u16, y: u16| if is_black(x, y) { Color::Black } else { Color::White };
         (0..rows).map(|y| (0..columns).map(|x| texel(x, y)).collect()).collect()
+    }
+
+    /// Each row's changes are looked through for each code of the next row, so that a row of as many changes
+    /// as there are bits would take days.
+    #[test]
+    fn a_row_that_goes_back_and_forth_is_refused() {
+        assert!(is_row(&[], 1) && is_row(&[0, 1], 1) && is_row(&[3, 3, 9], 10));
+        assert!(!is_row(&[17, 18, 17, 18], 64) && !is_row(&[5; 13], 10));
+        // A row of 20 white texels and a black one.
+        let mut bits = ["001", "0001000", "010", "1"].concat();
+        // Three to the left of its changes, 17 and 18 by turns, and then to the end.
+        bits += &"0000010".repeat(8000);
+        bits += "1111";
+        let bytes: Vec<u8> = bits
+            .as_bytes()
+            .chunks(8)
+            .map(|eight| eight.iter().enumerate().map(|(n, bit)| (bit & 1) << (7 - n)).sum())
+            .collect();
+        let refused = decode(&bytes, [64, 3], false).unwrap_err();
+        assert!(refused.contains("row 1 of 3 goes back"), "{refused}");
     }
 
     #[test]

@@ -162,8 +162,9 @@ impl TiffImage {
         let unsaid = first.filter(|first| first.bits == bits).map_or(1, |first| first.sample_format);
         let sample_format = all_equal(SAMPLE_FORMAT, unsaid)?;
         let compression = number(COMPRESSION, codecs::NONE)?;
-        let is_reversed = number(FILL_ORDER, 1)? != 1;
-        if is_reversed && compression != codecs::FAX4 {
+        let is_reversed = number(FILL_ORDER, 1)? == 2;
+        // JPEG says by itself in which order its bits come.
+        if is_reversed && ![codecs::FAX4, codecs::JPEG].contains(&compression) {
             return Err(unsupported("bytes whose lowest bit comes first".into()));
         }
         let (offsets, lengths) = match is_tiled {

@@ -112,13 +112,15 @@ fn resolution_of(file: &TiffFile, first: &Directory) -> Option<([f64; 2], u64)> 
     Some(([ratio(X_RESOLUTION)?, ratio(Y_RESOLUTION)?], unit))
 }
 
-/// Width and height of a texel in micrometres, where a file says how many make a centimetre, as microscopes
-/// and slide scanners write it. Inches are those of a page that was scanned or shall be printed, and libvips
-/// writes 10 texels a centimetre where it knows nothing.
+/// Width and height of a texel in micrometres, if a file says how many make a centimetre, as microscopes and
+/// slide scanners write it. Inches are those of a page that was scanned or shall be printed, and so are
+/// centimetres that have few texels: libvips writes the resolution of photographs by the centimetre.
 pub(super) fn micrometres(file: &TiffFile, first: &Directory) -> Option<[f64; 2]> {
-    const UNKNOWN: [f64; 2] = [10.0; 2];
+    /// Some 2400 to an inch: the most that pages are printed with.
+    const OF_PAGES: f64 = 945.0;
     let (per_centimetre, unit) = resolution_of(file, first)?;
-    (unit == CENTIMETRE && per_centimetre != UNKNOWN).then(|| per_centimetre.map(|count| 10_000.0 / count))
+    let is_finer = per_centimetre.iter().all(|count| *count > OF_PAGES);
+    (unit == CENTIMETRE && is_finer).then(|| per_centimetre.map(|count| 10_000.0 / count))
 }
 
 /// Texels in an inch or a centimetre.
