@@ -22,7 +22,7 @@ const TOOLS_VARIABLE: &str = "VASTEX_GAIA_SKY_TOOLS";
 const LEAST_SPEED: f64 = 8.0;
 /// What was measured by hand beside it.
 const OTHERS: &str = "
-What encoders and decoders take, measured apart (processor time on a faster machine than that of the table above; 29 MiB of the tiles of
+What encoders and decoders take, measured apart (processor time on another machine than that of the table above; 29 MiB of the tiles of
 level 0, all 384 MiB of rows of the PNG):
 
 | LZ4 of tiles of 136x136 texels | ms / MiB | bytes |
@@ -41,7 +41,7 @@ level 0, all 384 MiB of rows of the PNG):
 
 Of a whole build LZ4 is a third and inflating another. The encoder of our own makes the container of this image 1.4 % larger than lz4_flex does,
 that of the real Earth 0.8 % smaller, and that of the mask above no other, since a mask has no colours. With it, and with memory that is used again,
-a build takes 0.84 of the processor time that it took when the table was made, and 0.87 of the time; without compression 0.93 of the time.
+a build takes 0.84 of the processor time that it took before, and 0.87 of the time; without compression 0.93 of the time.
 ";
 /// 16384x8192 texels: 16x8 tiles of 1024, which are level 3.
 const INPUT: Input = Input::Mirrored { across: 1, down: 1 };

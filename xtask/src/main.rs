@@ -61,7 +61,7 @@ Commands:
   bench textures [--write] what 200 textures cost the thread that draws; into docs/bench-textures.md
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
                            is asked of a GPU; into docs/bench-draw.md
-  bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads
+  bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads, volumes
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
   bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, bricks beside decoding alone, boxes beside zarr-python and tensorstore;
                            what pictures cost; into docs/bench-volumes.md

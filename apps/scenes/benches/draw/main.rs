@@ -21,6 +21,7 @@ mod tables;
 mod targets;
 mod texts;
 mod uploads;
+mod volumes;
 mod world;
 
 use std::time::Instant;
@@ -41,6 +42,7 @@ const SECTIONS: &[(&str, Section)] = &[
     ("sizes", sizes::section),
     ("targets", targets::section),
     ("uploads", uploads::section),
+    ("volumes", volumes::section),
 ];
 
 /// All sections, or those that are named.

@@ -361,9 +361,12 @@ fn memory_does_not_grow_with_the_height_for_wide_kernels() {
         ("box@zero", Clamp),
     ] {
         let held = [0, 1].map(|n: usize| {
-            let report = build_file(&inputs[n], &options(filter, [address; 2], 16)).1;
-            assert!(report.row_bytes_held <= report.memory, "{filter}");
-            report.row_bytes_held
+            let mut options = options(filter, [address; 2], 16);
+            let report = build_file(&inputs[n], &options).1;
+            assert!(report.row_bytes_held <= report.memory, "{filter} {address:?}: {report:?}");
+            // How far two threads get ahead of each other hangs on the machine. One thread holds what it needs.
+            options.threads = 1;
+            build_file(&inputs[n], &options).1.row_bytes_held
         });
         assert!(held[1] < held[0] + held[0] / 2, "{filter} {address:?}: {held:?}");
     }

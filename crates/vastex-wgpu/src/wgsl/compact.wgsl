@@ -43,13 +43,18 @@ fn bucket_of(page: vec2<u32>, pixel: u32) -> u32 {
     let mask = arrayLength(&buckets) - 1u;
     var bucket = hash_of(page) & mask;
     loop {
-        let claim = atomicCompareExchangeWeak(&buckets[bucket].owner, 0u, pixel + 1u);
-        if claim.exchanged {
-            break;
+        // Nearly every pixel finds its page there already, so it is looked at before it is claimed.
+        var owner = atomicLoad(&buckets[bucket].owner);
+        if owner == 0u {
+            let claim = atomicCompareExchangeWeak(&buckets[bucket].owner, 0u, pixel + 1u);
+            if claim.exchanged {
+                break;
+            }
+            owner = claim.old_value;
         }
         // A weak exchange may also fail on a free bucket; then it is tried again.
-        if claim.old_value != 0u {
-            if all(pixel_at(claim.old_value - 1u).xy == page) {
+        if owner != 0u {
+            if all(pixel_at(owner - 1u).xy == page) {
                 break;
             }
             bucket = (bucket + 1u) & mask;
