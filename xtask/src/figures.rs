@@ -23,6 +23,8 @@ pub(crate) struct Figures {
     /// The profile that it is built with.
     profile: &'static str,
     report: &'static str,
+    /// Where figures of a GPU go, if not into the report, which has those of a software driver.
+    gpu_report: Option<&'static str>,
     /// True if it is given a container of the real Earth.
     reads_earth: bool,
     introduction: &'static str,
@@ -35,6 +37,7 @@ pub(crate) const FETCH: Figures = Figures {
     packages: &["-p", "vastex-tiles"],
     profile: "bench",
     report: "docs/bench-fetch.md",
+    gpu_report: None,
     reads_earth: true,
     introduction: "\
 # Fetching tiles: a container beside bare reads and decoders
@@ -60,6 +63,7 @@ pub(crate) const SLOW: Figures = Figures {
     packages: &["-p", "vastex-tiles"],
     profile: "bench",
     report: "docs/bench-slow.md",
+    gpu_report: None,
     reads_earth: false,
     introduction: "\
 # Slow sources: what a disk cache is worth
@@ -75,6 +79,7 @@ pub(crate) const DECIDE: Figures = Figures {
     packages: &["-p", "vastex-core"],
     profile: "bench",
     report: "docs/bench-decide.md",
+    gpu_report: None,
     reads_earth: false,
     introduction: "\
 # Deciding: what a frame's decisions cost on one core
@@ -91,6 +96,7 @@ pub(crate) const TEXTURES: Figures = Figures {
     packages: &["-p", "vastex"],
     profile: "bench",
     report: "docs/bench-textures.md",
+    gpu_report: None,
     reads_earth: false,
     introduction: "\
 # Many textures: what 200 of them cost the thread that draws
@@ -111,13 +117,15 @@ pub(crate) const DRAW: Figures = Figures {
     packages: &["--workspace"],
     profile: "bench",
     report: "docs/bench-draw.md",
+    gpu_report: Some("docs/bench-draw-gpu.md"),
     reads_earth: false,
     introduction: "\
 # Drawing: what a virtual texture costs beside an ordinary one
 
-Written by `cargo xtask bench draw --write`, which needs nobody and takes a few minutes on any adapter. What is asked for stands with each table,
-is meant for a GPU at 1920x1080, and is judged at the end, a line each. A software driver runs both sides of every branch and spends its
-time otherwise than a GPU would; its figures are here for their ratios, in smaller pictures, and its verdicts say nothing of a GPU.
+Written by `cargo xtask bench draw --write`, which needs nobody and takes a few minutes on any adapter: docs/bench-draw.md has the figures of a
+software driver, docs/bench-draw-gpu.md those of a GPU. What is asked for stands with each table, is meant for a GPU at 1920x1080, and is judged at
+the end, a line each. A software driver runs both sides of every branch and spends its time otherwise than a GPU would; its figures are kept for their
+ratios, in smaller pictures, and its verdicts say nothing of a GPU.
 ",
     sections: true,
 };
@@ -149,10 +157,13 @@ impl Figures {
         let figures = shell::output(command.stderr(Stdio::inherit()))?;
         println!("{figures}");
         if write {
-            let path = shell::root().join(self.report);
+            // The benchmark says it of its adapter.
+            let is_of_gpu = figures.lines().any(|line| line.contains("), a GPU. "));
+            let report = self.gpu_report.filter(|_| is_of_gpu).unwrap_or(self.report);
+            let path = shell::root().join(report);
             std::fs::write(&path, format!("{}\n{}\n{figures}", self.introduction, measure::stamp()?))
                 .with_context(|| format!("cannot write {}", path.display()))?;
-            println!("written to {}", self.report);
+            println!("written to {report}");
         }
         Ok(())
     }

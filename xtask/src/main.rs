@@ -60,7 +60,7 @@ Commands:
   bench decide [--write]   what a frame's decisions cost on one core; into docs/bench-decide.md
   bench textures [--write] what 200 textures cost the thread that draws; into docs/bench-textures.md
   bench draw [--write]     frames beside those of an ordinary texture, on this machine's adapter, with a verdict for each thing that
-                           is asked of a GPU; into docs/bench-draw.md
+                           is asked of a GPU; into docs/bench-draw.md, of a GPU docs/bench-draw-gpu.md
   bench draw SECTION..     only these: operations, filters, fading, feedback, tables, second_level, sizes, targets, uploads, volumes
   bench view [--write]     how soon something can be seen of a file, beside libvips' thumbnail; into docs/bench-view.md
   bench volumes [OPTIONS]  pyramids of volumes beside ome-zarr-py, bricks beside decoding alone, boxes beside zarr-python and tensorstore;

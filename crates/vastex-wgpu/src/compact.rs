@@ -47,6 +47,7 @@ impl CompactionPipelines {
 pub(crate) struct Compactor {
     pipelines: CompactionPipelines,
     raw: wgpu::TextureView,
+    /// All zeros whenever a compaction begins: a new buffer is, and each compaction leaves it so.
     buckets: wgpu::Buffer,
     bucket_count: u32,
     pixels: u32,
@@ -113,7 +114,6 @@ impl Compactor {
 
     /// Records the compaction of what the target then holds into `list`.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, list: &List) {
-        encoder.clear_buffer(&self.buckets, 0, None);
         encoder.clear_buffer(&list.buffer, 0, Some(HEAD_BYTES));
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("vastex compaction"),

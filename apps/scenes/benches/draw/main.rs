@@ -51,8 +51,10 @@ fn main() -> Result<()> {
     let gpu = gpu()?;
     let clock = GpuClock::new(&gpu);
     println!(
-        "Adapter: {}. Times are told by {}; each is the least of several, taken in turns.",
+        "Adapter: {}, {}. Times are told by {}; each is the least of several, taken in turns.",
         gpu.adapter_name(),
+        // By this `cargo xtask bench draw --write` knows which page it writes.
+        if is_processor(&gpu) { "a software driver" } else { "a GPU" },
         clock.told_by()
     );
     let bench = Bench { gpu, clock };

@@ -1,7 +1,8 @@
 // Compaction of a feedback target: distinct pages, each with its pixel count and its sharpest eighth.
 // CPU twin: FeedbackCompactor of vastex-core (wanted/compact.rs).
 //
-// A bucket of the hash table is claimed by the index of a pixel, plus one, and keys are compared in the raw target.
+// A bucket of the hash table is claimed by the index of a pixel, plus one, and keys are compared in the raw target. Between frames every
+// bucket is free: what is claimed by `count` is freed by `append`.
 
 struct VastexHashBucket {
     owner: atomic<u32>,     // index of the pixel that claimed the bucket, plus 1; 0 where free
@@ -95,5 +96,9 @@ fn append(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_wor
     let page = pixel_at(owner - 1u).xy;
     let eighth = VASTEX_STEPS_PER_LEVEL - atomicLoad(&buckets[bucket].sharpness);
     let pixels = atomicLoad(&buckets[bucket].pixels);
+    // All are free again for the next frame.
+    atomicStore(&buckets[bucket].owner, 0u);
+    atomicStore(&buckets[bucket].pixels, 0u);
+    atomicStore(&buckets[bucket].sharpness, 0u);
     list.wanted[atomicAdd(&list.pages, 1u)] = VastexWanted(page.x, page.y, (pixels << VASTEX_STEP_BITS) | eighth);
 }
