@@ -1,5 +1,5 @@
-//! Rays through a volume in bricks, in each mode, beside the same volume as one ordinary 3-D texture; and what
-//! the feedback of rays adds.
+//! Rays through a volume in bricks, in each mode, beside the same volume as one ordinary 3-D texture; and
+//! what the feedback of rays adds.
 
 use std::fmt::Write as _;
 use std::sync::Arc;

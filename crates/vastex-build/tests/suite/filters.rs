@@ -364,7 +364,7 @@ fn memory_does_not_grow_with_the_height_for_wide_kernels() {
             let mut options = options(filter, [address; 2], 16);
             let report = build_file(&inputs[n], &options).1;
             assert!(report.row_bytes_held <= report.memory, "{filter} {address:?}: {report:?}");
-            // How far two threads get ahead of each other hangs on the machine. One thread holds what it needs.
+            // How far two threads get ahead of each other hangs on the machine. One holds what it needs.
             options.threads = 1;
             build_file(&inputs[n], &options).1.row_bytes_held
         });
