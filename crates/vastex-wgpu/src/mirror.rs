@@ -39,13 +39,13 @@ pub(crate) struct PoolParams {
     pub(crate) bias: f32,
     pub(crate) depth: u32,
     pub(crate) texel_z: f32,
-    pub(crate) unused: u32,
+    pub(crate) last_image: u32,
 }
 
 impl PoolParams {
     /// `bias` is in eighths of a level.
     pub(crate) fn new(layout: &PoolLayout, bias: u16, unknown: [f32; 4]) -> PoolParams {
-        let ([width, height, depth], [columns, rows, _]) = (layout.tile, layout.grid);
+        let ([width, height, depth], [columns, rows, images]) = (layout.tile, layout.grid);
         let [texel_x, texel_y, texel_z] = layout.size().map(|side| 1.0 / side as f32);
         PoolParams {
             tile: [width, height],
@@ -56,7 +56,7 @@ impl PoolParams {
             bias: f32::from(bias) / shader_constants::STEPS_PER_LEVEL as f32,
             depth,
             texel_z,
-            unused: 0,
+            last_image: if layout.is_solid() { 0 } else { images.saturating_sub(1) },
         }
     }
 }
@@ -222,8 +222,7 @@ mod tests {
     #[test]
     fn pools_and_views_are_laid_out_alike() {
         let text = text(FeedbackMode::Separate);
-        let pool: &[Field] =
-            offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, unused);
+        let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, last_image);
         check(&text, "VastexiPool", size_of::<PoolParams>(), pool);
         let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows, answers, block, gaps);
         check(&text, "VastexiView", size_of::<ViewParams>(), view);

@@ -11,7 +11,7 @@ struct VastexiPool {
     bias: f32,              // levels added to every level, so that the working set fits
     depth: u32,             // size of a slot along z: 1 in a texture array
     texel_z: f32,           // size of a texel along z [atlas uv]
-    unused: u32,
+    last_image: u32,        // of the texture array; 0 of a 3-D texture
 }
 
 // A view that is being drawn: into a feedback target or, where feedback is inline, its picture.

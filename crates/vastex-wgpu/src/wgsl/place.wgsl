@@ -40,7 +40,8 @@ fn vastexi_place_in_slot(
     scale: u32,
 ) -> VastexiPlace {
     let row = u32((f32(slot) + 0.5) * pool.inverse_slots.x); // counted through all images
-    let image = u32((f32(row) + 0.5) * pool.inverse_slots.y);
+    // No image lies beyond the last: a bound that no compiler knows. Without it NVIDIA's rounds the quotient itself where the image is sampled.
+    let image = min(u32((f32(row) + 0.5) * pool.inverse_slots.y), pool.last_image);
     let cell = vec2<u32>(slot - (row * pool.slots.x), row - (image * pool.slots.y));
     return VastexiPlace(image, cell, cell * (pool.tile / scale), tile_texel / f32(scale), level, page);
 }

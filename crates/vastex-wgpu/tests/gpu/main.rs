@@ -25,3 +25,4 @@ mod seams;
 mod stages;
 mod table_texts;
 mod texture_space;
+mod unlike;

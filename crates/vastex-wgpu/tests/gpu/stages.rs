@@ -42,7 +42,7 @@ fn every_filter_samples_in_the_vertex_stage_as_in_compute() {
             },
         );
         assert!(inputs.len() > 2000 && inputs.len() <= colors.len());
-        let tolerance = tolerance(LayerFormat::Rgba8, filter);
+        let tolerance = tolerance(&GPU, LayerFormat::Rgba8, filter) / 255.0;
         let unlike = expected.iter().zip(colors.iter().zip(&wanted)).filter(|(expected, (color, wanted))| {
             let is_near = expected.color.iter().zip(*color).all(|(a, b)| (a - b).abs() <= tolerance);
             !is_near || expected.feedback != **wanted
@@ -68,7 +68,7 @@ fn what_takes_its_gradients_itself_gives_what_is_given_them() {
                 inputs: None,
             },
         );
-        let tolerance = tolerance(LayerFormat::Rgba8, filter);
+        let tolerance = tolerance(&GPU, LayerFormat::Rgba8, filter) / 255.0;
         let unlike = colors.iter().zip(&wanted).filter(|(color, wanted)| {
             color.iter().any(|difference| *difference > tolerance) || **wanted != [0; 4]
         });
