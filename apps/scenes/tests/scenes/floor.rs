@@ -9,6 +9,7 @@ use vastex_scenes::{Attribute, Gpu, Offscreen, Path, Planet, Scene, Until};
 use vastex_tiles::PropertySource;
 
 use crate::common::{Image, gpu, settings};
+use crate::opengl;
 use crate::pictures::assert_alike;
 
 const SIZE: [u32; 2] = [320, 180];
@@ -26,10 +27,6 @@ fn above() -> Gpu {
 
 fn with_limits(required_limits: wgpu::Limits) -> Gpu {
     let Gpu { instance, adapter, .. } = gpu().clone();
-    of_adapter(instance, adapter, required_limits)
-}
-
-fn of_adapter(instance: wgpu::Instance, adapter: wgpu::Adapter, required_limits: wgpu::Limits) -> Gpu {
     let descriptor = wgpu::DeviceDescriptor { label: Some("floor"), required_limits, ..Default::default() };
     let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
     Gpu::new(instance, adapter, device, queue)
@@ -62,18 +59,8 @@ fn pictures_of_the_floor_equal_those_of_an_ordinary_texture() {
 /// The same by OpenGL, where the machine has a driver of it.
 #[test]
 fn pictures_by_opengl_equal_those_of_an_ordinary_texture() {
-    let described = wgpu::InstanceDescriptor::new_without_display_handle();
-    let instance =
-        wgpu::Instance::new(wgpu::InstanceDescriptor { backends: wgpu::Backends::GL, ..described });
-    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()));
-    match adapter {
-        Ok(adapter) => {
-            println!("by OpenGL on {}", adapter.get_info().name);
-            check_pictures(&of_adapter(instance, adapter, wgpu::Limits::downlevel_webgl2_defaults()));
-        }
-        Err(why) => {
-            println!("NOT TESTED: this machine has no OpenGL driver ({why}); on Debian it is libegl1");
-        }
+    if let Some(gpu) = opengl::device(&wgpu::Limits::downlevel_webgl2_defaults()) {
+        check_pictures(&gpu);
     }
 }
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{gpu, settings};
+use crate::common::{gpu, is_exact, settings};
 use crate::pictures::assert_alike;
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::survey::{Box3, TexelPositions, fold};
@@ -150,11 +150,11 @@ fn spec(page: u32, border: u32, address: AddressMode) -> GeometrySpec {
 fn compare_on(
     gpu: &Gpu,
     source: Arc<dyn TileSource>,
-    layer: &str,
+    (layer, range): (&str, Option<[f32; 2]>),
     path: Path,
     filter: Filter,
 ) -> (Comparison, ReferenceKind) {
-    let layer = LayerOptions { name: Some(layer.into()), ..LayerOptions::default() };
+    let layer = LayerOptions { name: Some(layer.into()), range, ..LayerOptions::default() };
     let shown = DisplayOptions { layers: vec![layer], ..DisplayOptions::default() };
     let mut offscreen =
         Offscreen::showing(&shown, gpu, source, Scene::Plane, [160, 90], settings(16, filter)).unwrap();
@@ -163,7 +163,20 @@ fn compare_on(
 }
 
 fn compare(source: Arc<dyn TileSource>, layer: &str, path: Path, filter: Filter) -> Comparison {
-    compare_on(gpu(), source, layer, path, filter).0
+    compare_on(gpu(), source, (layer, None), path, filter).0
+}
+
+/// A filter, with the ranges that layers of a format are shown by. Blocks of any content have light up to the
+/// largest half float in BC6H, so that 1/256 of the brightest texel, a step of a GPU's weights, is 256 times
+/// white: there a GPU's pictures are compared by the range of all that there is, in which it is the step that
+/// it is elsewhere.
+fn by_ranges(format: LayerFormat, filter: Filter) -> Vec<(Filter, Option<[f32; 2]>)> {
+    let (plain, all) = ((filter, None), (filter, Some([0.0, 65_504.0])));
+    match format {
+        LayerFormat::Bc6h if is_exact() => vec![plain, all],
+        LayerFormat::Bc6h => vec![all],
+        _ => vec![plain],
+    }
 }
 
 /// A device on which nothing is there that can be done without.
@@ -196,9 +209,9 @@ fn every_format_equals_an_ordinary_texture() {
     for (nth, format) in LayerFormat::ALL.into_iter().enumerate() {
         let layers = [Layer::new("first", LayerFormat::R8), Layer::new("second", format)];
         let source = Grain::new(spec(64, 4, AddressMode::Wrap), &layers);
-        for filter in two_filters(nth) {
-            let comparison = compare(source.clone(), "second", Path::Still, filter);
-            assert_shown(format, &comparison, &format!("as it is, {filter}"));
+        for (filter, range) in two_filters(nth).into_iter().flat_map(|filter| by_ranges(format, filter)) {
+            let (comparison, _) = compare_on(gpu(), source.clone(), ("second", range), Path::Still, filter);
+            assert_shown(format, &comparison, &format!("as it is, {filter}, {range:?}"));
         }
     }
 }
@@ -210,12 +223,12 @@ fn what_a_device_cannot_do_is_done_without_it() {
     for (nth, format) in [Bc1Srgb, Bc4, Bc5, Bc6h, Bc7, R16, R32Float, Rgba16].into_iter().enumerate() {
         let layers = [Layer { scale: 2, ..Layer::new("a", LayerFormat::Bc4) }, Layer::new("b", format)];
         let source = Grain::new(spec(64, 8, AddressMode::Wrap), &layers);
-        for filter in two_filters(nth) {
-            let (comparison, kind) = compare_on(&bare, source.clone(), "b", Path::Still, filter);
+        for (filter, range) in two_filters(nth).into_iter().flat_map(|filter| by_ranges(format, filter)) {
+            let (comparison, kind) = compare_on(&bare, source.clone(), ("b", range), Path::Still, filter);
             // Decoded blocks are ordinary texels; what is filtered in the shader has no ordinary texture.
             let expected = if format.is_compressed() { ReferenceKind::Gpu } else { ReferenceKind::Cpu };
             assert_eq!(kind, expected, "{format:?}");
-            assert_shown(format, &comparison, &format!("without features, {filter}"));
+            assert_shown(format, &comparison, &format!("without features, {filter}, {range:?}"));
         }
     }
 }

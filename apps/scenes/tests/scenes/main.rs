@@ -18,6 +18,7 @@ mod heights;
 mod layers;
 mod lit_planet;
 mod matrix;
+mod opengl;
 mod overlays;
 mod pictures;
 mod planet;

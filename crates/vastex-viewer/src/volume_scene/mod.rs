@@ -16,6 +16,7 @@ mod host;
 mod look;
 mod picture;
 mod point;
+mod portion;
 mod sight;
 mod still;
 

@@ -5,18 +5,11 @@ use crate::gpu::Gpu;
 use crate::stage::{Canvas, StageScene, TargetKind};
 use crate::volume::{StillStep, VolumeCameraBinding, VolumeRenderer, VolumeStill, VolumeView};
 
+use super::portion::Portion;
 use super::sight::PaneSight;
 
 /// The format of the pictures, for whoever paints them: display values.
 pub const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-/// Seconds that the pictures of a frame are to take at most, and below which more can be drawn in one.
-const LONG: f64 = 0.045;
-const SHORT: f64 = 0.02;
-/// How many times smaller along each side pictures are drawn at most.
-const SMALLEST: u32 = 6;
-/// Pixels that are drawn at once at first, and into how many parts a picture is divided at most.
-const FIRST_PIXELS: f64 = 30_000.0;
-const MOST_PARTS: f64 = 10.0;
 /// Of how many pictures that of a camera that rests is the mean, and how many seconds these may take.
 pub(super) const PASSES: u32 = 16;
 const STILL_SECONDS: f64 = 3.0;
@@ -51,9 +44,8 @@ pub(super) struct PanePicture {
     drawing: Option<(Key, u32)>,
     /// What is in the small one, if that is what is to be seen.
     seen_small: Option<Key>,
-    /// How many times smaller it is drawn while it changes, and how many pixels at once where it stays.
-    times: u32,
-    pixels: f64,
+    /// How much of it is drawn at once.
+    portion: Portion,
     /// What it is drawn through, and the number of the renderer that this is of.
     camera: (u64, VolumeCameraBinding),
     /// The mean of several pictures of what is in the full one, what it is of, and how many seconds it took.
@@ -66,17 +58,16 @@ pub(super) struct PanePicture {
 }
 
 impl PanePicture {
-    /// For a pane of so many pixels. A device that is a processor begins with little at once.
+    /// For a pane of so many pixels.
     pub(super) fn new(gpu: &Gpu, camera: (u64, VolumeCameraBinding), size: [u32; 2]) -> PanePicture {
-        let is_slow = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         PanePicture {
             full: Canvas::new(gpu, size, PICTURE, TargetKind::Direct),
             small: None,
             drawn: None,
             drawing: None,
             seen_small: None,
-            times: if is_slow { 3 } else { 1 },
-            pixels: if is_slow { FIRST_PIXELS } else { f64::INFINITY },
+            portion: Portion::new(is_processor),
             camera,
             still: None,
             still_of: None,
@@ -132,20 +123,7 @@ impl PanePicture {
         if std::mem::take(&mut self.is_still_under_way) {
             self.still_seconds += seconds;
         }
-        match was_small {
-            true if seconds > LONG => self.times = (self.times + 1).min(SMALLEST),
-            true if seconds < SHORT => self.times = self.times.saturating_sub(1).max(1),
-            true => {}
-            false => {
-                let by = (LONG / seconds.max(1e-4)).clamp(0.25, 2.0);
-                let whole = self.full.size().map(f64::from).iter().product::<f64>();
-                self.pixels = (self.pixels * by).max(whole / MOST_PARTS);
-                // So fast that the whole is drawn also while it changes.
-                if self.pixels.is_finite() && self.pixels > 2.0 * whole && seconds < SHORT {
-                    self.times = 1;
-                }
-            }
-        }
+        self.portion.took(seconds, was_small, self.full.size());
     }
 
     /// Draws black, where there is nothing to be seen.
@@ -170,10 +148,11 @@ impl PanePicture {
         }
         let group = textures.bind_group(renderer.sampled()).ok()?;
         let is_new = !self.is_of_view(&key);
-        if is_new && self.times > 1 && !is_whole_asked {
-            let size = sight.smaller(self.times);
+        let times = self.portion.times();
+        if is_new && times > 1 && !is_whole_asked {
+            let size = sight.smaller(times);
             if self.small.as_ref().is_none_or(|(small, _)| small.size() != size) {
-                self.small = Some((Canvas::new(gpu, size, PICTURE, TargetKind::Direct), self.times));
+                self.small = Some((Canvas::new(gpu, size, PICTURE, TargetKind::Direct), times));
             }
             let (small, times) = self.small.as_ref()?;
             renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(*times), size);
@@ -187,7 +166,7 @@ impl PanePicture {
             Some((begun, row)) if begun.is_of_same_view(&key) => (begun, row),
             _ => (key, 0),
         };
-        let rows = if is_whole_asked { size[1] } else { self.rows() };
+        let rows = if is_whole_asked { size[1] } else { self.portion.rows(size) };
         let to = from.saturating_add(rows).min(size[1]);
         renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(1), size);
         renderer.draw_rows(&self.camera.1, encoder, group, &self.full.target(), (size, from..to));
@@ -231,7 +210,8 @@ impl PanePicture {
         if is_first {
             (self.still_of, self.still_seconds) = (Some(key), 0.0);
         }
-        let (size, rows) = (self.full.size(), self.rows());
+        let size = self.full.size();
+        let rows = self.portion.rows(size);
         let still = self.still.get_or_insert_with(|| renderer.new_still(size));
         // A slow device has more than one part of a picture to show for its time, or nothing.
         let passes = still.passes();
@@ -256,15 +236,6 @@ impl PanePicture {
         let has_drawn = step != StillStep::Rests;
         self.is_still_under_way = has_drawn && !is_first;
         has_drawn.then_some(is_shown)
-    }
-
-    /// How many rows are drawn at once.
-    fn rows(&self) -> u32 {
-        let [width, height] = self.full.size();
-        match self.pixels.is_infinite() {
-            true => height,
-            false => (self.pixels / f64::from(width.max(1))).ceil().clamp(1.0, f64::from(height)) as u32,
-        }
     }
 }
 

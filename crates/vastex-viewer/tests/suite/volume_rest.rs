@@ -67,7 +67,8 @@ fn a_picture_that_rests_becomes_the_mean_of_several() {
     assert!(whole.scene.passes(VolumePane::Space) == 1 && whole.picture(VolumePane::Space) == first);
 }
 
-/// A device that takes seconds for a picture is not kept busy by pictures that hardly differ.
+/// A device that takes seconds for a picture is not kept busy by pictures that hardly differ: a processor,
+/// and a GPU too, of which the whole is asked at once at first.
 #[test]
 fn a_slow_device_rests_after_its_picture() {
     let mut host = Host::with_clock(1, 1, Pace::Realtime, steady(Duration::from_millis(700)));
