@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use vastex_scenes::Gpu;
 
-/// How often a device is asked for: in turns with the driver's messages of what is wrong and without. wgpu's own
-/// tests, many at once, have been told by NVIDIA's driver that devices are lost (gfx-rs/wgpu#7068).
+/// How often a device is asked for: in turns with the driver's messages of what is wrong and without. wgpu's
+/// own tests, many at once, have been told by NVIDIA's driver that devices are lost (gfx-rs/wgpu#7068).
 const TRIES: u64 = 4;
 /// Lines of what was said that are kept.
 const MOST_SAID: usize = 100;
@@ -40,8 +40,8 @@ fn listen() {
     });
 }
 
-/// A device with these limits, or nothing where the machine has no adapter of OpenGL. Panics where there is an
-/// adapter, but no device.
+/// A device with these limits, or nothing where the machine has no adapter of OpenGL. Panics where there is
+/// an adapter, but no device.
 pub(crate) fn device(limits: &wgpu::Limits) -> Option<Gpu> {
     listen();
     let mut known = String::new();
