@@ -42,6 +42,7 @@ fn listen() {
 
 /// A device with these limits, or nothing where the machine has no adapter of OpenGL. Panics where there is
 /// an adapter, but no device.
+#[expect(clippy::print_stdout, reason = "what is tested, and what is not")]
 pub(crate) fn device(limits: &wgpu::Limits) -> Option<Gpu> {
     listen();
     let mut known = String::new();

@@ -47,6 +47,7 @@ fn seen(is_small: bool, by_gradients: bool, mapping: &Mapping) -> Seen {
     Seen { texels, wanted, loaded: screen.textures.stats().pager.loaded, is_exact }
 }
 
+#[expect(clippy::print_stdout, reason = "how near to its bounds a device is")]
 fn check(texels: f64, stretch: f64, by_gradients: bool) {
     let mapping = Mapping::new(SIZE, [0.55, 0.6], texels, stretch, 0.4);
     let [rectangle, small] = [false, true].map(|is_small| seen(is_small, by_gradients, &mapping));
