@@ -17,13 +17,14 @@ pub(crate) const RECORD_LEVEL: usize = 4;
 /// `VASTEXI_RECORD_VOLUME_LEVEL`: the same of a volume whose voxels are not its texels.
 pub(crate) const RECORD_VOLUME_LEVEL: usize = 7;
 
-/// `VASTEXI_ADDRESS_*`: how an address mode is written in a record.
+/// `VASTEXI_ADDRESS_*`: how an address mode is written in a record. Those that repeat have the bit of the one
+/// that wraps.
 pub(crate) const fn address_code(mode: AddressMode) -> u32 {
     match mode {
         AddressMode::Clamp => 0,
         AddressMode::Wrap => 1,
-        AddressMode::Mirror => 2,
-        AddressMode::Border => 3,
+        AddressMode::Mirror => 3,
+        AddressMode::Border => 2,
     }
 }
 
@@ -40,6 +41,8 @@ pub(crate) struct PoolParams {
     pub(crate) depth: u32,
     pub(crate) texel_z: f32,
     pub(crate) last_image: u32,
+    pub(crate) tile_side: [f32; 2],
+    pub(crate) slots_side: [f32; 2],
 }
 
 impl PoolParams {
@@ -57,6 +60,8 @@ impl PoolParams {
             depth,
             texel_z,
             last_image: if layout.is_solid() { 0 } else { images.saturating_sub(1) },
+            tile_side: [width as f32, height as f32],
+            slots_side: [columns as f32, rows as f32],
         }
     }
 }
@@ -188,11 +193,11 @@ mod tests {
         )),+] };
     }
 
-    /// The arithmetic of `vastexi_place_in_slot`, beside that of whole numbers: at the ends of every row and
-    /// image.
+    /// The arithmetic of `vastexi_cell`, beside that of whole numbers: at the ends of every row and image.
     #[test]
     fn single_precision_finds_the_place_of_every_slot() {
-        let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse) as u32;
+        let quotient = |number: u32, inverse: f32| ((number as f32 + 0.5) * inverse).floor() as u32;
+        let rest = |number: u32, row: u32, by: u32| (number as f32 - row as f32 * by as f32) as u32;
         for by in (1..=2048).chain([4095, 4096, 65_535, 1 << 20, shader_constants::POOL_SLOTS]) {
             let inverse = 1.0 / by as f32;
             let few = shader_constants::POOL_SLOTS / by;
@@ -200,8 +205,18 @@ mod tests {
                 let at = multiple * by;
                 for number in [at.saturating_sub(1), at, at + 1] {
                     assert_eq!(quotient(number, inverse), number / by, "{number} / {by}");
+                    assert_eq!(rest(number, number / by, by), number % by, "{number} % {by}");
                 }
             }
+        }
+    }
+
+    /// `vastexi_whole`, of all numbers that it is for.
+    #[test]
+    fn whole_numbers_are_found_in_the_bits_of_a_sum() {
+        let whole = |number: f32| (number + 8_388_608.0).to_bits() & 0x7f_ffff;
+        for number in 0..1 << 23 {
+            assert_eq!(whole(number as f32), number);
         }
     }
 
@@ -222,7 +237,7 @@ mod tests {
     #[test]
     fn pools_and_views_are_laid_out_alike() {
         let text = text(FeedbackMode::Separate);
-        let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, last_image);
+        let pool: &[Field] = offsets!(PoolParams: tile, slots, inverse_slots, texel, unknown, bias, depth, texel_z, last_image, tile_side, slots_side);
         check(&text, "VastexiPool", size_of::<PoolParams>(), pool);
         let view: &[Field] = offsets!(ViewParams: clip_scale, clip_offset, level_offset, frame, jitter, columns, cell, reversed_depth, first_cell, rows, answers, block, gaps);
         check(&text, "VastexiView", size_of::<ViewParams>(), view);

@@ -87,7 +87,7 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let (page, border) = (geometry.page(), geometry.border());
     let mut words = vec![
         [width, height, of.id, flags],
-        [rule.bias.to_bits(), tail_entry, 0, packed_placement(of)],
+        [rule.bias.to_bits(), tail_entry, border[0] | (border[1] << 16), packed_placement(of)],
         [page[0], page[1], border[0], border[1]],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));
@@ -117,10 +117,13 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; RECORD_LEVE
     let inverse = |a: usize| (1.0 / scale[a] as f32).to_bits();
     let base = |a: usize| (f64::from(origin[a]) + geometry.sample_offset(index)[a]) as f32;
     let first_entry = if index < tail { of.placement.first_entry(index) } else { Placement::NONE };
+    let [base_x, base_y] = [0, 1].map(|a| base(a).to_bits());
+    // An inverse that is a power of two has nothing in the bits where the shift stands.
+    let in_one = |a: usize, texels: u32| (inverse(a) & !31) | texels.ilog2();
     [
         [first_entry, level.pages[0], x.ilog2(), y.ilog2()],
-        [inverse(0), inverse(1), base(0).to_bits(), base(1).to_bits()],
-        [level.size[0], level.size[1], 0, 0],
+        [inverse(0), inverse(1), base_x, base_y],
+        [in_one(0, x), in_one(1, y), base_x, base_y],
         [x, y, scale[0], scale[1]],
     ]
 }

@@ -7,7 +7,7 @@
 //! |---|---|---|---|
 //! | table of a direct pool | `var<storage, read> vastexi_table_POOL: array<u32>` | `texture_2d<u32>`, r32uint | arena_buffer / arena_texture: `vastexi_table_word_POOL(index)`, `vastexi_table_length_POOL()` |
 //! | table of a hashed pool | the same | the same | the same, and hashed_pool: `vastexi_hashed_page_POOL(page: vec2<u32>)`, the whole id, low and high half |
-//! | records | `texture_2d<u32>`, rgba32uint, one row a number | the same | param: `vastexi_param(number, n)`, `vastexi_records()` |
+//! | records | `texture_2d<u32>`, rgba32uint, one row a number | the same | param: `vastexi_param(number, n)` |
 //!
 //! Of a direct table a record holds `first_entry` for each level finer than the tail:
 //! [`Placement::first_entry`], absolute in the arena, or `0xffffffff` (VASTEXI_NONE) where the level has no
@@ -20,8 +20,8 @@
 //! so that they change together with it, and nothing of it stands in a uniform. `vastexi_hashed_page_POOL`
 //! gives an entry or VASTEXI_NONE; the caller goes up the levels.
 //!
-//! A number beyond `vastexi_records()` has no record, and a record may be of another id with the same number:
-//! shaders take the texture for unknown in both cases.
+//! A number beyond the last row has no record, and a record may be of another id with the same number:
+//! shaders take the texture for unknown in both cases, since what they read has another id.
 //!
 //! # What a frame does
 //!

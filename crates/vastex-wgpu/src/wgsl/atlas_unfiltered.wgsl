@@ -4,5 +4,5 @@
 
 // A texel of the slot that a place is in.
 fn vastexi_texel_LAYER(place: VastexiPlace, texel: vec2<u32>) -> vec4<f32> {
-    return textureLoad(vastexi_atlas_LAYER, place.origin + texel, place.image, 0);
+    return textureLoad(vastexi_atlas_LAYER, vastexi_wholes(place.origin) + texel, place.image, 0);
 }

@@ -24,25 +24,21 @@ fn vastexi_taken_KIND(
     taps: VastexiTaps,
     wanted: u32,
 ) -> vec4<f32> {
-    let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_POWERS_POOL, VASTEXI_SCALE_LAYER);
+    let end_of_tile = vastexi_pool_POOL.tile_side / f32(VASTEXI_SCALE_LAYER) - 0.5;
     let step = taps.axis / f32(taps.count);
     let end = vastexi_tap_offset(step, taps.count - 1u, taps.count); // the first is as far
-    let first = vastexi_place_shifted(texture, place, -end, VASTEXI_SCALE_LAYER);
-    let last = vastexi_place_shifted(texture, place, end, VASTEXI_SCALE_LAYER);
-    let is_in_tile = vastexi_is_in_tile(texture, position, first, bounds, -end)
-        && vastexi_is_in_tile(texture, position, last, bounds, end);
     // Between the first and the last tap are the others.
-    let near = select(0u, taps.count, is_in_tile);
+    let near = select(0u, taps.count, vastexi_are_in_tile(texture, position, place, end_of_tile, end));
+    let step_in_tile = step * place.inverse_scale;
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < near; nth++) {
-        let offset = vastexi_tap_offset(step, nth, taps.count);
-        sum += vastexi_tap_LAYER(vastexi_place_shifted(texture, place, offset, VASTEXI_SCALE_LAYER));
+        sum += vastexi_tap_LAYER(vastexi_place_moved(place, vastexi_tap_offset(step_in_tile, nth, taps.count)));
     }
     // One by one, looked up where they leave the tile. A software driver goes once through a loop that no pixel enters, not taps times.
     for (var nth = near; nth < taps.count; nth++) {
         let offset = vastexi_tap_offset(step, nth, taps.count);
-        let shifted = vastexi_place_shifted(texture, place, offset, VASTEXI_SCALE_LAYER);
-        if vastexi_is_in_tile(texture, position, shifted, bounds, offset) {
+        let shifted = vastexi_place_shifted(place, offset);
+        if vastexi_is_in_tile(texture, position, shifted, end_of_tile, offset) {
             sum += vastexi_tap_LAYER(shifted);
         } else {
             sum += vastexi_shown_beside_KIND(texture, position, offset, wanted);

@@ -43,7 +43,7 @@ fn vastexi_cubic_KIND(texture: VastexiTexture, position: VastexiPosition, place:
     let x = vastexi_cubic_weights(fract(centred.x));
     let y = vastexi_cubic_weights(fract(centred.y));
     let bounds = vastexi_tile_bounds(texture, position, place, VASTEXI_POWERS_POOL, VASTEXI_SCALE_LAYER);
-    let is_within = all(first >= bounds.xy - 0.5) && all(first + 3.5 < bounds.zw);
+    let is_within = all(first >= bounds.xy - 0.5) & all(first + 3.5 < bounds.zw);
     let near = select(0u, 16u, is_within);
     var sum = vec4<f32>(0.0);
     for (var nth = 0u; nth < near; nth++) {
@@ -51,7 +51,7 @@ fn vastexi_cubic_KIND(texture: VastexiTexture, position: VastexiPosition, place:
         let value = vastexi_texel_LAYER(place, vec2<u32>(texel));
         sum += x[nth & 3u] * y[nth >> 2u] * value;
     }
-    let texels = vec2<f32>(level.scale) * scale;
+    let texels = vec2<f32>(vastexi_scale(level, VASTEXI_POWERS_POOL)) * scale;
     for (var nth = near; nth < 16u; nth++) {
         let texel = first + vec2<f32>(f32(nth & 3u), f32(nth >> 2u));
         let offset = (texel + 0.5 - middle) * texels;

@@ -2,9 +2,10 @@
 // CPU twin: twins/sample.rs.
 
 fn vastexi_levels_KIND(texture: VastexiTexture, position: VastexiPosition, taps: VastexiTaps, level: f32) -> vec4<f32> {
-    let finer = u32(floor(level));
+    let whole = floor(level);
+    let finer = vastexi_whole(whole);
     let sharp = vastexi_shown_KIND(texture, position, taps, finer);
-    let share = level - f32(finer);
+    let share = level - whole;
     if share == 0.0 {
         return sharp;
     }

@@ -7,7 +7,7 @@ fn vastexi_filtered_KIND(
     footprint: VastexiFootprint,
     level: f32,
 ) -> vec4<f32> {
-    return vastexi_shown_KIND(texture, position, VastexiTaps(vec2<f32>(0.0), 1u, 0.0), u32(floor(level)));
+    return vastexi_shown_KIND(texture, position, VastexiTaps(vec2<f32>(0.0), 1u, 0.0), vastexi_whole(floor(level)));
 }
 
 // What the filter takes of the tile at a place.

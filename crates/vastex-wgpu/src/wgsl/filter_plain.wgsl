@@ -7,10 +7,11 @@ fn vastexi_filtered_KIND(
     footprint: VastexiFootprint,
     level: f32,
 ) -> vec4<f32> {
-    let finer = u32(floor(level));
+    let whole = floor(level);
+    let finer = vastexi_whole(whole);
     let taps = VastexiTaps(vec2<f32>(0.0), 1u, 0.0);
     let sharp = vastexi_shown_KIND(texture, position, taps, finer);
-    let share = level - f32(finer);
+    let share = level - whole;
     if VASTEXI_FILTER_KIND != VASTEXI_FILTER_TRILINEAR || share == 0.0 {
         return sharp;
     }

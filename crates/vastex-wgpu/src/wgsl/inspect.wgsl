@@ -19,11 +19,11 @@ fn vastexi_inspection(
     powers: bool,
 ) -> VastexInspection {
     let shown = vastexi_level(texture, place.level, powers);
-    let level_size = vec2<f32>(shown.size);
+    let level_size = vec2<f32>(vastexi_level_size(texture, shown, powers));
     let is_paged = place.level < texture.tail_level;
-    let page_size = select(level_size, vec2<f32>(vastexi_pages(texture).page), is_paged);
+    let page_size = select(level_size, vec2<f32>(vastexi_page_texels(texture, powers)), is_paged);
     let from_page = vastexi_texel_in_page(shown.sides, position.texel, place.page, powers);
-    let page_texel = (vec2<f32>(from_page) + position.fraction) / vec2<f32>(shown.scale);
+    let page_texel = (vec2<f32>(from_page) + position.fraction) / vec2<f32>(vastexi_scale(shown, powers));
     let wanted = vastexi_unbiased_level(texture, lambda);
     return VastexInspection(wanted, level, place.level, place.page, page_texel, page_size, level_size);
 }

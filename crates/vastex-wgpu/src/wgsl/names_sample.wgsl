@@ -107,7 +107,8 @@ fn vastex_inspect_NAME_fixed_grad(
 // The level of the finest resident page that covers a page of the texture.
 fn vastex_inspect_NAME_page(id: u32, page: vec2<u32>, level: u32) -> u32 {
     let texture = vastexi_texture(id);
-    let texel = page * vastexi_pages(texture).page * vastexi_level(texture, level, VASTEXI_POWERS_POOL).scale;
+    let of_level = vastexi_level(texture, level, VASTEXI_POWERS_POOL);
+    let texel = page * vastexi_page_texels(texture, VASTEXI_POWERS_POOL) * vastexi_scale(of_level, VASTEXI_POWERS_POOL);
     let first = min(texel, texture.size - 1u);
     let position = VastexiPosition(first, vec2<f32>(0.5), vec2<f32>(1.0));
     return vastexi_place_POOL(texture, position, level, VASTEXI_SCALE_LAYER).level;
@@ -117,7 +118,8 @@ fn vastex_inspect_NAME_page(id: u32, page: vec2<u32>, level: u32) -> u32 {
 fn vastex_inspect_NAME_slot(slot: u32, tile_texel: vec2<f32>) -> vec4<f32> {
     let last = vec2<f32>(vastexi_pool_POOL.tile) - 0.5;
     let within = clamp(tile_texel, vec2<f32>(0.0), last);
-    let place = vastexi_place_in_slot(vastexi_pool_POOL, slot, within, 0u, vec2<u32>(0u), VASTEXI_SCALE_LAYER);
+    let nothing = vec2<u32>(0u);
+    let place = vastexi_place_in_slot(vastexi_pool_POOL, slot, within, vec2<f32>(1.0), 0u, nothing, VASTEXI_SCALE_LAYER);
     return vastexi_texel_LAYER(place, vec2<u32>(floor(place.tile_texel)));
 }
 

@@ -2,11 +2,18 @@
 // CPU twin: twins/lookup.rs.
 
 fn vastexi_position_from_uv(texture: VastexiTexture, uv: vec2<f32>) -> VastexiPosition {
-    let x = vastexi_folded(uv.x, texture.address.x);
-    let y = vastexi_folded(uv.y, texture.address.y);
-    let texel = vec2<f32>(x.x, y.x) * vec2<f32>(texture.size);
-    let whole = min(vec2<u32>(max(floor(texel), vec2<f32>(0.0))), texture.size - 1u);
-    return VastexiPosition(whole, texel - vec2<f32>(whole), vec2<f32>(x.y, y.y));
+    // As vastexi_folded has it where nothing repeats.
+    var folded = clamp(uv, vec2<f32>(VASTEXI_NEAR.x), vec2<f32>(VASTEXI_NEAR.y));
+    var direction = vec2<f32>(1.0);
+    if texture.repeats {
+        let x = vastexi_folded(uv.x, texture.address.x);
+        let y = vastexi_folded(uv.y, texture.address.y);
+        folded = vec2<f32>(x.x, y.x);
+        direction = vec2<f32>(x.y, y.y);
+    }
+    let texel = folded * vec2<f32>(texture.size);
+    let whole = min(vec2<u32>(max(texel, vec2<f32>(0.0))), texture.size - 1u);
+    return VastexiPosition(whole, texel - vec2<f32>(whole), direction);
 }
 
 // The same for the place `offset` texels of level 0 after the beginning of texel `anchor`.
@@ -18,6 +25,11 @@ fn vastexi_position_from_fixed(texture: VastexiTexture, anchor: vec2<u32>, offse
         vec2<f32>(x.fraction, y.fraction),
         vec2<f32>(x.direction, y.direction),
     );
+}
+
+// Whether a position is in the texture, not beyond an edge that is clamped or has a border colour.
+fn vastexi_is_inside(position: VastexiPosition) -> bool {
+    return all(position.fraction >= vec2<f32>(0.0)) & all(position.fraction <= vec2<f32>(1.0));
 }
 
 // A difference of uv between neighbours, along wrapping axes the shorter way round.
@@ -38,7 +50,7 @@ fn vastexi_page(sides: VastexiSides, texel: vec2<u32>, powers: bool) -> vec2<u32
 // How far a texel of level 0 lies into that page.
 fn vastexi_texel_in_page(sides: VastexiSides, texel: vec2<u32>, page: vec2<u32>, powers: bool) -> vec2<u32> {
     if powers {
-        return texel - (page << sides.shift);
+        return texel & ~(vec2<u32>(0xffffffffu) << sides.shift);
     }
     return texel - page * sides.texels;
 }

@@ -20,30 +20,40 @@ fn vastexi_tile_texel(
     scale: u32,
 ) -> vec2<f32> {
     let texel = vastexi_free_tile_texel(level, position, page, powers);
-    if all(position.fraction >= vec2<f32>(0.0)) && all(position.fraction <= vec2<f32>(1.0)) {
+    if vastexi_is_inside(position) {
         return texel;
     }
-    let last = (level.size + scale - 1u) & vec2<u32>(~(scale - 1u));
+    let last = (vastexi_level_size(texture, level, powers) + scale - 1u) & vec2<u32>(~(scale - 1u));
     let end = vec2<f32>(last - vastexi_first_texel(texture, page, powers));
+    let origin = vastexi_origin(level);
     let reach = 0.5 * f32(scale);
-    return clamp(texel, level.origin - reach, level.origin + end + reach);
+    return clamp(texel, origin - reach, origin + end + reach);
 }
 
-// A place in a slot. The quotients are those of whole numbers: a pool has at most 2^22 slots (vastex-core's POOL_SLOTS), so that the error
-// of two roundings is less than the half that is added.
+// A slot's column, row and image. All are whole numbers, of which floats have every one up to the 2^22 slots that a pool has at most
+// (vastex-core's POOL_SLOTS): the error of two roundings is less than the half that is added.
+fn vastexi_cell(pool: VastexiPool, slot: u32) -> vec3<f32> {
+    let number = f32(slot);
+    let row = floor((number + 0.5) * pool.inverse_slots.x); // counted through all images
+    let image = floor((row + 0.5) * pool.inverse_slots.y);
+    return vec3<f32>(number - (row * pool.slots_side.x), row - (image * pool.slots_side.y), image);
+}
+
+// A place in a slot.
 fn vastexi_place_in_slot(
     pool: VastexiPool,
     slot: u32,
     tile_texel: vec2<f32>,
+    inverse_scale: vec2<f32>,
     level: u32,
     page: vec2<u32>,
     scale: u32,
 ) -> VastexiPlace {
-    let row = u32((f32(slot) + 0.5) * pool.inverse_slots.x); // counted through all images
+    let cell = vastexi_cell(pool, slot);
     // No image lies beyond the last: a bound that no compiler knows. Without it NVIDIA's rounds the quotient itself where the image is sampled.
-    let image = min(u32((f32(row) + 0.5) * pool.inverse_slots.y), pool.last_image);
-    let cell = vec2<u32>(slot - (row * pool.slots.x), row - (image * pool.slots.y));
-    return VastexiPlace(image, cell, cell * (pool.tile / scale), tile_texel / f32(scale), level, page);
+    let image = min(vastexi_whole(cell.z), pool.last_image);
+    let origin = cell.xy * (pool.tile_side / f32(scale));
+    return VastexiPlace(image, cell.xy, origin, tile_texel / f32(scale), inverse_scale / f32(scale), level, page);
 }
 
 // The place that an entry of the page table leads to: measured from the origin of the page that the entry's level names, which may be an
@@ -61,5 +71,5 @@ fn vastexi_place_of_entry(
     let page = vastexi_page(level.sides, position.texel, powers);
     let slot = entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
     let tile_texel = vastexi_tile_texel(texture, level, position, page, powers, scale);
-    return vastexi_place_in_slot(pool, slot, tile_texel, number, page, scale);
+    return vastexi_place_in_slot(pool, slot, tile_texel, level.inverse_scale, number, page, scale);
 }

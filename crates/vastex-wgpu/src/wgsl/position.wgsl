@@ -1,6 +1,16 @@
 // What a lookup goes through, from a virtual uv to a texel of the atlas.
 // CPU twin: twins/lookup.rs.
 
+// A whole number from 0 to 2^23 - 1 that is a float. The sum has it in its lowest bits: a conversion would be guarded against numbers
+// that it cannot make.
+fn vastexi_whole(number: f32) -> u32 {
+    return bitcast<u32>(number + 8388608.0) & 0x7fffffu;
+}
+
+fn vastexi_wholes(numbers: vec2<f32>) -> vec2<u32> {
+    return bitcast<vec2<u32>>(numbers + 8388608.0) & vec2<u32>(0x7fffffu);
+}
+
 // A texel of level 0, split so that page arithmetic is in whole numbers.
 struct VastexiPosition {
     texel: vec2<u32>,
@@ -11,9 +21,10 @@ struct VastexiPosition {
 // A place in the atlas, in texels of the layer that is sampled.
 struct VastexiPlace {
     image: u32,
-    cell: vec2<u32>,        // the slot's column and row there
-    origin: vec2<u32>,      // the slot's first texel
+    cell: vec2<f32>,        // the slot's column and row there
+    origin: vec2<f32>,      // the slot's first texel
     tile_texel: vec2<f32>,  // from there
+    inverse_scale: vec2<f32>, // texels along one of level 0
     level: u32,             // the level that lies there
     page: vec2<u32>,        // the page of that level; 0,0 in the tail
 }
@@ -25,14 +36,18 @@ struct VastexiTaps {
     cubic_share: f32,       // of 4x4 texels around the position, the rest of one tap
 }
 
+// How far beyond an edge a coordinate is told from others where nothing repeats, so far as it matters, since taps of a place beyond the
+// edge may lie within.
+const VASTEXI_NEAR: vec2<f32> = vec2<f32>(-8.0, 9.0);
+
 // A coordinate folded into 0 to 1 by an address mode, and which way it runs then: -1 where a mirrored texture runs backwards, else 1. Where
-// nothing repeats it stays as it is, so far as it matters, since taps of a place beyond the edge may lie within.
+// nothing repeats it stays as it is, within VASTEXI_NEAR.
 //
 // What follows from the mode is the same for a draw: a GPU finds it once for all pixels, and what is left for each of them has no case.
 fn vastexi_folded(uv: f32, mode: u32) -> vec2<f32> {
     let mirrors = mode == VASTEXI_ADDRESS_MIRROR;
     let repeats = mirrors | (mode == VASTEXI_ADDRESS_WRAP);
-    let reach = select(vec2<f32>(-8.0, 9.0), vec2<f32>(-1e30, 1e30), repeats);
+    let reach = select(VASTEXI_NEAR, vec2<f32>(-1e30, 1e30), repeats);
     let period = select(1.0, 2.0, mirrors);
     let periods_in_one = select(select(0.0, 1.0, repeats), 0.5, mirrors);
     let turn = select(16.0, 1.0, mirrors); // where it turns back; beyond reach where it does not

@@ -27,7 +27,7 @@ fn vastexi_nearest_KIND(texture: VastexiTexture, position: VastexiPosition, lamb
     if !texture.is_known {
         return vastexi_pool_POOL.unknown;
     }
-    let level = u32(floor(vastexi_sampled_level(texture, lambda, vastexi_pool_POOL.bias)));
+    let level = vastexi_whole(floor(vastexi_sampled_level(texture, lambda, vastexi_pool_POOL.bias)));
     let place = vastexi_place_POOL(texture, position, level, VASTEXI_SCALE_LAYER);
     return vastexi_texel_LAYER(place, vec2<u32>(floor(place.tile_texel)));
 }

@@ -49,7 +49,7 @@ struct VastexiVolumeAnchor {
 // The volume of an id. Its record has the id with all bits turned over, so that no function for images takes a volume for an image, nor one
 // for volumes an image for a volume.
 fn vastexi_volume(id: u32) -> VastexiVolume {
-    let number = min(id & VASTEXI_NUMBER_MASK, vastexi_records() - 1u);
+    let number = id & VASTEXI_NUMBER_MASK;
     let shape = vastexi_param(number, 0u);
     let rule = vastexi_param(number, 1u);
     let brick = vastexi_param(number, 2u);

@@ -20,7 +20,10 @@ fn ask(@builtin(global_invocation_id) id: vec3<u32>) {
         let asked = answers[id.x];
         let number = asked.z;
         answers[id.x] = vec4<u32>(
-            vastexi_hashed_page_POOL(asked.xy), vastexi_param(number, asked.w).y, vastexi_records(), vastexi_table_length_POOL(),
+            vastexi_hashed_page_POOL(asked.xy),
+            vastexi_param(number, asked.w).y,
+            textureDimensions(vastexi_params).y,
+            vastexi_table_length_POOL(),
         );
     }
 }

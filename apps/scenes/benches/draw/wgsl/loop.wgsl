@@ -2,7 +2,7 @@
 
 fn vastexi_entry_0(texture: VastexiTexture, texel: vec2<u32>, wanted: u32) -> u32 {
     for (var number = max(wanted, texture.table_level); number < texture.tail_level; number++) {
-        let entries = vastexi_entries(texture, number);
+        let entries = vastexi_entries(texture, number, VASTEXI_POWERS_0);
         let page = vastexi_page(entries.sides, texel, VASTEXI_POWERS_0);
         let entry = vastexi_table_word_0(entries.first + (page.y * entries.row) + page.x);
         if entry != 0xffffffffu {

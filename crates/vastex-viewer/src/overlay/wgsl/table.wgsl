@@ -24,8 +24,8 @@ fn shade_table(@builtin(position) at: vec4<f32>) -> @location(0) vec4<f32> {
 
 fn table_page(place: vec2<f32>, level: u32) -> vec3<f32> {
     let texture = vastexi_texture(scene.ids.color);
-    let size = vastexi_level(texture, level, false).size;
-    let page = min(vec2<u32>(place * vec2<f32>(size)), size - 1u) / vastexi_pages(texture).page;
+    let size = vastexi_level_size(texture, vastexi_level(texture, level, false), false);
+    let page = min(vec2<u32>(place * vec2<f32>(size)), size - 1u) / vastexi_page_texels(texture, false);
     let shown = vastex_inspect_page(scene.ids.color, page, level);
     return overlay_level(shown) * select(0.35, 1.0, shown == level || level == texture.tail_level);
 }

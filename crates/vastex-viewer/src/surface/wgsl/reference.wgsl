@@ -82,7 +82,9 @@ fn reference_folded(at: i32, size: i32, padded: u32, mode: u32) -> u32 {
 // Texels of a level without the padding.
 fn reference_texels(level: u32) -> vec2<i32> {
     let layer_scale = reference_params.layer_scale;
-    return vec2<i32>((vastexi_level(reference_texture(), level, false).size + layer_scale - 1u) / layer_scale);
+    let texture = reference_texture();
+    let size = vastexi_level_size(texture, vastexi_level(texture, level, false), false);
+    return vec2<i32>((size + layer_scale - 1u) / layer_scale);
 }
 
 // The texel that stands at a whole place of a level, inside or beyond its edges.

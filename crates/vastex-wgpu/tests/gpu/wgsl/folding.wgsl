@@ -1,7 +1,7 @@
 // Folds fixed-point positions by the address modes, for every case of a buffer.
 
 const MODES = array<u32, 4>(
-    0xffffffffu, VASTEXI_ADDRESS_WRAP, VASTEXI_ADDRESS_MIRROR, 3u);
+    0xffffffffu, VASTEXI_ADDRESS_WRAP, VASTEXI_ADDRESS_MIRROR, VASTEXI_ADDRESS_BORDER);
 struct Fold { anchor: u32, offset: f32, size: u32, mode: u32 }
 struct Folded { texel: u32, fraction: f32, direction: f32, unused: u32 }
 @group(1) @binding(0) var<storage, read> inputs: array<Fold>;
