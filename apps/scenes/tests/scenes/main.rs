@@ -18,7 +18,6 @@ mod heights;
 mod layers;
 mod lit_planet;
 mod matrix;
-mod opengl;
 mod overlays;
 mod pictures;
 mod planet;
