@@ -12,6 +12,8 @@ use super::{Program, inputs, make, write};
 pub fn record(program: &Program, own: &str, desk: &Path, directory: &Path) -> Result<()> {
     let mut text = format!("== cargo xtask ==\n{own}");
     tell(program, &[], &mut text)?;
+    // Of volumes `render` takes other words, which are no command of their own there.
+    tell(program, &["render", "--on", "volume"], &mut text)?;
     write(&directory.join("help.txt"), text)?;
     let desk = make(desk)?;
     inputs::make(&make(&desk.join("in"))?)?;
@@ -72,4 +74,18 @@ const JSON: &[(&str, &str)] = &[
     ("replay", "replay t.vxtrace --json"),
     ("replay-timed", "replay t.vxtrace --latency-frames 2 --tiles-per-frame 4 --json"),
     ("learn", "learn t.vxtrace -o t.vxsets --json"),
+    ("info-image", "info in/u8-3.raw --json"),
+    ("info-volume", "info in/volume-channels.raw --json"),
+    ("build-volume", "build in/volume.raw -o v.vastex --json"),
+    ("build-zarr", "build in/volume.raw -o v.zarr --json"),
+    ("info-volume-built", "info v.vastex --json"),
+    ("crop", "crop a.vastex --at 5,5 --size 8x8 -o crop.npy --json"),
+    ("crop-volume", "crop v.vastex --at 5,5,5 --size 8x8x8 -o volume.npy --json"),
+    (
+        "render-slice",
+        "render in/volume.raw --on slices --slice z=35 --size 64x36 --record-trace v.vxtrace --disk-cache bricks --compare --dump-pools --explain 32,18 --json",
+    ),
+    ("render-rays", "render v.vastex --on volume --mode average --size 64x36 --compare --json"),
+    ("render-rays-stats", "render v.vastex --on volume --size 64x36 --stats-json rays.json"),
+    ("replay-volume", "replay v.vxtrace --json"),
 ];

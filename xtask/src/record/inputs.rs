@@ -34,6 +34,7 @@ pub(super) fn make(directory: &Path) -> Result<()> {
     raw(directory, "tiles.raw", [384, 256], "u8", 3)?;
     raw(directory, "globe.raw", [1536, 768], "u8", 3)?;
     raw(directory, "heights.raw", [768, 384], "u16", 1)?;
+    super::volumes::make(directory)?;
     touch(directory)
 }
 

@@ -3,7 +3,7 @@
 //! | part | what it holds |
 //! |---|---|
 //! | `worlds/` | decisions and events of simulated worlds, traces, sets learnt of them, replays |
-//! | `frames/` | feedback, page tables and pictures of scenes, by the machine's graphics driver in lock-step |
+//! | `frames/` | feedback, page tables and pictures of scenes and volumes, in lock-step |
 //! | `files.txt` | hashes of containers, parts, journals and exports that are made of fixed inputs |
 //! | `help.txt`, `json.txt` | what commands say of themselves, and the keys of what they print with `--json` |
 //! | `names.txt` | the public names of crate `vastex`, with their signatures |
@@ -23,6 +23,7 @@ mod json;
 pub mod names;
 mod steps;
 pub mod test_list;
+mod volumes;
 
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -5,6 +5,7 @@
 //! taken down in any case.
 
 use super::inputs::{KINDS, name};
+use super::volumes;
 
 /// A directory in which commands run.
 pub(super) struct Step {
@@ -13,7 +14,7 @@ pub(super) struct Step {
 }
 
 /// A few steps that show that all of it works.
-pub const FEW: [&str; 3] = ["plain-u8-3-page-60-1-none", "parts", "resumed"];
+pub const FEW: [&str; 4] = ["plain-u8-3-page-60-1-none", "parts", "resumed", "volume"];
 
 const BUILD: &str = "build % -o out.vastex";
 
@@ -62,7 +63,7 @@ pub(super) fn all() -> Vec<Step> {
         let build = format!("build %/patch4.raw -o out.vastex --page 60 --format {format} --quality best");
         add(format!("format-{format}-best"), &[&build]);
     }
-    for (name, commands) in ONES {
+    for (name, commands) in ONES.iter().chain(volumes::STEPS) {
         add((*name).to_owned(), commands);
     }
     for (layout, more) in LAYOUTS {

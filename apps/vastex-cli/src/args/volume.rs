@@ -11,6 +11,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use vastex::FeedbackMode;
 use vastex_viewer::volume::{VolumeCamera, VolumeFace, VolumeMode};
 use vastex_viewer::{Link, VolumeViewText};
 
@@ -145,6 +146,9 @@ pub(crate) struct RenderVolumeArgs {
     /// How voxels are blended: linear, by the device; exact, by the shader in single precision; or nearest
     #[arg(long, default_value = "linear", value_name = "FILTER", value_parser = named(&VolumeFilter::ALL, VolumeFilter::name))]
     pub(crate) filter: VolumeFilter,
+    /// How the view says which bricks it wants, as images have it; by default the best mode of the adapter
+    #[arg(long, value_name = "MODE", hide = true, value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
+    pub(crate) feedback: Option<FeedbackMode>,
     /// Size of the picture in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: [u32; 2],

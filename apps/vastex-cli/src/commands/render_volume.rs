@@ -5,37 +5,39 @@
 
 mod along;
 mod asked;
+#[cfg(feature = "record")]
+mod recorded;
 mod reference;
+mod summary;
 mod watch;
 
-use std::collections::BTreeMap;
 use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
-use serde::Serialize;
 use vastex::wgpu::{self, PollType, TextureFormat};
 use vastex::{
     Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource,
-    ViewId, VolumeFilters,
+    ViewId,
 };
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
-    FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer,
-    VolumeView, drawable_range, frames_to_ask, usual_channel_color, volume_tables,
+    VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView, drawable_range,
+    frames_to_ask, usual_channel_color, volume_tables,
 };
-use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
+use vastex_volume::{Volume, VolumeAbout, VolumeOptions, VolumeSource};
 
+use self::asked::Asked;
 pub(crate) use self::asked::no_volume;
-use self::asked::{check_size, check_step, view_of};
-use self::watch::{Watch, Watched};
+#[cfg(feature = "record")]
+pub(crate) use self::recorded::{Recorded, recorded};
+use self::summary::Summary;
+use self::watch::Watch;
 use super::render_labels::Labels;
-use super::render_pools::{brick_side, large_bricks, pool_bytes};
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
-use crate::commands::compared::Compared;
 use crate::made_levels::LevelMaker;
 use crate::pictures::PictureOutput;
 use crate::{disk_cache, gpu, report};
@@ -49,45 +51,20 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let source = args.source.display().to_string();
     let mut output = PictureOutput::at(args.output.as_deref(), args.path.format)?;
     let path = along::path_of(args)?;
-    let volume = match open(&args.source)? {
-        Opened::Volume(volume) => Arc::new(*volume),
-        Opened::Images(list) => bail!(no_volume(&list)),
-    };
-    let (view, clip) = view_of(args, volume.about())?;
-    check_step(args, volume.about())?;
+    let asked = Asked::open(args)?;
     let mut watch = Watch::new(args)?;
-    let channels = channels_of(args, volume.about())?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
-    check_size(&gpu, args.size)?;
-    let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
-    let large = large_bricks(volume.about(), filters)?;
-    let pool = args.pool_mib.map(|mib| mib << 20);
-    let brick = brick_side(pool, large, channels.len().max(1) as u64);
-    let labels = Labels::open(args, &volume, brick)?;
-    if args.compare && labels.is_some() {
-        bail!("--compare: labels are compared with nothing; compare the image without them");
-    }
-    if channels.is_empty() && labels.is_none() {
-        bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
-    }
-    let sources = channels.iter().map(|channel| source_of(args, &volume, channel, brick));
-    let sources = sources.collect::<Result<Vec<_>>>()?;
-    let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
-    let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
-    let shown = (box_of(volume.about())?, &channels[..], &sources[..]);
-    let mut drawing =
-        Drawing::new(args, &gpu, shown, labels.as_ref(), (view, clip), (bytes, watch.disk.as_ref()))
-            .context(source.clone())?;
+    let (mut drawing, brick) = asked.drawing(args, &gpu, watch.disk.as_ref())?;
     watch.begin(&mut drawing);
-    let of_path = (path.as_ref(), volume.about());
+    let of_path = (path.as_ref(), asked.volume.about());
     let (converged, picture) =
         along::draw(&mut drawing, of_path, &mut output, &mut watch).context(source.clone())?;
     let watched = watch.end(args, &mut drawing).context(source.clone())?;
-    let mut summary = Summary::new(&drawing, (&volume, brick), converged, watched);
+    let mut summary = Summary::new(&drawing, (&asked.volume, brick), converged, watched);
     if args.compare && converged {
         let drawn = (&picture, summary.mip_bias);
-        let compared = reference::compare(args, &gpu, (&volume, &channels), (view, clip), drawn);
+        let compared = reference::compare(args, &gpu, (&asked.volume, &asked.channels), asked.view, drawn);
         summary.compared = Some(compared.context(source.clone())?);
     }
     match args.json {
@@ -122,39 +99,6 @@ pub(crate) fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
     // Only proportions count, and those of nanometres and of light years are told alike.
     let longest = level.scale.iter().copied().fold(0.0, f64::max);
     Ok(VolumeBox::new(size, level.scale.map(|side| side / longest)))
-}
-
-/// The channels that are shown: those that are asked for, else those that the file shows at first, else the
-/// first ones.
-fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
-    if about.is_label {
-        return match args.look.channels.is_empty() {
-            true => Ok(Vec::new()),
-            false => {
-                bail!("--channels: {} is a volume of labels, which have colours of their own", about.path)
-            }
-        };
-    }
-    if args.look.of_view.no_channels {
-        return Ok(Vec::new());
-    }
-    if !args.look.channels.is_empty() {
-        for asked in &args.look.channels {
-            if asked.channel >= about.channels {
-                let last = about.channels - 1;
-                bail!("--channels {}: {} has the channels 0 to {last}", asked.channel, about.path);
-            }
-        }
-        return Ok(args.look.channels.clone());
-    }
-    let active =
-        about.channel_info.iter().zip(0..about.channels).filter(|(info, _)| info.is_active == Some(true));
-    let active: Vec<AskedChannel> =
-        active.map(|(_, channel)| AskedChannel::new(channel)).take(MOST_CHANNELS).collect();
-    match active.is_empty() {
-        true => Ok((0..about.channels.min(FIRST_CHANNELS as u64)).map(AskedChannel::new).collect()),
-        false => Ok(active),
-    }
 }
 
 fn source_of(
@@ -210,6 +154,7 @@ impl<'a> Drawing<'a> {
             picture: args.size,
             whole_bytes: 0,
             filter: if args.filter == VolumeFilter::Nearest { Filter::Nearest } else { Filter::Trilinear },
+            feedback: args.feedback,
             upload_bytes_per_frame: 64 << 20,
             ..Settings::default()
         };
@@ -398,100 +343,4 @@ fn as_shown(
     }
     let (opacity, gamma) = (asked.opacity.unwrap_or(1.0), asked.gamma.unwrap_or(1.0));
     Ok(VolumeChannel { range, opacity, gamma, map: asked.map, ..channel.in_color(color) })
-}
-
-/// What `--json` prints. Scripts rely on these names.
-#[derive(Serialize)]
-struct Summary {
-    converged: bool,
-    frames: u64,
-    tiles_loaded: u64,
-    tiles_evicted: u64,
-    /// Loaded again within 60 frames of their eviction.
-    tiles_reloaded: u64,
-    bricks_wanted: u32,
-    bricks_resident: u32,
-    bricks_missing: u32,
-    bricks_failed: u32,
-    pool_slots: u32,
-    pool_bytes: u64,
-    /// Voxels along a side of a brick: 64, or 32 where the pool is small.
-    brick: u32,
-    bytes_uploaded: u64,
-    /// Bytes that were read for chunks, as they are stored.
-    bytes_read: u64,
-    chunks_decoded: u64,
-    /// Bricks of the finest levels that were made meanwhile; 0 where all are stored or were made at opening.
-    levels_made: u64,
-    /// Levels.
-    mip_bias: f64,
-    adapter: String,
-    /// Which formats the device filters well in volumes: `r8`, `r16`, `rg8` (16 bits in two halves), `r16f`,
-    /// `r32f`.
-    volume_filters: BTreeMap<&'static str, bool>,
-    /// What pools hold, and who blends it.
-    pools: Vec<String>,
-    /// What `--compare` adds.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    compared: Option<Compared>,
-    #[serde(flatten)]
-    watched: Watched,
-}
-
-impl Summary {
-    fn new(
-        drawing: &Drawing<'_>,
-        (volume, brick): (&Volume, u32),
-        converged: bool,
-        watched: Watched,
-    ) -> Summary {
-        let (stats, work) = (drawing.textures.stats(), volume.chunk_work());
-        let pager = &stats.pager;
-        let filters = VolumeFilters::of(&drawing.gpu.device, &drawing.gpu.queue);
-        Summary {
-            converged,
-            frames: drawing.frames,
-            tiles_loaded: pager.loaded,
-            tiles_evicted: pager.evicted,
-            tiles_reloaded: pager.reloaded,
-            bricks_wanted: pager.wanted,
-            bricks_resident: pager.resident,
-            bricks_missing: pager.missing,
-            bricks_failed: pager.failed,
-            pool_slots: pager.slots,
-            pool_bytes: stats.pool_bytes,
-            brick,
-            bytes_uploaded: pager.uploaded_bytes,
-            bytes_read: work.bytes_read,
-            chunks_decoded: work.decoded,
-            levels_made: drawing.maker.progress().done,
-            mip_bias: f64::from(pager.bias_eighths) / 8.0,
-            adapter: drawing.gpu.adapter_name(),
-            volume_filters: filters.named().into_iter().collect(),
-            pools: stats.pools.iter().map(|pool| pool.tiles.to_string()).collect(),
-            compared: None,
-            watched,
-        }
-    }
-
-    fn text(&self) -> String {
-        let state = if self.converged { "converged" } else { "not converged" };
-        let coarser = match self.mip_bias {
-            0.0 => String::new(),
-            bias => format!("; the pool is too small, so the picture is {bias} levels coarser"),
-        };
-        let compared = self.compared.as_ref().map(|compared| format!("\n{}", compared.text()));
-        let compared = compared.unwrap_or_default();
-        format!(
-            "{state} after {} frames on {}\nbricks: {} loaded, {} wanted, {} resident, {} failed; {} chunks decoded{coarser}{compared}{}",
-            self.frames,
-            self.adapter,
-            self.tiles_loaded,
-            self.bricks_wanted,
-            self.bricks_resident,
-            self.bricks_failed,
-            self.chunks_decoded,
-            self.watched.text()
-        )
-    }
 }

@@ -1,21 +1,25 @@
-//! Frames of scenes in lock-step: what each wanted, what the page table then leads to, and the pictures.
+//! Frames of scenes and of volumes in lock-step: what each wanted, what the page table then leads to, and the
+//! pictures.
 //!
 //! Which scenes, filters, formats and modes there are is said by lines in the words of `vastex render`.
 
+use std::ffi::OsString;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
 use clap::Parser;
-use vastex::diagnostics::PageState;
+use vastex::diagnostics::{FrameStats, PageState};
 use vastex::{Geometry, PageId, TextureNumber, Textures};
 use vastex_core::PagePos;
-use vastex_scenes::{Gpu, Offscreen, Overlay, Until, headless_gpu};
+use vastex_scenes::{Gpu, Offscreen, Overlay, Picture, Until, headless_gpu};
 
 use super::{make, picture, text, write};
-use crate::args::{Args, Command, RenderArgs};
+use crate::args::{Args, Command, RenderArgs, with_volume};
 use crate::commands::render;
+#[cfg(feature = "volumes")]
+use crate::commands::render_volume::{self, Recorded};
 use crate::{gpu, open};
 
 pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
@@ -26,10 +30,21 @@ pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
     for line in cases.lines() {
         let Some((name, words)) = line.split_once(' ') else { bail!("'{line}' has no words for a scene") };
         let words = ["vastex", "render"].into_iter().chain(words.split_whitespace());
-        let Command::Render(args) = Args::try_parse_from(words)?.command else {
-            bail!("'{line}' is no scene")
+        let mut args = Args::try_parse_from(with_volume(words.map(OsString::from).collect()))?;
+        args.follow_links().and_then(|()| args.check())?;
+        let drawn = match args.command {
+            Command::Render(mut args) => {
+                open::pick_bands(&mut args.scene).and_then(|()| draw(directory, name, &args, &gpu))
+            }
+            #[cfg(feature = "volumes")]
+            Command::RenderVolume(args) => render_volume::recorded(&args, &gpu).and_then(|recorded| {
+                let Recorded { converged, picture, mut textures } = recorded;
+                note(directory, name, (converged, &textures.stats()), &mut textures)?;
+                pictured(directory, name, &picture)
+            }),
+            _ => bail!("'{line}' is no scene"),
         };
-        draw(directory, name, &args, &gpu).with_context(|| line.to_owned())?;
+        drawn.with_context(|| line.to_owned())?;
     }
     Ok(())
 }
@@ -42,8 +57,22 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
     offscreen.textures_mut().ahead().trace().record();
     let until = args.frames.map_or(Until::Converged, Until::Frames);
     let outcome = offscreen.run(args.camera_path.built_in(), until, |_, _| ())?;
-    let mut facts = format!("converged {}\n", outcome.converged);
-    let stats = &outcome.stats;
+    note(directory, name, (outcome.converged, &outcome.stats), offscreen.textures_mut())?;
+    pictured(directory, name, &offscreen.picture())?;
+    match args.scene.overlay() {
+        Some(_) => overlays(directory, name, &offscreen),
+        None => Ok(()),
+    }
+}
+
+/// Writes what frames came to, what each of them wanted, and what is in slots then.
+fn note(
+    directory: &Path,
+    name: &str,
+    (converged, stats): (bool, &FrameStats),
+    textures: &mut Textures,
+) -> Result<()> {
+    let mut facts = format!("converged {converged}\n");
     for (what, count) in [
         ("frames", stats.frame),
         ("pool-bytes", stats.pool_bytes),
@@ -60,15 +89,14 @@ fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()
         let _ = writeln!(facts, "{what} {count}");
     }
     write(directory, &format!("{name}.facts.txt"), facts)?;
-    if let Some(trace) = offscreen.textures_mut().ahead().trace().take()? {
+    if let Some(trace) = textures.ahead().trace().take()? {
         write(directory, &format!("{name}.feedback.txt"), text::of_trace(&trace))?;
     }
-    write(directory, &format!("{name}.table.txt"), tables(offscreen.textures()))?;
-    write(directory, &format!("{name}.png"), picture::encode(&offscreen.picture())?)?;
-    match args.scene.overlay() {
-        Some(_) => overlays(directory, name, &offscreen),
-        None => Ok(()),
-    }
+    write(directory, &format!("{name}.table.txt"), tables(textures))
+}
+
+fn pictured(directory: &Path, name: &str, picture: &Picture) -> Result<()> {
+    write(directory, &format!("{name}.png"), picture::encode(picture)?)
 }
 
 /// Pictures of the feedback, the page table and the slots as the GPU has them, and all others.

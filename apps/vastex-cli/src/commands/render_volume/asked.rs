@@ -1,18 +1,109 @@
-//! From where a volume is to be seen, and what cannot be drawn of what was asked for.
+//! Which channels of a volume are to be seen and from where, what cannot be drawn of what was asked for, and
+//! how it is put into textures.
 
-use anyhow::{Result, bail};
+use std::sync::Arc;
+
+use anyhow::{Context, Result, bail};
 use glam::DVec3;
+use vastex::VolumeFilters;
 use vastex_scenes::Gpu;
+use vastex_tiles::DiskTier;
 use vastex_viewer::VolumeViewText;
-use vastex_viewer::volume::{VolumeBox, VolumeClip, VolumePlane, VolumeView};
+use vastex_viewer::volume::{FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeClip, VolumePlane, VolumeView};
 use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
-use vastex_volume::{ImageList, VolumeAbout};
+use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, open};
 
-use super::box_of;
-use crate::args::{AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
+use super::super::render_labels::Labels;
+use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
+use super::{Drawing, box_of, source_of};
+use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
 
 /// Samples of a ray beyond which it is not looked at further (volume.wgsl).
 const MOST_SAMPLES: f64 = 65_536.0;
+
+/// What is to be seen of a volume, which is open.
+pub(super) struct Asked {
+    pub(super) volume: Arc<Volume>,
+    pub(super) channels: Vec<AskedChannel>,
+    pub(super) view: (VolumeView, VolumeClip),
+}
+
+impl Asked {
+    /// Opens the volume, and finds out whether it has what is asked for.
+    pub(super) fn open(args: &RenderVolumeArgs) -> Result<Asked> {
+        let volume = match open(&args.source)? {
+            Opened::Volume(volume) => Arc::new(*volume),
+            Opened::Images(list) => bail!(no_volume(&list)),
+        };
+        let view = view_of(args, volume.about())?;
+        check_step(args, volume.about())?;
+        let channels = channels_of(args, volume.about())?;
+        Ok(Asked { volume, channels, view })
+    }
+
+    /// Puts what is seen into textures, with the disk cache before it, and gives the side of its bricks in
+    /// voxels.
+    pub(super) fn drawing<'a>(
+        &self,
+        args: &'a RenderVolumeArgs,
+        gpu: &'a Gpu,
+        disk: Option<&Arc<DiskTier>>,
+    ) -> Result<(Drawing<'a>, u32)> {
+        let (source, about) = (args.source.display().to_string(), self.volume.about());
+        check_size(gpu, args.size)?;
+        let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
+        let large = large_bricks(about, filters)?;
+        let pool = args.pool_mib.map(|mib| mib << 20);
+        let brick = brick_side(pool, large, self.channels.len().max(1) as u64);
+        let labels = Labels::open(args, &self.volume, brick)?;
+        if args.compare && labels.is_some() {
+            bail!("--compare: labels are compared with nothing; compare the image without them");
+        }
+        if self.channels.is_empty() && labels.is_none() {
+            bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
+        }
+        let sources = self.channels.iter().map(|channel| source_of(args, &self.volume, channel, brick));
+        let sources = sources.collect::<Result<Vec<_>>>()?;
+        let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
+        let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
+        let shown = (box_of(about)?, &self.channels[..], &sources[..]);
+        let drawing = Drawing::new(args, gpu, shown, labels.as_ref(), self.view, (bytes, disk));
+        Ok((drawing.context(source)?, brick))
+    }
+}
+
+/// The channels that are shown: those that are asked for, else those that the file shows at first, else the
+/// first ones.
+fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<AskedChannel>> {
+    if about.is_label {
+        return match args.look.channels.is_empty() {
+            true => Ok(Vec::new()),
+            false => {
+                bail!("--channels: {} is a volume of labels, which have colours of their own", about.path)
+            }
+        };
+    }
+    if args.look.of_view.no_channels {
+        return Ok(Vec::new());
+    }
+    if !args.look.channels.is_empty() {
+        for asked in &args.look.channels {
+            if asked.channel >= about.channels {
+                let last = about.channels - 1;
+                bail!("--channels {}: {} has the channels 0 to {last}", asked.channel, about.path);
+            }
+        }
+        return Ok(args.look.channels.clone());
+    }
+    let active =
+        about.channel_info.iter().zip(0..about.channels).filter(|(info, _)| info.is_active == Some(true));
+    let active: Vec<AskedChannel> =
+        active.map(|(_, channel)| AskedChannel::new(channel)).take(MOST_CHANNELS).collect();
+    match active.is_empty() {
+        true => Ok((0..about.channels.min(FIRST_CHANNELS as u64)).map(AskedChannel::new).collect()),
+        false => Ok(active),
+    }
+}
 
 /// What is said where one volume is needed and several are there.
 pub(crate) fn no_volume(list: &ImageList) -> String {
@@ -26,7 +117,7 @@ pub(crate) fn no_volume(list: &ImageList) -> String {
     )
 }
 
-pub(super) fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
+fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
     let most = gpu.device.limits().max_texture_dimension_2d;
     if size.iter().any(|side| *side > most) {
         bail!("--size {}x{}: this adapter draws pictures of {most}x{most} pixels at most", size[0], size[1]);
@@ -35,7 +126,7 @@ pub(super) fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {
 }
 
 /// From where it is seen, and what is left of it there.
-pub(super) fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<(VolumeView, VolumeClip)> {
+fn view_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<(VolumeView, VolumeClip)> {
     let of = box_of(about)?;
     let whole = VolumeClip::default();
     match (args.on, args.slice) {
@@ -88,7 +179,7 @@ pub(super) fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (V
 }
 
 /// Fails where rays would have more samples than are looked at.
-pub(super) fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
+fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
     let voxels: f64 = about.size().iter().map(|side| *side as f64).sum();
     let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
     let longest = about.size().into_iter().max().unwrap_or(1) as f64;
