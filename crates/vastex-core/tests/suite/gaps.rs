@@ -34,7 +34,7 @@ impl World {
     }
 
     /// A frame: what pixels of the cycle want, or, where gaps are looked for, those of `gaps` that are not
-    /// there. Says whether gaps were looked for.
+    /// there. Returns true if gaps were looked for.
     fn frame(&mut self, cycle: u32, gaps: &[u32]) -> bool {
         let seeks = self.pager.looks_for_gaps(ViewId::MAIN);
         self.frame += 1;

@@ -245,8 +245,9 @@ impl Input {
         self.scrolled.clear();
     }
 
-    /// Says whether an image is looked at, flat: there arrows go to its edges with control and on by a view
-    /// with Shift. Elsewhere they turn and tilt the camera, and walk faster. At first nothing is flat.
+    /// Tells that an image is looked at flat, or that it is not: there arrows go to its edges with control
+    /// and on by a view with Shift. Elsewhere they turn and tilt the camera, and walk faster. At first
+    /// nothing is flat.
     pub fn look_flat(&mut self, is_flat: bool) {
         self.is_flat = is_flat;
     }

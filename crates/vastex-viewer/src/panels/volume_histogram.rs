@@ -56,7 +56,7 @@ impl VolumeValues {
 }
 
 /// Draws how values are distributed, in the colours that they are shown in, and lets a person drag the values
-/// that are dark and bright. Says whether they were changed.
+/// that are dark and bright. Returns true if they were changed.
 pub(super) fn volume_histogram(
     ui: &mut Ui,
     values: &VolumeValues,

@@ -31,7 +31,7 @@ impl Gpu {
         self.pools[usize::from(pool.number())].resized(&self.device, &self.queue, slots)
     }
 
-    /// Says whether somebody chose the size of a pool.
+    /// Notes that somebody chose the size of a pool, or that nobody has.
     pub(crate) fn set_sized(&mut self, pool: PoolId, is_sized: bool) {
         self.pools[usize::from(pool.number())].is_sized = is_sized;
     }

@@ -150,8 +150,9 @@ impl Gpu {
         true
     }
 
-    /// Says whether a view of rays rests; returns in how many passes all of its pixels are looked at for
-    /// gaps, 0 where they are not. To be said again where it says otherwise how many bricks a ray meets.
+    /// Notes that a view of rays rests, or does not; returns in how many passes all of its pixels are looked
+    /// at for gaps, 0 where they are not. To be said again where it says otherwise how many bricks a ray
+    /// meets.
     pub(crate) fn set_resting(&mut self, view: ViewId, rests: bool) -> u32 {
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return 0 };
         let rests = rests && state.bricks_of_a_ray > 0;
