@@ -118,12 +118,13 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; RECORD_LEVE
     let base = |a: usize| (f64::from(origin[a]) + geometry.sample_offset(index)[a]) as f32;
     let first_entry = if index < tail { of.placement.first_entry(index) } else { Placement::NONE };
     let [base_x, base_y] = [0, 1].map(|a| base(a).to_bits());
-    // An inverse that is a power of two has nothing in the bits where the shift stands.
-    let in_one = |a: usize, texels: u32| (inverse(a) & !31) | texels.ilog2();
+    // All of a level whose sides are powers of two: of the inverses that is their exponents, 8 bits above 23.
+    let exponent = |a: usize| (inverse(a) >> 23) & 0xff;
+    let in_one = exponent(1) << 23 | exponent(0) << 15 | y.ilog2() << 5 | x.ilog2();
     [
         [first_entry, level.pages[0], x.ilog2(), y.ilog2()],
         [inverse(0), inverse(1), base_x, base_y],
-        [in_one(0, x), in_one(1, y), base_x, base_y],
+        [first_entry, in_one, base_x, base_y],
         [x, y, scale[0], scale[1]],
     ]
 }

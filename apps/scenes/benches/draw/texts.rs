@@ -13,7 +13,7 @@ const ASLANT: &str = include_str!("wgsl/aslant.wgsl");
 pub(crate) enum Own {
     /// In the place of the filter one lookup, and the second level of the same slot.
     OneLookup,
-    /// In the place of `vastexi_entry` the walk up the levels of a table in which a page that is not resident
+    /// In the place of `vastexi_found` the walk up the levels of a table in which a page that is not resident
     /// has no entry.
     Loop,
 }
@@ -22,7 +22,7 @@ impl Own {
     fn function(self) -> (&'static str, &'static str) {
         match self {
             Own::OneLookup => ("vastexi_filtered_0", include_str!("wgsl/one_lookup.wgsl")),
-            Own::Loop => ("vastexi_entry_0", include_str!("wgsl/loop.wgsl")),
+            Own::Loop => ("vastexi_found_0", include_str!("wgsl/loop.wgsl")),
         }
     }
 }

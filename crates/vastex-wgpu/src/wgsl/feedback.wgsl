@@ -34,7 +34,7 @@ fn vastexi_feedback_lambda(
     let eighth = min(steps - (level * VASTEX_STEPS_PER_LEVEL), VASTEX_STEPS_PER_LEVEL - 1u);
     var page = vec2<u32>(0u);
     if level < texture.tail_level {
-        page = vastexi_page(vastexi_entries(texture, level, powers).sides, position.texel, powers);
+        page = vastexi_page(vastexi_level(texture, level, powers).sides, position.texel, powers);
     }
     return vec4<u32>(vastexi_page_id(texture.number, page, level), eighth, flag);
 }

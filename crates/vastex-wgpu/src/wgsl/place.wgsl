@@ -58,18 +58,17 @@ fn vastexi_place_in_slot(
 
 // The place that an entry of the page table leads to: measured from the origin of the page that the entry's level names, which may be an
 // ancestor of the wanted one.
-fn vastexi_place_of_entry(
+fn vastexi_place_found(
     texture: VastexiTexture,
     pool: VastexiPool,
     position: VastexiPosition,
-    entry: u32,
+    found: VastexiFound,
     powers: bool,
     scale: u32,
 ) -> VastexiPlace {
-    let number = entry >> VASTEXI_ENTRY_SLOT_BITS;
-    let level = vastexi_level(texture, number, powers);
-    let page = vastexi_page(level.sides, position.texel, powers);
-    let slot = entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
-    let tile_texel = vastexi_tile_texel(texture, level, position, page, powers, scale);
-    return vastexi_place_in_slot(pool, slot, tile_texel, level.inverse_scale, number, page, scale);
+    let number = found.entry >> VASTEXI_ENTRY_SLOT_BITS;
+    let slot = found.entry & ((1u << VASTEXI_ENTRY_SLOT_BITS) - 1u);
+    let page = vastexi_page(found.level.sides, position.texel, powers);
+    let tile_texel = vastexi_tile_texel(texture, found.level, position, page, powers, scale);
+    return vastexi_place_in_slot(pool, slot, tile_texel, found.level.inverse_scale, number, page, scale);
 }

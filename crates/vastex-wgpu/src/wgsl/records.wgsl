@@ -42,7 +42,6 @@ struct VastexiSides {
 struct VastexiEntries {
     first: u32,             // where they begin
     row: u32,               // pages along x
-    sides: VastexiSides,
 }
 
 // One level.
@@ -51,6 +50,13 @@ struct VastexiLevel {
     inverse_scale: vec2<f32>, // texels of the level along one of level 0
     base: vec2<f32>,        // added to a position of level 0 by that scale from the first texel of its page: the place in the tile [texels]
     scale: vec2<u32>,       // texels of level 0 along one texel of this level; 0 where they are known to be a power of two
+    first: u32,             // where its entries begin in a direct page table; 0 where nothing is known of scales
+}
+
+// What a page table has for a texel: the entry of the finest resident page, and the level of that page.
+struct VastexiFound {
+    entry: u32,
+    level: VastexiLevel,
 }
 
 // The texture of an id: its number, and above that which of those that have had the number.
@@ -125,27 +131,28 @@ fn vastexi_level_word(texture: VastexiTexture, level: u32, n: u32) -> vec4<u32> 
     return vastexi_param(texture.number, VASTEXI_RECORD_HEAD + (VASTEXI_RECORD_LEVEL * level) + n);
 }
 
-fn vastexi_entries(texture: VastexiTexture, level: u32, powers: bool) -> VastexiEntries {
-    let table = vastexi_level_word(texture, level, 0u);
-    if powers {
-        return VastexiEntries(table.x, table.y, VastexiSides(table.zw, vec2<u32>(0u)));
-    }
-    let texels = vastexi_level_word(texture, level, 3u);
-    return VastexiEntries(table.x, table.y, VastexiSides(table.zw, texels.xy));
-}
-
-// `powers` says whether scales and pages are known to have sides that are powers of two: then all follows from one word, in which an
-// inverse scale has nothing below its exponent, and the shift stands there.
+// `powers` says whether scales and pages are known to have sides that are powers of two: then all follows from one word. It has the
+// exponents of the inverse scales, that of y where a float has it, and below them the shifts.
 fn vastexi_level(texture: VastexiTexture, level: u32, powers: bool) -> VastexiLevel {
     if powers {
-        let place = vastexi_level_word(texture, level, 2u);
-        let inverse_scale = bitcast<vec2<f32>>(place.xy & vec2<u32>(VASTEXI_EXPONENT));
-        let sides = VastexiSides(place.xy & vec2<u32>(31u), vec2<u32>(0u));
-        return VastexiLevel(sides, inverse_scale, bitcast<vec2<f32>>(place.zw), vec2<u32>(0u));
+        let all = vastexi_level_word(texture, level, 2u);
+        let exponents = vec2<u32>(all.y << 8u, all.y) & vec2<u32>(VASTEXI_EXPONENT);
+        let shift = vec2<u32>(all.y & 31u, (all.y >> 5u) & 31u);
+        let sides = VastexiSides(shift, vec2<u32>(0u));
+        return VastexiLevel(sides, bitcast<vec2<f32>>(exponents), bitcast<vec2<f32>>(all.zw), vec2<u32>(0u), all.x);
     }
     let place = bitcast<vec4<f32>>(vastexi_level_word(texture, level, 1u));
     let texels = vastexi_level_word(texture, level, 3u);
-    return VastexiLevel(VastexiSides(vec2<u32>(0u), texels.xy), place.xy, place.zw, texels.zw);
+    return VastexiLevel(VastexiSides(vec2<u32>(0u), texels.xy), place.xy, place.zw, texels.zw, 0u);
+}
+
+// The entries of a level, of which what vastexi_level gives is known.
+fn vastexi_entries(texture: VastexiTexture, number: u32, level: VastexiLevel, powers: bool) -> VastexiEntries {
+    if powers {
+        return VastexiEntries(level.first, ((texture.size.x - 1u) >> level.sides.shift.x) + 1u);
+    }
+    let table = vastexi_level_word(texture, number, 0u);
+    return VastexiEntries(table.x, table.y);
 }
 
 // log2 of texels of level 0 along one of a level, which is a whole number.

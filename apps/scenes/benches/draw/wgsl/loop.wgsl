@@ -1,13 +1,16 @@
 // The lookup of a page table that is not filled downward: a loop up to the first ancestor that is there, to be measured beside the real one.
 
-fn vastexi_entry_0(texture: VastexiTexture, texel: vec2<u32>, wanted: u32) -> u32 {
+fn vastexi_found_0(texture: VastexiTexture, texel: vec2<u32>, wanted: u32) -> VastexiFound {
     for (var number = max(wanted, texture.table_level); number < texture.tail_level; number++) {
-        let entries = vastexi_entries(texture, number, VASTEXI_POWERS_0);
-        let page = vastexi_page(entries.sides, texel, VASTEXI_POWERS_0);
+        let level = vastexi_level(texture, number, VASTEXI_POWERS_0);
+        let entries = vastexi_entries(texture, number, level, VASTEXI_POWERS_0);
+        let page = vastexi_page(level.sides, texel, VASTEXI_POWERS_0);
         let entry = vastexi_table_word_0(entries.first + (page.y * entries.row) + page.x);
         if entry != 0xffffffffu {
-            return entry;
+            return VastexiFound(entry, level);
         }
     }
-    return (texture.tail_level << VASTEXI_ENTRY_SLOT_BITS) | texture.tail_slot;
+    let number = max(wanted, texture.tail_level);
+    let entry = (number << VASTEXI_ENTRY_SLOT_BITS) | texture.tail_slot;
+    return VastexiFound(entry, vastexi_level(texture, number, VASTEXI_POWERS_0));
 }
