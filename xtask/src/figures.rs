@@ -157,15 +157,32 @@ impl Figures {
         let figures = shell::output(command.stderr(Stdio::inherit()))?;
         println!("{figures}");
         if write {
-            // The benchmark says it of its adapter.
-            let is_of_gpu = figures.lines().any(|line| line.contains("), a GPU. "));
-            let report = self.gpu_report.filter(|_| is_of_gpu).unwrap_or(self.report);
+            let report = self.report_of(&figures)?;
             let path = shell::root().join(report);
             std::fs::write(&path, format!("{}\n{}\n{figures}", self.introduction, measure::stamp()?))
                 .with_context(|| format!("cannot write {}", path.display()))?;
             println!("written to {report}");
         }
         Ok(())
+    }
+}
+
+impl Figures {
+    /// The page that these figures go to. Where there are two, the benchmark says in the line about its
+    /// adapter which kind of driver that is; figures without such a line are an error, lest they go to the
+    /// wrong page.
+    fn report_of(&self, figures: &str) -> Result<&'static str> {
+        let Some(gpu_report) = self.gpu_report else { return Ok(self.report) };
+        let says = |kind: &str| figures.lines().any(|line| line.contains(kind));
+        match (says("), a GPU. "), says("), a software driver. ")) {
+            (true, false) => Ok(gpu_report),
+            (false, true) => Ok(self.report),
+            _ => anyhow::bail!(
+                "the figures of bench {} do not say whether they are of a GPU or of a software driver, so nothing was written: \
+                 apps/scenes/benches/draw/main.rs prints it in the line of the adapter",
+                self.name
+            ),
+        }
     }
 }
 
@@ -183,4 +200,19 @@ fn aligned_earth() -> Result<PathBuf> {
         shell::run(demo::vastex().args(EARTH).arg("-o").arg(&path))?;
     }
     Ok(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_go_to_the_page_of_their_kind_of_driver_or_nowhere() {
+        let of = |kind: &str| DRAW.report_of(&format!("Adapter: Some (vulkan), {kind}. Times are told.\n"));
+        assert_eq!(of("a GPU").unwrap(), "docs/bench-draw-gpu.md");
+        assert_eq!(of("a software driver").unwrap(), "docs/bench-draw.md");
+        let refused = of("a card").unwrap_err().to_string();
+        assert!(refused.contains("bench draw") && refused.contains("nothing was written"), "{refused}");
+        assert_eq!(SLOW.report_of("").unwrap(), SLOW.report);
+    }
 }

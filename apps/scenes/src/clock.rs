@@ -37,8 +37,7 @@ impl GpuClock {
     /// The best of those that the device has.
     pub fn new(gpu: &Gpu) -> GpuClock {
         let features = GpuClock::features(&gpu.adapter);
-        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
-        let hand = if is_processor && processor_time().is_some() {
+        let hand = if gpu.is_processor() && processor_time().is_some() {
             Hand::Processor
         } else if !features.is_empty() && gpu.device.features().contains(features) {
             Hand::Timestamps(Timestamps::new(gpu))

@@ -99,6 +99,11 @@ impl Gpu {
         Arc::clone(of_type).downcast().unwrap_or_default()
     }
 
+    /// Returns true if the adapter is a processor: what draws is a software driver.
+    pub fn is_processor(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// The adapter's name and how it is driven.
     pub fn adapter_name(&self) -> String {
         let info = self.adapter.get_info();

@@ -75,6 +75,11 @@ impl TestDevice {
             .unwrap_or_else(|error| panic!("{}: {error}", adapter.get_info().name));
         TestDevice { device, queue, info: adapter.get_info() }
     }
+
+    /// Returns true if the adapter is a processor: what draws is a software driver.
+    pub fn is_processor(&self) -> bool {
+        self.info.device_type == wgpu::DeviceType::Cpu
+    }
 }
 
 impl Default for TestDevice {

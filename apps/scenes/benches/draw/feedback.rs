@@ -8,7 +8,7 @@ use vastex::{FeedbackMode, GeometrySpec, Settings, TableChoice};
 use vastex_scenes::{Path, Scene};
 
 use crate::stage::Stage;
-use crate::world::{Bench, Part, Verdict, is_processor};
+use crate::world::{Bench, Part, Verdict};
 
 /// Per cent of a frame, on a GPU.
 const ASKED: f64 = 5.0;
@@ -22,7 +22,7 @@ const PLACES: [u64; 5] = [0, 60, 120, 180, 240];
 const ROUNDS: u32 = 8;
 
 pub(crate) fn section(bench: &Bench) -> Result<Part> {
-    let size = if is_processor(&bench.gpu) { [1280, 720] } else { [1920, 1080] };
+    let size = if bench.gpu.is_processor() { [1280, 720] } else { [1920, 1080] };
     let mut page = format!(
         "## Feedback\n\nWhat it adds to a frame of {}x{}, compaction included, beside a main pass that tells nothing: medians over five\n\
          places of a flight over 65536x32768 texels. Asked for on a GPU: {ASKED} % of the frame by the cheapest mode, and 48 KiB and 16 bytes read back where it is compacted there.\n\n\

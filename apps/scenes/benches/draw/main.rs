@@ -28,7 +28,7 @@ use std::time::Instant;
 
 use anyhow::{Result, bail};
 use vastex_scenes::GpuClock;
-use world::{Bench, Part, gpu, is_processor};
+use world::{Bench, Part, gpu};
 
 type Section = fn(&Bench) -> Result<Part>;
 
@@ -51,10 +51,10 @@ fn main() -> Result<()> {
     let gpu = gpu()?;
     let clock = GpuClock::new(&gpu);
     println!(
-        "Adapter: {}, {}. Times are told by {}; each is the least of several, taken in turns.",
+        "Adapter: {}, {}. Times are told by {}; each is the least of several, taken in turns, where its section names no other.",
         gpu.adapter_name(),
-        // By this `cargo xtask bench draw --write` knows which page it writes.
-        if is_processor(&gpu) { "a software driver" } else { "a GPU" },
+        // By these words `cargo xtask bench draw --write` knows which page it writes, and fails without.
+        if gpu.is_processor() { "a software driver" } else { "a GPU" },
         clock.told_by()
     );
     let bench = Bench { gpu, clock };
@@ -69,7 +69,7 @@ fn main() -> Result<()> {
         }
     }
     if !verdicts.is_empty() {
-        println!("\n## Verdicts\n\n{}\n", about_verdicts(is_processor(&bench.gpu)));
+        println!("\n## Verdicts\n\n{}\n", about_verdicts(bench.gpu.is_processor()));
         verdicts.iter().for_each(|verdict| println!("- {verdict}"));
     }
     Ok(())

@@ -39,12 +39,7 @@ pub(crate) fn gpu() -> Result<Gpu> {
 
 /// Pixels of a picture: as many as a screen has, fewer where the adapter is a processor.
 pub(crate) fn picture(gpu: &Gpu) -> [u32; 2] {
-    if is_processor(gpu) { [320, 180] } else { [1920, 1080] }
-}
-
-/// Returns true if the adapter is a software driver.
-pub(crate) fn is_processor(gpu: &Gpu) -> bool {
-    gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    if gpu.is_processor() { [320, 180] } else { [1920, 1080] }
 }
 
 /// What a section gives: its part of the page, and whether what it asks for holds.

@@ -18,15 +18,10 @@ pub(crate) fn gpu() -> &'static Gpu {
     })
 }
 
-/// Returns true where the device is a processor: the pictures that its driver draws of the same texels at
-/// different places are known to be the same.
-///
-/// A GPU weighs texels by 1/256 (Vulkan's `subTexelPrecisionBits` of 8; it asks for 4). A place in an atlas
-/// and the same place in another texture are rounded to floats of their own, 1/16 of such a step or less from
-/// one another, so that some places have other weights: by 1/256 of the contrast of their texels along each
-/// axis. That is a step of 1/255 or two, times what a range and the curve of sRGB make of it.
-pub(crate) fn is_exact() -> bool {
-    gpu().adapter.get_info().device_type == wgpu::DeviceType::Cpu
+/// Returns true if what draws is a software driver, whose pictures of the same texels at different places are
+/// the same. What those of a GPU may differ by stands in docs/draw-checks.md, "What a GPU may differ by".
+pub(crate) fn is_processor() -> bool {
+    gpu().is_processor()
 }
 
 /// What an image is made and built with.

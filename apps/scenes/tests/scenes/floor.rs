@@ -59,10 +59,10 @@ fn pictures_of_the_floor_equal_those_of_an_ordinary_texture() {
     check_pictures(&floor());
 }
 
-/// Returns true where wgpu takes a driver's OpenGL 3.3 for more: where that names the extensions, as NVIDIA's
-/// does, for one whose shader texts have compute shaders and bindings, which GLSL 3.30 has not. wgpu's own
-/// compute shaders, which check indirect calls, cannot be compiled then, and every device is said to be lost
-/// (gfx-rs/wgpu#4751, #8616); without them all textures of a shader would be bound to one place.
+/// Returns true where wgpu 30 believes that a driver's OpenGL 3.3 has compute shaders, since the driver names
+/// the extensions, as NVIDIA's does. GLSL 3.30, which wgpu writes for it, has neither compute shaders nor
+/// bindings: wgpu's own compute shaders, which check indirect calls, cannot be compiled, and every device is
+/// lost (gfx-rs/wgpu#4751, #8616); without them all textures of a shader would be bound to one place.
 fn is_misread(adapter: &wgpu::Adapter) -> bool {
     let info = adapter.get_info().driver_info;
     let mut version = info.split(['.', ' ']).map_while(|number| number.parse::<u32>().ok());
@@ -81,7 +81,10 @@ fn pictures_by_opengl_equal_those_of_an_ordinary_texture() {
     match adapter {
         Ok(adapter) if is_misread(&adapter) => {
             let info = adapter.get_info();
-            println!("NOT TESTED: wgpu takes OpenGL {} of {} for more", info.driver_info, info.name);
+            println!(
+                "NOT TESTED: wgpu believes that OpenGL {} of {} has compute shaders",
+                info.driver_info, info.name
+            );
         }
         Ok(adapter) => {
             let info = adapter.get_info();

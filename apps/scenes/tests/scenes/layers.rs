@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::common::{gpu, is_exact, settings};
+use crate::common::{gpu, is_processor, settings};
 use crate::pictures::assert_alike;
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::survey::{Box3, TexelPositions, fold};
@@ -166,8 +166,8 @@ fn compare(source: Arc<dyn TileSource>, layer: &str, path: Path, filter: Filter)
     compare_on(gpu(), source, (layer, None), path, filter).0
 }
 
-/// A filter, with the ranges that layers of a format are shown by: of light up to the largest half float,
-/// which blocks of BC6H have, also the whole.
+/// Each range that a layer of this format is shown by, with the filter: none, where black and white are 0 and
+/// 1, and for BC6H, whose light reaches the largest half float, also all of that.
 fn by_ranges(format: LayerFormat, filter: Filter) -> Vec<(Filter, Option<[f32; 2]>)> {
     let all = (format == LayerFormat::Bc6h).then_some((filter, Some([0.0, 65_504.0])));
     [(filter, None)].into_iter().chain(all).collect()
@@ -184,14 +184,15 @@ fn bare_gpu() -> Gpu {
 /// 2/255.
 const COMPRESSED_PSNR_DB: f64 = 38.0;
 
-/// The same of light far above white, where texels are weighed by 1/256: a step of the brightest texel's
-/// weight is 256 times white, so that a pixel that hardly has such a texel is black or white by that. Wrong
+/// The least likeness of pictures of BC6H that are shown without a range, so with light far above white, on a
+/// GPU: one step of a filter's weight (docs/draw-checks.md, "What a GPU may differ by") of the brightest
+/// texel is 256 times white, so that a pixel that hardly has such a texel is black or white by that. Wrong
 /// blocks would be so in whole, not in some of their pixels.
 const BRIGHT_PSNR_DB: f64 = 34.0;
 const BRIGHT_SHARE: f64 = 0.02;
 
 fn assert_shown(format: LayerFormat, range: Option<[f32; 2]>, comparison: &Comparison, what: &str) {
-    if format == LayerFormat::Bc6h && range.is_none() && !is_exact() {
+    if format == LayerFormat::Bc6h && range.is_none() && !is_processor() {
         let is_near = comparison.psnr_db > BRIGHT_PSNR_DB && comparison.share_beyond_3_255 < BRIGHT_SHARE;
         assert!(is_near, "{what}: {format:?} {comparison:?}");
     } else if format.is_compressed() {

@@ -146,6 +146,7 @@ pub(crate) struct RenderVolumeArgs {
     /// How voxels are blended: linear, by the device; exact, by the shader in single precision; or nearest
     #[arg(long, default_value = "linear", value_name = "FILTER", value_parser = named(&VolumeFilter::ALL, VolumeFilter::name))]
     pub(crate) filter: VolumeFilter,
+    // Hidden: `cargo xtask record` alone draws volumes by each mode, whose pictures are the same.
     /// How the view says which bricks it wants, as images have it; by default the best mode of the adapter
     #[arg(long, value_name = "MODE", hide = true, value_parser = named(&FeedbackMode::ALL, FeedbackMode::name))]
     pub(crate) feedback: Option<FeedbackMode>,

@@ -12,10 +12,7 @@ use crate::gpu;
 
 /// How long a tile fades in where nobody says: not at all where fading costs more than it is worth.
 pub(super) fn default_fade(gpu: &Gpu) -> Duration {
-    match gpu.adapter.get_info().device_type {
-        wgpu::DeviceType::Cpu => Duration::ZERO,
-        _ => Duration::from_millis(150),
-    }
+    if gpu.is_processor() { Duration::ZERO } else { Duration::from_millis(150) }
 }
 
 /// A device that draws in the window, and the window's surface.

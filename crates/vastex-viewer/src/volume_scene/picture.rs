@@ -60,14 +60,13 @@ pub(super) struct PanePicture {
 impl PanePicture {
     /// For a pane of so many pixels.
     pub(super) fn new(gpu: &Gpu, camera: (u64, VolumeCameraBinding), size: [u32; 2]) -> PanePicture {
-        let is_processor = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
         PanePicture {
             full: Canvas::new(gpu, size, PICTURE, TargetKind::Direct),
             small: None,
             drawn: None,
             drawing: None,
             seen_small: None,
-            portion: Portion::new(is_processor),
+            portion: Portion::new(gpu.is_processor()),
             camera,
             still: None,
             still_of: None,

@@ -37,7 +37,8 @@ impl Portion {
         (self.pixels / f64::from(width.max(1))).ceil().clamp(1.0, f64::from(height.max(1))) as u32
     }
 
-    /// Takes in how many seconds the small picture took, or so many rows of the one of this size.
+    /// Notes how many seconds the last draw took: of the small picture, or of [`rows`](Self::rows) rows of
+    /// the full one, whose size this is.
     pub(super) fn took(&mut self, seconds: f64, was_small: bool, size: [u32; 2]) {
         let whole = size.map(f64::from).iter().product::<f64>();
         if was_small {

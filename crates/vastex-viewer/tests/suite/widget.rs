@@ -32,8 +32,9 @@ struct Program {
 impl Program {
     fn new(source: ImageSource) -> Program {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
-        // Without egui's dither: it moves colours by up to 0.475 of a step, and the curve of sRGB, which egui
-        // takes back, is exact to less than the 0.025 that are left only where the device's powers are.
+        // Without egui's dither. It moves a colour by up to 0.475 of a step, so that an error of 0.025 of a
+        // step is enough to round to the next; egui decodes and encodes sRGB by the device's powers, and not
+        // every device's are as exact as that.
         let options = RendererOptions { dithering: false, ..RendererOptions::default() };
         let renderer = Renderer::new(&gpu.device, PICTURE, options);
         let state = RenderState {

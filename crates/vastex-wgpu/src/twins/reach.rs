@@ -1,4 +1,9 @@
 //! Twin of reach.wgsl: what lies beside a position.
+//!
+//! The shader asks of most filters whether a place is in the slot (`vastexi_are_in_tile`,
+//! `vastexi_is_in_tile`), where the twin asks whether it is in the page's payload and border. Both give the
+//! same texels: a place that the texture has and that is near a position in the page is never in what else
+//! the slot has, as the shader's comment says.
 
 use super::Texture;
 use super::lookup::{Place, Position};

@@ -65,7 +65,8 @@ fn vastexi_brick_of_entry(
         high = low + vec3<i32>((volume.size - 1u) / level.texel_scale + 1u) + i32(2u * volume.border);
     }
     let base = vec3<f32>(voxel) + at.fraction;
-    // A slot's place: as vastexi_place_in_slot has it.
+    // As vastexi_cell has it, but in whole numbers. The layer needs no bound: it is a factor of a coordinate in a 3-D texture,
+    // which no driver makes of a float once more, as NVIDIA's does the image of an array (see place.wgsl).
     let row = u32((f32(slot) + 0.5) * pool.inverse_slots.x);
     let layer = u32((f32(row) + 0.5) * pool.inverse_slots.y);
     let cell = vec3<u32>(slot - (row * pool.slots.x), row - (layer * pool.slots.y), layer);

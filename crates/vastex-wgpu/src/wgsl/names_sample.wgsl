@@ -118,8 +118,8 @@ fn vastex_inspect_NAME_page(id: u32, page: vec2<u32>, level: u32) -> u32 {
 fn vastex_inspect_NAME_slot(slot: u32, tile_texel: vec2<f32>) -> vec4<f32> {
     let last = vec2<f32>(vastexi_pool_POOL.tile) - 0.5;
     let within = clamp(tile_texel, vec2<f32>(0.0), last);
-    let nothing = vec2<u32>(0u);
-    let place = vastexi_place_in_slot(vastexi_pool_POOL, slot, within, vec2<f32>(1.0), 0u, nothing, VASTEXI_SCALE_LAYER);
+    let no_page = vec2<u32>(0u);
+    let place = vastexi_place_in_slot(vastexi_pool_POOL, slot, within, vec2<f32>(1.0), 0u, no_page, VASTEXI_SCALE_LAYER);
     return vastexi_texel_LAYER(place, vec2<u32>(floor(place.tile_texel)));
 }
 

@@ -11,7 +11,7 @@ struct VastexiPool {
     bias: f32,              // levels added to every level, so that the working set fits
     depth: u32,             // size of a slot along z: 1 in a texture array
     texel_z: f32,           // size of a texel along z [atlas uv]
-    last_image: u32,        // of the texture array; 0 of a 3-D texture
+    last_image: u32,        // of the texture array, bounds a slot's image (see place.wgsl); 0 of a 3-D texture
     tile_side: vec2<f32>,   // tile and slots once more, as numbers that places are computed with
     slots_side: vec2<f32>,
 }

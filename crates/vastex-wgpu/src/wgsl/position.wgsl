@@ -1,4 +1,4 @@
-// What a lookup goes through, from a virtual uv to a texel of the atlas.
+// The types of a lookup, and folding by address modes. What a lookup goes through: ARCHITECTURE.md, "Where it is decided".
 // CPU twin: twins/lookup.rs.
 
 // A whole number from 0 to 2^23 - 1 that is a float. The sum has it in its lowest bits: a conversion would be guarded against numbers

@@ -1,8 +1,8 @@
 // What lies beside a position: in the same tile as far as its border goes, else in the page that covers it.
 // CPU twin: twins/reach.rs.
 
-// Between which texels of the tile that has a position's place four texels around a place are all in the tile: first.xy up to
-// last.xy. Beyond the edge of the texture a place is not where the position is, so there nothing is near it.
+// For bicubic alone: between which texels of the tile that has a position's place four texels around a place are all in the tile, first.xy
+// up to last.xy. Beyond the edge of the texture a place is not where the position is, so there nothing is near it.
 fn vastexi_tile_bounds(texture: VastexiTexture, position: VastexiPosition, place: VastexiPlace, powers: bool, scale: u32) -> vec4<f32> {
     if !vastexi_is_inside(position) {
         return vec4<f32>(0.0);
@@ -22,7 +22,7 @@ fn vastexi_place_shifted(place: VastexiPlace, offset: vec2<f32>) -> VastexiPlace
     return vastexi_place_moved(place, offset * place.inverse_scale);
 }
 
-// The place `offset` texels from another in the slot's image, whatever lies there.
+// The place `offset` texels of the layer from another in the slot's image, whatever lies there.
 fn vastexi_place_moved(place: VastexiPlace, offset: vec2<f32>) -> VastexiPlace {
     let tile_texel = place.tile_texel + offset;
     return VastexiPlace(
@@ -48,7 +48,8 @@ fn vastexi_are_in_tile(
         & all((place.tile_texel + texels) < end);
 }
 
-// Whether that is so at one offset. Beyond an edge a place is not where the position is, so there nothing is near it.
+// Whether the tile says what is at one offset from a position. Beyond an edge a place is not where the position is, so there nothing is near
+// it.
 fn vastexi_is_in_tile(
     texture: VastexiTexture,
     position: VastexiPosition,

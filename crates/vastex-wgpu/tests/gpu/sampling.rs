@@ -217,19 +217,14 @@ pub(crate) fn run<I: Pod, O: Pod>(
     read(gpu, &received)
 }
 
-/// How far a colour may be from the twin's, in steps of 1/255.
+/// How far a colour may be from the twin's, in steps of 1/255: the sum of what weights, the decoding of sRGB
+/// and that of blocks leave open (docs/draw-checks.md, "What a GPU may differ by").
 ///
-/// Texture units weigh texels in steps of 1/256 per axis, which between black and white is a step of 1/255
-/// each; a single texel is exact, but for sRGB, which drivers approximate. What they decompress may differ by
-/// two such steps, but BC7 and BC6H, which are exact. BC6H has values up to 65504.
-///
-/// So it is on a processor. Neither Vulkan nor WebGPU say how exact a GPU is where it decodes; Direct3D does,
-/// and GPUs are made for that as well: of sRGB by half a step of what is encoded, which near white is 1.14
-/// steps of light; of the colours between the two ends of a block by one step and a 32nd of what the ends are
-/// apart, together 9, which sRGB stretches to as much as 2.28 times that.
+/// By a software driver as well the weights of texels have 8 bits along each axis, sRGB is off by up to half
+/// a step, and blocks by up to two, but those of BC7 and BC6H, which are exact. BC6H has values up to 65504.
 pub(crate) fn tolerance(gpu: &TestDevice, format: LayerFormat, filter: Filter) -> f32 {
     use LayerFormat::{Bc6h, Bc7, Bc7Srgb};
-    let is_processor = gpu.info.device_type == wgpu::DeviceType::Cpu;
+    let is_processor = gpu.is_processor();
     let weights = match filter {
         Filter::Nearest => 0.0,
         Filter::Bilinear | Filter::Trilinear | Filter::Anisotropic(_) | Filter::Bicubic => 2.0,

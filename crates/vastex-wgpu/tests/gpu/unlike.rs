@@ -6,39 +6,40 @@ use vastex_wgpu::twins;
 
 use crate::common::World;
 
-/// Inputs that are told of one by one.
-const MOST_TOLD: usize = 20;
+/// Inputs that are reported one by one.
+const MOST_REPORTED: usize = 20;
 
 /// Inputs for which GPU and twin differ.
 pub(crate) struct Unlike {
     of: String,
     inputs: usize,
-    told: Vec<String>,
+    reported: Vec<String>,
 }
 
 impl Unlike {
-    /// None so far, of what is tried.
+    /// No inputs yet; `of` names what is tried, and begins the message.
     pub(crate) fn of(of: String) -> Unlike {
-        Unlike { of, inputs: 0, told: Vec::new() }
+        Unlike { of, inputs: 0, reported: Vec::new() }
     }
 
-    /// One more; what is to be said of it is made for the first few.
-    pub(crate) fn note(&mut self, tell: impl FnOnce() -> String) {
+    /// Counts an input for which they differ; the first few are reported, and `report` called for these
+    /// alone.
+    pub(crate) fn note(&mut self, report: impl FnOnce() -> String) {
         self.inputs += 1;
-        if self.told.len() < MOST_TOLD {
-            self.told.push(tell());
+        if self.reported.len() < MOST_REPORTED {
+            self.reported.push(report());
         }
     }
 
-    /// Fails if there is one of those tried.
+    /// Fails if GPU and twin differ for any of the `tried` inputs.
     pub(crate) fn check(self, tried: usize) {
         self.check_all_but(0, tried);
     }
 
-    /// Fails if there are more than so many of those tried.
+    /// Fails if they differ for more than `few` of the `tried` inputs.
     pub(crate) fn check_all_but(self, few: usize, tried: usize) {
-        let Unlike { of, inputs, told } = self;
-        assert!(inputs <= few, "{of}: {inputs} of {tried} inputs differ\n{}", told.join("\n"));
+        let Unlike { of, inputs, reported } = self;
+        assert!(inputs <= few, "{of}: {inputs} of {tried} inputs differ\n{}", reported.join("\n"));
     }
 }
 
