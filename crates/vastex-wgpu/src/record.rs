@@ -1,9 +1,9 @@
 //! The record of a texture or a group in the array that shaders read by number, and the ids that name them
 //! there.
 //!
-//! What the fields of an image's mean stands with the WGSL structs `VastexiTexture` and `VastexiLevel` in
-//! records.wgsl, which takes it apart; those of a volume's are `volume`'s business. Tests sample by them, and
-//! compare with twins that read none.
+//! What the fields of an image's mean stands with the WGSL structs `VastexiTexture`, `VastexiEntries` and
+//! `VastexiLevel` in records.wgsl, which takes it apart; how they lie in words stands here, at the words.
+//! Those of a volume's are `volume`'s business. Tests sample by them, and compare with twins that read none.
 
 use vastex_core::{Dims, Geometry, LevelRule, Slot, TextureNumber, VoxelLevels, shader_constants};
 
@@ -88,7 +88,8 @@ fn record(of: &RecordOf<'_>, tail: u8) -> Vec<[u32; 4]> {
     let mut words = vec![
         [width, height, of.id, flags],
         [rule.bias.to_bits(), tail_entry, border[0] | (border[1] << 16), packed_placement(of)],
-        [page[0], page[1], border[0], border[1]],
+        // Read where sides of pages are not known to be powers of two.
+        [page[0], page[1], 0, 0],
     ];
     words.extend((0..=geometry.coarsest()).flat_map(|index| level_words(of, index, tail)));
     words
@@ -118,13 +119,18 @@ fn level_words(of: &RecordOf<'_>, index: u8, tail: u8) -> [[u32; 4]; RECORD_LEVE
     let base = |a: usize| (f64::from(origin[a]) + geometry.sample_offset(index)[a]) as f32;
     let first_entry = if index < tail { of.placement.first_entry(index) } else { Placement::NONE };
     let [base_x, base_y] = [0, 1].map(|a| base(a).to_bits());
-    // All of a level whose sides are powers of two: of the inverses that is their exponents, 8 bits above 23.
+    // Inverses that are powers of two are their exponents: y's lies where a float has it, x's below, then the
+    // shifts.
     let exponent = |a: usize| (inverse(a) >> 23) & 0xff;
     let in_one = exponent(1) << 23 | exponent(0) << 15 | y.ilog2() << 5 | x.ilog2();
     [
-        [first_entry, level.pages[0], x.ilog2(), y.ilog2()],
+        // Of sides not known to be powers of two: where entries begin in a direct table, pages along x.
+        [first_entry, level.pages[0], 0, 0],
+        // Of those, too: what makes the place in a tile of one in its page.
         [inverse(0), inverse(1), base_x, base_y],
+        // Of powers of two: all that is needed, in one word, since a lookup waits for each that it reads.
         [first_entry, in_one, base_x, base_y],
+        // Of the others again: texels of level 0 along a page, and along a texel.
         [x, y, scale[0], scale[1]],
     ]
 }

@@ -1,6 +1,6 @@
 // A direct page table, which has an entry for each page: one read.
 
-// The level that is looked up where `wanted` is: that, or a coarser one.
+// The finest level that a lookup of level `wanted` reads: that, or a coarser one.
 fn vastexi_sought_POOL(texture: VastexiTexture, wanted: u32) -> u32 {
     var finest = texture.table_level;
     let length = vastexi_table_length_POOL();

@@ -105,7 +105,7 @@ fn vastexi_placement(places: u32) -> VastexiPlacement {
     );
 }
 
-// Texels of a page along its sides, without its border; where they are known to be powers of two, none in the tail.
+// Texels of a page along its sides, without its border; where they are known to be powers of two, not to be asked of a level in the tail.
 fn vastexi_page_texels(texture: VastexiTexture, powers: bool) -> vec2<u32> {
     if powers {
         return vec2<u32>(1u << texture.page_log2);
