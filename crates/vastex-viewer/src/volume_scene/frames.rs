@@ -10,7 +10,7 @@ use super::channels::Channels;
 use super::look::{VolumeLook, VolumePane};
 use super::picture::PanePicture;
 use super::sight::{PaneRect, PaneSight};
-use super::{Coming, VolumeScene};
+use super::{Coming, UnderWay, VolumeScene};
 use crate::stage::StageScene;
 use crate::volume::VolumeError;
 
@@ -265,17 +265,18 @@ impl VolumeScene {
 
     fn draw(&mut self, now: Duration, is_whole_asked: bool) -> Result<bool, VolumeError> {
         let before = self.painted;
-        if let Some((begun, ended, drawn)) = self.under_way.take() {
-            let nanos = ended.load(Ordering::Acquire);
+        if let Some(under_way) = self.under_way.take() {
+            let nanos = under_way.ended.load(Ordering::Acquire);
             if nanos == NEVER && !is_whole_asked {
-                self.under_way = Some((begun, ended, drawn));
+                self.under_way = Some(UnderWay { was_waited_for: true, ..under_way });
                 return Ok(false);
             }
-            let took =
-                Duration::from_nanos(nanos).saturating_sub(begun).as_secs_f64() / drawn.len().max(1) as f64;
-            for (nth, was_small) in drawn {
+            let took = Duration::from_nanos(nanos).saturating_sub(under_way.begun).as_secs_f64();
+            let took = took / under_way.drawn.len().max(1) as f64;
+            for (nth, was_small) in under_way.drawn {
                 if let Some(picture) = self.pictures[nth].as_mut().filter(|_| nanos != NEVER) {
-                    picture.took(took * if nth == 3 { 1.0 } else { 0.999 }, was_small);
+                    let seconds = took * if nth == 3 { 1.0 } else { 0.999 };
+                    picture.took(seconds, was_small, under_way.was_waited_for);
                 }
             }
             self.drawn_at = now;
@@ -329,7 +330,7 @@ impl VolumeScene {
             self.gpu.queue.on_submitted_work_done(move || {
                 told.store(u64::try_from(clock().as_nanos()).unwrap_or(NEVER - 1), Ordering::Release);
             });
-            self.under_way = Some((now, ended, drawn));
+            self.under_way = Some(UnderWay { begun: now, ended, drawn, was_waited_for: false });
         }
         Ok(is_seen)
     }

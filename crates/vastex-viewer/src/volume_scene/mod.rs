@@ -109,8 +109,16 @@ struct Coming {
     bricks: Option<BricksAhead>,
 }
 
-/// What the device is drawing: when it began, when it ends, and of which panes, small or not.
-type UnderWay = (Duration, Arc<AtomicU64>, Vec<(usize, bool)>);
+/// What the device is drawing.
+struct UnderWay {
+    begun: Duration,
+    /// When it ended, in nanoseconds of the clock, as the device tells it.
+    ended: Arc<AtomicU64>,
+    /// The panes that it draws pictures of, each with true if that is the small one.
+    drawn: Vec<(usize, bool)>,
+    /// True if it was not done when it was looked at.
+    was_waited_for: bool,
+}
 
 impl VolumeScene {
     /// A volume of which nothing is read yet, with textures of its own.

@@ -5,7 +5,7 @@ use crate::gpu::Gpu;
 use crate::stage::{Canvas, StageScene, TargetKind};
 use crate::volume::{StillStep, VolumeCameraBinding, VolumeRenderer, VolumeStill, VolumeView};
 
-use super::portion::Portion;
+use super::portion::{Portion, Took};
 use super::sight::PaneSight;
 
 /// The format of the pictures, for whoever paints them: display values.
@@ -44,8 +44,9 @@ pub(super) struct PanePicture {
     drawing: Option<(Key, u32)>,
     /// What is in the small one, if that is what is to be seen.
     seen_small: Option<Key>,
-    /// How much of it is drawn at once.
+    /// How much of it is drawn at once, and how many rows of the full one were last.
     portion: Portion,
+    rows: u32,
     /// What it is drawn through, and the number of the renderer that this is of.
     camera: (u64, VolumeCameraBinding),
     /// The mean of several pictures of what is in the full one, what it is of, and how many seconds it took.
@@ -67,6 +68,7 @@ impl PanePicture {
             drawing: None,
             seen_small: None,
             portion: Portion::new(gpu.is_processor()),
+            rows: 0,
             camera,
             still: None,
             still_of: None,
@@ -117,12 +119,14 @@ impl PanePicture {
         seen.is_some_and(|seen| seen.is_of_same_view(key))
     }
 
-    /// Takes in how many seconds took what was drawn last.
-    pub(super) fn took(&mut self, seconds: f64, was_small: bool) {
+    /// Takes in how many seconds took what was drawn last: the small picture, or rows of the full one; and
+    /// true if the device was seen at work on it.
+    pub(super) fn took(&mut self, seconds: f64, was_small: bool, was_waited_for: bool) {
         if std::mem::take(&mut self.is_still_under_way) {
             self.still_seconds += seconds;
         }
-        self.portion.took(seconds, was_small, self.full.size());
+        let rows = if was_small { None } else { Some(self.rows) };
+        self.portion.took(Took { seconds, rows, was_waited_for }, self.full.size());
     }
 
     /// Draws black, where there is nothing to be seen.
@@ -167,6 +171,7 @@ impl PanePicture {
         };
         let rows = if is_whole_asked { size[1] } else { self.portion.rows(size) };
         let to = from.saturating_add(rows).min(size[1]);
+        self.rows = to - from;
         renderer.place(&self.camera.1, &gpu.queue, textures, &sight.view(1), size);
         renderer.draw_rows(&self.camera.1, encoder, group, &self.full.target(), (size, from..to));
         self.begin_mean_anew();
@@ -211,6 +216,7 @@ impl PanePicture {
         }
         let size = self.full.size();
         let rows = self.portion.rows(size);
+        self.rows = rows;
         let still = self.still.get_or_insert_with(|| renderer.new_still(size));
         // A slow device has more than one part of a picture to show for its time, or nothing.
         let passes = still.passes();

@@ -67,13 +67,14 @@ fn a_picture_that_rests_becomes_the_mean_of_several() {
     assert!(whole.scene.passes(VolumePane::Space) == 1 && whole.picture(VolumePane::Space) == first);
 }
 
-/// A device that takes seconds for a picture is not kept busy by pictures that hardly differ: a processor,
-/// and a GPU too, of which the whole is asked at once at first.
+/// A device that takes seconds for a picture is not kept busy by pictures that hardly differ. Of a GPU it is
+/// not known how long it took that was done when it was first asked, so it draws on for the time that it may.
 #[test]
 fn a_slow_device_rests_after_its_picture() {
     let mut host = Host::with_clock(1, 1, Pace::Realtime, steady(Duration::from_millis(700)));
     host.scene.look.mode = VolumeMode::Emission;
     host.settle(VolumePictures::Parts);
     rest(&mut host);
-    assert_eq!(host.scene.passes(VolumePane::Space), 1);
+    let most = if host.gpu.is_processor() { 1 } else { 5 };
+    assert!((1..=most).contains(&host.scene.passes(VolumePane::Space)));
 }

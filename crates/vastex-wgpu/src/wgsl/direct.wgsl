@@ -9,7 +9,8 @@ fn vastexi_sought_POOL(texture: VastexiTexture, wanted: u32) -> u32 {
         let placement = vastexi_placement(texture.places);
         finest = select(placement.first_level, placement.former_level, length >= placement.former_end);
     }
-    return max(wanted, finest);
+    // A level that is no number at all becomes the coarsest.
+    return min(max(wanted, finest), texture.last_level);
 }
 
 // What there is of the finest resident page that covers a texel at `wanted` or coarser.

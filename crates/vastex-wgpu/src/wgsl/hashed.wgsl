@@ -10,7 +10,8 @@ fn vastexi_found_POOL(texture: VastexiTexture, texel: vec2<u32>, wanted: u32) ->
             return VastexiFound(entry, level);
         }
     }
-    let number = max(wanted, texture.tail_level);
+    // A level that is no number at all becomes the coarsest.
+    let number = min(max(wanted, texture.tail_level), texture.last_level);
     let entry = (number << VASTEXI_ENTRY_SLOT_BITS) | texture.tail_slot;
     return VastexiFound(entry, vastexi_level(texture, number, VASTEXI_POWERS_POOL));
 }

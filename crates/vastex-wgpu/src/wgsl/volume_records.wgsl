@@ -47,14 +47,14 @@ struct VastexiVolumeAnchor {
 }
 
 // The volume of an id. Its record has the id with all bits turned over, so that no function for images takes a volume for an image, nor one
-// for volumes an image for a volume.
+// for volumes an image for a volume; a record of zeros is of neither.
 fn vastexi_volume(id: u32) -> VastexiVolume {
     let number = id & VASTEXI_NUMBER_MASK;
     let shape = vastexi_param(number, 0u);
     let rule = vastexi_param(number, 1u);
     let brick = vastexi_param(number, 2u);
     return VastexiVolume(
-        (shape.z == ~id) && (id != 0u),
+        (shape.z == ~id) && (shape.z != 0u) && (id != 0u),
         number,
         vec3<u32>(shape.xy, shape.w),
         brick.z & 31u,
