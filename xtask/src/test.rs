@@ -195,9 +195,9 @@ fn clippy() -> Result<Outcome> {
         .map(|()| Outcome::Passed)
 }
 
-/// Where Linux tells of NVIDIA's driver. A program may hang in it whose threads end while others make and drop
-/// devices, and each test has a thread of its own: with 16 at once the tests of vastex-wgpu hung in two runs
-/// of three (580.159, an H100), and in none where each had the program to itself.
+/// Where Linux tells of NVIDIA's driver. A program may hang in it whose threads end while others make and
+/// drop devices, and each test has a thread of its own: with 16 at once the tests of vastex-wgpu hung in two
+/// runs of three (580.159, an H100), and in none where each had the program to itself.
 const NVIDIA_DRIVER: &str = "/proc/driver/nvidia/version";
 
 /// Of the libraries only: the program `vastex` and the crate `vastex` would write to the same place.
