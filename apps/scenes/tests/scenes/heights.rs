@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use glam::{Vec2, Vec3};
 use vastex::source::{ReadFuture, Tile};
@@ -264,6 +264,37 @@ fn colours_on_heights_are_those_of_an_ordinary_texture() {
         let mut offscreen = offscreen(scene, source.clone(), 0.05);
         converge(&mut offscreen, pose);
         assert_alike(&offscreen.compare().unwrap().0, scene.name());
+    }
+}
+
+/// A driver in software must not take minutes for the four heights of a slope by several taps each.
+#[test]
+fn heights_by_filters_of_several_taps_are_drawn_at_once() {
+    const LIMIT: Duration = Duration::from_secs(100);
+    let source = Ground::new([AddressMode::Wrap, AddressMode::Clamp], LayerFormat::R16, rough);
+    let (near, globe) = (over(0.2, 0.13, 0.004, 2.0, 0.2), Pose::globe(0.1, 0.2, 0.05));
+    let surfaces =
+        [(Scene::Terrain, near, false), (Scene::Terrain, near, true), (Scene::Globe, globe, false)];
+    for (scene, pose, always_fixed) in surfaces {
+        let drawn = |filter| {
+            let shown = DisplayOptions { always_fixed, ..shown(0.05) };
+            let settings = settings(16, filter);
+            let mut offscreen =
+                Offscreen::showing(&shown, gpu(), source.clone(), scene, [96, 64], settings).unwrap();
+            converge(&mut offscreen, pose);
+            offscreen
+        };
+        let trilinear = drawn(Filter::Trilinear).picture();
+        for filter in [Filter::Bicubic, Filter::KINDS[3]] {
+            let begun = Instant::now();
+            let offscreen = drawn(filter);
+            let what = format!("{scene:?} {filter} {always_fixed}");
+            assert_alike(&offscreen.compare().unwrap().0, &what);
+            // Straight below a camera pixels are round, and have one tap.
+            let is_aslant = filter == Filter::Bicubic || scene == Scene::Terrain;
+            assert!(!is_aslant || offscreen.picture() != trilinear, "{what}");
+            assert!(begun.elapsed() < LIMIT, "{what}: {:?}", begun.elapsed());
+        }
     }
 }
 

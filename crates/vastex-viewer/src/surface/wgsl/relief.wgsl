@@ -123,6 +123,19 @@ fn relief_light(slope: vec2<f32>) -> f32 {
     return mix(max(dot(normal, RELIEF_SUN), 0.0) / RELIEF_SUN.z, 1.0, RELIEF_SHADE);
 }
 
+// From a place to one beside it: the first of the four a step to the east, the others to the west, the north and the south.
+fn relief_aside(nth: u32, step: vec2<f32>) -> vec2<f32> {
+    let along = select(step, -step, (nth & 1u) == 1u);
+    return select(vec2<f32>(along.x, 0.0), vec2<f32>(0.0, -along.y), nth >= 2u);
+}
+
+// The slope to the east and to the north between values at the four, so far apart in the world, and the value in the middle of them.
+fn relief_slope(around: vec4<f32>, run: vec2<f32>) -> vec3<f32> {
+    let rise = vec2<f32>(around.x - around.y, around.z - around.w);
+    let sum = (around.x + around.y) + (around.z + around.w);
+    return vec3<f32>(scene.relief[scene_zero].scale * rise / run, sum * 0.25);
+}
+
 // The slope of the ground over a texel or a pixel of heights, to the east and to the north, and the value in the middle of it.
 fn slope_mesh(look: Look) -> vec3<f32> {
     if RELIEF_LEVEL {
@@ -130,17 +143,18 @@ fn slope_mesh(look: Look) -> vec3<f32> {
     }
     let uv = look.offset;
     let step = max(1.0 / scene.relief[scene_zero].texels, abs(look.ddx) + abs(look.ddy));
-    let x = vec2<f32>(step.x, 0.0);
-    let y = vec2<f32>(0.0, step.y);
-    let east = relief_value(uv + x, look.ddx, look.ddy);
-    let west = relief_value(uv - x, look.ddx, look.ddy);
-    let north = relief_value(uv - y, look.ddx, look.ddy);
-    let south = relief_value(uv + y, look.ddx, look.ddy);
+    // In a loop, since a driver in software does not end with four lookups of several taps after one another (ARCHITECTURE.md, "Where the
+    // text bends to a driver").
+    var around = vec4<f32>(0.0);
+    for (var nth = 0u; nth < 4u; nth++) {
+        let value = relief_value(uv + relief_aside(nth, step), look.ddx, look.ddy);
+        around = select(around, vec4<f32>(value), vec4<u32>(nth) == vec4<u32>(0u, 1u, 2u, 3u));
+    }
     var run = 2.0 * step * scene.relief[scene_zero].extent;
     if RELIEF_GLOBE {
         run.x *= max(cos(relief_latitude(uv)), 0.02);
     }
-    return vec3<f32>(scene.relief[scene_zero].scale * vec2<f32>(east - west, north - south) / run, ((east + west) + (north + south)) * 0.25);
+    return relief_slope(around, run);
 }
 
 // How light the ground is.

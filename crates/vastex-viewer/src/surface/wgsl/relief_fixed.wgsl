@@ -225,18 +225,17 @@ fn slope_fixed(look: Look) -> vec3<f32> {
     }
     let texel = vec2<f32>(scene.grid[scene_zero].size) / scene.relief[scene_zero].texels;
     let step = max(texel, abs(look.ddx) + abs(look.ddy));
-    let x = vec2<f32>(step.x, 0.0);
-    let y = vec2<f32>(0.0, step.y);
-    let east = fixed_value(look, x);
-    let west = fixed_value(look, -x);
-    let north = fixed_value(look, -y);
-    let south = fixed_value(look, y);
+    var around = vec4<f32>(0.0);
+    for (var nth = 0u; nth < 4u; nth++) {
+        let value = fixed_value(look, relief_aside(nth, step));
+        around = select(around, vec4<f32>(value), vec4<u32>(nth) == vec4<u32>(0u, 1u, 2u, 3u));
+    }
     var run = 2.0 * step / scene.fixed[scene_zero].texels_per_unit;
     if RELIEF_GLOBE {
         let northward = (scene.fixed[scene_zero].fraction.y - look.offset.y) / scene.fixed[scene_zero].texels_per_unit.y;
         run.x *= max(fixed_cosine(northward), 0.02);
     }
-    return vec3<f32>(scene.relief[scene_zero].scale * vec2<f32>(east - west, north - south) / run, ((east + west) + (north + south)) * 0.25);
+    return relief_slope(around, run);
 }
 
 // How light the ground is.
