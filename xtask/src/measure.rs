@@ -120,14 +120,12 @@ fn parse_report(text: &str) -> Option<(f64, f64)> {
     }
 }
 
-/// Says for a page of figures when they were measured, and of which commit.
+/// Says for a page of figures when they were measured, and of which commit. Changes of documents are none:
+/// other figures may just have been written there.
 pub(crate) fn stamp() -> Result<String> {
     let git = |arguments: &[&str]| shell::output(shell::command("git").args(arguments));
-    let changed = if git(&["status", "--porcelain", "--untracked-files=no"])?.trim().is_empty() {
-        ""
-    } else {
-        ", with changes that are not committed"
-    };
+    let status = ["status", "--porcelain", "--untracked-files=no", "--", ":/", ":(exclude,top)docs"];
+    let changed = if git(&status)?.trim().is_empty() { "" } else { ", with changes that are not committed" };
     let commit = git(&["rev-parse", "--short", "HEAD"])?;
     let date = shell::output(shell::command("date").args(["-u", "+%F"]))?;
     Ok(format!("Measured on {} at commit {}{changed}.\n", date.trim(), commit.trim()))
