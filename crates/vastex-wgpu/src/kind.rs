@@ -293,6 +293,13 @@ impl Kinds {
         self.members.iter().map(|member| self.layers[self.reads[member.read].layer].pool)
     }
 
+    /// For each member by which lines of the text it is sampled: members of one number have the same layer of
+    /// one pool's textures and the same filter, so that the function of any of them samples all, by their
+    /// ids.
+    pub fn member_reads(&self) -> impl ExactSizeIterator<Item = usize> + '_ {
+        self.members.iter().map(|member| member.read)
+    }
+
     pub(crate) fn members(&self) -> &[TextMember] {
         &self.members
     }

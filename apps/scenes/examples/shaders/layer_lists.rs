@@ -3,9 +3,30 @@
 use vastex::Filter;
 use vastex_scenes::shaders;
 use vastex_viewer::LayersText;
-use vastex_wgpu::{Atlas, KindMember};
+use vastex_viewer::layers::MOST_LAYERS;
+use vastex_wgpu::{Atlas, FeedbackMode, KindMember, TableKind, wgsl};
 
-use super::{NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
+use super::{Choice, NAMES, Options, Visit, atlas_name, kinds_of, member, name_of, of_atlas};
+
+/// The text of a list of the first so many of these, and the part of it that goes through them.
+fn listed(options: &Choice, members: Vec<KindMember>, count: usize) -> (String, LayersText) {
+    let kinds = kinds_of(options, members);
+    (wgsl(&kinds, options.place()), LayersText::list(&kinds, count))
+}
+
+/// Of a list without heights.
+fn flat(options: &Choice, members: Vec<KindMember>) -> String {
+    let count = members.len();
+    let (text, layers) = listed(options, members, count);
+    shaders::layered(&text, layers)
+}
+
+/// Of one over heights, which are the last.
+fn relief(options: &Choice, members: Vec<KindMember>) -> String {
+    let count = members.len() - 1;
+    let (text, layers) = listed(options, members, count);
+    shaders::relief(&text, layers)
+}
 
 /// Lists of layers, as the tests have them: each of a pool of its own, or all of one, of a texture or of
 /// several, by filters of their own; and two over heights, which are the second or none of them.
@@ -22,15 +43,14 @@ pub(super) fn each(visit: &mut Visit<'_>) {
                         member(options, NAMES[n], n % pools, if is_one_texture { n as u8 } else { 0 });
                     KindMember { kind: member.kind.filtered(filters(n, bits)), ..member }
                 };
-                let text = group(options, (0..count).map(layer).collect());
-                let text = shaders::layered(&text, LayersText::list(count));
+                let text = flat(options, (0..count).map(layer).collect());
                 let of = if is_one_texture { "-one" } else { "" };
                 let by = if bits == 0 { String::new() } else { format!("-by{bits}") };
                 visit(&format!("layered-{count}-{pools}{of}{by}-{}", name_of(options)), text);
             }
         }
         let first_again = [0, 1, 0].iter().zip(NAMES).map(|(pool, name)| member(options, name, *pool, 0));
-        let text = shaders::layered(&group(options, first_again.collect()), LayersText::list(3));
+        let text = flat(options, first_again.collect());
         visit(&format!("layered-3-first-again-{}", name_of(options)), text);
         // One layer that is no opaque one, over heights that are another layer of its texture or itself.
         for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [0, 1].map(|layer| (atlas, layer))) {
@@ -39,7 +59,7 @@ pub(super) fn each(visit: &mut Visit<'_>) {
                 of_atlas(first, member(options, "layer0", 0, 0)),
                 of_atlas(heights, member(options, "height", 0, layer)),
             ];
-            let text = shaders::relief(&group(options, members), LayersText::list(1));
+            let text = relief(options, members);
             let of = format!("{}-{layer}", atlas_name(heights));
             visit(&format!("layered-relief-one-{of}-{}", name_of(options)), text);
         }
@@ -47,7 +67,7 @@ pub(super) fn each(visit: &mut Visit<'_>) {
         for (heights, count) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|count| (atlas, count))) {
             let mut members: Vec<_> = (0..count).map(|n| member(options, NAMES[n], 0, n as u8)).collect();
             members.push(of_atlas(heights, member(options, "height", 1, 0)));
-            let text = shaders::relief(&group(options, members), LayersText::list(count));
+            let text = relief(options, members);
             let of = format!("{count}-{}", atlas_name(heights));
             visit(&format!("layered-relief-other-{of}-{}", name_of(options)), text);
         }
@@ -55,7 +75,7 @@ pub(super) fn each(visit: &mut Visit<'_>) {
         for heights in Atlas::ALL {
             let mut members: Vec<_> = NAMES[..2].iter().map(|name| member(options, name, 0, 0)).collect();
             members.push(of_atlas(heights, member(options, "height", 1, 0)));
-            let text = shaders::relief(&group(options, members), LayersText::list(2));
+            let text = relief(options, members);
             visit(&format!("layered-relief-again-{}-{}", atlas_name(heights), name_of(options)), text);
         }
         for (heights, layer) in Atlas::ALL.into_iter().flat_map(|atlas| [1, 2].map(|layer| (atlas, layer))) {
@@ -65,10 +85,26 @@ pub(super) fn each(visit: &mut Visit<'_>) {
                     of_atlas(if layer == 1 { heights } else { first }, member(options, "layer1", 0, 1)),
                     of_atlas(heights, member(options, "height", 0, layer)),
                 ];
-                let text = shaders::relief(&group(options, members), LayersText::list(2));
+                let text = relief(options, members);
                 let of = format!("{}-{}-{layer}", atlas_name(first), atlas_name(heights));
                 visit(&format!("layered-relief-{of}-{}", name_of(options)), text);
             }
+        }
+    });
+    many(visit);
+}
+
+/// As many layers as a list may have, by filters of several taps: textures of one pool, or each of a pool of
+/// its own.
+fn many(visit: &mut Visit<'_>) {
+    let (filters, tables) = (vec![Filter::KINDS[3], Filter::Bicubic], vec![TableKind::Direct]);
+    let (atlases, modes) = (vec![Atlas::Float], vec![FeedbackMode::Separate]);
+    let options = Options { filters, tables, atlases, modes, fades: vec![false], ..Options::of_viewer() };
+    options.each(|options| {
+        for (of, pools) in [("alike", 1), ("apart", MOST_LAYERS)] {
+            let layer = |n: usize| member(options, &format!("layer{n}"), n % pools, 0);
+            let text = flat(options, (0..MOST_LAYERS).map(layer).collect());
+            visit(&format!("layered-many-{of}-{}", name_of(options)), text);
         }
     });
 }

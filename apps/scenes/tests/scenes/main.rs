@@ -17,6 +17,7 @@ mod golden;
 mod heights;
 mod layers;
 mod lit_planet;
+mod many_layers;
 mod matrix;
 mod overlays;
 mod pictures;

@@ -39,7 +39,7 @@ fn draw(textures: &mut Textures, shown: Vec<ShownLayer>) -> Picture {
     draw_list(textures, layers, Scene::Image, (POSE, false))
 }
 
-fn draw_list(
+pub(crate) fn draw_list(
     textures: &mut Textures,
     layers: Layers,
     scene: Scene,
@@ -78,12 +78,12 @@ fn draw_list(
     Picture { size: SIZE, rgba: read.take().unwrap().unwrap() }
 }
 
-fn linear(encoded: u8) -> f64 {
+pub(crate) fn linear(encoded: u8) -> f64 {
     let value = f64::from(encoded) / 255.0;
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
-fn encoded(light: f64) -> f64 {
+pub(crate) fn encoded(light: f64) -> f64 {
     255.0 * if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 

@@ -402,10 +402,16 @@ impl Layers {
         if self.is_single { map } else { map.of_light() }
     }
 
-    /// The part of shader texts by which layers are sampled.
-    pub fn text_of(&self) -> LayersText {
+    /// The part of shader texts by which layers are sampled, for what [`Layers::kinds`] gives.
+    pub fn text_of(&self, kinds: &Kinds) -> LayersText {
         let (is_single, is_grouped) = (self.is_single, self.group.is_some());
-        LayersText { count: self.count(), is_single, is_grouped, planet: self.planet }
+        let breaks = LayersText::list(kinds, self.over_one_another().len()).breaks;
+        LayersText { count: self.count(), is_single, is_grouped, breaks, planet: self.planet }
+    }
+
+    /// Returns true if the layers are on a planet.
+    pub fn is_on_planet(&self) -> bool {
+        self.planet.is_some()
     }
 }
 

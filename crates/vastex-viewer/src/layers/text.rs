@@ -1,5 +1,9 @@
 //! The text by which shaders sample the layers of a list and show them.
 
+use std::ops::Range;
+
+use vastex::Kinds;
+
 /// Layers that a list may have.
 pub const MOST_LAYERS: usize = 8;
 
@@ -9,7 +13,8 @@ pub(super) fn member(n: usize) -> String {
 }
 
 /// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one,
-/// whether they are members of a group, and whether they are on a planet.
+/// whether they are members of a group, which of them are sampled by the same lines, and whether they are on
+/// a planet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LayersText {
     /// Layers.
@@ -18,6 +23,9 @@ pub struct LayersText {
     pub is_single: bool,
     /// True if the layers are sampled as members of a group.
     pub is_grouped: bool,
+    /// Which layers are sampled by other lines than the one beneath: bit `n` for the `n`-th. A loop goes
+    /// through those between.
+    pub breaks: u8,
     /// Which parts a planet has beside its ground, the last of the layers, if they are on one.
     pub planet: Option<PlanetText>,
 }
@@ -40,18 +48,28 @@ impl PlanetText {
 
 impl LayersText {
     /// One opaque layer alone.
-    pub const ALONE: LayersText = LayersText { count: 1, is_single: true, is_grouped: false, planet: None };
+    pub const ALONE: LayersText =
+        LayersText { count: 1, is_single: true, is_grouped: false, breaks: 0, planet: None };
     /// One opaque layer beside heights.
     pub const BESIDE_HEIGHTS: LayersText = LayersText { is_grouped: true, ..LayersText::ALONE };
 
-    /// A list of so many layers.
-    pub const fn list(count: usize) -> LayersText {
-        LayersText { count, is_single: false, is_grouped: true, planet: None }
+    /// A list of the first so many members of `kinds`, which are those of a group.
+    pub fn list(kinds: &Kinds, count: usize) -> LayersText {
+        let reads: Vec<usize> = kinds.member_reads().take(count).collect();
+        let is_break = |n: &usize| reads[*n] != reads[*n - 1];
+        let breaks = (1..reads.len().min(MOST_LAYERS)).filter(is_break).fold(0, |bits, n| bits | (1 << n));
+        LayersText { count, is_single: false, is_grouped: true, breaks, planet: None }
     }
 
     /// One layer of the ground of a planet and the parts that it has beside it.
     pub fn planet(parts: PlanetText) -> LayersText {
-        LayersText { planet: Some(parts), ..LayersText::list(1 + parts.count()) }
+        LayersText {
+            count: 1 + parts.count(),
+            is_single: false,
+            is_grouped: true,
+            breaks: 0,
+            planet: Some(parts),
+        }
     }
 
     /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and
@@ -87,16 +105,15 @@ impl LayersText {
         )
     }
 
-    /// The call of a function that samples or inspects a layer of an id, where `look` looks.
-    fn call(self, function: &str, way: &str, n: usize, id: &str) -> String {
-        self.call_at(function, way, n, id, "look")
-    }
-
-    fn call_at(self, function: &str, way: &str, n: usize, id: &str, look: &str) -> String {
+    /// The call of a function that samples or inspects a layer of an id, where `look` looks: by the lines of
+    /// the `n`-th layer. In fixed point, of a list, the layer is the one of the number that the id names.
+    fn call(self, function: &str, way: &str, n: usize, id: &str, look: &str) -> String {
         let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
+        // Which of the places is meant: a loop's counter, where the id is told by one.
+        let number = if id.contains("[n]") { "n".to_owned() } else { format!("{n}u") };
         match way {
             "fixed" => {
-                let place = format!("fixed_place(layer_look({look}, {n}u), {id})");
+                let place = format!("fixed_place(layer_look({look}, {number}), {id})");
                 format!("{function}_at{suffix}({id}, {place})")
             }
             _ => format!("vastex_{function}{suffix}_grad({id}, {look}.offset, {look}.ddx, {look}.ddy)"),
@@ -104,32 +121,38 @@ impl LayersText {
     }
 
     fn single(self, way: &str) -> (String, String) {
-        let call = |function| self.call(function, way, 0, "scene.ids.color");
+        let call = |function| self.call(function, way, 0, "scene.ids.color", "look");
         let shown = format!("    return scene_lit({}, light_{way}(look));\n", call("sample"));
         (shown, format!("    return {};\n", call("inspect")))
     }
 
     fn several(self, way: &str) -> (String, String) {
         let overs = self.sum(way, "light_of_ground");
-        let call = |n| self.call("inspect", way, n, &format!("layered[{n}].id"));
-        let inspected = |n| where_seen(n, &is_there(n), &format!("return {}", call(n)));
-        let inspecteds: String = (1..self.over_one_another()).rev().map(inspected).collect();
+        let inspected = |run: Range<usize>| {
+            let call = self.call("inspect", way, run.start, "layered[n].id", "look");
+            match run.start {
+                0 => format!("    return {call};\n"),
+                first => format!("    if n >= {first}u {{\n        return {call};\n    }}\n"),
+            }
+        };
+        let inspecteds: String = self.runs().into_iter().rev().map(inspected).collect();
+        let count = self.over_one_another();
         (
             format!(
                 "    let light_of_ground = light_{way}(look);\n{overs}    return scene_stored(vec4<f32>(sum, 1.0));\n"
             ),
-            format!("{inspecteds}    return {};\n", call(0)),
+            format!("    let n = layered_uppermost(look, at, {count}u);\n{inspecteds}"),
         )
     }
 
     /// The light of the layers that lie over one another, on ground that is so light.
     fn sum(self, way: &str, light: &str) -> String {
-        let over = |n| {
-            let sampled = self.call("sample", way, n, &format!("layered[{n}].id"));
-            let then = format!("sum = layered_over(sum, {sampled}, {n}u, {light})");
-            where_seen(n, &is_there(n), &then)
+        let over = |run: Range<usize>| {
+            let sampled = self.call("sample", way, run.start, "layered[n].id", "look");
+            let then = format!("sum = layered_over(sum, {sampled}, n, {light});");
+            in_turns(run, "layered_is_seen(look, at, n)", &then)
         };
-        let overs: String = (0..self.over_one_another()).map(over).collect();
+        let overs: String = self.runs().into_iter().map(over).collect();
         format!("    var sum = scene_ground();\n{overs}")
     }
 
@@ -138,44 +161,104 @@ impl LayersText {
         self.count - self.planet.map_or(0, PlanetText::count)
     }
 
+    /// The layers that lie over one another, those together that are sampled by the same lines.
+    fn runs(self) -> Vec<Range<usize>> {
+        let count = self.over_one_another();
+        let starts: Vec<usize> = (0..count).filter(|n| *n == 0 || self.breaks >> n & 1 == 1).collect();
+        let ends = starts.iter().skip(1).copied().chain([count]);
+        starts.iter().copied().zip(ends).map(|(start, end)| start..end).collect()
+    }
+
     /// What is seen of a planet: its ground, what shines on it at night, and clouds, which are seen and throw
     /// shadows beside where they are.
     fn on_planet(self, way: &str, parts: PlanetText) -> String {
         let (night, clouds) = (self.over_one_another(), self.count - 1);
-        let sampled = |n: usize| self.call("sample", way, n, &format!("layered[{n}].id"));
-        let lights = format!("lights = planet_lights({}, {night}u)", sampled(night));
-        let clouds_then = |to: &str| {
-            let id = format!("layered[{clouds}].id");
-            let sampled = self.call_at("sample", way, clouds, &id, &format!("{to}_look"));
-            let then = format!("{to} = planet_coverage({sampled}, {clouds}u)");
-            format!("    let {to}_look = planet_moved_{way}(look, site.{to});\n")
-                + &where_seen(clouds, "", &then)
-        };
+        let sampled = |n: usize, look: &str| self.call("sample", way, n, &format!("layered[{n}].id"), look);
+        let lights = format!("lights = planet_lights({}, n);", sampled(night, "look"));
+        let covered = format!(
+            "let moved = planet_moved_{way}(look, select(site.clouds, site.shadow, turn == 1u));\n        \
+             let share = planet_coverage({}, {clouds}u);\n        \
+             cover = select(cover, vec2<f32>(share), vec2<u32>(turn) == vec2<u32>(0u, 1u));",
+            sampled(clouds, "moved")
+        );
+        let of_clouds = format!("layered_is_drawn(look, {clouds}u)");
         [
             self.sum(way, "1.0"),
             format!("    let site = planet_site_{way}(look, at);\n"),
-            "    var lights = vec3<f32>(0.0);\n    var clouds = 0.0;\n    var shadow = 0.0;\n".to_owned(),
-            if parts.has_night { where_seen(night, "", &lights) } else { String::new() },
-            if parts.has_clouds { clouds_then("clouds") + &clouds_then("shadow") } else { String::new() },
-            "    return scene_stored(vec4<f32>(planet_seen(site, sum, lights, clouds, shadow), 1.0));\n"
+            "    var lights = vec3<f32>(0.0);\n    var cover = vec2<f32>(0.0);\n".to_owned(),
+            if parts.has_night {
+                in_turns(night..night + 1, "layered_is_drawn(look, n)", &lights)
+            } else {
+                String::new()
+            },
+            if parts.has_clouds { turns("turn", 0..2, &of_clouds, &covered) } else { String::new() },
+            "    return scene_stored(vec4<f32>(planet_seen(site, sum, lights, cover.x, cover.y), 1.0));\n"
                 .to_owned(),
         ]
         .concat()
     }
 }
 
-/// Whether a pixel lies where a layer that is compared, or has a pane of its own, is seen; to be added to
-/// other conditions.
-fn is_there(n: usize) -> String {
-    let begins = format!("(at.x + scene.origin.x) >= (layered[{n}].begins * scene.picture.x)");
-    let ends = format!("(at.x + scene.origin.x) < (layered[{n}].ends * scene.picture.x)");
-    format!(" && {begins} && {ends}")
+/// A statement for each layer `n` of these for which a condition holds.
+fn in_turns(layers: Range<usize>, condition: &str, then: &str) -> String {
+    turns("n", layers, condition, then)
 }
 
-/// A statement for a layer that is seen. It is asked of the pixel first, so that the condition does not
-/// depend on a uniform alone (ARCHITECTURE.md, "Where the text bends to a driver").
-fn where_seen(n: usize, condition: &str, then: &str) -> String {
+/// A statement in turns of a loop, for each of which a condition is asked. The loop ends where no compiler
+/// knows, so that none writes it out: ARCHITECTURE.md, "Where the text bends to a driver".
+fn turns(counter: &str, range: Range<usize>, condition: &str, then: &str) -> String {
+    let Range { start, end } = range;
     format!(
-        "    if ((!(look.ddx.x > 1e30)) & (layered[{n}].opacity > 0.0)){condition} {{\n        {then};\n    }}\n"
+        "    for (var {counter} = {start}u; {counter} < layered_end(look, {end}u); {counter}++) {{\n    \
+         if {condition} {{\n        {then}\n    }}\n    }}\n"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn list(count: usize, breaks: u8) -> LayersText {
+        LayersText { count, is_single: false, is_grouped: true, breaks, planet: None }
+    }
+
+    /// The functions that show something, and how often they sample.
+    fn samples(text: LayersText) -> Vec<usize> {
+        let text = text.wgsl();
+        let shown = |way: &str| {
+            let begin = text.split_once(&format!("fn shown_{way}(")).unwrap().1;
+            begin.split_once("\n}\n").unwrap().0.to_owned()
+        };
+        let calls = [("mesh", "vastex_sample_"), ("fixed", "sample_at")];
+        calls.iter().map(|(way, call)| shown(way).matches(call).count()).collect()
+    }
+
+    /// Compilers write out each call: the text has one for all layers that are sampled by the same lines, and
+    /// each in a loop of its own.
+    #[test]
+    fn calls_do_not_grow_with_layers() {
+        for count in 1..=MOST_LAYERS {
+            assert_eq!(samples(list(count, 0)), [1, 1], "{count} layers");
+            let breaks = (1..count).fold(0, |bits, n| bits | (1 << n));
+            assert_eq!(samples(list(count, breaks)), [count; 2], "{count} layers, each by lines of its own");
+        }
+        let text = list(5, 0b0_1010);
+        assert_eq!(text.runs(), [0..1, 1..3, 3..5]);
+        assert_eq!(samples(text), [3, 3]);
+        let planet = LayersText::planet(PlanetText { has_night: true, has_clouds: true });
+        assert_eq!(samples(planet), [3, 3], "ground, lights, and clouds with their shadows");
+        for text in [text, planet] {
+            let text = text.wgsl();
+            assert_eq!(text.matches("    for (var ").count(), 6);
+            assert_eq!(text.matches("< layered_end(look, ").count(), 6, "no compiler writes them out");
+        }
+    }
+
+    #[test]
+    fn a_single_layer_has_no_loop() {
+        for text in [LayersText::ALONE, LayersText::BESIDE_HEIGHTS] {
+            assert!(!text.wgsl().contains("for ("));
+            assert_eq!(samples(text), [1, 1]);
+        }
+    }
 }

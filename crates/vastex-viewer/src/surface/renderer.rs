@@ -107,7 +107,7 @@ impl SceneRenderer {
             picture: maker.pipelines("place", "shade", None, &[format]),
             wanted: maker.wanted(),
             spread: OnceLock::new(),
-            sky: layers.text_of().planet.map(|_| OnceLock::new()),
+            sky: layers.is_on_planet().then(OnceLock::new),
             maker,
             relief,
             part: None,

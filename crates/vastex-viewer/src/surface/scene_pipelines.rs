@@ -91,8 +91,9 @@ impl PipelineMaker {
         tiling: Tiling,
         format: wgpu::TextureFormat,
     ) -> Result<PipelineMaker, Error> {
-        let program =
-            SceneProgram::new(gpu, textures, layers.kinds(textures)?, layers.text_of(), relief.is_some());
+        let kinds = layers.kinds(textures)?;
+        let text = layers.text_of(&kinds);
+        let program = SceneProgram::new(gpu, textures, kinds, text, relief.is_some());
         let of_layers = layers.constants(takes_light(format)).into_iter().chain(tiling.constants());
         let constants = match relief {
             Some(relief) => bits(of_layers.chain(relief.constants())),

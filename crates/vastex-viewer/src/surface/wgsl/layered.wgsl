@@ -1,4 +1,5 @@
-// Several layers, one over the other in light. The text after this one is generated: layered_sum and its kin, for each layer.
+// Several layers, one over the other in light. What goes through them is generated (layers/text.rs): loops over layers that are sampled by the same
+// lines.
 
 struct Layered {
     tone: Tone,
@@ -17,6 +18,33 @@ struct Layered {
 const LAYERED_DISPLAY: u32 = 4096u;
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
+
+// Whether a layer is drawn at all. It is asked of the pixel first, so that the condition does not depend on a uniform alone (ARCHITECTURE.md,
+// "Where the text bends to a driver").
+fn layered_is_drawn(look: Look, n: u32) -> bool {
+    return (!(look.ddx.x > 1e30)) & (layered[n].opacity > 0.0);
+}
+
+// Whether it is seen at a pixel, where layers are compared or have panes of their own.
+fn layered_is_seen(look: Look, at: vec2<f32>, n: u32) -> bool {
+    let x = at.x + scene.origin.x;
+    let is_there = (x >= (layered[n].begins * scene.picture.x)) & (x < (layered[n].ends * scene.picture.x));
+    return layered_is_drawn(look, n) & is_there;
+}
+
+// The uppermost of so many layers that is seen at a pixel, else the lowest.
+fn layered_uppermost(look: Look, at: vec2<f32>, count: u32) -> u32 {
+    var uppermost = 0u;
+    for (var n = 1u; n < count; n++) {
+        uppermost = select(uppermost, n, layered_is_seen(look, at, n));
+    }
+    return uppermost;
+}
+
+// Where a loop over layers ends: where it says, as no compiler knows.
+fn layered_end(look: Look, end: u32) -> u32 {
+    return select(end, 0u, look.ddx.x > 1e30);
+}
 
 // The colour of a layer's value, and how much it hides.
 fn layered_color(value: vec4<f32>, n: u32) -> vec4<f32> {
