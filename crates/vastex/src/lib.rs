@@ -12,8 +12,9 @@
 //! let earth = textures.add_blocking(vastex::open("earth.vastex")?)?; // or `preparer` and `add`, without waiting
 //! let kinds = textures.kinds(earth)?; // the same for all textures that share pipelines; group 0, or `Settings::binding`
 //! let shader = "@fragment fn shade() { /* ... vastex_sample(id, uv) ... */ }".to_owned() + &textures.wgsl(&kinds);
+//! let module = vastex::shader_module(device, Some("surface"), &shader); // or `only_needed`: what no entry point calls is left out
 //! let id = textures.shader_id(earth)?; // for a material, or an instance
-//! # let _ = (shader, id);
+//! # let _ = (module, id);
 //!
 //! // each frame, in the application's own encoder
 //! # let mut encoder = device.create_command_encoder(&Default::default());

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use vastex::source::{PlanetImage, PlanetSource};
 use vastex::{Filter, TileSource};
 use vastex_scenes::{DisplayOptions, Offscreen, Pose, Scene};
-use vastex_viewer::camera::{Controller, Move, Orientation};
+use vastex_viewer::camera::{Aim, Controller, Move, Orientation};
 
 use crate::common::{gpu, settings};
 
@@ -111,9 +111,10 @@ fn texels_of_an_image_stand_where_they_should_however_it_is_turned() {
     }
 }
 
-/// Where a place of the globe is in the picture, in pixels.
-fn on_screen(pose: &Pose, longitude: f64, latitude: f64) -> DVec2 {
-    let Pose::Globe { longitude: lon, latitude: lat, altitude, .. } = *pose else { panic!("{pose:?}") };
+/// Where a place of the globe is in the picture, in pixels, and the cosine between the ray there and straight
+/// down at the place.
+fn on_screen(pose: &Pose, longitude: f64, latitude: f64) -> (DVec2, f64) {
+    let Pose::Globe { longitude: lon, latitude: lat, altitude, aim } = *pose else { panic!("{pose:?}") };
     // East, north and up from the ground below the camera, by half angles so that of small ones nothing is
     // lost.
     let east = (longitude - lon + PI).rem_euclid(TAU) - PI;
@@ -125,9 +126,14 @@ fn on_screen(pose: &Pose, longitude: f64, latitude: f64) -> DVec2 {
         chord.y * lat.cos() - chord.x * lat.sin() + latitude.cos() * versed * lat.sin(),
         chord.x * lat.cos() + chord.y * lat.sin() - latitude.cos() * versed * lat.cos(),
     );
-    let seen = DVec2::new(point.x, point.y) / (altitude - point.z) / TANGENT;
+    let ray = point - DVec3::Z * altitude;
+    let (along, (sine, cosine)) =
+        (DVec2::from_angle(FRAC_PI_2 - aim.heading()).extend(0.0), aim.tilt().sin_cos());
+    let (above, ahead) = (along * cosine + DVec3::Z * sine, along * sine - DVec3::Z * cosine);
+    let seen = DVec2::new(ray.dot(ahead.cross(above)), ray.dot(above)) / ray.dot(ahead) / TANGENT;
     let [width, height] = SIZE.map(f64::from);
-    DVec2::new(width / 2.0 + seen.x * height / 2.0, height / 2.0 - seen.y * height / 2.0)
+    let at = DVec2::new(width / 2.0 + seen.x * height / 2.0, height / 2.0 - seen.y * height / 2.0);
+    (at, -ray.normalize().dot(point + DVec3::Z))
 }
 
 /// By how many pixels texels stand beside their places in the picture of a globe, at most.
@@ -144,7 +150,7 @@ fn error_on_globe(offscreen: &Offscreen, pose: &Pose, texels: DVec2) -> f64 {
         assert_eq!(place.is_some(), from_middle < limb, "{pose:?}: {at}");
         if let Some(place) = place {
             let (longitude, latitude) = ((place.x / texels.x - 0.5) * TAU, (0.5 - place.y / texels.y) * PI);
-            worst = worst.max((on_screen(pose, longitude, latitude) - at).length());
+            worst = worst.max((on_screen(pose, longitude, latitude).0 - at).length());
             seen += 1;
         }
     }
@@ -165,6 +171,40 @@ fn texels_of_a_globe_stand_where_they_should() {
                 let pose = Pose::globe(longitude, latitude, altitude);
                 let error = error_on_globe(&offscreen, &pose, texels);
                 assert!(error < 0.01, "2^{bits} at {magnification} pixels a texel, {pose:?}: {error}");
+            }
+        }
+    }
+}
+
+#[test]
+fn texels_of_a_globe_stand_where_they_should_when_the_camera_looks_aslant() {
+    for bits in [12, 31] {
+        let texels = DVec2::new(2f64.powi(bits), 2f64.powi(bits - 1));
+        let offscreen = scene(bits as u32, Scene::Globe, Filter::Nearest);
+        for magnification in magnifications(texels.x).into_iter().step_by(3) {
+            let altitude = f64::from(SIZE[1]) / (2.0 * TANGENT * magnification * texels.x / TAU);
+            if altitude > 0.1 {
+                continue; // the camera looks past the globe
+            }
+            for (longitude, latitude, aim) in [
+                (0.3, 0.7, Aim::new(0.7, 0.3)),
+                (PI - 1e-9, -0.2, Aim::new(4.0, 0.9)),
+                (1.0, FRAC_PI_2 - 1e-9, Aim::new(2.5, 1.2)),
+            ] {
+                let pose = Pose::Globe { longitude, latitude, altitude, aim };
+                let (mut worst, mut seen) = (0f64, 0);
+                for (pixel, place) in pixels().zip(offscreen.places(&pose)) {
+                    let Some(place) = place else { continue };
+                    let east = (place.x / texels.x - 0.5) * TAU;
+                    let (at, steepness) = on_screen(&pose, east, (0.5 - place.y / texels.y) * PI);
+                    // At the limb a texel is as long as one likes.
+                    if steepness > 0.02 {
+                        worst = worst.max((at - pixel).length());
+                        seen += 1;
+                    }
+                }
+                assert!(seen > 1000, "{pose:?}: {seen}");
+                assert!(worst < 0.01, "2^{bits} at {magnification} pixels a texel, {pose:?}: {worst}");
             }
         }
     }

@@ -239,7 +239,7 @@ fn in_a_cycle_what_is_seen_through_is_wanted_and_so_is_what_lies_behind() {
 }
 
 #[test]
-fn turns_are_the_same_in_every_way() {
+fn turns_are_the_same_in_every_mode() {
     let mut stage = Stage::new();
     for count in [2u32, 3, 4, 8] {
         let mut given = vec![vec![0u32; count as usize]; 26 * 10];

@@ -9,7 +9,7 @@ use vastex_core::{
 use vastex_wgpu::twins::Texture;
 use vastex_wgpu::{FeedbackScale, FeedbackView, Filter};
 
-/// A texture, of which nothing but the tail is resident, and views of it.
+/// Finds on the CPU what views of a texture want of which nothing but the tail is resident.
 #[derive(Debug)]
 pub struct CpuFeedback {
     geometry: Geometry,

@@ -61,12 +61,13 @@ impl Gpu {
         draw: impl FnOnce(&mut wgpu::CommandEncoder, &BindGroups),
     ) -> Result<(), Error> {
         let is_reported = !self.is_drawn_apart(view);
-        let mut is_moved = false;
         if is_reported {
-            is_moved = self.fit_feedback_path(view, picture)?;
+            if self.fit_feedback_path(view, picture)? {
+                self.cells_moved = Some(frame);
+            }
             self.check_once(view, frame.saturating_sub(1))?;
         }
-        let reversed_depth = self.reversed_depth;
+        let (reversed_depth, has_moved) = (self.reversed_depth, self.cells_moved == Some(frame));
         let Some(state) = self.views.iter_mut().find(|state| state.view == view) else { return Ok(()) };
         let (ViewState { path, cycle, .. }, groups) = (state, &self.bind_groups);
         match path {
@@ -78,7 +79,7 @@ impl Gpu {
                 // The update of its frame is over already.
                 let frame = frame.saturating_sub(1);
                 self.record_feedback(encoder, view, (frame, FeedbackPass::Cycle(nth)));
-                if is_moved {
+                if has_moved {
                     self.look_again(view, frame);
                 }
             }
@@ -217,8 +218,8 @@ impl Gpu {
         self.views.iter().filter_map(ViewState::oldest).min()
     }
 
-    /// The cells moved while the frame was drawn: an application that merges entries into bind groups of its
-    /// own reported nothing in it.
+    /// The cells moved while the frame was drawn, before this view or for it: an application that merges
+    /// entries into bind groups of its own reported nothing of it where it would be read.
     fn look_again(&mut self, view: ViewId, frame: u64) {
         if let Some(state) = self.views.iter_mut().find(|state| state.view == view) {
             state.cycle.lose(frame);

@@ -38,7 +38,7 @@ impl FeedbackPass {
     }
 
     /// Width and height of both in pixels: an eighth of the picture's, of [`ViewId::EXPECTED`] a sixteenth,
-    /// rounded up.
+    /// rounded up. A view of rays has as many times the rows as a ray answers at once, up to 8.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }

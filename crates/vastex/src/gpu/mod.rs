@@ -88,6 +88,8 @@ pub(crate) struct Gpu {
     due: Option<DueFeedback>,
     /// True if the device has been polled since the last update.
     is_polled: bool,
+    /// The frame in which a main pass has last moved the cells of all views.
+    cells_moved: Option<u64>,
     undone: Undone,
     pending_tables: PendingTables,
     /// Reused between frames to avoid allocating.
@@ -151,6 +153,7 @@ impl Gpu {
             groups: Vec::new(),
             due: (settings.pace != Pace::Realtime).then(DueFeedback::default),
             is_polled: false,
+            cells_moved: None,
             undone: Undone::default(),
             pending_tables: PendingTables::default(),
             changes: Vec::new(),

@@ -26,9 +26,9 @@ pub(super) struct ViewState {
     pub(super) cycle: Cycle,
     /// The passes in which gaps are looked for.
     gaps: Cycle,
-    /// Whether it is said to rest: then it is seen whole when its gaps were looked for at all pixels.
+    /// True if it is said to rest: then it is seen whole when its gaps were looked for at all pixels.
     rests: bool,
-    /// Whether the next pass looks for gaps.
+    /// True if the next pass looks for gaps.
     seeks: bool,
     /// Frames whose feedback is to come and is of gaps, whatever has become of the view since.
     of_gaps: Vec<u64>,

@@ -203,7 +203,6 @@ impl Paging {
         self.pager.set_turns(turns);
     }
 
-    /// A view says all that it wants in as many jitter cycles.
     /// So many feedbacks of a view that rests look at all of its pixels for gaps; 0: it does not rest.
     pub(crate) fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         self.pager.set_gap_passes(view, passes);
@@ -214,6 +213,7 @@ impl Paging {
         self.pager.looks_for_gaps(view)
     }
 
+    /// A view says all that it wants in as many jitter cycles.
     pub(crate) fn set_view_turns(&mut self, view: ViewId, turns: u32) {
         self.pager.set_view_turns(view, turns);
     }

@@ -17,7 +17,7 @@ impl Textures {
     ///
     /// To be called before [`Textures::update`], once per frame; in a frame without it, the pages of the last
     /// frames stay wanted. With [`FeedbackMode::Inline`] this call draws nothing, and [`Textures::main_pass`]
-    /// does its work.
+    /// does its work, unless the main view is one of rays ([`ViewMut::set_bricks_of_a_ray`]).
     ///
     /// Fails if the picture has no pixels or more than a target can have, if the view's feedback of this
     /// frame is recorded already ([`Error::FeedbackTwice`]), and if a pass of
@@ -51,8 +51,8 @@ impl Textures {
     /// Draws the main view's picture of so many pixels: `draw` records the passes that the application draws
     /// it with. In [`FeedbackMode::Inline`] the picture itself says what it wants: its fragment shaders call
     /// `vastex_report(view, position, wanted)`, and it begins at the first pixel of its target. In other
-    /// modes only `draw` is called, so that an application that calls both this and [`Textures::feedback`]
-    /// serves every mode.
+    /// modes, and where the main view is one of rays, only `draw` is called, so that an application that
+    /// calls both this and [`Textures::feedback`] serves every mode.
     ///
     /// To be called after [`Textures::update`], once per frame. Fails as [`Textures::feedback`] does, where
     /// the mode is [`FeedbackMode::Inline`]; `draw` is not called then.

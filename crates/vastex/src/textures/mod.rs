@@ -44,8 +44,9 @@ pub use views::{ViewMut, ViewRef, ViewSettings};
 
 /// The virtual textures of a device, and the loop that keeps their pools filled.
 ///
-/// Textures of the same tile size, and formats and resolutions of the layers, share a pool; the others have
-/// their own.
+/// Textures share a pool whose tiles have the same size, whose layers have the same formats and resolutions,
+/// whose page tables lie alike ([`TableChoice`](crate::TableChoice)), and whose pages all have sides that are
+/// powers of two, or none of them.
 pub struct Textures {
     settings: Settings,
     /// What is wanted and loaded.

@@ -20,10 +20,10 @@ impl Textures {
     pub const TEXTURE_SPACE_BLEND: wgpu::BlendState = vastex_wgpu::TEXTURE_SPACE_BLEND;
 
     /// What a shader's text depends on that samples this layer, or this group: the key of its pipelines. It
-    /// is the same for all textures whose tiles have the same formats, whose page tables lie alike and whose
-    /// values are blended alike, whatever their sizes, borders, address modes and levels are
-    /// ([`TextureRef::kind`](crate::TextureRef::kind) tells them apart). Fails where there is no such texture
-    /// or group.
+    /// is the same for all textures whose layer has the same format, resolution and blending, whose page
+    /// tables lie alike, and whose pages both have sides that are powers of two or both have not, whatever
+    /// their sizes, borders, address modes and levels are ([`TextureRef::kind`](crate::TextureRef::kind)
+    /// has it for each layer). Fails where there is no such texture or group.
     pub fn kinds(&self, sampled: impl Into<Sampled>) -> Result<Kinds, Error> {
         let sampled = sampled.into();
         self.gpu.kinds(sampled).ok_or_else(|| unknown(sampled))
@@ -64,8 +64,10 @@ impl Textures {
     ///   [`Memory::set_picture`](crate::Memory::set_picture) and [`Memory::restore`](crate::Memory::restore),
     ///   and by whatever is called first after an update that failed;
     /// - by [`ViewMut::main_pass`](crate::ViewMut::main_pass), where feedback is
-    ///   [inline](crate::FeedbackMode::Inline) and the picture is larger than any before and than
-    ///   [`Settings::picture`](crate::Settings::picture).
+    ///   [inline](crate::FeedbackMode::Inline) and the view's picture is larger than any that it has had:
+    ///   that is the first picture of a view that was added, whatever its size, while the main view has
+    ///   room for [`Settings::picture`](crate::Settings::picture) from the beginning. Whatever is drawn in
+    ///   the same frame with a bind group that was kept counts a frame later.
     pub fn bind_group(&self, sampled: impl Into<Sampled>) -> Result<&wgpu::BindGroup, Error> {
         let sampled = sampled.into();
         self.gpu.bind_groups().get(sampled).ok_or_else(|| unknown(sampled))

@@ -209,7 +209,9 @@ impl ViewMut<'_> {
     /// the view's shaders at its feedback target, by a command in `encoder`, and returns what the pass is
     /// begun with. Record this in front of the pass, and [`ViewMut::end_feedback`] behind it, in the same
     /// encoder or in another one that is submitted later; record both before [`Textures::update`], and submit
-    /// them whenever you like. `None` if the mode is [`Inline`](crate::FeedbackMode::Inline). For
+    /// them whenever you like. `None` if the mode is [`Inline`](crate::FeedbackMode::Inline) and the
+    /// view is of surfaces: its main pass says what it wants. A view of rays
+    /// ([`ViewSettings::with_bricks_of_a_ray`]) has a pass of its own in every mode. For
     /// [`ViewId::EXPECTED`] it is the pass of [`Ahead::feedback`](crate::Ahead::feedback), which is worth
     /// drawing only if [`Ahead::can_look_ahead`](crate::Ahead::can_look_ahead) is true.
     ///

@@ -108,6 +108,41 @@ fn a_view_says_once_in_a_frame_what_it_wants() {
     }
 }
 
+/// Inline, the first main pass of an added view moves the cells of all views. What is drawn after it in that
+/// frame by a bind group that the application has kept reports into the old ones.
+#[test]
+fn a_view_is_looked_at_again_whose_cells_another_view_has_moved() {
+    // What each feedback of the main view wanted.
+    let wanted = |keeps: bool| {
+        let settings = Settings {
+            pace: Pace::LockStep { latency_frames: 1 },
+            feedback: Some(FeedbackMode::Inline),
+            picture: PICTURE,
+            ..settings()
+        };
+        let mut screen = Screen::showing(settings, &telling(), |textures| {
+            textures.add_blocking(property(SIZE, 16, AddressMode::Clamp)).unwrap()
+        });
+        screen.set_mapping(0, &Mapping::new(SIZE, [0.3, 0.6], 1.1, 1.0, 0.2));
+        let mirror = screen.textures.add_view(ViewSettings::default()).unwrap();
+        let kept = screen.textures.bind_group(screen.texture(0)).unwrap().clone();
+        screen.textures.ahead().trace().record();
+        for frame in 0..12 {
+            screen.textures.update().unwrap();
+            let mut first = screen.gpu.device.create_command_encoder(&Default::default());
+            screen.textures.view_mut(mirror).unwrap().main_pass(&mut first, SMALL, |_, _| ()).unwrap();
+            assert!(frame > 0 || *screen.textures.bind_group(screen.texture(0)).unwrap() != kept);
+            let then = screen.record_picture_by(PICTURE, (keeps && frame == 0).then_some(&kept));
+            screen.gpu.queue.submit([first.finish(), then.finish()]);
+        }
+        screen.textures.ahead().trace().take().unwrap().unwrap().frames().to_vec()
+    };
+    let (bound_anew, kept) = (wanted(false), wanted(true));
+    assert!(kept[0].is_empty());
+    assert!(kept[1] == bound_anew[0], "what the first position sees comes in the next frame");
+    assert!(bound_anew[2] != bound_anew[0], "positions see the same");
+}
+
 #[test]
 fn a_view_that_is_seldom_drawn_looks_at_all_of_its_pixels() {
     let pages_of = |every: u64| -> BTreeSet<PageId> {

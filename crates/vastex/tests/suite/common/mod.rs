@@ -309,12 +309,22 @@ impl Screen {
     /// The picture of a frame, which may say what it wants; not yet submitted. Its target is the screen's,
     /// whatever the picture's size.
     pub fn record_picture(&mut self, picture: [u32; 2]) -> wgpu::CommandEncoder {
+        self.record_picture_by(picture, None)
+    }
+
+    /// The same by a bind group that was kept, where there is one.
+    pub fn record_picture_by(
+        &mut self,
+        picture: [u32; 2],
+        kept: Option<&wgpu::BindGroup>,
+    ) -> wgpu::CommandEncoder {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let (shown, colour) = (&self.shown, self.colour.create_view(&Default::default()));
         let depth = self.depth.create_view(&Default::default());
         let recorded = self.textures.main_pass(&mut encoder, picture, |encoder, groups| {
             let mut pass = begin_picture(encoder, &colour, &depth);
-            draw(&mut pass, MAIN, shown, |shown| (&shown.picture, groups.get(shown.sampled).unwrap()));
+            let group = |shown: &Shown| kept.unwrap_or_else(|| groups.get(shown.sampled).unwrap());
+            draw(&mut pass, MAIN, shown, |shown| (&shown.picture, group(shown)));
         });
         recorded.unwrap();
         encoder
