@@ -44,4 +44,6 @@ pub use surface::{
     LayerOptionsError, Mesh, PlanetLight, PlanetOptions, Relief, SceneDesc, ScenePipelines, SceneRenderer,
     Tiling, Vertex, surface,
 };
-pub use view_text::{Sun, ViewPlanet, ViewText, ViewTextError, VolumePlace, VolumeViewError, VolumeViewText};
+pub use view_text::{
+    Sun, ViewPlanet, ViewText, ViewTextError, VolumeFlight, VolumePlace, VolumeViewError, VolumeViewText,
+};

@@ -98,7 +98,7 @@ pub(crate) struct ViewArgs {
     /// With --screenshot, show what the machine does beside the picture, as U does in the window
     #[arg(long, requires = "screenshot")]
     pub(crate) hud: bool,
-    /// Play a camera path over the first image (docs/camera-paths.md), again with F9
+    /// Play a camera path over the first image, or round the volume (docs/camera-paths.md), again with F9
     #[arg(long, value_name = "FILE")]
     pub(crate) camera_path: Option<PathBuf>,
     /// Draw the shapes of a GeoJSON file over the first image while guides are shown (G): in texels, or in
@@ -187,7 +187,6 @@ impl ViewArgs {
             (scene.layers.curve.is_some(), "--curve"),
             (scene.files_over().next().is_some(), "--over"),
             (self.shapes.is_some(), "--shapes"),
-            (self.camera_path.is_some(), "--camera-path"),
         ];
         match asked.iter().find(|(is_asked, _)| *is_asked) {
             Some((_, option)) => anyhow::bail!(

@@ -22,9 +22,13 @@ pub(super) struct Labels {
 }
 
 impl Labels {
-    /// The labels that are asked for over a volume: those that are named, or the volume itself where it is
-    /// one of labels. `None` if there are none.
-    pub(super) fn open(args: &RenderVolumeArgs, image: &Arc<Volume>, brick: u32) -> Result<Option<Labels>> {
+    /// The labels that are asked for over a volume, at a time, in bricks of so many voxels a side: those that
+    /// are named, or the volume itself where it is one of labels. `None` if there are none.
+    pub(super) fn open(
+        args: &RenderVolumeArgs,
+        image: &Arc<Volume>,
+        (brick, time): (u32, u64),
+    ) -> Result<Option<Labels>> {
         let (about, asked) = (image.about(), &args.look.labels);
         // Of labels by themselves a view says how they look, and which they are is known.
         let of_view = args.look.of_view.labels;
@@ -45,7 +49,7 @@ impl Labels {
             },
         };
         let of_labels = volume.about();
-        let time = if of_labels.times > 1 { args.look.time() } else { 0 };
+        let time = if of_labels.times > 1 { time } else { 0 };
         let options = VolumeOptions {
             labels: Some(true),
             time,

@@ -9,6 +9,7 @@ mod asked;
 mod recorded;
 mod reference;
 mod summary;
+mod times;
 mod watch;
 
 use std::process::ExitCode;
@@ -17,30 +18,27 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
 use vastex::wgpu::{self, PollType, TextureFormat};
-use vastex::{
-    Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, TextureSettings, Textures, TileSource,
-    ViewId,
-};
+use vastex::{Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, Textures, TileSource, ViewId};
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
     VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView, drawable_range,
-    frames_to_ask, usual_channel_color, volume_tables,
+    frames_to_ask, usual_channel_color,
 };
 use vastex_volume::{Volume, VolumeAbout, VolumeOptions, VolumeSource};
 
-use self::asked::Asked;
 pub(crate) use self::asked::no_volume;
 #[cfg(feature = "record")]
 pub(crate) use self::recorded::{Recorded, recorded};
 use self::summary::Summary;
+use self::times::AtTime;
 use self::watch::Watch;
 use super::render_labels::Labels;
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
 use crate::made_levels::LevelMaker;
 use crate::pictures::PictureOutput;
-use crate::{disk_cache, gpu, report};
+use crate::{gpu, report};
 
 /// Frames that the last picture waits for at most.
 const MOST_FRAMES: u64 = 10_000;
@@ -50,16 +48,15 @@ const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
 pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let source = args.source.display().to_string();
     let mut output = PictureOutput::at(args.output.as_deref(), args.path.format)?;
-    let path = along::path_of(args)?;
-    let asked = Asked::open(args)?;
+    let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     let (mut drawing, brick) = asked.drawing(args, &gpu, watch.disk.as_ref())?;
     watch.begin(&mut drawing);
-    let of_path = (path.as_ref(), asked.volume.about());
     let (converged, picture) =
-        along::draw(&mut drawing, of_path, &mut output, &mut watch).context(source.clone())?;
+        along::draw((&mut drawing, brick), (path.as_ref(), &mut asked), &mut output, &mut watch)
+            .context(source.clone())?;
     let watched = watch.end(args, &mut drawing).context(source.clone())?;
     let mut summary = Summary::new(&drawing, (&asked.volume, brick), converged, watched);
     if args.compare && converged {
@@ -104,13 +101,13 @@ pub(crate) fn box_of(about: &VolumeAbout) -> Result<VolumeBox> {
 fn source_of(
     args: &RenderVolumeArgs,
     volume: &Arc<Volume>,
-    asked: &AskedChannel,
+    (asked, time): (&AskedChannel, u64),
     brick: u32,
 ) -> Result<Arc<VolumeSource>> {
     let options = VolumeOptions {
         brick,
         channel: asked.channel,
-        time: args.look.time(),
+        time,
         cache: args.cache(),
         // What is kept serves other runs, whatever they look at.
         makes_all: args.cache().is_some(),
@@ -159,38 +156,8 @@ impl<'a> Drawing<'a> {
             ..Settings::default()
         };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let shown: Vec<_> = channels.iter().copied().zip(sources.iter().cloned()).collect();
-        let mut ids = Vec::new();
-        for source in sources {
-            let voxels = Some(source.levels().clone());
-            let page_table = volume_tables(source.description().geometry.page_count(), channels.len());
-            let own = TextureSettings { voxels, page_table, ..TextureSettings::default() };
-            let tiles = disk_cache::before_volume(source, disk);
-            let prepared = textures.preparer().read_blocking(tiles, own)?;
-            ids.push(textures.add(prepared)?);
-        }
-        if let Some(lacking) = sources.iter().find(|source| source.has_levels_to_make()) {
-            let path = &lacking.volume().about().path;
-            report::say(&format!("note: {path}: levels that the file lacks are made meanwhile"));
-        }
-        let maker = LevelMaker::start(ids.iter().copied().zip(sources.iter().cloned()).collect())?;
-        let plain: Vec<VolumeChannel> = ids.into_iter().map(VolumeChannel::new).collect();
-        let channels = all_as_shown(args, &plain, &shown)?;
-        let iso = args.look.iso.zip(sources.first()).map(|(iso, source)| sampled(source, iso));
-        let shown_labels =
-            labels.map(|labels| labels.add(args, &mut textures, sources.is_empty())).transpose()?;
-        let desc = VolumeDesc {
-            mode: args.look.mode(),
-            step: args.look.step(),
-            density: args.look.density(),
-            clip,
-            // In the middle of what is seen, where a view leaves it there.
-            iso: iso.unwrap_or_else(|| middle_of(&channels)) as f32,
-            is_exact: args.filter == VolumeFilter::Exact,
-            labels: shown_labels,
-            ..VolumeDesc::new(of, channels)
-        };
-        let renderer = VolumeRenderer::new(gpu, &mut textures, desc, PICTURE)?;
+        let at = AtTime::new((args, gpu), &mut textures, (of, channels, sources), labels, (clip, disk))?;
+        let AtTime { shown, maker, renderer } = at;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
         let (frames, most_frames, faults) = (0, MOST_FRAMES, Vec::new());
         Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, most_frames, faults })

@@ -9,7 +9,7 @@
 //! of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`, `links`).
 //! `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title,
 //! `times` what is measured of it, `remembered` what it was like when it was closed last. Of volumes
-//! `volume_work` reads what is needed.
+//! `volume_work` reads what is needed, and `volume_flight` moves them along paths.
 
 mod bookmarks;
 mod clipboard;
@@ -40,6 +40,8 @@ mod times;
 mod title;
 mod viewer;
 #[cfg(feature = "volumes")]
+mod volume_flight;
+#[cfg(feature = "volumes")]
 mod volume_work;
 
 use std::path::{Path, PathBuf};
@@ -51,7 +53,9 @@ use anyhow::{Context, Error, Result, anyhow};
 use glam::DVec2;
 use vastex::GpuError;
 use vastex_scenes::{Pose, Scene};
-use vastex_viewer::camera::Controller;
+#[cfg(feature = "volumes")]
+use vastex_viewer::VolumeFlight;
+use vastex_viewer::camera::{Controller, Flight};
 use vastex_viewer::input::Input;
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
@@ -64,7 +68,6 @@ use crate::open::{self, Lies};
 use crate::{report, screenshot};
 use dialog::Chosen;
 use files::{Files, Folder};
-use flight::Flight;
 use links::{AskedBefore, Linked};
 use opening::{Openings, Report};
 use outgoing::Shots;
@@ -132,6 +135,8 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         before_link: None,
         keeps_camera: false,
         flight: Flight::default(),
+        #[cfg(feature = "volumes")]
+        volume_flight: VolumeFlight::default(),
         shots: Shots::default(),
         to_play: args.camera_path.clone(),
         lost_devices: 0,
@@ -192,6 +197,8 @@ struct App {
     /// True if they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
     flight: Flight,
+    #[cfg(feature = "volumes")]
+    volume_flight: VolumeFlight,
     shots: Shots,
     /// A camera path that is to be played once there is something to see.
     to_play: Option<PathBuf>,
@@ -260,6 +267,8 @@ impl App {
             self.play_file(events, &file)?;
         }
         self.keep_fitted();
+        #[cfg(feature = "volumes")]
+        self.lead_volume();
         let camera = &mut self.cameras[self.scene as usize];
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
         let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());

@@ -7,13 +7,14 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use vastex_scenes::Scene;
+use vastex_viewer::CameraPath;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
 use super::clipboard::Copied;
 use super::flight::free_name;
-use super::{App, Message, Open};
+use super::{App, Message, Open, flight};
 use crate::args::ViewArgs;
 use crate::output::Output;
 use crate::report;
@@ -23,6 +24,11 @@ static CHOOSING: Mutex<()> = Mutex::new(());
 
 /// How long the end of a program waits for pictures that were asked for.
 const LONGEST_END: Duration = Duration::from_secs(20);
+
+/// What is said where a recording begins, and where no path is there to be played.
+pub(super) const RECORDING: &str = "the camera is recorded; F8 ends that and writes the path";
+pub(super) const NO_PATH: &str =
+    "there is no camera path to play; F8 records one, and files of them can be dropped here";
 
 /// Pictures that are being drawn, each on a thread and a device of its own; and what was copied.
 #[derive(Default)]
@@ -115,19 +121,28 @@ impl App {
 
     /// Notes where the camera goes from here on, or ends that and writes it down.
     pub(super) fn record_or_end(&mut self) {
+        #[cfg(feature = "volumes")]
+        if self.shows_volume() {
+            return self.record_or_end_of_volume();
+        }
         let (now, pose) = (self.begun.elapsed(), self.cameras[self.scene as usize].pose());
         let Some(open) = &self.open else { return };
         if !self.flight.is_recording() {
             self.flight.begin_recording(now, pose);
-            return self.notice("the camera is recorded; F8 ends that and writes the path");
+            return self.notice(RECORDING);
         }
         let image = open.viewer.image_size();
+        let text = self.flight.end_recording(now, pose).map(|path| path.to_text(image));
+        self.write_path(text);
+    }
+
+    /// Writes down a path that was recorded.
+    pub(super) fn write_path(&mut self, text: Option<String>) {
         let source = self.shown_path().to_owned();
-        let place = (Path::new(""), &*source);
-        match self.flight.end_recording((now, pose), place, image) {
-            Ok(Some(file)) => self.say_done(&format!("the camera path is {}; F9 plays it", file.display())),
-            Ok(None) => self.say_done("nothing was recorded"),
-            Err(error) => self.say_wrong("camera path", &report::message(&error)),
+        match text.map(|text| flight::write_path(&text, Path::new(""), &source)) {
+            Some(Ok(file)) => self.say_done(&format!("the camera path is {}; F9 plays it", file.display())),
+            None => self.say_done("nothing was recorded"),
+            Some(Err(error)) => self.say_wrong("camera path", &report::message(&error)),
         }
     }
 
@@ -139,6 +154,11 @@ impl App {
 
     /// Plays the path that was recorded or read last.
     pub(super) fn play(&mut self, events: &ActiveEventLoop) -> Result<()> {
+        #[cfg(feature = "volumes")]
+        if self.shows_volume() {
+            self.play_in_volume();
+            return Ok(());
+        }
         match self.flight.play(self.begun.elapsed()) {
             Some(pose) => {
                 let scene = pose.scene(self.scene);
@@ -149,18 +169,24 @@ impl App {
                 self.cameras[self.scene as usize] = Controller::new(pose);
                 self.open.iter_mut().for_each(|open| open.viewer.jumped());
             }
-            None => self.notice(
-                "there is no camera path to play; F8 records one, and files of them can be dropped here",
-            ),
+            None => self.notice(NO_PATH),
         }
         Ok(())
     }
 
     /// Plays the path of a file.
     pub(super) fn play_file(&mut self, events: &ActiveEventLoop, file: &Path) -> Result<()> {
+        #[cfg(feature = "volumes")]
+        if self.shows_volume() {
+            self.play_file_in_volume(file);
+            return Ok(());
+        }
         let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
-        match self.flight.read(file, image) {
-            Ok(()) => self.play(events),
+        match flight::read_path(file, |text| CameraPath::from_text(text, image)) {
+            Ok(path) => {
+                self.flight.set_path(path);
+                self.play(events)
+            }
             Err(error) => {
                 self.say_wrong("camera path", &report::message(&error));
                 Ok(())

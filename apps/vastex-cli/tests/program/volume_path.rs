@@ -68,6 +68,44 @@ fn what_is_wrong_with_a_path_is_told() {
     }
 }
 
+/// Slices and times of a path, of a volume whose voxels are `10 * z` at the first time and 100 more at the
+/// second.
+#[test]
+fn a_path_leads_through_slices_and_times() {
+    let sandbox = Sandbox::new();
+    let voxels: Vec<u8> =
+        (0..2u8).flat_map(|t| (0..10u8).flat_map(move |z| [100 * t + 10 * z; 64])).collect();
+    sandbox.write("stack.raw", &voxels);
+    sandbox.write(
+        "stack.raw.toml",
+        b"width = 8\nheight = 8\ndepth = 10\ntimes = 2\nsample = \"u8\"\norder = \"planar\"\n",
+    );
+    let camera = "volume:x=4,y=4,z=5,zoom=1,yaw=0,pitch=0";
+    let line = |z: u32, time: u32| format!("{camera};slices=4,4,{z};time={time}");
+    let path = format!("vastex path 1\nfps 1\n0 {}\n1 {}\n2 {}\n", line(2, 0), line(7, 0), line(7, 1));
+    sandbox.write("slices.path", path.as_bytes());
+    let shown = format!("--view {camera};panes=z;channel=0:color=ffffff:range=0..255 --size 32x32");
+    let words = format!("render stack.raw {shown} --camera-path slices.path --json -o s-%d.png");
+    let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
+    assert_eq!(told["converged"], true, "{told}");
+    let middle = |name: &str| sandbox.read_rgb(name)[16 * 32 + 16];
+    for (nth, value) in [20, 70, 170].into_iter().enumerate() {
+        let seen = middle(&format!("s-{nth}.png"));
+        assert!(seen.iter().all(|code| code.abs_diff(value) <= 1), "{nth}: {seen:?}, not {value}");
+    }
+    // All of it is seen along y where no slice is asked for alone, at the path's time: at z = 5 in the middle.
+    let words = "render stack.raw --on volume --channels 0:ffffff:0..255 --size 32x32 --camera-path slices.path -o v-%d.png";
+    sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
+    for (nth, value) in [48, 48, 148].into_iter().enumerate() {
+        let seen = middle(&format!("v-{nth}.png"));
+        assert!(seen.iter().all(|code| code.abs_diff(value) <= 3), "{nth}: {seen:?}, not {value}");
+    }
+    sandbox.write("late.path", path.replace("time=1", "time=5").as_bytes());
+    let words = "render stack.raw --on volume --size 32x32 --camera-path late.path -o v-%d.png";
+    let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(1).stderr;
+    assert!(told.contains("late.path: time=5: ") && told.contains("has the times 0 to 1"), "{told}");
+}
+
 /// A text with a tilted slice alone is drawn as the plane that it is.
 #[test]
 fn a_tilted_slice_is_a_plane() {

@@ -31,7 +31,7 @@ const LATEST: f64 = 86_400.0;
 const MOST_KEYS: usize = 100_000;
 /// How far what is left out of a recording may lie from where the camera was: in halves of the view's height
 /// and in angles.
-const TOLERANCE: f64 = 0.002;
+pub(crate) const TOLERANCE: f64 = 0.002;
 
 /// A text is no camera path.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -129,10 +129,10 @@ impl<P: PathPlace> CameraPath<P> {
                 }
                 if other.kind() != pose.kind() {
                     let (this, other) = (pose.kind(), other.kind());
-                    return Err(error(
-                        number,
-                        format!("a view of {this} after one of {other}: a path has one scene"),
-                    ));
+                    let why = format!(
+                        "a view of {this} after one of {other}: a path has one scene, and each line says as much as the others"
+                    );
+                    return Err(error(number, why));
                 }
             }
             if keys.len() == MOST_KEYS {
@@ -223,9 +223,21 @@ impl CameraPath {
     /// takes to pass close to all of them: to a five-hundredth of the view. Where poses of another scene
     /// begin, it ends. Nothing without a pose.
     pub fn recorded(rate: f64, seen: &[(f64, Pose)]) -> Option<CameraPath> {
+        CameraPath::recorded_with(rate, seen, scales_of)
+    }
+}
+
+impl<P: PathPlace> CameraPath<P> {
+    /// The same of other places; `scales` says how much of each channel is as far as half of a view's height
+    /// at a place.
+    pub(crate) fn recorded_with(
+        rate: f64,
+        seen: &[(f64, P)],
+        scales: impl Fn(&P) -> PathChannels,
+    ) -> Option<CameraPath<P>> {
         let (begin, first) = seen.first()?;
         let of_one_kind = seen.iter().take_while(|(_, pose)| pose.kind() == first.kind());
-        let mut keys: Vec<(f64, Pose)> = Vec::new();
+        let mut keys: Vec<(f64, P)> = Vec::new();
         for (time, pose) in of_one_kind {
             let time = ((time - begin) * 1000.0).round() / 1000.0;
             if time > LATEST || keys.len() == MOST_KEYS {
@@ -241,7 +253,10 @@ impl CameraPath {
         stays.dedup();
         loop {
             let path = CameraPath::new(rate, stays.iter().map(|&n| keys[n]).collect())?;
-            let away = |&n: &usize| distance(&keys[n].1, &channels[n], &path.channels_at(keys[n].0));
+            let away = |&n: &usize| {
+                let place = &keys[n].1;
+                distance(place, &scales(place), [&channels[n], &path.channels_at(keys[n].0)])
+            };
             let farthest = |part: &[usize]| {
                 let within = part[0] + 1..part[1];
                 within.max_by(|a, b| away(a).total_cmp(&away(b))).filter(|n| away(n) > TOLERANCE)
@@ -271,18 +286,20 @@ fn continuous<P: PathPlace>(keys: &[(f64, P)]) -> Vec<PathChannels> {
     all
 }
 
-/// How far one place is from another, in views and angles.
-fn distance(pose: &Pose, a: &PathChannels, b: &PathChannels) -> f64 {
+/// How much of each channel is as far as half of the view's height, and 1 of angles and of even factors.
+fn scales_of(pose: &Pose) -> PathChannels {
     let view = match pose {
         Pose::Image { zoom, .. } => 1.0 / zoom,
         Pose::Plane { eye, .. } => eye.z.abs().max(1e-9),
         Pose::Globe { altitude, .. } => *altitude,
     };
-    let scales: PathChannels = match pose {
-        Pose::Image { .. } | Pose::Globe { .. } => [view, view, 1.0, 1.0, 1.0, 1.0],
-        Pose::Plane { .. } => [view, view, view, 1.0, 1.0, 1.0],
-    };
-    let angles = pose.angles();
+    let lengths = if matches!(pose, Pose::Plane { .. }) { 3 } else { 2 };
+    std::array::from_fn(|nth| if nth < lengths { view } else { 1.0 })
+}
+
+/// How far one place is from another, in views and angles.
+fn distance<P: PathPlace>(place: &P, scales: &PathChannels, [a, b]: [&PathChannels; 2]) -> f64 {
+    let angles = place.angles();
     let apart = |n: usize| {
         let apart = a[n] - b[n];
         if angles.contains(&n) { apart - (apart / TAU).round() * TAU } else { apart }
@@ -410,7 +427,7 @@ mod tests {
         assert!(path.keys().len() < 90, "{}", path.keys().len());
         for (time, pose) in &seen {
             let (seen, played) = (pose.channels(), path.pose(time - 100.0).channels());
-            let away = distance(pose, &seen, &played);
+            let away = distance(pose, &scales_of(pose), [&seen, &played]);
             assert!(away < 2.0 * TOLERANCE, "{time}: {away}");
         }
         assert_eq!(CameraPath::recorded(30.0, &[]), None);

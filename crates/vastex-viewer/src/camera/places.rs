@@ -8,8 +8,8 @@ use super::aim::Aim;
 use super::orientation::Orientation;
 use super::pose::Pose;
 
-/// Numbers of a place that can be mixed.
-pub type PathChannels = [f64; 6];
+/// Numbers of a place that can be mixed; a place that has fewer leaves the last ones 0.
+pub type PathChannels = [f64; 20];
 
 /// A place that a camera path leads through.
 pub trait PathPlace: Copy + PartialEq {
@@ -23,6 +23,11 @@ pub trait PathPlace: Copy + PartialEq {
     fn angles(&self) -> &'static [usize];
 }
 
+/// Channels of a place that has fewer than there are.
+fn filled<const N: usize>(own: [f64; N]) -> PathChannels {
+    std::array::from_fn(|nth| own.get(nth).copied().unwrap_or(0.0))
+}
+
 impl PathPlace for Pose {
     fn kind(&self) -> &'static str {
         match self {
@@ -33,18 +38,18 @@ impl PathPlace for Pose {
     }
 
     fn channels(&self) -> PathChannels {
-        match *self {
+        filled(match *self {
             Pose::Image { centre, zoom, orientation } => {
-                [centre.x, centre.y, zoom.ln(), orientation.degrees().to_radians(), 0.0, 0.0]
+                [centre.x, centre.y, zoom.ln(), orientation.degrees().to_radians(), 0.0]
             }
-            Pose::Plane { eye, yaw, pitch } => [eye.x, eye.y, eye.z, yaw, pitch, 0.0],
+            Pose::Plane { eye, yaw, pitch } => [eye.x, eye.y, eye.z, yaw, pitch],
             Pose::Globe { longitude, latitude, altitude, aim } => {
-                [longitude, latitude, altitude.ln(), aim.heading(), aim.tilt(), 0.0]
+                [longitude, latitude, altitude.ln(), aim.heading(), aim.tilt()]
             }
-        }
+        })
     }
 
-    fn at(&self, [a, b, c, d, e, _]: PathChannels) -> Pose {
+    fn at(&self, [a, b, c, d, e, ..]: PathChannels) -> Pose {
         match self {
             Pose::Image { orientation, .. } => {
                 let orientation = Orientation::new(d.to_degrees(), orientation.is_mirrored());

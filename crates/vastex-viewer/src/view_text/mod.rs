@@ -7,6 +7,7 @@
 //! What a text says nothing of stays as it is; but one that names layers says all of how they are shown, so
 //! that they are compared as it says, or not at all.
 
+mod flight;
 mod heights;
 mod place;
 mod planet;
@@ -19,6 +20,7 @@ use crate::layers::{CompareMode, MOST_LAYERS};
 use crate::overlay::Overlay;
 use crate::scene::Scene;
 use crate::surface::{DisplayOptions, Heights, LayerOptions, PlanetOptions};
+pub use flight::VolumeFlight;
 pub use place::VolumePlace;
 pub use planet::{ParseSunError, Sun, ViewPlanet};
 pub use volume::{VOLUME_KEYS, ViewChannel, ViewLabels, ViewSlices, VolumeViewError, VolumeViewText};

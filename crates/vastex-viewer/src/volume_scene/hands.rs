@@ -44,6 +44,7 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("K", "play the times, or stop"),
         ("C", "black and white of each channel by its values"),
         ("0, R, Home, double click", "all of it, as at first"),
+        ("F8, F9", "record where camera, slices and time go into a file, and end that; play it"),
     ],
 )];
 

@@ -29,6 +29,7 @@ mod volume_bright;
 mod volume_feedback;
 mod volume_levels;
 mod volume_life;
+mod volume_paths;
 mod volume_real;
 mod volume_reference;
 mod volume_rest;

@@ -56,8 +56,8 @@ pub(crate) struct Host {
     pub(crate) scene: VolumeScene,
     sources: Vec<((usize, u64), Arc<Even>)>,
     /// Channels that are not read, until they are.
-    held: Vec<(usize, u64)>,
-    holds: bool,
+    pub(crate) held: Vec<(usize, u64)>,
+    pub(crate) holds: bool,
     /// Times that have no labels.
     pub(crate) bare: Vec<u64>,
 }
@@ -97,7 +97,7 @@ impl Host {
         Host::new(channels, times, Pace::LockStep { latency_frames: 1 })
     }
 
-    fn read(&mut self, (channel, time): (usize, u64)) {
+    pub(crate) fn read(&mut self, (channel, time): (usize, u64)) {
         let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
         let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
         let value = (40 * (channel as u64 + 1) + time) as u8;

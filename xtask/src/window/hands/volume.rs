@@ -1,10 +1,12 @@
 //! A volume in the window under the hands of a person: slices, 3-D, modes, channels, and a window at rest.
 
+use std::fs;
 use std::path::Path;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 
 use super::super::display::{Display, SIZE};
+use super::super::program;
 use super::Window;
 use crate::shell;
 
@@ -28,13 +30,25 @@ const MORE_THAN_LINES: usize = 1200;
 const EMISSION: [usize; 2] = [WINDOW[0] - 106, 195];
 const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
 
-/// Opens a volume of three channels, goes through its slices, turns it, shows it alone and by another mode,
-/// hides a channel, and ends. After steps that are quick to draw the window comes to rest.
+/// A path that is played as the window opens.
+const PATH: &str = "vastex path 1\n0 volume:x=49,y=58,z=47,zoom=1,yaw=30,pitch=20;slices=49,58,40\n\
+    0.5 volume:x=49,y=58,z=47,zoom=1.2,yaw=70,pitch=10;slices=49,58,47\n";
+/// Rows at the top in which the mode's name and the panel's button stand over the picture.
+const OVER: usize = 40;
+/// By how much a code of a pixel may differ from `vastex render`'s.
+const ROUNDING: u8 = 2;
+
+/// Opens a volume of three channels along a path, goes through its slices, turns it, shows it alone, records
+/// a path and plays both, shows it by another mode, hides a channel, and ends. After steps that are quick to
+/// draw the window comes to rest.
 pub(in super::super) fn use_volume(place: &Path) -> Result<()> {
     let display = Display::start(place)?;
     let size = format!("{}x{}", WINDOW[0], WINDOW[1]);
     let volume = shell::root().join(VOLUME);
-    Window::hold(&display, place, &volume, &["--size", &size], Window::look_at_volume)
+    let path = place.join("opening.path");
+    fs::write(&path, PATH)?;
+    let first = ["--size", &size, "--camera-path", &path.to_string_lossy()];
+    Window::hold(&display, place, &volume, &first, Window::look_at_volume)
 }
 
 impl Window<'_> {
@@ -72,19 +86,59 @@ impl Window<'_> {
         })?;
         self.costs_nothing()?;
         self.keep("04-space")?;
+        self.go_along_paths()?;
         self.key("m")?;
         self.rest()?;
         let before = self.around(ALONE[1])?;
         self.click(EMISSION)?;
         self.until("another mode", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
-        self.keep("05-emission")?;
+        self.keep("06-emission")?;
         let before = self.around(ALONE[1])?;
         self.click(FIRST_CHANNEL)?;
         self.until("one channel fewer", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
-        self.keep("06-channels")?;
+        self.keep("07-channels")?;
         let ended = self.quit()?;
         ensure!(ended.success(), "it ended with {ended}");
         Ok(())
+    }
+
+    /// Plays the path of the beginning, records another one and plays that: each ends at the view of its last
+    /// line, as `vastex render` draws it.
+    fn go_along_paths(&mut self) -> Result<()> {
+        self.key("g")?;
+        self.key("F9")?;
+        self.ends_at(&self.place.join("opening.path"))?;
+        self.key("F8")?;
+        self.rest()?;
+        self.drag([ALONE[0], [ALONE[0][0] - 120, ALONE[0][1] - 40]])?;
+        self.rest()?;
+        self.key("F8")?;
+        let recorded = self.place.join("head-1.path");
+        self.until("a path that was recorded", |_| recorded.exists().then_some(()))?;
+        self.drag([ALONE[0], [ALONE[0][0] + 60, ALONE[0][1] + 90]])?;
+        self.key("F9")?;
+        self.ends_at(&recorded)?;
+        self.keep("05-along-a-path")?;
+        self.key("g")
+    }
+
+    /// Waits until the window shows the view of a path's last line, and nothing else.
+    fn ends_at(&mut self, path: &Path) -> Result<()> {
+        let text = fs::read_to_string(path)?;
+        let (_, last) = text.trim_end().rsplit_once(' ').context("a path without a place")?;
+        let (picture, size) = (self.place.join("last.rgba"), format!("{}x{}", WINDOW[0], WINDOW[1]));
+        let mut render = shell::command(&program().to_string_lossy());
+        render.args(["render", VOLUME, "--view", &format!("{last};panes=3d"), "--size", &size]);
+        shell::run(render.args(["--format", "raw", "-o"]).arg(&picture))?;
+        let drawn = fs::read(&picture)?;
+        self.until("the view of a path's last line", |window| {
+            let seen = window.display.look(0..WINDOW[0]).ok()?;
+            let pairs = drawn.chunks_exact(4).zip(seen.chunks_exact(4)).skip(OVER * WINDOW[0]);
+            let is_near = |(drawn, seen): (&[u8], &[u8])| {
+                (0..3).all(|channel| drawn[channel].abs_diff(seen[2 - channel]) <= ROUNDING)
+            };
+            pairs.map(is_near).all(|is_near| is_near).then_some(())
+        })
     }
 
     /// The pixels around a place.

@@ -12,8 +12,8 @@ use super::{RenderVolumeArgs, Toward, VolumeScene};
 #[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct VolumePathArgs {
     /// A file in which places of the camera are written down, each as volume:x=..,y=..,z=..,zoom=..,yaw=..,
-    /// pitch=.. (docs/camera-paths.md): every picture of it is drawn. What is shown there --view and the
-    /// other options say
+    /// pitch=.., perhaps with slices=.. and time=.. (docs/camera-paths.md): every picture of it is drawn.
+    /// What is shown there --view and the other options say; with a --view of one slice that one is drawn
     #[arg(long, value_name = "FILE")]
     pub(crate) camera_path: Option<PathBuf>,
     /// Draw so many pictures of the path
@@ -30,9 +30,9 @@ impl VolumePathArgs {
     pub(super) fn check(&self, args: &RenderVolumeArgs) -> Result<(), clap::Error> {
         if self.camera_path.is_some() {
             let why = match (args.on, &args.view) {
-                (VolumeScene::Slices, _) => {
-                    Some("'--camera-path': it leads round a volume; use it with --on volume")
-                }
+                (VolumeScene::Slices, _) => Some(
+                    "'--camera-path': use it with --on volume; for slices of a path add --view 'volume:..;panes=z'",
+                ),
                 (_, Some(Toward::Face(_) | Toward::Around { .. })) => Some(
                     "'--camera-path': it says from where the volume is seen, and --view does; leave out one of them",
                 ),

@@ -11,7 +11,7 @@ use vastex_tiles::DiskTier;
 use vastex_viewer::VolumeViewText;
 use vastex_viewer::volume::{FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeClip, VolumePlane, VolumeView};
 use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
-use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, open};
+use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeSource, open};
 
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
@@ -26,6 +26,8 @@ pub(super) struct Asked {
     pub(super) volume: Arc<Volume>,
     pub(super) channels: Vec<AskedChannel>,
     pub(super) view: (VolumeView, VolumeClip),
+    /// The time, from 0.
+    pub(super) time: u64,
 }
 
 impl Asked {
@@ -38,7 +40,7 @@ impl Asked {
         let view = view_of(args, volume.about())?;
         check_step(args, volume.about())?;
         let channels = channels_of(args, volume.about())?;
-        Ok(Asked { volume, channels, view })
+        Ok(Asked { volume, channels, view, time: args.look.time() })
     }
 
     /// Puts what is seen into textures, with the disk cache before it, and gives the side of its bricks in
@@ -55,20 +57,30 @@ impl Asked {
         let large = large_bricks(about, filters)?;
         let pool = args.pool_mib.map(|mib| mib << 20);
         let brick = brick_side(pool, large, self.channels.len().max(1) as u64);
-        let labels = Labels::open(args, &self.volume, brick)?;
+        let labels = self.labels(args, brick)?;
         if args.compare && labels.is_some() {
             bail!("--compare: labels are compared with nothing; compare the image without them");
         }
         if self.channels.is_empty() && labels.is_none() {
             bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
         }
-        let sources = self.channels.iter().map(|channel| source_of(args, &self.volume, channel, brick));
-        let sources = sources.collect::<Result<Vec<_>>>()?;
+        let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
         let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
         let shown = (box_of(about)?, &self.channels[..], &sources[..]);
         let drawing = Drawing::new(args, gpu, shown, labels.as_ref(), self.view, (bytes, disk));
         Ok((drawing.context(source)?, brick))
+    }
+
+    /// The channels at the time.
+    pub(super) fn sources(&self, args: &RenderVolumeArgs, brick: u32) -> Result<Vec<Arc<VolumeSource>>> {
+        let of = |channel| source_of(args, &self.volume, (channel, self.time), brick);
+        self.channels.iter().map(of).collect()
+    }
+
+    /// The labels over them, if any are shown.
+    pub(super) fn labels(&self, args: &RenderVolumeArgs, brick: u32) -> Result<Option<Labels>> {
+        Labels::open(args, &self.volume, (brick, self.time))
     }
 }
 

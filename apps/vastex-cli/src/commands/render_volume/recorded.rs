@@ -5,7 +5,6 @@ use vastex::Textures;
 use vastex_scenes::{Gpu, Picture};
 
 use super::along;
-use super::asked::Asked;
 use super::watch::Watch;
 use crate::args::RenderVolumeArgs;
 use crate::pictures::PictureOutput;
@@ -22,12 +21,12 @@ pub(crate) struct Recorded {
 
 /// Draws what is asked for, in lock-step.
 pub(crate) fn recorded(args: &RenderVolumeArgs, gpu: &Gpu) -> Result<Recorded> {
-    let path = along::path_of(args)?;
-    let asked = Asked::open(args)?;
+    let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;
-    let (mut drawing, _) = asked.drawing(args, gpu, None)?;
+    let (mut drawing, brick) = asked.drawing(args, gpu, None)?;
     drawing.textures.ahead().trace().record();
-    let of_path = (path.as_ref(), asked.volume.about());
-    let (converged, picture) = along::draw(&mut drawing, of_path, &mut PictureOutput::Nothing, &mut watch)?;
+    let of_path = (path.as_ref(), &mut asked);
+    let output = &mut PictureOutput::Nothing;
+    let (converged, picture) = along::draw((&mut drawing, brick), of_path, output, &mut watch)?;
     Ok(Recorded { converged, picture, textures: drawing.textures })
 }

@@ -39,7 +39,7 @@ pub(super) fn compare(
         );
     }
     let brick = u32::try_from(longest.next_power_of_two()).context("a side of the volume")?;
-    let sources = channels.iter().map(|channel| source_of(args, volume, channel, brick));
+    let sources = channels.iter().map(|channel| source_of(args, volume, (channel, args.look.time()), brick));
     let sources: Vec<Arc<VolumeSource>> = sources.collect::<Result<_>>()?;
     let filters = VolumeFilters::of(&gpu.device, &gpu.queue);
     let of_channel = |source: &Arc<VolumeSource>| {

@@ -1,25 +1,24 @@
-//! A volume in the window: it takes the place of an image, with the same panel, messages and title beside it.
+//! A volume in the window: it takes the place of an image, with the same panel, messages and title beside it
+//! (`panels`).
+
+mod panels;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::{Error, Result, anyhow};
-use egui::{Rect, TextureId};
+use egui::TextureId;
 use glam::DVec2;
 use vastex::Settings;
-use vastex_viewer::VolumeViewText;
-use vastex_viewer::hud::{HudChange, HudData};
 use vastex_viewer::input::{Action, InputEvent};
-use vastex_viewer::panels::{
-    VolumeChange, VolumePanel, VolumePanes, VolumeStatus, VolumeValues, status_line, volume_status_text,
-};
+use vastex_viewer::panels::{VolumePanel, VolumeValues};
 use vastex_viewer::volume::VolumeError;
 use vastex_viewer::volume_scene::{
     VolumeAsked, VolumeHeard, VolumeLook, VolumePane, VolumePictures, VolumeScene,
 };
+use vastex_viewer::{VolumeFlight, VolumeViewText};
 
 use super::super::display::Display;
-use super::super::panel::volume::StatusOfVolume;
 use super::super::title::TitleParts;
 use super::super::volume_work::{Done, VolumeWork};
 use super::{SLOW, Viewer, Wake};
@@ -47,6 +46,8 @@ pub(super) struct VolumeShown {
     /// would have been another.
     shown: Option<(Instant, [u32; 2])>,
     rests: bool,
+    /// True if a path moves it.
+    is_led: bool,
 }
 
 /// Between two frames that are shown while bricks are asked for and nothing else changes, and between two
@@ -86,6 +87,7 @@ impl Viewer {
             is_stale: true,
             shown: None,
             rests: false,
+            is_led: false,
         }));
         self.wake();
         Ok(())
@@ -113,6 +115,21 @@ impl Viewer {
         self.volume.iter_mut().for_each(|volume| volume.is_stale = true);
     }
 
+    /// The volume that is shown, if one is, apart from the window.
+    pub(in super::super) fn volume_scene(&mut self) -> Option<&mut VolumeScene> {
+        self.volume.as_mut().map(|volume| &mut volume.scene)
+    }
+
+    /// Has a path move the volume before its next frame, if one is shown.
+    pub(in super::super) fn lead_volume(&mut self, now: Duration, flight: &mut VolumeFlight) {
+        if let Some(volume) = &mut self.volume {
+            let before = volume.scene.look.clone();
+            flight.lead(now, &mut volume.scene);
+            volume.is_stale |= volume.scene.look != before;
+            volume.is_led = flight.is_playing();
+        }
+    }
+
     /// An image is displayed.
     pub(super) fn forget_volume(&mut self) {
         self.volume = None;
@@ -128,7 +145,8 @@ impl Viewer {
         use Action::*;
         let is_of_window = matches!(action, Panel | EnterPanel | About | Hud | Keys | FillScreen);
         let is_of_any = matches!(action, Guides | Values | File(_) | Open | Screenshot(_)) || is_of_window;
-        let is_other = matches!(action, CopyView | CopyLink | PasteView | Redraw | Quit) || is_of_any;
+        let goes_out = matches!(action, CopyView | CopyLink | PasteView | Record | Play);
+        let is_other = goes_out || matches!(action, Redraw | Quit) || is_of_any;
         self.shows_volume() && !is_other
     }
 
@@ -170,7 +188,7 @@ impl Viewer {
         match () {
             () if self.is_hidden => Wake::After(SLOW),
             () if volume.rests && !volume.is_stale => Wake::After(REST),
-            () if volume.is_stale || volume.scene.is_due() => Wake::Now,
+            () if volume.is_stale || volume.is_led || volume.scene.is_due() => Wake::Now,
             () if volume.scene.share_at_wanted().1.failed > 0 => Wake::After(SLOW),
             () if volume.work.is_making() => Wake::After(left.map_or(EVERY, |left| left.min(EVERY))),
             () => left.map_or(Wake::OnEvent, Wake::After),
@@ -197,7 +215,8 @@ impl Viewer {
         }
         self.begin_what_is_asked(volume);
         let is_early = |(at, size): (Instant, [u32; 2])| at.elapsed() < EVERY && size == self.surface.size();
-        volume.rests = !is_other && volume.scene.is_due() && volume.shown.is_some_and(is_early);
+        let is_due = volume.is_led || volume.scene.is_due();
+        volume.rests = !is_other && is_due && volume.shown.is_some_and(is_early);
         if volume.rests {
             return Ok(());
         }
@@ -364,116 +383,6 @@ impl Viewer {
         let (names, painter) = self.shell.show_pictures(&self.gpu, format, &views);
         volume.names = pictures.iter().map(|(pane, _)| pane.pane).zip(names).collect();
         volume.of = Some((volume.scene.painted(), painter));
-    }
-
-    fn run_panels_of_volume(&mut self, volume: &mut VolumeShown) {
-        self.title.expire(Instant::now());
-        let hud_data = self
-            .hud
-            .is_shown()
-            .then(|| HudData { frames: self.hud.frames.clone(), ..HudData::of(volume.scene.textures()) });
-        let (share, stats) = volume.scene.share_at_wanted();
-        let facts = volume.scene.facts().clone();
-        let clicked = volume.scene.points().clicked().cloned();
-        let below = volume.scene.points().below().map(|told| volume_status_text(&facts, told));
-        let below = below.filter(|_| self.panel.values_are_shown());
-        let told = VolumeStatus {
-            facts: &facts,
-            seen_time: volume.scene.seen_time(),
-            is_playing: volume.scene.is_playing(),
-            share,
-            missing: stats.missing,
-            bias: f64::from(stats.bias_eighths) / 8.0,
-            clicked: clicked.as_ref(),
-            values: &volume.values,
-        };
-        let shown = StatusOfVolume { name: &volume.name, told, rows: &volume.rows };
-        let (panes, names, own) = (volume.scene.panes(), &volume.names, &mut volume.panel);
-        let mut look = volume.scene.look.clone();
-        let notice = self.title.notice().map(str::to_owned);
-        self.shown_notice = notice.clone();
-        let opening = self.opening.clone();
-        let (panel, messages, hud) = (&mut self.panel, &mut self.messages, &mut self.hud.panel);
-        let (mut asked, mut hud_changes, mut all, mut scale) = (Vec::new(), Vec::new(), Rect::NOTHING, 1.0);
-        let mut changes = Vec::new();
-        self.shell.run(|ui| {
-            let has_room = panel.leaves_room_beside(ui, hud_data.is_some());
-            if let Some(data) = hud_data.as_ref().filter(|_| has_room) {
-                hud_changes = hud.show(ui, data);
-            }
-            let asks = panel.show_volume(ui, (own, &mut look), &shown);
-            asked.extend(asks.asked);
-            changes.extend(asks.changes);
-            (all, scale) = (ui.available_rect_before_wrap(), ui.pixels_per_point());
-            let shown = VolumePanes {
-                facts: &facts,
-                look: &look,
-                panes: &panes,
-                pictures: names,
-                has_guides: panel.guides_are_shown(),
-                seen_time: told.seen_time,
-            };
-            shown.paint(ui.painter(), all, scale);
-            super::super::panel::say_below(
-                ui,
-                (notice.as_deref(), opening.as_ref().map(|(name, share)| (&**name, *share))),
-                below.as_deref().map_or(0.0, |text| status_line(ui.ctx(), all, text)),
-            );
-            messages.show(ui.ctx(), all);
-        });
-        self.asked.extend(asked);
-        let pixel = |points: f32| (points * scale).round().max(0.0);
-        let corner = [f64::from(pixel(all.left())), f64::from(pixel(all.top()))];
-        let area = (corner, [pixel(all.width()) as u32, pixel(all.height()) as u32].map(|side| side.max(1)));
-        volume.is_stale |= area != volume.area || look != volume.scene.look;
-        (volume.area, volume.scene.look) = (area, look);
-        for change in changes {
-            volume.is_stale = true;
-            match change {
-                VolumeChange::UsualRanges(channels) => {
-                    let seen = volume.scene.seen_time();
-                    if let Err(error) = volume.work.find_ranges(&channels, seen) {
-                        self.messages.add("volume", report::message(&error));
-                    }
-                }
-                VolumeChange::Play(plays) => volume.scene.play(plays),
-                VolumeChange::Fit => volume.scene.look.fit(&facts),
-                VolumeChange::FindLabel(label) => {
-                    let nth = volume.scene.look.labels.shown.unwrap_or(0);
-                    let found = volume.work.find_label(label, (nth, volume.scene.seen_time()));
-                    if let Err(error) = found {
-                        self.messages.add("volume", report::message(&error));
-                    }
-                }
-            }
-        }
-        for change in &hud_changes {
-            self.change_of_volume(volume, change);
-        }
-    }
-
-    /// Changes what a person changed of what the machine does.
-    fn change_of_volume(&mut self, volume: &mut VolumeShown, change: &HudChange) {
-        let mut memory = volume.scene.textures_mut().memory();
-        let changed = match *change {
-            HudChange::PoolBytes(pool, Some(bytes)) => memory.resize_pool(pool, bytes).map(drop),
-            HudChange::PoolBytes(pool, None) => memory.fit_pool(pool).map(drop),
-            HudChange::Rule(pool, rule) => memory.set_bias_rule(pool, rule),
-            HudChange::Budgets { uploads, in_flight } => {
-                memory.set_budgets(uploads, in_flight);
-                self.chosen.set_budgets([uploads, in_flight]);
-                Ok(())
-            }
-            HudChange::Filter(_) | HudChange::Overlay(_) | HudChange::Feedback(_) => {
-                self.notify_in_title("volumes are sampled and asked in one way");
-                Ok(())
-            }
-        };
-        volume.is_stale = true;
-        match changed {
-            Ok(()) => drop(self.messages.forget("change")),
-            Err(error) => self.tell("change", &error.to_string()),
-        }
     }
 
     /// What a picture shows of the volume, so many times as large as the window; `None` without one.

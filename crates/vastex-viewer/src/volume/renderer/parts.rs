@@ -87,6 +87,11 @@ impl VolumeRenderer {
 
     /// Takes back what it added to the textures. The channels themselves stay.
     pub fn forget(self, textures: &mut Textures) {
+        self.give_back(textures);
+    }
+
+    /// Does so where another renderer is about to take this one's place, which must draw nothing any more.
+    pub fn give_back(&self, textures: &mut Textures) {
         [self.of_channels, self.bound].into_iter().for_each(|group| remove_group(textures, group));
     }
 }

@@ -1,0 +1,59 @@
+//! Camera paths of a volume in the window: recorded by F8, played by F9 and from files.
+
+use std::path::Path;
+
+use vastex_viewer::CameraPath;
+
+use super::outgoing::{NO_PATH, RECORDING};
+use super::{App, flight};
+use crate::report;
+
+impl App {
+    /// Returns true if a volume is shown.
+    pub(super) fn shows_volume(&self) -> bool {
+        self.open.as_ref().is_some_and(|open| open.viewer.shows_volume())
+    }
+
+    /// Notes where the volume is taken from here on, or ends that and writes it down.
+    pub(super) fn record_or_end_of_volume(&mut self) {
+        let now = self.begun.elapsed();
+        let Some(scene) = self.open.as_mut().and_then(|open| open.viewer.volume_scene()) else { return };
+        if !self.volume_flight.is_recording() {
+            self.volume_flight.begin_recording(now, scene);
+            return self.notice(RECORDING);
+        }
+        let text = self.volume_flight.end_recording(now, scene).map(CameraPath::volume_text);
+        self.write_path(text);
+    }
+
+    /// Plays the path of a volume that was recorded or read last.
+    pub(super) fn play_in_volume(&mut self) {
+        let now = self.begun.elapsed();
+        let Some(open) = &mut self.open else { return };
+        let Some(scene) = open.viewer.volume_scene() else { return };
+        match self.volume_flight.play(now, scene) {
+            Ok(true) => open.window.request_redraw(),
+            Ok(false) => self.notice(NO_PATH),
+            Err(error) => self.say_wrong("camera path", &report::message(&error.into())),
+        }
+    }
+
+    /// Plays the path of a file round a volume.
+    pub(super) fn play_file_in_volume(&mut self, file: &Path) {
+        match flight::read_path(file, CameraPath::of_volume) {
+            Ok(path) => {
+                self.volume_flight.set_path(path);
+                self.play_in_volume();
+            }
+            Err(error) => self.say_wrong("camera path", &report::message(&error)),
+        }
+    }
+
+    /// Has the path move the volume, if one is played, before a frame of it.
+    pub(super) fn lead_volume(&mut self) {
+        let now = self.begun.elapsed();
+        if let Some(open) = &mut self.open {
+            open.viewer.lead_volume(now, &mut self.volume_flight);
+        }
+    }
+}
