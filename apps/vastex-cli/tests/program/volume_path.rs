@@ -93,7 +93,7 @@ fn a_path_leads_through_slices_and_times() {
         let seen = middle(&format!("s-{nth}.png"));
         assert!(seen.iter().all(|code| code.abs_diff(value) <= 1), "{nth}: {seen:?}, not {value}");
     }
-    // All of it is seen along y where no slice is asked for alone, at z = 5 in the middle, at the path's time.
+    // Where no slice is asked for alone, all of it is seen along y: z is 5 in the middle.
     let words = "render stack.raw --on volume --channels 0:ffffff:0..255 --size 32x32 --camera-path slices.path -o v-%d.png";
     sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
     for (nth, value) in [48, 48, 148].into_iter().enumerate() {
