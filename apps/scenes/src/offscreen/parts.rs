@@ -25,6 +25,12 @@ impl Offscreen {
         self.renderer.show_part(part);
     }
 
+    /// Where in pictures, or panes, of its size what a camera sees has its place from the next frame on, as
+    /// [`set_view`](vastex_viewer::SceneRenderer::set_view) of their renderer has it.
+    pub fn set_view(&mut self, view: Option<PicturePart>) {
+        self.renderer.set_view(view);
+    }
+
     /// Of layers side by side shows that of one pane alone from the next frame on, in pictures of a pane.
     /// Gives back the layers that are hidden for it.
     pub fn show_pane_alone(&mut self, pane: u32) -> Result<Vec<usize>, OffscreenError> {

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "clippy takes helpers of tests for production code")]
 
 mod ahead;
+mod beside_panels;
 mod common;
 mod compiling;
 mod descent;

@@ -19,18 +19,18 @@ use vastex_viewer::inspect::{Histogram, texel_at};
 
 use crate::common::{gpu, settings, settle};
 
-const SIZE: [u32; 2] = [1024, 512];
+pub(crate) const SIZE: [u32; 2] = [1024, 512];
 const PICTURE: [u32; 2] = [192, 120];
 /// Of half the view's height.
 const TANGENT: f64 = 0.577_350_269_189_625_8;
 
 /// Colours that say which texel they are of, and heights of hills beside them.
-struct Ground {
+pub(crate) struct Ground {
     description: Arc<Description>,
 }
 
 impl Ground {
-    fn new() -> Arc<Ground> {
+    pub(crate) fn new() -> Arc<Ground> {
         let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
         let spec = GeometrySpec { page: 64, address, ..GeometrySpec::image(SIZE[0], SIZE[1]) };
         let geometry = Geometry::new(spec).unwrap();
@@ -127,8 +127,13 @@ fn on_surface(scene: Scene, place: DVec2) -> (DVec3, DVec3) {
 
 /// Where a pixel sees a place of a surface, and how far ahead that is; `None` if it does not.
 fn seen(pose: &Pose, scene: Scene, place: DVec2) -> Option<(DVec2, f64)> {
-    let picture = DVec2::from(PICTURE.map(f64::from));
-    let (pixel, ahead) = match pose.placement(PICTURE, SIZE) {
+    seen_in(PICTURE, pose, scene, place)
+}
+
+/// The same in a picture of so many pixels.
+pub(crate) fn seen_in(size: [u32; 2], pose: &Pose, scene: Scene, place: DVec2) -> Option<(DVec2, f64)> {
+    let picture = DVec2::from(size.map(f64::from));
+    let (pixel, ahead) = match pose.placement(size, SIZE) {
         Some(placed) => (placed.pixel(place), placed.scale.recip()),
         None => {
             let ((eye, axes), (point, up)) = (camera(pose), on_surface(scene, place));
@@ -226,7 +231,7 @@ fn the_value_below_a_pixel_is_that_of_the_texel_that_is_seen_there() {
     }
 }
 
-fn with_heights(scale: f32) -> DisplayOptions {
+pub(crate) fn with_heights(scale: f32) -> DisplayOptions {
     let heights = Heights { scale: Some(scale), zero: Some(0.1), ..Heights::default() };
     let light = PlanetLight { exaggeration: 3.0, ..PlanetLight::default() };
     let planet = PlanetOptions { light, ..PlanetOptions::default() };

@@ -26,6 +26,7 @@ use vastex_scenes::{
     DisplayOptions, Gpu, LayerOptions, Offscreen, Overlay, PlanetOptions, Pose, Scene, ShownLayer, Until,
     headless_gpu,
 };
+use vastex_viewer::PicturePart;
 use vastex_viewer::hud::Hud;
 use vastex_viewer::layers::{Ground, Tone};
 use vastex_viewer::panels::{Measure, Panes, free_in_panes};
@@ -158,11 +159,9 @@ impl Shot {
         let said = || args.scene.pose(sources.image);
         let panes = parts::panes(&self.options, 1 + sources.over.len());
         let pane = [(self.size[0] / panes).max(1), self.size[1]];
+        let free = free_in_panes(&Panes { count: panes, width: pane[0] }, self.size[1], self.free());
         let fitted = || match self.scene {
-            Scene::Image => {
-                let panes = Panes { count: panes, width: pane[0] };
-                Pose::fitted(pane, sources.image, free_in_panes(&panes, self.size[1], self.free()))
-            }
+            Scene::Image => Pose::fitted(pane, sources.image, free),
             scene => Pose::first(scene),
         };
         let pose = match self.camera {
@@ -181,6 +180,7 @@ impl Shot {
         let drawn_size = if is_whole { self.size } else { parts.drawn_size() };
         let mut drawn = self.offscreen(args, &gpu, sources, (&pose, pane, drawn_size))?;
         drawn.lay_on(self.ground);
+        drawn.set_view(Some(PicturePart::around(pane, free)));
         if self.range_is_free {
             self.take_first_ranges(&mut drawn)?;
         }

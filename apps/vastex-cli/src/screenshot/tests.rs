@@ -83,3 +83,23 @@ fn what_is_measured_is_in_the_picture() {
     let painted = taken(|shot| (shot.camera, shot.measure) = (ShotCamera::Fitted, Some(measure)));
     assert!(is_line(&painted) > 50, "{}", is_line(&painted));
 }
+
+/// A globe lies in the middle of what the figures leave free, and is as large as that allows.
+#[test]
+fn a_globe_lies_beside_the_figures_of_the_machine() {
+    let globe = |has_hud: bool| {
+        let picture = taken(|shot| {
+            (shot.scene, shot.has_hud, shot.pixels_per_point) = (Scene::Globe, has_hud, 0.25);
+        });
+        // What the figures cover is not looked at.
+        let first = if has_hud { 87 } else { 0 };
+        let is_globe = |x: &u32| pixel(&picture, *x, 32)[..3].iter().all(|value| value.abs_diff(90) < 3);
+        let seen: Vec<u32> = (first..SIZE[0]).filter(is_globe).collect();
+        [*seen.first().unwrap(), *seen.last().unwrap()]
+    };
+    let [first, last] = globe(false);
+    assert!((first + last + 1).abs_diff(128) <= 1 && (50..57).contains(&(last - first)), "{first}..{last}");
+    let [first, last] = globe(true);
+    assert!((first + last + 1).abs_diff(87 + 128) <= 1, "{first}..{last}");
+    assert!((31..38).contains(&(last - first)), "{first}..{last}");
+}

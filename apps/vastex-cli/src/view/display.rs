@@ -47,6 +47,16 @@ impl<S> Display<S> {
         }
     }
 
+    /// What is seen, and what is about to be.
+    pub(super) fn each_mut(&mut self) -> impl Iterator<Item = &mut S> {
+        let (seen, next) = match self {
+            Display::Empty => (None, None),
+            Display::Preview { source, .. } | Display::Source(source) => (Some(source), None),
+            Display::Replacing { preview, next, .. } => (Some(preview), Some(next)),
+        };
+        seen.into_iter().chain(next)
+    }
+
     /// The source that is about to take the place of its preview.
     pub(super) fn next(&self) -> Option<&S> {
         match self {

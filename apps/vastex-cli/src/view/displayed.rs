@@ -150,7 +150,8 @@ impl Displayed {
             described(settings, (self.is_crisp, self.is_generated), textures, &shown, &mut self.relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
-        let renderer = renderer.inspect_err(|_| layers.remove(textures))?;
+        let mut renderer = renderer.inspect_err(|_| layers.remove(textures))?;
+        renderer.set_view(self.renderer.view());
         let before = std::mem::replace(&mut self.renderer, renderer);
         before.layers().clone().remove(textures);
         self.draw_overlay(gpu, textures, settings.overlay);

@@ -359,7 +359,7 @@ impl App {
                 }
                 let event = open.viewer.event_in_pane(event);
                 self.input.look_flat(self.scene == Scene::Image);
-                let action = self.input.on_event(event, open.viewer.size(), self.begun.elapsed());
+                let action = self.input.on_event(event, open.viewer.view(), self.begun.elapsed());
                 if let Some(action) = action {
                     if action.may_change_picture() {
                         open.viewer.wake();

@@ -180,15 +180,16 @@ impl Panel {
     }
 
     /// Returns true if a window, of which nothing is taken yet, has room for what the machine does beside
-    /// this, if that `is_shown` at all. Where there is room for one of them, the one that came last has it.
+    /// this, if that `is_shown` at all. Where there is room for one of them, the one that came last has it;
+    /// where there is room for none, one that was asked for.
     pub(super) fn leaves_room_beside(&mut self, ui: &Ui, is_shown: bool) -> bool {
         self.room.measure(ui.available_width(), is_shown);
         !self.hides_machine()
     }
 
-    /// Returns true if what the machine does gives way to this.
+    /// Returns true if what the machine does gives way to this, or to the picture.
     pub(super) fn hides_machine(&self) -> bool {
-        self.is_open && !self.room.has_machine()
+        !self.room.has_machine(self.is_open)
     }
 
     /// What the machine does was asked for.

@@ -16,6 +16,7 @@ pub use actions::Action;
 pub use controls::CONTROLS;
 
 use crate::camera::Move;
+use crate::picture::PicturePart;
 use actions::{action_of, action_with_alt, action_with_control};
 use glide::{Glide, Trail};
 use held::{Motion, arrow_of, held_move, motion_of, orbit_of};
@@ -97,7 +98,7 @@ pub enum InputEvent {
         /// then.
         is_repeat: bool,
     },
-    /// The pointer is there, in pixels from the top left of the view.
+    /// The pointer is there, in pixels from the top left of the picture.
     PointerMoved(DVec2),
     /// The pointer is over something else.
     PointerLeft,
@@ -163,19 +164,28 @@ pub struct Input {
 }
 
 impl Input {
-    /// What an event means in a view of `size` pixels, if anything.
-    pub fn on_event(&mut self, event: InputEvent, size: [u32; 2], now: Duration) -> Option<Action> {
-        let [width, height] = size.map(|side| f64::from(side.max(1)));
+    /// What an event means, if anything, in a picture that is such a part of what the camera sees: all of it,
+    /// where that is width and height in pixels alone. Places are in pixels of the picture.
+    pub fn on_event(
+        &mut self,
+        event: InputEvent,
+        view: impl Into<PicturePart>,
+        now: Duration,
+    ) -> Option<Action> {
+        self.hear(event, &view.into(), now)
+    }
+
+    fn hear(&mut self, event: InputEvent, view: &PicturePart, now: Duration) -> Option<Action> {
+        let height = height_of(view);
         match event {
             InputEvent::Key { key, is_pressed, is_repeat } => {
                 // Without a pointer towards the middle.
-                let point =
-                    if self.has_pointer { from_middle(self.pointer, [width, height]) } else { DVec2::ZERO };
+                let point = if self.has_pointer { view.point(self.pointer) } else { DVec2::ZERO };
                 self.on_key((key, point), is_pressed, is_repeat, now)
             }
             InputEvent::PointerMoved(pointer) => {
                 self.has_pointer = true;
-                self.on_pointer(pointer, [width, height], now)
+                self.on_pointer(pointer, view, now)
             }
             InputEvent::PointerLeft => {
                 self.has_pointer = false;
@@ -188,26 +198,24 @@ impl Input {
                 self.modifiers = held;
                 None
             }
-            InputEvent::Touch { finger, is_down, place } => {
-                self.on_touch(finger, is_down, place, [width, height], now)
-            }
+            InputEvent::Touch { finger, is_down, place } => self.on_touch(finger, is_down, place, view, now),
             InputEvent::Button { button: Button::Secondary, is_pressed } => is_pressed
                 .then(|| Action::Explain(self.pointer.max(DVec2::ZERO).to_array().map(|place| place as u32))),
             InputEvent::Wheel(notches) => {
-                let point = from_middle(self.pointer, [width, height]);
+                let point = view.point(self.pointer);
                 Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR.powf(notches), point)))
             }
             InputEvent::Scroll(pixels) if self.modifiers.control => {
-                self.on_event(InputEvent::Wheel(pixels.y / PIXELS_PER_NOTCH), size, now)
+                self.hear(InputEvent::Wheel(pixels.y / PIXELS_PER_NOTCH), view, now)
             }
             InputEvent::Scroll(pixels) => {
                 self.glide.stop();
                 self.scrolled.push_by(now, pixels);
-                let point = from_middle(self.pointer, [width, height]);
+                let point = view.point(self.pointer);
                 Some(Action::Move(Move::Pinch(pixels / height, 1.0, point)))
             }
             InputEvent::ScrollEnd(pixels) if pixels != DVec2::ZERO => {
-                let moved = self.on_event(InputEvent::Scroll(pixels), size, now);
+                let moved = self.hear(InputEvent::Scroll(pixels), view, now);
                 self.let_scrolled_go(height, now);
                 moved
             }
@@ -218,7 +226,7 @@ impl Input {
             InputEvent::Spread(factor) => {
                 self.glide.stop();
                 self.scrolled.clear();
-                let point = from_middle(self.pointer, [width, height]);
+                let point = view.point(self.pointer);
                 let factor = if factor.is_finite() { factor.clamp(0.2, 5.0) } else { 1.0 };
                 Some(Action::Move(Move::Pinch(DVec2::ZERO, factor, point)))
             }
@@ -266,17 +274,17 @@ impl Input {
         Some(Move::Drag(self.glide.step(time)))
     }
 
-    fn on_pointer(&mut self, pointer: DVec2, size: [f64; 2], now: Duration) -> Option<Action> {
+    fn on_pointer(&mut self, pointer: DVec2, view: &PicturePart, now: Duration) -> Option<Action> {
         let before = std::mem::replace(&mut self.pointer, pointer);
         if !self.is_dragging {
             return None;
         }
         if self.is_orbiting {
-            let delta = (pointer - before) / size[1] * ORBIT_PER_HEIGHT;
+            let delta = (pointer - before) / height_of(view) * ORBIT_PER_HEIGHT;
             return Some(Action::Move(Move::Orbit(DVec2::new(delta.x, -delta.y))));
         }
         self.trail.push(now, pointer);
-        Some(Action::Move(Move::Grab(from_middle(before, size), from_middle(pointer, size))))
+        Some(Action::Move(Move::Grab(view.point(before), view.point(pointer))))
     }
 
     /// One finger drags as the pointer does, two zoom as well.
@@ -285,9 +293,10 @@ impl Input {
         finger: u64,
         is_down: bool,
         place: DVec2,
-        [width, height]: [f64; 2],
+        view: &PicturePart,
         now: Duration,
     ) -> Option<Action> {
+        let height = height_of(view);
         let before = self.fingers.clone();
         self.fingers.retain(|(other, _)| *other != finger);
         if is_down {
@@ -299,13 +308,13 @@ impl Input {
                 self.pointer = *place;
                 self.on_click(true, height, now)
             }
-            ([(a, _)], [(b, place)]) if a == b => self.on_pointer(*place, [width, height], now),
+            ([(a, _)], [(b, place)]) if a == b => self.on_pointer(*place, view, now),
             ([_], []) => self.on_click(false, height, now),
             ([(a, first), (b, second)], [(c, third), (d, fourth)]) if [a, b] == [c, d] => {
                 let middle = (third + fourth) / 2.0;
                 let factor = third.distance(*fourth) / first.distance(*second).max(1.0);
                 let delta = (middle - (first + second) / 2.0) / height;
-                let point = from_middle(middle, [width, height]);
+                let point = view.point(middle);
                 Some(Action::Move(Move::Pinch(delta, factor.clamp(0.2, 5.0), point)))
             }
             // Another number of fingers: what they do begins anew, and nothing goes on by itself.
@@ -446,9 +455,9 @@ impl Input {
     }
 }
 
-/// A place of a view in pixels, in view heights from the middle.
-fn from_middle(place: DVec2, [width, height]: [f64; 2]) -> DVec2 {
-    (place - DVec2::new(width, height) / 2.0) / height
+/// Pixels from the upper edge of what the camera sees to the lower one.
+fn height_of(view: &PicturePart) -> f64 {
+    f64::from(view.whole[1].max(1))
 }
 
 #[cfg(test)]

@@ -436,6 +436,25 @@ fn fingers_that_leave_a_touchpad_in_motion_let_go_of_what_they_moved() {
     assert!(!input.is_moving());
 }
 
+/// Beside a panel the camera looks at the middle of what is free; pixels are those of the picture.
+#[test]
+fn beside_a_panel_places_are_told_from_the_middle_of_what_is_free() {
+    let view = PicturePart::around(SIZE, [DVec2::ZERO, DVec2::new(80.0, 100.0)]);
+    let (mut input, now) = (Input::default(), Duration::ZERO);
+    let mut at = |event| input.on_event(event, view, now);
+    let to = |pixel: [f64; 2]| InputEvent::PointerMoved(pixel.into());
+    let press = |button, is_pressed| InputEvent::Button { button, is_pressed };
+    at(to([40.0, 50.0]));
+    let nearer = |point| Some(Action::Move(Move::ZoomTo(WHEEL_FACTOR, point)));
+    assert_eq!(at(InputEvent::Wheel(1.0)), nearer(DVec2::ZERO));
+    at(to([120.0, 30.0]));
+    assert_eq!(at(InputEvent::Wheel(1.0)), nearer(DVec2::new(1.0, -0.25)));
+    assert_eq!(at(press(Button::Secondary, true)), Some(Action::Explain([120, 30])));
+    at(press(Button::Primary, true));
+    let grab = Move::Grab(DVec2::new(1.0, -0.25), DVec2::new(0.5, 0.0));
+    assert_eq!(at(to([80.0, 50.0])), Some(Action::Move(grab)));
+}
+
 /// Every key that does something stands in the list of keys.
 #[test]
 fn the_list_of_keys_has_all_of_them() {

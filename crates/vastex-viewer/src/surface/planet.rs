@@ -6,6 +6,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::camera::{FIELD_OF_VIEW, Pose};
+use crate::picture::PicturePart;
 use crate::scene::direction_f64;
 
 /// How a planet is lit, and how much of its relief and its air is seen. Changing it compiles nothing, and
@@ -75,12 +76,16 @@ pub(super) struct PlanetUniform {
 }
 
 impl PlanetLight {
-    /// What is told of a planet that a camera sees in a picture of so many pixels. `sea` is 1 over the value
-    /// above the sea's at which nothing is sea, or 0 where there is none.
-    pub(super) fn uniform(&self, pose: &Pose, [width, height]: [u32; 2], sea: f32) -> PlanetUniform {
+    /// What is told of a planet in a picture that is such a part of what a camera sees. `sea` is 1 over the
+    /// value above the sea's at which nothing is sea, or 0 where there is none.
+    pub(super) fn uniform(&self, pose: &Pose, view: &PicturePart, sea: f32) -> PlanetUniform {
+        let [width, height] = view.whole;
         let [right, up, ahead] = pose.axes();
         let tangent = (FIELD_OF_VIEW / 2.0).tan();
         let aspect = f64::from(width.max(1)) / f64::from(height.max(1));
+        let (across, upward) = (right * tangent * aspect, up * tangent);
+        // The shaders have rays by places of the picture.
+        let [scale, offset] = view.whole_from_part();
         let sun = self.sun.map_or(DVec3::X, |[longitude, latitude]| {
             direction_f64(longitude.to_radians(), latitude.to_radians())
         });
@@ -89,11 +94,11 @@ impl PlanetLight {
             lit: f32::from(u8::from(self.sun.is_some())),
             eye: pose.eye().as_vec3(),
             density: self.atmosphere.max(0.0),
-            ahead: ahead.as_vec3(),
+            ahead: (ahead + across * offset.x + upward * offset.y).as_vec3(),
             sea,
-            across: (right * tangent * aspect).as_vec3(),
+            across: (across * scale.x).as_vec3(),
             night: self.night.max(0.0),
-            upward: (up * tangent).as_vec3(),
+            upward: (upward * scale.y).as_vec3(),
             pixel: (2.0 * tangent / f64::from(height.max(1))) as f32,
         }
     }

@@ -292,7 +292,7 @@ impl ReliefSurface {
 
     /// Returns true if nothing is displaced.
     pub(super) fn is_level(&self) -> bool {
-        self.relief.is_level
+        self.relief.is_level || self.scale == 0.0
     }
 
     /// Texels of the heights.

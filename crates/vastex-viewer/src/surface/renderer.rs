@@ -2,6 +2,7 @@
 //!
 //! The picture from an ordinary texture, to compare with, is the business of those who judge pictures.
 
+mod parts;
 mod plans;
 
 use std::sync::{Arc, OnceLock};
@@ -52,6 +53,8 @@ pub struct SceneRenderer {
     relief: Option<ReliefSurface>,
     /// What pictures of its size are of a whole one.
     part: Option<PicturePart>,
+    /// What pictures of its size are of what a camera sees.
+    view: Option<PicturePart>,
     ground: Ground,
     /// Texels of the first layer's texture.
     size: [u32; 2],
@@ -111,6 +114,7 @@ impl SceneRenderer {
             maker,
             relief,
             part: None,
+            view: None,
             ground: Ground::default(),
             layers: layers.clone(),
         };
@@ -163,20 +167,7 @@ impl SceneRenderer {
     ) -> Result<SceneRenderer, Error> {
         let desc = SceneDesc { layers, ..self.made_of.clone() };
         let renderer = SceneRenderer::new(gpu, textures, desc, self.format())?;
-        Ok(SceneRenderer { part: self.part, ground: self.ground, ..renderer })
-    }
-
-    /// From the next pose on, pictures of the part's size show it as it is in the whole: as if all of the
-    /// whole were drawn, and the part cut out of it. Poses are those of the whole. Pictures of other sizes,
-    /// and of several panes, are drawn as ever.
-    pub fn show_part(&mut self, part: Option<PicturePart>) {
-        self.part = part;
-    }
-
-    /// Which part of which whole a picture of so many pixels is.
-    fn part_of(&self, picture: [u32; 2]) -> PicturePart {
-        let part = self.part.filter(|part| part.size == picture && self.layers.panes() == 1);
-        part.unwrap_or(PicturePart::all(picture))
+        Ok(SceneRenderer { part: self.part, view: self.view, ground: self.ground, ..renderer })
     }
 
     /// The heights that say how high the ground is below a camera, in a picture of so many pixels: texels of
@@ -187,7 +178,7 @@ impl SceneRenderer {
         pose: &Pose,
         picture: [u32; 2],
     ) -> Option<(TextureId, Region)> {
-        self.relief.as_ref()?.region_below(textures, pose, picture)
+        self.relief.as_ref()?.region_below(textures, pose, self.view_in(picture).whole)
     }
 
     /// The scene.
@@ -342,7 +333,7 @@ impl SceneRenderer {
         part: &PicturePart,
     ) -> (Placed, glam::DVec2, PicturePart) {
         let is_image = matches!(pose, Pose::Image { .. });
-        let seen = if is_image { PicturePart::all(part.size) } else { *part };
+        let seen = if is_image { PicturePart::all(part.size) } else { self.seen_in(part) };
         let (pose, picture) = (&pose.in_part(part, self.size), seen.whole);
         let is_fixed =
             self.maker.has_fixed && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
@@ -427,7 +418,8 @@ impl StageScene for SceneRenderer {
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
-        let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, part.whole, relief.sea()));
+        let view = self.view_in(part.whole);
+        let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, &view, relief.sea()));
         let seen = (part, seen, self.layers.panes(), self.ground());
         camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), seen);
     }

@@ -21,6 +21,7 @@ impl SceneRenderer {
     /// nothing is displaced. For [`crate::camera::Controller::apply_over`].
     pub fn heights<'a>(&'a self, textures: &'a Textures, picture: [u32; 2]) -> Option<SeenHeights<'a>> {
         let surface = self.relief().filter(|surface| !surface.is_level())?;
+        let picture = self.view_in(picture).whole;
         Some(SeenHeights { surface, textures, picture, aspect: self.image_aspect() })
     }
 }

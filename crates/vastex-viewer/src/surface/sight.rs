@@ -8,6 +8,7 @@ use super::patches::PIXELS_PER_QUAD;
 use super::renderer::SceneRenderer;
 use super::tiling::Tiling;
 use crate::camera::{Ground, ImagePlacement, Pose};
+use crate::picture::PicturePart;
 
 /// What a pixel shows of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,7 +23,8 @@ pub struct SeenPlace {
 #[derive(Debug)]
 pub struct Sight<'a> {
     seen: Seen<'a>,
-    picture: [u32; 2],
+    /// The picture, as a part of what the camera sees.
+    view: PicturePart,
     image: [u32; 2],
     pose: Pose,
 }
@@ -57,9 +59,10 @@ impl SceneRenderer {
         (picture, image): ([u32; 2], [u32; 2]),
         pixels: f64,
     ) -> Sight<'a> {
-        let (aspect, relief) = (self.image_aspect(), self.relief());
+        let (aspect, relief, view) = (self.image_aspect(), self.relief(), self.view_in(picture));
         let quads = (pixels / f64::from(PIXELS_PER_QUAD)).max(1.0);
-        let heights = || HeightsBelow::new(relief?, textures, pose, (picture, aspect), quads).map(Box::new);
+        let heights =
+            || HeightsBelow::new(relief?, textures, pose, (view.whole, aspect), quads).map(Box::new);
         let seen = match (pose.placement(picture, image), pose.ground(aspect)) {
             // A texture that lies on its surface again and again has no one place for a pixel.
             _ if self.tiling() != Tiling::default() => Seen::Nothing,
@@ -70,7 +73,7 @@ impl SceneRenderer {
             },
             (None, None) => Seen::Nothing,
         };
-        Sight { seen, picture, image, pose: *pose }
+        Sight { seen, view, image, pose: *pose }
     }
 }
 
@@ -87,8 +90,7 @@ impl Sight<'_> {
             let texel = placed.texel(pixel);
             return inside(texel).then_some(SeenPlace { texel, texels_a_pixel: 1.0 / placed.scale });
         }
-        let picture = DVec2::from(self.picture.map(f64::from));
-        let ray = self.pose.ray((pixel - 0.5 * picture) / picture.y.max(1.0))?;
+        let ray = self.pose.ray(self.view.point(pixel))?;
         let (ground, distance, place) = match &mut self.seen {
             Seen::Ground(ground) => {
                 let [distance, _] = ground.beneath(&ray, 0.0)?;
@@ -105,7 +107,7 @@ impl Sight<'_> {
         let uv = if matches!(ground, Ground::Globe { .. }) { uv.min(DVec2::splat(1.0 - 1e-15)) } else { uv };
         let texel = uv * DVec2::from(size);
         let texels_by_world = (DVec2::from(size) / ground.extent()).min_element();
-        let pixel_in_world = distance * ray.ahead * Pose::pixel_at_1(self.picture[1]);
+        let pixel_in_world = distance * ray.ahead * Pose::pixel_at_1(self.view.whole[1]);
         inside(texel).then_some(SeenPlace { texel, texels_a_pixel: pixel_in_world * texels_by_world })
     }
 
@@ -117,7 +119,7 @@ impl Sight<'_> {
     /// The least and the largest column and row of the picture between which the image is seen, in pixels:
     /// all of the picture, or the part of it in which an image lies. `None` if none of it is seen.
     pub fn bounds(&self) -> Option<[DVec2; 2]> {
-        let (mut low, mut high) = (DVec2::ZERO, DVec2::from(self.picture.map(f64::from)));
+        let (mut low, mut high) = (DVec2::ZERO, DVec2::from(self.view.size.map(f64::from)));
         match &self.seen {
             Seen::Nothing => return None,
             Seen::Ground(_) | Seen::Heights(..) => {}

@@ -10,7 +10,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("picture", &[]),
     ("camera", &["picture", "scene"]),
     ("layers", &[]),
-    ("input", &["camera", "scene"]),
+    ("input", &["camera", "picture", "scene"]),
     ("stage", &["gpu"]),
     ("surface", &["camera", "gpu", "layers", "picture", "scene", "stage", "words"]),
     ("volume", &["gpu", "layers", "stage"]),

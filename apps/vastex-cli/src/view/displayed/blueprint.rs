@@ -5,6 +5,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 use vastex::{TextureId, TextureSettings, Textures, TileSource};
 use vastex_scenes::{Gpu, SceneRenderer};
+use vastex_viewer::PicturePart;
 
 use super::super::opening::Growth;
 use super::super::surface::SurfaceFormat;
@@ -25,6 +26,7 @@ pub(in super::super) struct Blueprint {
     is_generated: bool,
     growth: Growth,
     rows_seen: u32,
+    view: Option<PicturePart>,
 }
 
 impl Blueprint {
@@ -54,6 +56,7 @@ impl Blueprint {
             is_generated: false,
             growth,
             rows_seen: 0,
+            view: None,
         }
     }
 
@@ -80,6 +83,7 @@ impl Displayed {
             is_generated: self.is_generated,
             growth: self.growth.clone(),
             rows_seen: self.rows_seen,
+            view: self.renderer.view(),
         }
     }
 
@@ -102,6 +106,7 @@ impl Displayed {
             is_generated,
             growth,
             rows_seen,
+            view,
         } = blueprint;
         let (mut ids, mut tiles) = (Vec::new(), Vec::new());
         for (name, source) in sources {
@@ -113,7 +118,8 @@ impl Displayed {
         }
         let mut relief = None;
         let drawn = described(settings, (is_crisp, is_generated), textures, &ids, &mut relief)?;
-        let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
+        let mut renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
+        renderer.set_view(view);
         let over = ids.split_off(ids.len().min(1));
         let texture = *ids.first().context("nothing is displayed")?;
         let mut made = Displayed {

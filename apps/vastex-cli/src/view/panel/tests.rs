@@ -173,7 +173,7 @@ fn beside_the_machine(width: f32) -> Harness<'static, (Panel, bool, f32)> {
 
 #[test]
 fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() {
-    for (width, has_room_for_both) in [(640.0, false), (800.0, true)] {
+    for (width, has_room_for_both) in [(640.0, false), (800.0, false), (900.0, true)] {
         let mut harness = beside_the_machine(width);
         let mut seen = |change: &dyn Fn(&mut Panel, &mut bool)| {
             let (panel, machine, _) = harness.state_mut();
@@ -181,7 +181,7 @@ fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() 
             harness.run();
             let has = |label: &str| harness.query_by_label(label).is_some();
             let found = (has("Path"), has("what the machine does"));
-            assert!(harness.state().2 >= 80.0, "the picture has room: {}", harness.state().2);
+            assert!(harness.state().2 >= 200.0, "the picture has room: {}", harness.state().2);
             // The button that opens the panel is there where that is not seen.
             assert_ne!(has("Path"), has("Panel"));
             found
@@ -207,6 +207,36 @@ fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() 
     harness.run();
     assert!(harness.query_by_label("Path").is_some(), "its button brings the panel back");
     assert!(harness.state().0.hides_machine());
+}
+
+/// What was open when a window was closed does not hide the picture of the next one.
+#[test]
+fn a_window_too_narrow_for_either_shows_the_picture_until_one_is_asked_for() {
+    let mut harness = beside_the_machine(480.0);
+    let before = Remembered { panel_is_open: true, ..Remembered::default() };
+    let (panel, machine, _) = harness.state_mut();
+    panel.show_as_before(&before);
+    *machine = true;
+    let seen = |harness: &mut Harness<'_, (Panel, bool, f32)>| {
+        harness.run();
+        let has = |label: &str| harness.query_by_label(label).is_some();
+        (has("Path"), has("what the machine does"))
+    };
+    assert_eq!(seen(&mut harness), (false, false));
+    assert!(harness.state().0.hides_machine());
+    harness.get_by_label("Panel").click();
+    assert_eq!(seen(&mut harness), (true, false));
+    harness.state_mut().0.machine_comes();
+    assert_eq!(seen(&mut harness), (false, true));
+    harness.state_mut().0.open_or_close();
+    assert_eq!(seen(&mut harness), (true, false));
+    // Once it was wider that counts no more.
+    harness.set_size([900.0, 400.0].into());
+    assert_eq!(seen(&mut harness), (true, true));
+    harness.set_size([480.0, 400.0].into());
+    assert_eq!(seen(&mut harness), (false, false));
+    harness.set_size([560.0, 400.0].into());
+    assert_eq!(seen(&mut harness), (true, false));
 }
 
 #[test]

@@ -71,9 +71,7 @@ impl Viewer {
     /// Where the pointer is over the picture, as moves are told it: in view heights from the middle.
     pub(in super::super) fn pointed(&self) -> Option<DVec2> {
         let (pointer, panes) = (self.pointer?, self.panes());
-        let [width, height] = self.size().map(|side| f64::from(side.max(1)));
-        let pixel = panes.within(panes.at(pointer), pointer);
-        Some((pixel - 0.5 * DVec2::new(width, height)) / height)
+        Some(self.view().point(panes.within(panes.at(pointer), pointer)))
     }
 
     /// Moves a camera with the heights of what is displayed, if it has any.

@@ -186,9 +186,7 @@ impl Viewer {
     pub(in super::super) fn show_as_before(&mut self, before: &Remembered) {
         self.panel.show_as_before(before);
         self.shell.set_theme(before.theme);
-        if before.hud_is_shown {
-            self.show_or_hide_hud();
-        }
+        self.hud.show_as_before(before.hud_is_shown);
     }
 
     /// Tells what of that could not be had.

@@ -28,6 +28,7 @@ impl Viewer {
         self.compare();
         self.run_panel(pose);
         self.compare();
+        self.look_beside_panels();
         let frame = self.surface.acquire();
         if !matches!(frame, Ok(Some(_))) {
             self.textures.inspect().check_device()?; // a lost one is the reason, whatever the window says

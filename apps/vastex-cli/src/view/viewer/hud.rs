@@ -50,6 +50,11 @@ impl WindowHud {
         self.is_shown
     }
 
+    /// It is shown as when the window was closed last; where that is narrow, nobody has asked for it.
+    pub(super) fn show_as_before(&mut self, is_shown: bool) {
+        self.is_shown = is_shown;
+    }
+
     /// What measures a frame while the panel is shown.
     pub(super) fn timer(&mut self, gpu: &Gpu) -> Option<&mut GpuTimer> {
         self.is_shown.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(gpu)))

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use anyhow::Result;
 use glam::DVec2;
 use vastex_scenes::Pose;
+use vastex_viewer::PicturePart;
 use vastex_viewer::input::InputEvent;
 use vastex_viewer::inspect;
 use vastex_viewer::layers::CompareMode;
@@ -38,6 +39,22 @@ impl Viewer {
         let [width, height] = self.surface.size();
         let whole = [DVec2::ZERO, DVec2::new(width.into(), height.into())];
         free_in_panes(&self.panes(), height, self.panel.free.unwrap_or(whole))
+    }
+
+    /// What part the picture, or a pane of it, is of what a camera sees.
+    pub(in super::super) fn view(&self) -> PicturePart {
+        let size = self.size();
+        let displayed = self.display.displayed();
+        displayed.map_or(PicturePart::all(size), |source| source.renderer.view_in(size))
+    }
+
+    /// Has cameras with perspective look at the middle of what no panel covers from here on.
+    pub(super) fn look_beside_panels(&mut self) {
+        let (before, view) = (self.view(), PicturePart::around(self.size(), self.free()));
+        self.display.each_mut().for_each(|source| source.renderer.set_view(Some(view)));
+        if self.view() != before {
+            self.wake();
+        }
     }
 
     /// The pose in which all of the image is seen beside what covers the picture; `None` before there is one.

@@ -1,0 +1,48 @@
+//! What pictures of a scene are of more than they show: parts of larger pictures, and pictures in which the view
+//! of a camera has a place of its own.
+
+use super::SceneRenderer;
+use crate::picture::PicturePart;
+use crate::scene::Scene;
+
+impl SceneRenderer {
+    /// From the next pose on, pictures of the part's size show it as it is in the whole: as if all of the
+    /// whole were drawn, and the part cut out of it. Poses are those of the whole. Pictures of other sizes,
+    /// and of several panes, are drawn as ever.
+    pub fn show_part(&mut self, part: Option<PicturePart>) {
+        self.part = part;
+    }
+
+    /// From the next pose on, what a camera sees in scenes with perspective has a place of its own in
+    /// pictures, or panes, of `view.size` pixels: they are that part of it, as [`PicturePart::around`] makes
+    /// one of what panels leave free. Everything that is asked about such a picture is answered of it as it
+    /// is drawn. Images, whose camera is moved instead, and pictures of other sizes are drawn as ever.
+    ///
+    /// This holds for [`SceneRenderer::show_part`], too: its whole is such a picture.
+    pub fn set_view(&mut self, view: Option<PicturePart>) {
+        self.view = view;
+    }
+
+    /// What [`SceneRenderer::set_view`] was told last.
+    pub fn view(&self) -> Option<PicturePart> {
+        self.view
+    }
+
+    /// Which part a picture of so many pixels, or a pane of it, is of what a camera sees.
+    pub fn view_in(&self, picture: [u32; 2]) -> PicturePart {
+        let view = self.view.filter(|view| view.size == picture && self.scene() != Scene::Image);
+        view.unwrap_or(PicturePart::all(picture))
+    }
+
+    /// Which part of which whole a picture of so many pixels is.
+    pub(super) fn part_of(&self, picture: [u32; 2]) -> PicturePart {
+        let part = self.part.filter(|part| part.size == picture && self.layers.panes() == 1);
+        part.unwrap_or(PicturePart::all(picture))
+    }
+
+    /// A part of a picture as the part that it is of what a camera sees.
+    pub(super) fn seen_in(&self, part: &PicturePart) -> PicturePart {
+        let PicturePart { whole, at, .. } = self.view_in(part.whole);
+        PicturePart { whole, at: [at[0] + part.at[0], at[1] + part.at[1]], size: part.size }
+    }
+}
