@@ -42,7 +42,8 @@ fn taken(change: impl FnOnce(&mut Shot)) -> Picture {
     let mut reader = reader.read_info().unwrap();
     let mut rgba = vec![0; reader.output_buffer_size().unwrap()];
     reader.next_frame(&mut rgba).unwrap();
-    Picture { size: SIZE, rgba }
+    let (width, height) = reader.info().size();
+    Picture { size: [width, height], rgba }
 }
 
 fn pixel(picture: &Picture, x: u32, y: u32) -> [u8; 4] {
@@ -89,17 +90,17 @@ fn what_is_measured_is_in_the_picture() {
 fn a_globe_lies_beside_the_figures_of_the_machine() {
     let globe = |has_hud: bool| {
         let picture = taken(|shot| {
-            (shot.scene, shot.has_hud, shot.pixels_per_point) = (Scene::Globe, has_hud, 0.25);
+            (shot.scene, shot.has_hud, shot.size) = (Scene::Globe, has_hud, [448, 96]);
         });
         // What the figures cover is not looked at.
-        let first = if has_hud { 87 } else { 0 };
-        let is_globe = |x: &u32| pixel(&picture, *x, 32)[..3].iter().all(|value| value.abs_diff(90) < 3);
-        let seen: Vec<u32> = (first..SIZE[0]).filter(is_globe).collect();
+        let first = if has_hud { 348 } else { 0 };
+        let is_globe = |x: &u32| pixel(&picture, *x, 48)[..3].iter().all(|value| value.abs_diff(90) < 3);
+        let seen: Vec<u32> = (first..448).filter(is_globe).collect();
         [*seen.first().unwrap(), *seen.last().unwrap()]
     };
     let [first, last] = globe(false);
-    assert!((first + last + 1).abs_diff(128) <= 1 && (50..57).contains(&(last - first)), "{first}..{last}");
+    assert!((first + last + 1).abs_diff(448) <= 1 && (78..82).contains(&(last - first)), "{first}..{last}");
     let [first, last] = globe(true);
-    assert!((first + last + 1).abs_diff(87 + 128) <= 1, "{first}..{last}");
-    assert!((31..38).contains(&(last - first)), "{first}..{last}");
+    assert!((first + last + 1).abs_diff(348 + 448) <= 1, "{first}..{last}");
+    assert!((78..82).contains(&(last - first)), "{first}..{last}");
 }

@@ -1,5 +1,5 @@
-//! What pictures of a scene are of more than they show: parts of larger pictures, and pictures in which the view
-//! of a camera has a place of its own.
+//! Pictures of a scene that are parts of more than they show: of larger pictures, or of what a camera sees,
+//! which has a place of its own in them.
 
 use super::SceneRenderer;
 use crate::picture::PicturePart;
