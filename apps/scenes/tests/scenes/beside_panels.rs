@@ -17,10 +17,11 @@ use crate::values::{Ground, SIZE, seen_in, with_heights};
 
 const PICTURE: [u32; 2] = [128, 80];
 
-/// Beside a panel at the right, and between two.
+/// Beside a panel at the right, and between two, where it begins at an even pixel: shaders take differences
+/// between the pixels of a square of four, which then are the same four as in a picture of its own.
 fn free_parts() -> [PicturePart; 2] {
     let part = |low: [f64; 2], high: [f64; 2]| PicturePart::around(PICTURE, [low.into(), high.into()]);
-    [part([0.0, 0.0], [96.0, 80.0]), part([36.0, 6.0], [96.0, 80.0])]
+    [part([0.0, 0.0], [96.0, 80.0]), part([36.0, 6.0], [96.0, 78.0])]
 }
 
 fn offscreen(scene: Scene, options: &DisplayOptions, size: [u32; 2]) -> Offscreen {
