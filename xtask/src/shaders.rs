@@ -4,7 +4,6 @@
 //! make them for a device. This program has no dependency that could, so it runs that.
 
 use std::collections::HashSet;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -98,28 +97,11 @@ fn faults(texts: &[(String, String)]) -> Vec<String> {
     faults
 }
 
-/// Constants whose values are a test's own, by their names or how those begin; and the values that there are,
-/// where those are few.
-const FREE: [(&str, &[&str]); 7] = [
-    ("ID", &[]),
-    ("WANTED", &[]),
-    ("VIEW", &[]),
-    ("VASTEXI_BINDING_", &[]),
-    // What layers of the tests' textures have of the texture's texels.
-    ("VASTEXI_SCALE_", &["1u", "2u", "4u"]),
-    ("VASTEXI_TAPS_", &["1u", "2u", "4u", "8u", "16u"]),
-    // Whether sides of pages are powers of two.
-    ("VASTEXI_POWERS_", &["true", "false"]),
-];
-
-/// What tests handed to a device must be among these, but for the values of [`FREE`] constants and the
-/// numbers of bindings.
+/// What tests handed to a device must be among these, to the byte.
 fn compare(known: &[(String, String)]) -> Result<()> {
-    let known: HashSet<u64> = known.iter().map(|(_, text)| hash_without_free(text)).collect();
     let directory = handed_over();
     let handed_over = texts(&directory)?;
-    let unknown: Vec<&(String, String)> =
-        handed_over.iter().filter(|(_, text)| !known.contains(&hash_without_free(text))).collect();
+    let unknown = unknown(known, &handed_over);
     if let Some((name, text)) = unknown.first() {
         bail!(
             "{} of {} shader texts that tests handed to a device are not among those that `cargo xtask shaders` writes; \
@@ -138,33 +120,10 @@ fn compare(known: &[(String, String)]) -> Result<()> {
     Ok(())
 }
 
-/// The hash of a text without the values of [`FREE`] constants, as far as there are such, and without the
-/// numbers of bindings.
-fn hash_without_free(text: &str) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    for line in text.lines() {
-        match line {
-            _ if is_free(line) => line.split('=').next().hash(&mut hasher),
-            _ if line.starts_with("@group(") => {
-                let parts = line.split(|c: char| c.is_ascii_digit()).filter(|part| !part.is_empty());
-                parts.for_each(|part| part.hash(&mut hasher));
-            }
-            _ => line.hash(&mut hasher),
-        }
-    }
-    hasher.finish()
-}
-
-/// Returns true for the declaration of a [`FREE`] constant with a value that it may have.
-fn is_free(line: &str) -> bool {
-    let Some((name, rest)) = line.strip_prefix("const ").and_then(|line| line.split_once(": ")) else {
-        return false;
-    };
-    let value = rest.split_once("= ").map_or("", |(_, value)| value.trim_end_matches(';'));
-    FREE.iter().any(|(known, values)| {
-        let is_named = if known.ends_with('_') { name.starts_with(known) } else { name == *known };
-        is_named && (values.is_empty() || values.contains(&value))
-    })
+/// Those that are not among the known ones, to the byte.
+fn unknown<'a>(known: &[(String, String)], handed_over: &'a [(String, String)]) -> Vec<&'a (String, String)> {
+    let known: HashSet<&str> = known.iter().map(|(_, text)| text.as_str()).collect();
+    handed_over.iter().filter(|(_, text)| !known.contains(text.as_str())).collect()
 }
 
 /// Forgets what earlier runs handed over.
@@ -219,22 +178,12 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_alike_whose_free_constants_and_bindings_differ_alone() {
-        let text = |id: u32, binding: u32| {
-            format!(
-                "const ID: u32 = {id}u;\nconst VASTEXI_SCALE_0: u32 = 1u;\nconst VASTEXI_FILTER_0: u32 = 2u;\n\
-                 @group(1) @binding({binding}) var map: sampler;\nfn a() {{}}\n"
-            )
-        };
-        let hash = hash_without_free(&text(1, 2));
-        assert_eq!(hash_without_free(&text(128, 13)), hash);
-        let scaled =
-            |scale: &str| text(1, 2).replace("SCALE_0: u32 = 1u", &format!("SCALE_0: u32 = {scale}"));
-        assert_eq!(hash_without_free(&scaled("4u")), hash);
-        assert_ne!(hash_without_free(&scaled("3u")), hash);
-        assert_ne!(hash_without_free(&text(1, 2).replace("FILTER_0: u32 = 2u", "FILTER_0: u32 = 3u")), hash);
-        assert_ne!(hash_without_free(&text(1, 2).replace("const ID", "const IDS")), hash);
-        assert_ne!(hash_without_free(&text(1, 2).replace("map", "other")), hash);
-        assert_ne!(hash_without_free(&text(1, 2).replace("fn a", "fn b")), hash);
+    fn a_text_is_unknown_that_differs_in_a_number_or_in_a_space() {
+        let text = |text: &str| (String::new(), text.to_owned());
+        let known = [text("const A: u32 = 1u;\n"), text("fn a() {\n}\n")];
+        let handed_over =
+            ["const A: u32 = 1u;\n", "const A: u32 = 2u;\n", "fn a() {\n}\n", "fn a() {\n}"].map(text);
+        let found: Vec<&str> = unknown(&known, &handed_over).iter().map(|(_, text)| text.as_str()).collect();
+        assert_eq!(found, ["const A: u32 = 2u;\n", "fn a() {\n}"]);
     }
 }

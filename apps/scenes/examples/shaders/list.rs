@@ -20,6 +20,8 @@ mod bench;
 mod layer_lists;
 #[path = "lit_planets.rs"]
 mod lit_planets;
+#[path = "of_tests.rs"]
+mod of_tests;
 #[path = "../../../../crates/vastex-wgpu/tests/gpu/table_texts.rs"]
 mod table_texts;
 #[allow(unreachable_pub, reason = "a module of a test program")]
@@ -37,8 +39,11 @@ pub(crate) type Visit<'a> = dyn FnMut(&str, String) + 'a;
 /// What a text of one kind is made for, beside numbers that stand in constants.
 #[derive(Clone, Copy, Default)]
 struct Choice {
-    group: u32,
+    /// At which group it is bound, and what the first number there is.
+    place: (u32, u32),
     filter: Filter,
+    /// Texels of the texture along one of the layer, where they are more than one.
+    scale: Option<u32>,
     /// Whether it is of values that may not be mixed, so that the filter is nearest.
     is_unmixed: bool,
     atlas: Atlas,
@@ -51,8 +56,8 @@ struct Choice {
 impl Choice {
     fn kind(self) -> Kind {
         let Choice { filter, atlas, tables, pages, .. } = self;
-        let (dims, is_mixed) = (vastex::Dims::D2, !self.is_unmixed);
-        Kind { dims, tables, pages, layer: 0, atlas, scale: 1, filter, is_mixed }
+        let (dims, scale, is_mixed) = (vastex::Dims::D2, self.scale.unwrap_or(1), !self.is_unmixed);
+        Kind { dims, tables, pages, layer: 0, atlas, scale, filter, is_mixed }
     }
 
     fn text(self) -> String {
@@ -60,14 +65,15 @@ impl Choice {
     }
 
     fn place(self) -> BindingPlace {
-        BindingPlace { group: self.group, first: 0 }
+        BindingPlace { group: self.place.0, first: self.place.1 }
     }
 }
 
 /// Options of texts, all by all.
 #[derive(Clone)]
 struct Options {
-    groups: Vec<u32>,
+    places: Vec<(u32, u32)>,
+    scales: Vec<Option<u32>>,
     filters: Vec<Filter>,
     atlases: Vec<Atlas>,
     modes: Vec<FeedbackMode>,
@@ -80,7 +86,8 @@ impl Options {
     /// What the library gives an application, whatever its textures, device and settings, but for numbers.
     fn all() -> Options {
         Options {
-            groups: vec![0],
+            places: vec![(0, 0)],
+            scales: vec![None],
             filters: Filter::KINDS.to_vec(),
             atlases: Atlas::ALL.to_vec(),
             modes: FeedbackMode::ALL.to_vec(),
@@ -102,11 +109,13 @@ impl Options {
     }
 
     fn each(&self, mut visit: impl FnMut(&Choice)) {
-        for &group in &self.groups {
+        for (&place, &scale) in
+            self.places.iter().flat_map(|place| self.scales.iter().map(move |scale| (place, scale)))
+        {
             for &filter in &self.filters {
                 for &atlas in &self.atlases {
                     for &feedback in &self.modes {
-                        let choice = Choice { group, filter, atlas, feedback, ..Choice::default() };
+                        let choice = Choice { place, scale, filter, atlas, feedback, ..Choice::default() };
                         for &tables in &self.tables {
                             for &pages in &self.pages {
                                 for &fade in &self.fades {
@@ -131,7 +140,7 @@ pub(crate) fn each(visit: &mut Visit<'_>) {
     scenes(visit);
     examples(visit);
     benchmark(visit);
-    tests(visit);
+    of_tests::each(visit);
     branches(visit);
 }
 
@@ -193,6 +202,7 @@ fn scenes(visit: &mut Visit<'_>) {
     volumes::each(visit);
     alone(visit, "scene", &Options::of_viewer(), shaders::flat);
     unmixed(visit, "scene", &Options::of_viewer(), shaders::flat);
+    numbers_of_scenes(visit);
     // Colour and heights are layers of one texture, one and the same, or of two textures.
     Options::of_viewer().each(|options| {
         for heights in Atlas::ALL {
@@ -206,6 +216,30 @@ fn scenes(visit: &mut Visit<'_>) {
                 visit(&format!("{name}-{}-{}", name_of(options), atlas_name(heights)), text);
             }
         }
+    });
+}
+
+/// The tests' scenes of layers with fewer texels than their texture, of pages of any sides, and by filters of
+/// other numbers of taps.
+fn numbers_of_scenes(visit: &mut Visit<'_>) {
+    let common = Options {
+        atlases: vec![Atlas::Float],
+        modes: vec![FeedbackMode::Separate],
+        tables: vec![TableKind::Direct],
+        fades: vec![false],
+        ..Options::all()
+    };
+    let taps = ["anisotropic2", "anisotropic4", "anisotropic16"].map(|name| name.parse());
+    let filters = taps.into_iter().flatten().chain(Filter::KINDS).collect();
+    alone(visit, "scene-of-numbers", &Options { filters, ..common.clone() }, shaders::flat);
+    let scaled = Options { scales: vec![Some(2), Some(4)], pages: vec![PageSides::PowersOfTwo], ..common };
+    alone(visit, "scene-of-numbers", &scaled, shaders::flat);
+    // Heights with fewer texels than colours.
+    Options { filters: vec![Filter::Trilinear], ..scaled }.each(|options| {
+        let color = Choice { scale: None, ..*options };
+        let members = vec![member(&color, "layer0", 0, 0), member(options, "height", 0, 1)];
+        let text = shaders::relief(&group(options, members), LayersText::BESIDE_HEIGHTS);
+        visit(&format!("relief-of-numbers-{}", name_of(options)), text);
     });
 }
 
@@ -224,7 +258,7 @@ fn of_atlas(atlas: Atlas, member: KindMember) -> KindMember {
 fn examples(visit: &mut Visit<'_>) {
     let plain = Options { filters: vec![Filter::Trilinear], fades: vec![false], ..Options::all() };
     let ground = include_str!("../../../../crates/vastex/examples/existing_renderer/ground.wgsl");
-    let grounds = Options { groups: vec![1], ..plain.clone() };
+    let grounds = Options { places: vec![(1, 0)], ..plain.clone() };
     alone(visit, "existing-renderer", &grounds, |vastex| ground.to_owned() + vastex);
     let materials = include_str!("../../../../crates/vastex/examples/many_materials/materials.wgsl");
     alone(visit, "many-materials", &plain, |vastex| materials.to_owned() + vastex);
@@ -240,7 +274,7 @@ fn examples(visit: &mut Visit<'_>) {
 fn four_groups(visit: &mut Visit<'_>, plain: &Options) {
     let scene = include_str!("../../../../crates/vastex/examples/four_groups/scene.wgsl");
     let wanted = include_str!("../../../../crates/vastex/examples/four_groups/feedback.wgsl");
-    let options = Options { groups: vec![2], ..plain.clone() };
+    let options = Options { places: vec![(2, 1)], ..plain.clone() };
     alone(visit, "four-groups", &options, |vastex| [scene, wanted, vastex].concat());
     visit("four-groups-ordinary", [scene, ORDINARY].concat());
 }
@@ -308,149 +342,6 @@ fn benchmark(visit: &mut Visit<'_>) {
     }
 }
 
-fn tests(visit: &mut Visit<'_>) {
-    macro_rules! of_gpu_tests {
-        ($name:literal) => {
-            include_str!(concat!("../../../../crates/vastex-wgpu/tests/gpu/wgsl/", $name, ".wgsl"))
-        };
-    }
-    let all = Options::of_tests();
-    // Most tests are of one or two options; those of what is sampled are of all.
-    let plain = Options {
-        atlases: vec![Atlas::Float],
-        pages: vec![PageSides::Any],
-        fades: vec![false],
-        ..all.clone()
-    };
-    let of = |filter| Options { filters: vec![filter], ..plain.clone() };
-    // Whatever the sides of pages are.
-    let of_pages = |options| Options { pages: all.pages.clone(), ..options };
-    let nearest_harness = of_gpu_tests!("harness").replace("vastex_sample_", "vastex_sample_nearest_");
-    for (name, options, text) in [
-        ("disc", of_pages(plain.clone()), of_gpu_tests!("disc")),
-        ("plane", of_pages(of(Filter::Trilinear)), of_gpu_tests!("plane")),
-        ("ground", plain.clone(), of_gpu_tests!("ground")),
-        ("inspect", of_pages(of(Filter::Bilinear)), of_gpu_tests!("inspect")),
-        ("texture_space", of(Filter::Nearest), of_gpu_tests!("texture_space")),
-        ("folding", of(Filter::Nearest), of_gpu_tests!("folding")),
-        ("fixed", of_pages(plain.clone()), of_gpu_tests!("fixed")),
-        (
-            "exact",
-            of_pages(Options { atlases: Atlas::ALL.to_vec(), ..plain.clone() }),
-            of_gpu_tests!("exact"),
-        ),
-        ("harness", all.clone(), of_gpu_tests!("harness")),
-        ("nearest_harness", of_pages(plain.clone()), &nearest_harness),
-    ] {
-        alone(visit, &format!("test-{name}"), &options, |vastex| of_test(text, vastex));
-    }
-    unmixed(visit, "test-harness", &all, |vastex| of_test(of_gpu_tests!("harness"), vastex));
-    let points = of_gpu_tests!("points");
-    alone(visit, "test-points", &of_pages(plain.clone()), |vastex| {
-        of_test(&format!("{points}\nconst SIDE: u32 = 64u;"), vastex)
-    });
-    let inline = Options { modes: vec![FeedbackMode::Inline], ..of(Filter::Trilinear) };
-    alone(visit, "test-surfaces", &inline, |vastex| {
-        of_test(&format!("{}\nconst VIEW: u32 = 0u;", of_gpu_tests!("surfaces")), vastex)
-    });
-    visit("test-fill", of_gpu_tests!("fill").to_owned());
-    for mode in [FeedbackMode::Separate, FeedbackMode::Raw] {
-        visit(&format!("test-tables-{}", mode.name()), table_texts::text(mode));
-    }
-    groups_of_gpu_tests(visit, of_gpu_tests!("harness"));
-    let screen = Options { atlases: vec![Atlas::Float], ..Options::all() };
-    alone(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
-    unmixed(visit, "test-screen", &screen, |vastex| vastex_tests::SCREEN.to_owned() + vastex);
-    let telling = Options { filters: Filter::KINDS.to_vec(), ..screen.clone() };
-    alone(visit, "test-telling", &telling, |vastex| vastex_tests::telling() + vastex);
-    let plain = Options { fades: vec![false], ..screen.clone() };
-    alone(visit, "test-scales", &plain, |vastex| vastex_tests::scales() + vastex);
-    alone(visit, "test-checkered", &plain, |vastex| vastex_tests::checkered() + vastex);
-    let nearest = Options { filters: vec![Filter::Nearest], ..plain };
-    for (is_small, by_gradients) in [(false, false), (false, true), (true, false), (true, true)] {
-        let name = format!("test-quarter-{is_small}-{by_gradients}");
-        let (text, _) = vastex_tests::quarter(is_small, by_gradients);
-        alone(visit, &name, &nearest, |vastex| format!("{text}{vastex}"));
-    }
-    let fixed = Options { filters: vec![Filter::Nearest], fades: vec![false], ..screen.clone() };
-    alone(visit, "test-screen_fixed", &fixed, |vastex| vastex_tests::fixed() + vastex);
-    let separate = Options { modes: vec![FeedbackMode::Separate], fades: vec![false], ..Options::all() };
-    alone(visit, "test-sample_cpu", &separate, |vastex| of_test(vastex_tests::POINTS, vastex));
-    groups_of_vastex_tests(visit);
-    mixing_of_vastex_tests(visit);
-}
-
-/// Colour and height of one texture, and two textures, each called as one alone is; the group's feedback.
-fn groups_of_gpu_tests(visit: &mut Visit<'_>, harness: &str) {
-    let names = ["color", "height", "night", "clouds_2"];
-    let atlases = vec![Atlas::Float, Atlas::Unfiltered];
-    let options = Options { atlases, pages: vec![PageSides::PowersOfTwo], ..Options::of_tests() };
-    options.each(|options| {
-        let member = |(nth, pool): (usize, usize)| {
-            let tables = [TableKind::Hashed, TableKind::Direct, TableKind::Hashed][pool];
-            let member = member(options, names[nth], pool, u8::from(nth == 1));
-            let atlas = if names[nth] == "height" { options.atlas } else { Atlas::Float };
-            KindMember { kind: Kind { atlas, tables, ..member.kind }, ..member }
-        };
-        let text = group(options, [0, 0, 1, 2].into_iter().enumerate().map(member).collect());
-        for sampled in names {
-            for wanted in [format!("vastex_feedback_{sampled}"), "vastex_feedback".to_owned()] {
-                // What the whole group wants is looked at once.
-                if wanted == "vastex_feedback" && sampled != "color" {
-                    continue;
-                }
-                let harness = harness
-                    .replace("vastex_feedback_level(ID", "vastex_feedback_level(WANTED")
-                    .replace("vastex_feedback_grad(ID", "vastex_feedback_grad(WANTED")
-                    .replace("vastex_sample", &format!("vastex_sample_{sampled}"))
-                    .replace("vastex_feedback_", &format!("{wanted}_"));
-                let name = format!("test-group-{}-{sampled}-{wanted}", name_of(options));
-                visit(&name, of_test(&format!("{harness}\nconst WANTED: u32 = 0u;"), &text));
-            }
-        }
-    });
-}
-
-/// A test's shader, with an id in a constant.
-fn of_test(shader: &str, vastex: &str) -> String {
-    format!("{shader}\nconst ID: u32 = 0u;\n{vastex}")
-}
-
-fn groups_of_vastex_tests(visit: &mut Visit<'_>) {
-    let filters = vec![Filter::Nearest, Filter::Trilinear];
-    let options = Options { atlases: vec![Atlas::Float], filters, ..Options::all() };
-    options.each(|options| {
-        let of_pools = |pools: &[(&str, usize)]| -> String {
-            group(options, pools.iter().map(|(name, pool)| member(options, name, *pool, 0)).collect())
-        };
-        let [color, night, clouds, height] = vastex_tests::NAMES;
-        // Two of the four have pages as large, and so share a pool.
-        let columns = of_pools(&[(color, 0), (night, 1), (clouds, 2), (height, 1)]);
-        visit(&format!("test-columns-{}", name_of(options)), vastex_tests::by_columns() + &columns);
-        visit(&format!("test-apart-{}", name_of(options)), vastex_tests::apart() + &columns);
-        for pools in [[0, 1, 1], [0, 0, 0]] {
-            let names = ["first", "second", "again"];
-            let members: Vec<(&str, usize)> = names.into_iter().zip(pools).collect();
-            let name = format!("test-halves-{}-{}", pools[1], name_of(options));
-            visit(&name, vastex_tests::halves() + &of_pools(&members));
-        }
-    });
-}
-
-/// Two layers of a texture, or of two.
-fn mixing_of_vastex_tests(visit: &mut Visit<'_>) {
-    let (atlases, filters) = (vec![Atlas::Float], vec![Filter::KINDS[3]]);
-    let options = Options { atlases, filters, fades: vec![false], ..Options::all() };
-    options.each(|options| {
-        for wanted in 0..3 {
-            let label = member(&Choice { is_unmixed: true, ..*options }, "label", 0, 1);
-            let members = vec![member(options, "value", 0, 0), label];
-            let text = vastex_tests::two_filters(wanted) + &group(options, members);
-            visit(&format!("test-mixing-{wanted}-{}", name_of(options)), text);
-        }
-    });
-}
-
 /// The text for a group.
 fn group(choice: &Choice, members: Vec<KindMember>) -> String {
     wgsl(&kinds_of(choice, members), choice.place())
@@ -474,7 +365,7 @@ fn atlas_name(atlas: Atlas) -> &'static str {
 
 /// For file names.
 fn name_of(options: &Choice) -> String {
-    let Choice { group, filter, is_unmixed, atlas, feedback, tables, pages, fade } = options;
+    let Choice { place, filter, scale, is_unmixed, atlas, feedback, tables, pages, fade } = options;
     let mut name = format!("{filter}-{}-{}", atlas_name(*atlas), feedback.name());
     name += if *is_unmixed { "-unmixed" } else { "" };
     name += match tables {
@@ -486,9 +377,12 @@ fn name_of(options: &Choice) -> String {
         PageSides::PowersOfTwo => "-powers",
     };
     name += if *fade { "-fading" } else { "" };
-    if *group != 0 {
-        // Writing to a String cannot fail.
-        let _ = write!(name, "-group{group}");
+    // Writing to a String cannot fail.
+    if let Some(scale) = scale {
+        let _ = write!(name, "-by{scale}");
+    }
+    if *place != (0, 0) {
+        let _ = write!(name, "-group{}", place.0);
     }
     name
 }

@@ -3,7 +3,7 @@
 use vastex::Filter;
 use vastex_scenes::shaders;
 use vastex_viewer::{LayersText, PlanetText};
-use vastex_wgpu::{Atlas, KindMember};
+use vastex_wgpu::{Atlas, Kind, KindMember, PageSides, TableKind};
 
 use super::{Choice, NAMES, Options, Visit, atlas_name, group, member, name_of, of_atlas};
 
@@ -40,6 +40,16 @@ fn each_of(visit: &mut Visit<'_>, options: &Choice, (has_night, has_clouds): (bo
         visit(&format!("lit-planet{parts}-{of}-{}", name_of(options)), text);
     };
     visit("level", member(options, "height", 0, 0), &ground);
+    if (options.atlas, options.tables) == (Atlas::Float, TableKind::Direct) {
+        // Lights and clouds of pages of any sides, as such have that are held whole.
+        let any = |member: &KindMember| match &*member.name {
+            "layer0" => member.clone(),
+            _ => KindMember { kind: Kind { pages: PageSides::Any, ..member.kind }, ..member.clone() },
+        };
+        let parts_of_any: Vec<KindMember> = ground.iter().map(any).collect();
+        visit("level-any", member(options, "height", 0, 0), &parts_of_any);
+        visit("any", member(options, "height", layers.count, 0), &parts_of_any);
+    }
     if layers.count > 1 {
         visit("level-alike", member(options, "height", 0, 0), &ground_of(0));
     }

@@ -5,13 +5,14 @@ use vastex::{Dims, FeedbackMode, Filter};
 use vastex_viewer::volume::{LabelsInText, volume_text};
 use vastex_wgpu::{Atlas, Kind, KindMember, Kinds, PageSides, TableKind, wgsl};
 
-use super::{Choice, Options, Visit, group, name_of, of_test, vastex_tests};
+use super::of_tests::of_test;
+use super::{Choice, Options, Visit, group, name_of, vastex_tests};
 
 /// Calls `visit` with every text of volumes. A volume's filter is nearest, or the blend of eight voxels.
 pub(super) fn each(visit: &mut Visit<'_>) {
     let fog = include_str!("../../../../crates/vastex/examples/fog/fog.wgsl");
     let filters = vec![Filter::Nearest, Filter::Trilinear];
-    let of_fog = Options { groups: vec![1], fades: vec![false], ..Options::all() };
+    let of_fog = Options { places: vec![(1, 0)], fades: vec![false], ..Options::all() };
     Options { filters: vec![Filter::Trilinear], pages: vec![PageSides::Any], ..of_fog }.each(|choice| {
         visit(&format!("fog-{}", name_of(choice)), fog.to_owned() + &alone(choice, solid(choice)));
     });

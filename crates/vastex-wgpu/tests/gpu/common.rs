@@ -15,6 +15,8 @@ use vastex_wgpu::{
     shader_id, texture_record, wgsl,
 };
 
+use crate::test_text::TestText;
+
 /// One device for all tests that leave it whole.
 pub(crate) static GPU: LazyLock<TestDevice> = LazyLock::new(TestDevice::new);
 
@@ -90,8 +92,9 @@ impl Bindings {
     }
 
     /// A shader's text, this text, and the id of the texture that it is to sample as `ID`.
-    pub(crate) fn text(&self, shader: &str, id: u32) -> String {
-        format!("{shader}\nconst ID: u32 = {id}u;\n{}", wgsl(&self.kinds, BindingPlace::default()))
+    pub(crate) fn text(&self, shader: &str, id: u32) -> TestText {
+        let text = format!("{shader}\n{}", wgsl(&self.kinds, BindingPlace::default()));
+        TestText::new(text).with("ID", id)
     }
 
     /// The bind group of a world.

@@ -4,6 +4,7 @@ use vastex_wgpu::FEEDBACK_FORMAT;
 use vastex_wgpu::test_device::TestDevice;
 
 use crate::common::read;
+use crate::test_text::TestText;
 
 /// Pixels per side of the targets.
 pub(crate) const SIDE: u32 = 64;
@@ -11,7 +12,7 @@ pub(crate) const SIDE: u32 = 64;
 /// What is drawn.
 pub(crate) struct Drawing<'a> {
     /// All of the shader.
-    pub(crate) text: String,
+    pub(crate) text: TestText,
     /// Its entry points.
     pub(crate) entries: [&'static str; 2],
     pub(crate) topology: wgpu::PrimitiveTopology,
@@ -93,7 +94,7 @@ fn pipeline(
     inputs: &wgpu::BindGroupLayout,
     formats: [wgpu::TextureFormat; 2],
 ) -> wgpu::RenderPipeline {
-    let module = vastex_wgpu::shader_module(&gpu.device, None, drawing.text.clone());
+    let module = drawing.text.module(&gpu.device);
     let layouts = [Some(drawing.layout), Some(inputs)];
     let layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
@@ -106,7 +107,7 @@ fn pipeline(
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some(drawing.entries[0]),
-            compilation_options: Default::default(),
+            compilation_options: drawing.text.options(),
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState { topology: drawing.topology, ..Default::default() },
@@ -115,7 +116,7 @@ fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some(drawing.entries[1]),
-            compilation_options: Default::default(),
+            compilation_options: drawing.text.options(),
             targets: &formats.map(|format| Some(format.into())),
         }),
         multiview_mask: None,

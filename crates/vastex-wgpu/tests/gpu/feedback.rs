@@ -9,16 +9,16 @@ use vastex_wgpu::{
 };
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World, storage};
+use crate::test_text::TestText;
 
 /// A pipeline that draws one triangle over the whole picture into a feedback target.
 fn pipeline(
     gpu: &TestDevice,
     layout: Option<&wgpu::BindGroupLayout>,
-    text: String,
-    constants: &[(&str, f64)],
+    text: &TestText,
 ) -> wgpu::RenderPipeline {
     let device = &gpu.device;
-    let module = vastex_wgpu::shader_module(device, None, text);
+    let module = text.module(device);
     let layout = layout.map(|layout| {
         device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
@@ -32,7 +32,7 @@ fn pipeline(
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: None,
-            compilation_options: Default::default(),
+            compilation_options: text.options(),
             buffers: &[],
         },
         primitive: Default::default(),
@@ -47,7 +47,7 @@ fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: None,
-            compilation_options: wgpu::PipelineCompilationOptions { constants, ..Default::default() },
+            compilation_options: text.options(),
             targets: &[Some(FEEDBACK_FORMAT.into())],
         }),
         multiview_mask: None,
@@ -81,7 +81,7 @@ impl Filled {
             size,
             readback: readback(gpu, &target),
             views: Views::new(&gpu.device, &gpu.queue, FeedbackMode::Separate),
-            pipeline: pipeline(gpu, None, FILL.to_owned(), &[("WIDTH", size[0].into())]),
+            pipeline: pipeline(gpu, None, &TestText::new(FILL.to_owned()).told("WIDTH", size[0])),
             target,
             unheard: None,
         }
@@ -344,7 +344,7 @@ fn draw_plane(
     frames: u64,
 ) -> Vec<RawFeedback> {
     let bindings = Bindings::new(gpu, world.kind(0, Filter::Trilinear), FeedbackMode::Separate, false);
-    let pipeline = pipeline(gpu, Some(&bindings.layout), bindings.text(PLANE, world.id), &[]);
+    let pipeline = pipeline(gpu, Some(&bindings.layout), &bindings.text(PLANE, world.id));
     let (group, views) = (bindings.group(gpu, world), &bindings.views);
     let target = FeedbackTarget::new(&gpu.device, picture, scale).unwrap();
     let frame = |frame| {

@@ -106,7 +106,7 @@ impl Group {
         let harness = HARNESS.replace("vastex_feedback_level(ID", "vastex_feedback_level(WANTED");
         let harness = harness.replace("vastex_feedback_grad(ID", "vastex_feedback_grad(WANTED");
         let harness = harness.replace("vastex_sample", sample).replace("vastex_feedback_", &feedback);
-        let text = self.bindings.text(&format!("{harness}\nconst WANTED: u32 = {}u;", ids[1]), ids[0]);
+        let text = self.bindings.text(&harness, ids[0]).with("WANTED", ids[1]);
         run(&GPU, &pipeline(&GPU, &self.bindings.layout, text), &self.group, inputs)
     }
 

@@ -24,5 +24,6 @@ mod sampling;
 mod seams;
 mod stages;
 mod table_texts;
+mod test_text;
 mod texture_space;
 mod unlike;

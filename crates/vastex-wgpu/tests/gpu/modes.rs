@@ -112,8 +112,8 @@ fn pipeline(
     has_depth: bool,
 ) -> wgpu::RenderPipeline {
     let device = &GPU.device;
-    let text = bindings.text(&format!("{SURFACES}\nconst VIEW: u32 = {view}u;"), 0);
-    let module = vastex_wgpu::shader_module(device, None, text);
+    let text = bindings.text(SURFACES, 0).with("VIEW", view);
+    let module = text.module(device);
     let surfaces = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
         entries: &[wgpu::BindGroupLayoutEntry {
@@ -138,7 +138,7 @@ fn pipeline(
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some("vertex"),
-            compilation_options: Default::default(),
+            compilation_options: text.options(),
             buffers: &[],
         },
         primitive: Default::default(),
@@ -153,7 +153,7 @@ fn pipeline(
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some(entry_point),
-            compilation_options: Default::default(),
+            compilation_options: text.options(),
             targets: &[Some(format.into())],
         }),
         multiview_mask: None,

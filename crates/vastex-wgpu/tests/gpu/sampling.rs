@@ -8,6 +8,7 @@ use vastex_wgpu::test_device::TestDevice;
 use vastex_wgpu::{Atlas, FeedbackMode, Filter, Kind, PageSides, PoolTables, twins};
 
 use crate::common::{Bindings, GPU, NUMBER, Random, World, params_of, read, storage};
+use crate::test_text::TestText;
 use crate::unlike::{Unlike, apart, whereabouts};
 
 /// One call of the shader: by gradients, or at an explicit level.
@@ -157,7 +158,7 @@ fn sampled(twin: &twins::Sampler<'_>, input: &Input, step: f32) -> [f32; 4] {
 pub(crate) fn pipeline(
     gpu: &TestDevice,
     layout: &wgpu::BindGroupLayout,
-    text: String,
+    text: TestText,
 ) -> wgpu::ComputePipeline {
     let device = &gpu.device;
     let storage = |read_only| wgpu::BindingType::Buffer {
@@ -180,13 +181,13 @@ pub(crate) fn pipeline(
         bind_group_layouts: &[Some(layout), Some(&data)],
         immediate_size: 0,
     });
-    let module = vastex_wgpu::shader_module(device, None, text);
+    let module = text.module(device);
     device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
         label: None,
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: None,
-        compilation_options: Default::default(),
+        compilation_options: text.options(),
         cache: None,
     })
 }

@@ -15,7 +15,8 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
     let world = World::new(gpu, geometry, LayerFormat::Rgba8, 0.0, 7);
     let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackMode::Separate, false);
     let group = bindings.group(gpu, &world);
-    let module = vastex_wgpu::shader_module(&gpu.device, None, bindings.text(SHADER, world.id));
+    let text = bindings.text(SHADER, world.id);
+    let module = text.module(&gpu.device);
     let pipeline_layout = gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
         bind_group_layouts: &[Some(&bindings.layout)],
@@ -27,7 +28,7 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
         vertex: wgpu::VertexState {
             module: &module,
             entry_point: Some("spread"),
-            compilation_options: Default::default(),
+            compilation_options: text.options(),
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState {
@@ -39,7 +40,7 @@ fn drawn(geometry: &Geometry, entry: &str, instances: std::ops::Range<u32>) -> V
         fragment: Some(wgpu::FragmentState {
             module: &module,
             entry_point: Some(entry),
-            compilation_options: Default::default(),
+            compilation_options: text.options(),
             targets: &[Some(wgpu::ColorTargetState {
                 blend: Some(TEXTURE_SPACE_BLEND),
                 ..TEXTURE_SPACE_FORMAT.into()

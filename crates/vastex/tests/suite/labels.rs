@@ -96,7 +96,8 @@ fn read(
 ) -> Vec<[u64; 2]> {
     let device = &gpu.device;
     let (kinds, id) = (textures.kinds(texture).unwrap(), textures.shader_id(texture).unwrap());
-    let text = format!("{LABELS}\nconst ID: u32 = {id}u;\n{}", textures.wgsl(&kinds));
+    let text = format!("{LABELS}\n{}\noverride ID: u32 = 0u;\n", textures.wgsl(&kinds));
+    let constants = [("ID", f64::from(id))];
     let module = vastex_wgpu::shader_module(device, None, text);
     let entry = wgpu::BindGroupLayoutEntry {
         binding: 0,
@@ -120,7 +121,7 @@ fn read(
         layout: Some(&pipeline_layout),
         module: &module,
         entry_point: Some("main"),
-        compilation_options: Default::default(),
+        compilation_options: wgpu::PipelineCompilationOptions { constants: &constants, ..Default::default() },
         cache: None,
     });
     let bytes: &[u8] = bytemuck::cast_slice(places);

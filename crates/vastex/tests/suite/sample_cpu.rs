@@ -100,7 +100,8 @@ impl World {
         let (kinds, id) =
             (self.textures.kinds(self.texture).unwrap(), self.textures.shader_id(self.texture).unwrap());
         let points = crate::common::texts::POINTS;
-        let text = format!("{points}\nconst ID: u32 = {id}u;\n{}", self.textures.wgsl(&kinds));
+        let text = format!("{points}\n{}\noverride ID: u32 = 0u;\n", self.textures.wgsl(&kinds));
+        let constants = [("ID", f64::from(id))];
         let module = vastex_wgpu::shader_module(device, None, text);
         let storage = wgpu::BindGroupLayoutEntry {
             binding: 0,
@@ -124,7 +125,10 @@ impl World {
             layout: Some(&pipeline_layout),
             module: &module,
             entry_point: Some("main"),
-            compilation_options: Default::default(),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants: &constants,
+                ..Default::default()
+            },
             cache: None,
         });
         let bytes: &[u8] = bytemuck::cast_slice(inputs);
