@@ -27,12 +27,24 @@ struct Waves {
     texels: DVec2,
     /// Waves round the texture and from its top to its bottom.
     counts: DVec2,
-    has_poles: bool,
+    poles: Poles,
+}
+
+/// What the ground of a globe is like at its poles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Poles {
+    /// There are none.
+    None,
+    /// Waves end in a plain round each pole, where the pages of all meridians meet, more than are loaded,
+    /// so that what is seen of heights is coarser than elsewhere.
+    Plain,
+    /// Each meridian comes to the pole at another height: there are so many waves round the globe.
+    Several(u32),
 }
 
 impl Waves {
     /// 2^bits texels wide, for views of so many pixels a texel.
-    fn new(bits: u32, magnification: f64, has_poles: bool) -> Arc<Waves> {
+    fn new(bits: u32, magnification: f64, poles: Poles) -> Arc<Waves> {
         let (width, height) = (1 << bits, 1 << (bits - 1));
         let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
         let spec = GeometrySpec { page: 128, address, ..GeometrySpec::image(width, height) };
@@ -42,18 +54,40 @@ impl Waves {
         let description = Description { layers, ..Description::one_layer(geometry, LayerFormat::Rgba8) };
         let texels = DVec2::new(width.into(), height.into());
         let length = (f64::from(SIZE[0]) / magnification).max(16.0);
-        let counts = (texels / length).round().max(DVec2::ONE);
-        Arc::new(Waves { description: Arc::new(description), texels, counts, has_poles })
+        let mut counts = (texels / length).round().max(DVec2::ONE);
+        if let Poles::Several(around) = poles {
+            counts.x = around.into();
+        }
+        Arc::new(Waves { description: Arc::new(description), texels, counts, poles })
     }
 
-    /// The value at a place in texels of level 0, 0 to 1. On a globe waves end in a plain round each pole,
-    /// where the pages of all meridians meet, more than are loaded, so that what is seen of heights is
-    /// coarser than elsewhere.
+    /// The value at a place in texels of level 0, 0 to 1.
     fn value(&self, place: DVec2) -> f64 {
         let turns = place / self.texels * self.counts;
-        let from_pole = if self.has_poles { (place.y / self.texels.y * PI).sin() } else { 1.0 };
-        let waves = (TAU * turns.y.fract()).sin() + (TAU * turns.x.fract() + 0.7).sin();
-        0.5 + 0.25 * from_pole * from_pole * waves
+        let from_pole = (place.y / self.texels.y * PI).sin().powi(2);
+        let [along, around] = match self.poles {
+            Poles::None => [1.0, 1.0],
+            Poles::Plain => [from_pole, from_pole],
+            Poles::Several(_) => [from_pole, 1.0],
+        };
+        0.5 + 0.25 * (along * (TAU * turns.y.fract()).sin() + around * (TAU * turns.x.fract() + 0.7).sin())
+    }
+
+    /// The value of the surface of a globe at a place, where it is drawn at a level: that of the texels,
+    /// but that within half a texel of a pole heights go straight to the mean of those round it, which is
+    /// 0.5.
+    fn on_globe(&self, place: DVec2, level: f64) -> f64 {
+        let from_pole = place.y.min(self.texels.y - place.y).max(0.0);
+        let share = (from_pole * (1.0 - level.max(0.0)).exp2()).min(1.0);
+        0.5 + (self.value(place) - 0.5) * share
+    }
+
+    /// The level at which what is so far from the camera is drawn, on a globe in a picture of [`SIZE`]:
+    /// that whose texels are as far apart as vertices, of which 16 lie along a patch, which is drawn from
+    /// 4.25 of its diagonals on.
+    fn level(&self, distance: f64) -> f64 {
+        let patch = 4.25 * (2.0 * PI * PI).sqrt() / 0.5;
+        (2.0 / (16.0 * patch) * self.texels.x * distance).log2()
     }
 
     fn fill(&self, level: u8, level_box: Box3, offset: [u32; 3], tile: &mut [u8]) {
@@ -135,7 +169,9 @@ fn of_globe(source: &Waves, pose: &Pose, scale: f64, place: DVec2) -> (DVec2, f6
         chord.x * lat.cos() + chord.y * lat.sin() - latitude.cos() * versed * lat.cos(),
     );
     let below = DVec2::new((lon / TAU + 0.5).rem_euclid(1.0), 0.5 - lat / PI) * texels;
-    let (here, there) = (source.value(place) * scale, source.value(below) * scale);
+    let away = (point - DVec3::Z * altitude).length();
+    let here = source.on_globe(place, source.level(away)) * scale;
+    let there = source.on_globe(below, source.level(altitude)) * scale;
     let lift = here - f64::from(ZERO) * scale;
     let from_camera = point * (1.0 + lift) + DVec3::Z * (here - there - altitude);
     let steepness = -(point + DVec3::Z).dot(from_camera.normalize());
@@ -165,21 +201,28 @@ fn altitude(texels: f64, magnification: f64) -> f64 {
     f64::from(SIZE[1]) / (2.0 * TANGENT * magnification * texels / TAU)
 }
 
+/// From the whole to 64 pixels a texel, at one place after another: at the date line and elsewhere, and at
+/// and near both poles, to which meridians come at one height or at several.
 #[test]
 fn texels_of_a_globe_with_heights_stand_where_they_should() {
-    for (bits, count) in [(12, 2), (31, 3)] {
+    for (bits, count) in [(12, 3), (31, 7)] {
         let texels = 2f64.powi(bits);
-        for magnification in magnifications(texels, count) {
-            let (source, altitude) =
-                (Waves::new(bits as u32, magnification, true), altitude(texels, magnification));
+        for (n, magnification) in magnifications(texels, count).enumerate() {
+            let altitude = altitude(texels, magnification);
             let scale = 0.05 * altitude;
-            let mut offscreen = scene(&source, Scene::Globe, scale);
-            for (longitude, latitude) in
-                [(0.3, 0.7), (PI - 1e-9, -0.2), (1.0, FRAC_PI_2 - 1e-9), (2.0, 1e-3 - FRAC_PI_2)]
-            {
+            let beside_pole = FRAC_PI_2 - (0.2 * altitude).min(1e-3);
+            let at_pole = FRAC_PI_2 - 1e-9;
+            let plain = [(PI - 1e-9, -0.2), (-2.5, beside_pole), (0.3, 0.7), (2.0, -at_pole)][n % 4];
+            let several = [(1.0, at_pole), (2.0, -beside_pole), (3.0, -at_pole), (-2.5, beside_pole)][n % 4];
+            for (poles, (longitude, latitude)) in [(Poles::Plain, plain), (Poles::Several(2), several)] {
+                let source = Waves::new(bits as u32, magnification, poles);
+                let mut offscreen = scene(&source, Scene::Globe, scale);
                 let pose = Pose::globe(longitude, latitude, altitude);
                 let error = error_on_globe(&mut offscreen, &source, &pose, scale);
-                assert!(error < 0.1, "2^{bits} at {magnification} pixels a texel, {pose:?}: {error}");
+                assert!(
+                    error < 0.1,
+                    "2^{bits} at {magnification} pixels a texel, {poles:?}, {pose:?}: {error}"
+                );
             }
         }
     }
@@ -204,7 +247,7 @@ fn texels_of_a_terrain_stand_where_they_should() {
     for (bits, count) in [(12, 2), (31, 3)] {
         let texels = 2f64.powi(bits);
         for magnification in magnifications(texels, count) {
-            let source = Waves::new(bits as u32, magnification, false);
+            let source = Waves::new(bits as u32, magnification, Poles::None);
             let above = f64::from(SIZE[1]) / (TANGENT * magnification * texels);
             let scale = 0.05 * above;
             let mut offscreen = scene(&source, Scene::Terrain, scale);
@@ -227,26 +270,34 @@ fn texels_of_a_terrain_stand_where_they_should() {
     }
 }
 
-/// After 10,000 small pans near the date line texels stand where they should, overlays cover what the picture
-/// covers, nothing that is in view is missing, and there is no hole.
+/// After 10,000 small pans near the date line, and round a pole, texels stand where they should, overlays
+/// cover what the picture covers, nothing that is in view is missing, and there is no hole.
 #[test]
 fn a_globe_with_heights_stands_still_after_many_pans() {
     let (texels, pan) = (2f64.powi(31), 0.013);
-    let (source, altitude) = (Waves::new(31, 64.0, true), altitude(texels, 64.0));
+    let altitude = altitude(texels, 64.0);
     let scale = 0.05 * altitude;
-    let mut camera = Controller::new(Pose::globe(PI - 1e-8, 0.1, altitude));
     let view = f64::from(SIZE[0]) / f64::from(SIZE[1]);
-    (0..10_000).for_each(|_| camera.apply(Move::Drag(DVec2::new(-pan, 0.0)), [view, 2.0]));
-    let pose = camera.pose();
-    let mut offscreen = scene(&source, Scene::Globe, scale);
-    let error = error_on_globe(&mut offscreen, &source, &pose, scale);
-    assert!(error < 0.1, "{pose:?}: {error}");
-    assert!(offscreen.share_at_wanted_level().unwrap() > 0.999);
-    let picture = offscreen.picture();
-    assert!(picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255), "there is no hole");
-    let deficit = offscreen.overlay(Overlay::Deficit).unwrap();
-    let is_green = |pixel: &[u8]| pixel[1] > pixel[0] && pixel[1] > pixel[2];
-    let green = deficit.rgba.chunks_exact(4).filter(|pixel| is_green(pixel)).count();
-    assert!(green * 1000 >= picture.rgba.len() / 4 * 999, "{green}");
-    assert_ne!(offscreen.overlay(Overlay::Levels).unwrap(), picture);
+    let moved = |longitude: f64, latitude: f64| {
+        let mut camera = Controller::new(Pose::globe(longitude, latitude, altitude));
+        (0..10_000).for_each(|_| camera.apply(Move::Drag(DVec2::new(-pan, 0.0)), [view, 2.0]));
+        camera.pose()
+    };
+    let at_date_line = (PI - 1e-8, 0.1, Poles::Plain);
+    for (longitude, latitude, poles) in [at_date_line, (0.5, FRAC_PI_2 - 1e-9, Poles::Several(2))] {
+        let (source, pose) = (Waves::new(31, 64.0, poles), moved(longitude, latitude));
+        let mut offscreen = scene(&source, Scene::Globe, scale);
+        let error = error_on_globe(&mut offscreen, &source, &pose, scale);
+        assert!(error < 0.1, "{pose:?}: {error}");
+        let picture = offscreen.picture();
+        assert!(picture.rgba.chunks_exact(4).all(|pixel| pixel[3] == 255), "there is no hole");
+        if poles == Poles::Plain {
+            assert!(offscreen.share_at_wanted_level().unwrap() > 0.999);
+            let deficit = offscreen.overlay(Overlay::Deficit).unwrap();
+            let is_green = |pixel: &[u8]| pixel[1] > pixel[0] && pixel[1] > pixel[2];
+            let green = deficit.rgba.chunks_exact(4).filter(|pixel| is_green(pixel)).count();
+            assert!(green * 1000 >= picture.rgba.len() / 4 * 999, "{green}");
+            assert_ne!(offscreen.overlay(Overlay::Levels).unwrap(), picture);
+        }
+    }
 }

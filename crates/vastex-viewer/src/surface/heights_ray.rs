@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use vastex::{CpuSampler, Geometry, Textures};
 
 use super::patches::Patches;
+use super::poles::height_on_globe;
 use super::relief::ReliefSurface;
 use crate::camera::{Ground, Pose, Ray};
 
@@ -129,9 +130,17 @@ impl<'a> HeightsBelow<'a> {
     /// How high the surface is below a place, at the level at which it is drawn there.
     fn height_at(&mut self, place: DVec3) -> f64 {
         let texels = self.roughness * self.texels_by_distance * self.distance(place);
-        let coarsest = f64::from(self.geometry.coarsest());
-        let level = (texels.max(1e-6).log2() + self.bias).clamp(0.0, coarsest);
-        let uv = self.ground.uv(place);
+        let drawn = texels.max(1e-6).log2();
+        let level = (drawn + self.bias).clamp(0.0, f64::from(self.geometry.coarsest()));
+        let (uv, rows) = (self.ground.uv(place), self.surface.texels()[1]);
+        match self.ground {
+            Ground::Globe { .. } => height_on_globe(uv, drawn, rows, |uv| self.height_of_texels(uv, level)),
+            Ground::Flat { .. } => self.height_of_texels(uv, level),
+        }
+    }
+
+    /// How high the texels of the two levels around one say that a place is.
+    fn height_of_texels(&mut self, uv: DVec2, level: f64) -> f64 {
         let finer = level.floor();
         let value = self.value(uv, finer as u8);
         let share = level - finer;

@@ -12,6 +12,7 @@ mod mesh;
 mod patches;
 mod pipeline;
 mod planet;
+mod poles;
 mod relief;
 mod renderer;
 mod scene_pipelines;

@@ -5,10 +5,11 @@
 //! for the light; colours and heights are a group, so that one feedback entry serves both. Which patches are
 //! drawn is `patches`' business, what shaders are told in fixed point that of `fixed_relief`.
 
-use glam::{Mat4, Vec2, Vec3};
+use glam::{DVec2, Mat4, Vec2, Vec3};
 use vastex::{LayerFormat, LayerId, Region, TextureId, Textures};
 
 use super::patches::{Base, Frustum, MORPH, Patch, Patches};
+use super::poles::height_on_globe;
 use crate::camera::Pose;
 use crate::layers::UnknownLayer;
 use crate::picture::PicturePart;
@@ -329,20 +330,30 @@ impl ReliefSurface {
         if self.relief.is_level {
             return 0.0;
         }
-        let (uv, level) = self.place_below(textures, uniform);
-        let ground = textures.cpu().sample(self.relief.layer, uv.to_array(), level);
-        let value = ground.map_or(self.relief.zero, |ground| ground.value[0]);
-        self.height(value)
+        let (uv, level) = self.place_below(uniform);
+        let sampled = level.max(0.0) + self.bias(textures);
+        let height = |uv: DVec2| {
+            let ground = textures.cpu().sample(self.relief.layer, uv.as_vec2().to_array(), sampled);
+            f64::from(self.height(ground.map_or(self.relief.zero, |ground| ground.value[0])))
+        };
+        match self.base {
+            Base::Flat { .. } => height(uv.as_dvec2()) as f32,
+            Base::Globe => height_on_globe(uv.as_dvec2(), level.into(), self.relief.texels[1], height) as f32,
+        }
     }
 
-    /// The uv below the camera, and the level at which heights are drawn there.
-    fn place_below(&self, textures: &Textures, uniform: &ReliefUniform) -> (Vec2, f32) {
+    /// Levels by which heights are drawn coarser than their places need.
+    fn bias(&self, textures: &Textures) -> f32 {
+        let bias = textures.texture(self.relief.layer.texture()).map_or(0, |texture| texture.bias_eighths());
+        f32::from(bias) / 8.0
+    }
+
+    /// The uv below the camera, and the level that heights need there, which may be below 0.
+    fn place_below(&self, uniform: &ReliefUniform) -> (Vec2, f32) {
         let uv = self.base.uv_below(uniform.eye);
         let above = uniform.eye.distance(self.base.point(uv));
         let texels = uniform.spacing * uniform.texels * above;
-        let bias = textures.texture(self.relief.layer.texture()).map_or(0, |texture| texture.bias_eighths());
-        let level = texels.max_element().max(1e-6).log2().max(0.0) + f32::from(bias) / 8.0;
-        (uv, level)
+        (uv, texels.max_element().max(1e-6).log2())
     }
 
     /// The heights that [`ReliefSurface::ground_below`] is taken from, in a picture of so many pixels: texels
@@ -359,8 +370,8 @@ impl ReliefSurface {
         let texture = self.relief.layer.texture();
         let [width, height, _] = textures.texture(texture).ok()?.description().geometry.size();
         let uniform = self.uniform(&Patches::new(self.base, self.relief.texels, picture[1]), pose);
-        let (uv, level) = self.place_below(textures, &uniform);
-        let finest = level.floor().min(30.0) as u8;
+        let (uv, level) = self.place_below(&uniform);
+        let finest = (level.max(0.0) + self.bias(textures)).floor().min(30.0) as u8;
         // Texels beside it are blended with it.
         let reach = (2u32 << finest) * (width / self.relief.texels[0].max(1)).max(1);
         let around = |at: f32, side: u32| {

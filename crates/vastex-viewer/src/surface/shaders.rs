@@ -9,6 +9,7 @@
 //! replaced.
 
 use super::patches::QUADS;
+use super::poles::AROUND;
 use crate::layers::{ColorMap, LayersText};
 
 /// The ways in which a surface is placed.
@@ -79,7 +80,7 @@ pub fn relief(vastex: &str, layers: LayersText) -> String {
     if layers.planet.is_some() {
         modules.extend(PLANET.map(str::to_owned));
     }
-    modules.push(format!("const RELIEF_QUADS: u32 = {QUADS}u;\n"));
+    modules.push(format!("const RELIEF_QUADS: u32 = {QUADS}u;\nconst RELIEF_AROUND: u32 = {AROUND}u;\n"));
     joined(modules, vastex)
 }
 

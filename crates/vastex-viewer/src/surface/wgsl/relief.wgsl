@@ -60,12 +60,45 @@ fn relief_level(at_distance: f32) -> f32 {
     return log2(max(max(texels.x, texels.y), 1e-6));
 }
 
-// Where the height of a vertex is looked up: both sides of the date line are one, and a pole has one height.
-fn relief_lookup(uv: vec2<f32>) -> vec2<f32> {
-    if !RELIEF_GLOBE {
-        return uv;
+// How much of the height of a place is what the texture says there, so many texels from a pole: all of it, but within half a texel of the level.
+// A pole is one point and has one height, the mean of those around it, to which heights go from there. See poles.rs.
+fn relief_share(from_pole: f32, level: f32) -> f32 {
+    return select(1.0, clamp(from_pole * exp2(1.0 - max(level, 0.0)), 0.0, 1.0), RELIEF_GLOBE);
+}
+
+// How often a height is looked up: once, and near a pole at the places around it.
+fn relief_lookups(share: f32) -> u32 {
+    return select(1u, 1u + RELIEF_AROUND, share < 1.0);
+}
+
+// How far round a globe the places around a pole lie, of which the first is looked up second.
+fn relief_around(nth: u32) -> f32 {
+    return (f32(nth) - 0.5) / f32(RELIEF_AROUND);
+}
+
+// The sums of what was looked up: at the place itself, and around a pole.
+fn relief_gathered(sums: vec2<f32>, nth: u32, value: f32) -> vec2<f32> {
+    return sums + select(vec2<f32>(0.0, value), vec2<f32>(value, 0.0), nth == 0u);
+}
+
+fn relief_shared(sums: vec2<f32>, share: f32) -> f32 {
+    return select(mix(sums.y / f32(RELIEF_AROUND), sums.x, share), sums.x, share >= 1.0);
+}
+
+// The value of the surface at a place, at a level. Both sides of the date line are one.
+fn relief_height(uv: vec2<f32>, level: f32) -> f32 {
+    let rows = scene.relief[scene_zero].texels.y;
+    let share = relief_share(min(uv.y, 1.0 - uv.y) * rows, level);
+    let row = select(1.0 - (0.5 / rows), 0.5 / rows, uv.y < 0.5);
+    let lookups = relief_lookups(share);
+    var sums = vec2<f32>(0.0);
+    for (var nth = 0u; nth < lookups; nth++) {
+        let here = vec2<f32>(select(uv.x, fract(uv.x), RELIEF_GLOBE), uv.y);
+        let at = select(vec2<f32>(relief_around(nth), row), here, nth == 0u);
+        let value = relief_surface(vastex_sample_height_level(scene.ids.height, at, level).r);
+        sums = relief_gathered(sums, nth, value);
     }
-    return vec2<f32>(select(fract(uv.x), 0.5, uv.y <= 0.0 || uv.y >= 1.0), uv.y);
+    return relief_shared(sums, share);
 }
 
 // The value of the surface where heights have a value.
@@ -77,8 +110,7 @@ fn relief_point(uv: vec2<f32>) -> vec3<f32> {
     if RELIEF_LEVEL {
         return relief_base(uv);
     }
-    let level = relief_level(relief_distance(uv));
-    let value = relief_surface(vastex_sample_height_level(scene.ids.height, relief_lookup(uv), level).r);
+    let value = relief_height(uv, relief_level(relief_distance(uv)));
     return relief_base(uv) + ((value - scene.relief[scene_zero].zero) * scene.relief[scene_zero].scale * relief_up(uv));
 }
 

@@ -156,28 +156,41 @@ fn fixed_at(offset: vec2<f32>) -> Look {
     return Look(scene.fixed[scene_zero].anchor, offset, vec2<f32>(0.0), vec2<f32>(0.0), vec4<f32>(0.0), true);
 }
 
-fn fixed_height_at(place: Look, level: f32) -> f32 {
+// The value of the surface so many texels from the anchor, at a level; as relief_height has it.
+fn fixed_height_at(offset: vec2<f32>, level: f32, is_pole: bool) -> f32 {
     if RELIEF_LEVEL {
         return scene.relief[scene_zero].zero;
     }
-    return relief_surface(vastex_sample_height_fixed_level(scene.ids.height, place.anchor, place.offset, level).r);
+    let id = scene.ids.height;
+    let place = fixed_place(layer_look(fixed_at(offset), PLACE_HEIGHT), id);
+    // Near a pole, where it matters, no difference of large numbers.
+    let anchor = scene.fixed[scene_zero].anchor.y;
+    let rows = scene.grid[scene_zero].size.y;
+    let from_poles = vec2<f32>(f32(anchor) + offset.y, f32(rows - anchor) - offset.y);
+    let from_pole = select(max(min(from_poles.x, from_poles.y), 0.0), 0.0, is_pole);
+    let share = relief_share(from_pole * (scene.relief[scene_zero].texels.y / f32(rows)), level);
+    let size = vastex_size(id);
+    let row = select(size.y - 1u, 0u, from_poles.x < from_poles.y);
+    let lookups = relief_lookups(share);
+    var sums = vec2<f32>(0.0);
+    for (var nth = 0u; nth < lookups; nth++) {
+        let around = vec2<u32>(u32(max(relief_around(nth), 0.0) * f32(size.x)), row);
+        let at = select(around, place.anchor, nth == 0u);
+        let beside = select(vec2<f32>(0.0, 0.5), place.offset, nth == 0u);
+        let value = relief_surface(vastex_sample_height_fixed_level(id, at, beside, level).r);
+        sums = relief_gathered(sums, nth, value);
+    }
+    return relief_shared(sums, share);
 }
 
 fn fixed_height(vertex: FixedVertex, level: f32) -> f32 {
-    let id = scene.ids.height;
-    var place = fixed_place(layer_look(fixed_at(vertex.turned + scene.fixed[scene_zero].fraction), PLACE_HEIGHT), id);
-    // A pole has one height.
-    place.anchor.x = select(place.anchor.x, vastex_size(id).x / 2u, vertex.is_pole);
-    place.offset.x = select(place.offset.x, 0.0, vertex.is_pole);
-    return fixed_height_at(place, level);
+    return fixed_height_at(vertex.turned + scene.fixed[scene_zero].fraction, level, vertex.is_pole);
 }
 
 // The ground below the camera, at the level at which it is drawn there: what heights are told from, so that near the camera nothing is
 // lost of their differences, and nobody but the shader needs to know it exactly.
 fn fixed_ground_below() -> f32 {
-    let below = layer_look(fixed_at(scene.fixed[scene_zero].fraction), PLACE_HEIGHT);
-    let place = fixed_place(below, scene.ids.height);
-    return fixed_height_at(place, relief_level(scene.fixed[scene_zero].altitude));
+    return fixed_height_at(scene.fixed[scene_zero].fraction, relief_level(scene.fixed[scene_zero].altitude), false);
 }
 
 fn fixed_point(vertex: FixedVertex) -> vec3<f32> {
