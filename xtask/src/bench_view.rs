@@ -19,7 +19,6 @@ use crate::{setup, shell};
 
 const REPORT: &str = "docs/bench-view.md";
 const RUNS: usize = 5;
-const FEWER_RUNS: usize = 3;
 /// The view, as wide as the thumbnail.
 const SIZE: [&str; 2] = ["1280x720", "1280"];
 
@@ -36,34 +35,32 @@ struct Case {
     make: fn(&Path) -> Result<PathBuf>,
     /// Milliseconds until something of it must be seen.
     first_ms: f64,
-    /// Runs: fewer of what takes long.
-    runs: usize,
     is_held_whole: bool,
     /// True if frames are drawn without a pause until the source is there.
     is_restless: bool,
 }
 
 impl Case {
-    const fn new(name: &'static str, make: fn(&Path) -> Result<PathBuf>, first_ms: f64, runs: usize) -> Case {
-        Case { name, make, first_ms, runs, is_held_whole: false, is_restless: false }
+    const fn new(name: &'static str, make: fn(&Path) -> Result<PathBuf>, first_ms: f64) -> Case {
+        Case { name, make, first_ms, is_held_whole: false, is_restless: false }
     }
 }
 
 const CASES: &[Case] = &[
-    Case::new("the real Earth, JPEG, 10800x5400", |directory| Input::EarthJpeg.make(directory), 1000.0, RUNS),
-    Case::new("the real Earth, PNG, 10800x5400", png, 1000.0, RUNS),
-    Case::new("a pyramid of libvips, 32768x16384", pyramid, 300.0, RUNS),
-    Case::new("the Earth enlarged, PNG, 43200x21600", large_png, 1000.0, 1),
+    Case::new("the real Earth, JPEG, 10800x5400", |directory| Input::EarthJpeg.make(directory), 1000.0),
+    Case::new("the real Earth, PNG, 10800x5400", png, 1000.0),
+    Case::new("a pyramid of libvips, 32768x16384", pyramid, 300.0),
+    Case::new("the Earth enlarged, PNG, 43200x21600", large_png, 1000.0),
     Case {
         is_held_whole: true,
-        ..Case::new("the Earth enlarged, progressive JPEG, 21600x10800", progressive, 1000.0, FEWER_RUNS)
+        ..Case::new("the Earth enlarged, progressive JPEG, 21600x10800", progressive, 1000.0)
     },
     Case {
         is_held_whole: true,
         is_restless: true,
-        ..Case::new("the same, drawn without a pause", progressive, 1000.0, FEWER_RUNS)
+        ..Case::new("the same, drawn without a pause", progressive, 1000.0)
     },
-    Case::new("the Earth enlarged, TIFF of one strip, 21600x10800", one_strip, 1000.0, FEWER_RUNS),
+    Case::new("the Earth enlarged, TIFF of one strip, 21600x10800", one_strip, 1000.0),
 ];
 
 /// What the window says of one run, and what it took.
@@ -95,9 +92,8 @@ pub(crate) fn run(options: &[&str]) -> Result<()> {
     for case in CASES {
         let file = (case.make)(&directory)?;
         let seen: Vec<Seen> =
-            (0..case.runs).map(|_| look(&file, &directory, case.is_restless)).collect::<Result<_>>()?;
-        let thumbnails: Vec<f64> =
-            (0..case.runs).map(|_| thumbnail(&file, &directory)).collect::<Result<_>>()?;
+            (0..RUNS).map(|_| look(&file, &directory, case.is_restless)).collect::<Result<_>>()?;
+        let thumbnails: Vec<f64> = (0..RUNS).map(|_| thumbnail(&file, &directory)).collect::<Result<_>>()?;
         let row = row(case, &seen, median(thumbnails));
         let judged = verdicts(case, &seen);
         print!("{row}{judged}");
@@ -126,9 +122,8 @@ fn introduction_of(stamp: &str) -> String {
 # How soon something can be seen
 
 Made by `cargo xtask bench view`. Milliseconds from the call to open, with the device and the window there (their start is apart), to the
-first picture, to the source itself and to the last tile, with an empty cache each time; medians of {RUNS} runs, of files of
-21600x10800 texels of {FEWER_RUNS}, of the largest one of one. Frames are those until all is sharp, where one follows another without a pause:
-a window in which nothing changes draws none. Of the row drawn without a pause the window draws frames all the while until the source is there,
+first picture, to the source itself and to the last tile, with an empty cache each time; medians of {RUNS} runs. Frames are those
+until all is sharp, where one follows another without a pause: a window in which nothing changes draws none. Of the row drawn without a pause the window draws frames all the while until the source is there,
 as for somebody who moves the camera meanwhile. Idle is the share of a processor for three seconds after that. The thumbnail is
 that of `vipsthumbnail`, as wide as the window.
 
