@@ -23,8 +23,8 @@ const COMPUTED: &str = r#"[["library-tables", "fill"], ["library-tables", "evict
     ["library-inline", "forget"], ["library-inline", "settle"]]"#;
 /// What the names of texts begin with that are to be refused.
 const TO_BE_REFUSED: &str = "refused-";
-/// What the names of texts begin with of which nothing is drawn: those of tests and benchmarks, those that are
-/// to be refused, and those that only call all functions of the library.
+/// What the names of texts begin with of which nothing is drawn: of tests and benchmarks, of what is to be
+/// refused, and of what only calls all functions of the library.
 const WITHOUT_PIPELINE: [&str; 4] = ["test-", "bench-", "library-surface-", TO_BE_REFUSED];
 /// Bytes of texts in one answer.
 const BATCH: usize = 1 << 20;
