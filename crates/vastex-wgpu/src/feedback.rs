@@ -39,6 +39,10 @@ const JITTER: [[u32; 2]; shader_constants::JITTER_CYCLE as usize] = [
     [2, 0],
 ];
 
+/// Bits of what shaders know of a pass for gaps that say which pass it is; the others say of how many that
+/// are not there a pixel names one (brick.wgsl).
+const GAP_PASS_BITS: u32 = 8;
+
 /// Which pixels of the picture a frame's feedback looks at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedbackPass {
@@ -46,7 +50,13 @@ pub enum FeedbackPass {
     Cycle(u64),
     /// Of rays, in a few passes all of them, by the number of the pass (`FeedbackView::gap_passes`): each
     /// pixel of the target looks at one of its own, and asks for something that is not there.
-    Gaps(u64),
+    Gaps {
+        /// The number of the pass.
+        pass: u64,
+        /// Of how many that are not there a pixel asks for one, a different one each time that all pixels are
+        /// looked at: 1 at least, 2^24 at most.
+        turns: u32,
+    },
 }
 
 impl From<u64> for FeedbackPass {
@@ -96,11 +106,6 @@ impl FeedbackView {
     /// The view of a picture of so many pixels, in a frame of the jitter cycle.
     pub const fn new(picture: [u32; 2], scale: FeedbackScale, frame: u64) -> FeedbackView {
         FeedbackView { picture, scale, look: FeedbackPass::Cycle(frame), answers: 1, pixel: None }
-    }
-
-    /// This view where it looks for gaps, by the number of the pass.
-    pub const fn for_gaps(self, pass: u64) -> FeedbackView {
-        FeedbackView { look: FeedbackPass::Gaps(pass), ..self }
     }
 
     /// Passes in which every pixel of the picture is looked at where gaps are looked for.
@@ -203,9 +208,10 @@ impl FeedbackView {
         let (answers, block) = (self.answers, self.scale.block());
         let (frame, gaps) = match self.look {
             FeedbackPass::Cycle(frame) => (frame as u32, 0),
-            FeedbackPass::Gaps(pass) => {
+            FeedbackPass::Gaps { pass, turns } => {
                 let passes = u64::from(FeedbackView::gap_passes(answers));
-                ((pass / passes) as u32, (pass % passes) as u32 + 1)
+                let turns = turns.clamp(1, (1 << (32 - GAP_PASS_BITS)) - 1);
+                ((pass / passes) as u32, (turns << GAP_PASS_BITS) | ((pass % passes) as u32 + 1))
             }
         };
         ViewParams { clip_scale, clip_offset, level_offset, frame, answers, block, gaps, ..NO_VIEW }
@@ -214,7 +220,7 @@ impl FeedbackView {
     /// For the main pass that says by itself what it wants: its pixels are the picture's.
     pub(crate) fn inline_params(&self, reversed_depth: bool) -> ViewParams {
         let frame = match self.look {
-            FeedbackPass::Cycle(frame) | FeedbackPass::Gaps(frame) => frame as u32,
+            FeedbackPass::Cycle(frame) | FeedbackPass::Gaps { pass: frame, .. } => frame as u32,
         };
         ViewParams {
             frame,
@@ -393,6 +399,21 @@ mod tests {
             }
             assert_eq!(visits, [2; shader_constants::FEEDBACK_SCALE as usize]);
         }
+    }
+
+    #[test]
+    fn passes_for_gaps_say_which_they_are_and_of_how_many_bricks_one_is_named() {
+        let params = |answers: u32, pass: u64, turns: u32| {
+            let view = FeedbackView::new([64, 64], FeedbackScale::Reduced, 0).with_answers(answers);
+            let params = FeedbackView { look: FeedbackPass::Gaps { pass, turns }, ..view }.params();
+            (params.frame, params.gaps & 0xff, params.gaps >> 8)
+        };
+        assert_eq!(params(8, 0, 4), (0, 1, 4));
+        assert_eq!(params(8, 19, 64), (2, 4, 64), "the fourth pass of the third round");
+        assert_eq!(params(1, 63, 0), (0, 64, 1), "of one at least");
+        assert_eq!(params(1, 64, u32::MAX), (1, 1, (1 << 24) - 1));
+        let view = FeedbackView::new([64, 64], FeedbackScale::Reduced, 7);
+        assert_eq!(view.params().gaps, 0);
     }
 
     #[test]

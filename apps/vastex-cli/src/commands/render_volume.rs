@@ -18,13 +18,13 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
 use vastex::wgpu::{self, PollType, TextureFormat};
-use vastex::{Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, Textures, TileSource, ViewId};
+use vastex::{Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
 use vastex_viewer::volume::{
-    VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView, drawable_range,
-    frames_to_ask, usual_channel_color,
+    QUIET_FRAMES, VolumeBox, VolumeChannel, VolumeClip, VolumeDesc, VolumeRenderer, VolumeView,
+    drawable_range, usual_channel_color,
 };
 use vastex_volume::{Volume, VolumeAbout, VolumeOptions, VolumeSource};
 
@@ -176,17 +176,12 @@ impl<'a> Drawing<'a> {
 
     /// Plays frames until everything in view is loaded. Returns false where it is not after so many frames.
     fn play(&mut self, mut note: impl FnMut(&Textures)) -> Result<bool> {
-        let shown = self.shown.first();
-        let brick = shown.map_or(32, |(_, source)| source.description().geometry.page()[0]);
-        let bricks = self.renderer.desc().bricks_of_a_ray(&self.view, brick, self.canvas.size());
-        // Within so many frames every pixel of the feedback has asked for every brick that its rays meet.
-        let held = frames_to_ask(bricks) + 4;
         let (mut loaded, mut quiet, begun) = (0, 0, self.textures.inspect().frame());
         // What is made by now may have been read as a preview: it is looked once at least what has changed.
         let mut is_made = !self.shown.iter().any(|(_, source)| source.may_lack_levels());
         let mut is_wanted = false;
         loop {
-            if quiet >= held && self.textures.inspect().is_converged() {
+            if quiet >= QUIET_FRAMES && self.textures.inspect().is_converged() {
                 is_made &= !(std::mem::take(&mut is_wanted) | self.maker.want_tails(&self.textures, begun));
                 if is_made && self.maker.is_done() {
                     let faults = self.maker.faults();

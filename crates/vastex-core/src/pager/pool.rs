@@ -105,6 +105,8 @@ impl PoolPager {
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
         let is_quiet =
             newly_wanted == 0 && self.load_order.pages().all(|page| self.residency.has_failed(page));
+        let residency = &self.residency;
+        self.set.note_failed(residency.remembers_failures(), |page| residency.has_failed(page));
         // A view that rests has its gaps looked for whatever others newly want.
         let is_settled = |view: &ViewId| is_quiet || self.has_all_of(*view);
         let settled = self.set.views_with_gaps().filter(|(_, view)| is_settled(view));

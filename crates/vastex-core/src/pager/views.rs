@@ -6,7 +6,7 @@
 
 use crate::pager::Pager;
 use crate::pager::pool::PoolPager;
-use crate::pager::working_set::WorkingSet;
+use crate::pager::working_set::{WorkingSet, named_by_turns};
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
 
@@ -140,21 +140,30 @@ impl Pager {
     }
 
     /// Returns true if the next feedback of a view is to look for gaps: the view rests
-    /// ([`Pager::set_gap_passes`]), it was seen for a whole jitter cycle of its own, and all that it wanted
-    /// in that was there once. Costs a visit of each page of the working sets until it says so, and nothing
-    /// from then on.
+    /// ([`Pager::set_gap_passes`]), it was seen for a jitter cycle since, whatever its turns
+    /// ([`Pager::set_view_turns`]), and all that it wanted in that was there once. What it wanted before is
+    /// let go of then. Costs a visit of each page of the working sets until it says so, and nothing from then
+    /// on.
     pub fn looks_for_gaps(&mut self, view: ViewId) -> bool {
         let said = |pager: &PoolPager| pager.set.looks_for_gaps(view);
         if self.pools.is_empty() || self.pools().any(|pager| said(pager).is_none()) {
             return false;
         }
         if self.pools().any(|pager| said(pager) == Some(false)) {
-            if !self.pools().all(|pager| pager.set.is_seen_at_rest(view) && pager.has_all_of(view)) {
+            let is_seen = self.pools_mut().fold(true, |seen, pager| pager.set.is_seen_at_rest(view) && seen);
+            if !is_seen || !self.pools().all(|pager| pager.has_all_of(view)) {
                 return false;
             }
             self.pools_mut().for_each(|pager| pager.set.look_for_gaps(view));
         }
         true
+    }
+
+    /// Of how many pages that a ray of a view lacks its feedback of gaps is to name one, a different one each
+    /// time that all pixels are looked at: 4, or more where pages of the view could not be had, which would
+    /// hide others behind them; 64 at most. Each of the pools of the view counts.
+    pub fn gaps_by_turns(&self, view: ViewId) -> u32 {
+        named_by_turns(self.pools().map(|pager| pager.set.failed_of(view)).sum())
     }
 
     /// Feedbacks of a view after which it has been seen whole, unless it has turns of its own

@@ -37,6 +37,11 @@ pub(crate) fn back_off(failures: u32) -> u64 {
 pub(crate) struct Failures(BinaryHeap<Reverse<(u64, PageId, u16)>>);
 
 impl Failures {
+    /// Returns true if none is remembered.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// A load of the page has failed in `frame`, that often in a row, and may be tried again in `retry_at`.
     pub(crate) fn note(&mut self, page: PageId, failures: u16, frame: u64, retry_at: u64) {
         self.0.push(Reverse((retry_at + (retry_at - frame), page, failures)));

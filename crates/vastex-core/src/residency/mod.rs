@@ -353,6 +353,11 @@ impl Residency {
         self.records.get(page).is_some_and(|record| record.failures > 0)
     }
 
+    /// Returns true if a load has failed that is not forgotten yet.
+    pub(crate) fn remembers_failures(&self) -> bool {
+        !self.failing.is_empty()
+    }
+
     /// Returns true if the page is in the working set of this round; its record may be where `hint` says.
     pub(crate) fn is_wanted(&self, page: PageId, hint: RecordHint) -> bool {
         self.records.find(page, hint).is_some_and(|at| self.records.at(at).wanted_round >= self.round)

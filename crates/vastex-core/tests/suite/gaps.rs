@@ -22,6 +22,10 @@ struct World {
     /// Pages that can never be had.
     failing: Vec<PageId>,
     loaded: u32,
+    /// Passes in which gaps were looked for.
+    passes: u32,
+    /// True if all pages of gaps lie behind each other on the one ray that there is.
+    is_one_ray: bool,
 }
 
 impl World {
@@ -30,7 +34,7 @@ impl World {
         let pool = pager.add_pool(slots, 1, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
         pager.add_texture(pool, &geometry, None, None).unwrap();
-        World { pager, frame: 0, failing: Vec::new(), loaded: 0 }
+        World { pager, frame: 0, failing: Vec::new(), loaded: 0, passes: 0, is_one_ray: false }
     }
 
     /// A frame: what pixels of the cycle want, or, where gaps are looked for, those of `gaps` that are not
@@ -40,10 +44,16 @@ impl World {
         self.frame += 1;
         self.pager.begin_frame(self.frame);
         let is_there = |page: &PageId| matches!(self.pager.state(*page), PageState::Resident(_));
-        let pages: Vec<PageId> = match seeks {
+        let mut pages: Vec<PageId> = match seeks {
             true => gaps.iter().map(|x| page(*x)).filter(|page| !is_there(page)).collect(),
             false => vec![page(cycle)],
         };
+        if seeks && self.is_one_ray && !pages.is_empty() {
+            // As shaders do: the first ones are passed over, more of them whenever all pixels were looked at.
+            let over = self.passes / PASSES % self.pager.gaps_by_turns(ViewId::MAIN);
+            pages = vec![pages[(over as usize).min(pages.len() - 1)]];
+        }
+        self.passes += u32::from(seeks);
         let pages = pages.into_iter().map(|page| WantedPage { page, pixels: 1, eighth: 0 }).collect();
         self.pager.observe(&Feedback { gaps: seeks, ..Feedback::of_pages(self.frame, pages) });
         while let Some(request) = self.pager.poll_request() {
@@ -60,7 +70,7 @@ impl World {
     }
 
     fn frames_until_converged(&mut self, cycle: u32, gaps: &[u32]) -> u64 {
-        let found = (1..20 * CYCLE).find(|_| {
+        let found = (1..60 * CYCLE).find(|_| {
             self.frame(cycle, gaps);
             self.pager.is_converged() && self.pager.is_view_converged(ViewId::MAIN)
         });
@@ -105,6 +115,45 @@ fn what_cannot_be_had_is_not_waited_for() {
     world.pager.set_gap_passes(ViewId::MAIN, PASSES);
     world.frames_until_converged(0, &[20, 31]);
     assert!(world.is_there(31) && !world.is_there(20));
+}
+
+/// However many bricks on a ray cannot be had, those behind them and between them are found.
+#[test]
+fn what_cannot_be_had_hides_nothing_behind_it() {
+    for failing in [0, 1, 3, 7, 20] {
+        let mut world = World::new(100);
+        world.is_one_ray = true;
+        world.failing.extend((1..=failing).map(page));
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        let mut gaps: Vec<u32> = (1..=failing).collect();
+        gaps.insert(failing as usize / 2, 30);
+        gaps.push(31);
+        let frames = world.frames_until_converged(0, &gaps);
+        assert!(world.is_there(30) && world.is_there(31), "{failing}");
+        let rounds = if failing == 0 { 1 } else { world.pager.gaps_by_turns(ViewId::MAIN) };
+        assert!(u64::from(rounds * PASSES) <= frames, "{frames} frames with {failing}");
+        assert!((failing..=2 * failing + 4).contains(&rounds) || failing < 3, "{rounds} with {failing}");
+    }
+}
+
+/// A view whose rays meet many bricks looks for gaps after one jitter cycle at rest, and forgets then what it
+/// wanted while it moved.
+#[test]
+fn gaps_are_looked_for_after_one_jitter_cycle_whatever_the_turns() {
+    let mut world = World::new(100);
+    world.pager.set_view_turns(ViewId::MAIN, 4);
+    for frame in 0..4 * CYCLE {
+        world.frame(if frame < 4 * CYCLE - 4 { 0 } else { 9 }, &[]);
+    }
+    assert!(world.is_there(0) && world.is_there(9));
+    world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+    let wanted = world.pager.stats().wanted;
+    let frames = world.frames_until_converged(9, &[20]);
+    let least = CYCLE + u64::from(PASSES);
+    assert!((least..least + 8).contains(&frames), "{frames}");
+    assert!(world.is_there(20));
+    // The page of before is let go of, and the gap has come.
+    assert!(world.pager.stats().wanted < wanted + 3, "{:?} after {wanted}", world.pager.stats());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is drawn of a volume, and how many bricks its rays meet.
 
 use glam::DVec3;
-use vastex::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
+use vastex::{RAY_ANSWERS, RAY_TURNS};
 
 use super::camera::{VolumeBox, VolumeClip, VolumeView};
 #[cfg(doc)]
@@ -120,10 +120,9 @@ impl VolumeDesc {
     }
 }
 
-/// Frames in which each ray of a view has asked for so many bricks from every place that feedback looks at.
-pub fn frames_to_ask(bricks: u32) -> u64 {
-    u64::from(JITTER_CYCLE) * u64::from(bricks.div_ceil(RAY_ANSWERS).max(1))
-}
+/// Frames in a row without news after which [`vastex::Inspect::is_converged`] speaks of what a view that
+/// rests sees now, and not of what it saw before.
+pub const QUIET_FRAMES: u64 = 4;
 
 /// As many bricks as a view can ask for along one ray.
 const MOST_BRICKS: u32 = RAY_ANSWERS * RAY_TURNS;

@@ -265,7 +265,11 @@ impl VolumeRenderer {
     ) {
         let VolumeDesc { of, channels, labels, step, density, iso, .. } = &self.desc;
         let is_still = camera.see(*pose, picture, self.drawn);
-        let bricks = self.desc.bricks_of_a_ray(pose, self.brick, picture);
+        let bricks = match pose.is_slice() {
+            // One, or two with labels: so its gaps are found in as few passes as those of rays.
+            true => RAY_ANSWERS,
+            false => self.desc.bricks_of_a_ray(pose, self.brick, picture),
+        };
         // What few rays meet is asked for when the camera rests.
         let bricks = if is_still { bricks } else { bricks.min(RAY_ANSWERS) };
         camera.bricks.store(bricks, Ordering::Relaxed);

@@ -159,7 +159,7 @@ impl VolumeScene {
         let Some(coming) = &self.next else { return };
         let nothing_seen = self.current.renderer().is_none();
         let pager = self.textures.stats().pager;
-        let is_there = self.quiet >= self.quiet_frames() && pager.missing == 0;
+        let is_there = self.is_quiet() && pager.missing == 0;
         let is_late = now.saturating_sub(coming.begun) >= LONGEST_WAIT;
         let is_prefetched = || {
             coming.bricks.as_ref().is_some_and(|bricks| bricks.are_there(self.view_number, &self.textures))
@@ -207,7 +207,8 @@ impl VolumeScene {
         Ok(())
     }
 
-    /// Has every picture say what it wants, until all of that is there.
+    /// Has every picture say what it wants, until all of that is there; those that have it and rest need not
+    /// say so while others have not.
     fn want(&mut self, now: Duration) -> Result<(), VolumeError> {
         if self.has_all() && self.next.is_none() {
             return Ok(());
@@ -216,6 +217,7 @@ impl VolumeScene {
         let Some((of, renderer)) = next.or(self.current.drawn_by()) else { return Ok(()) };
         let panes = self.panes();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let mut drawn = 0;
         for pane in &panes {
             let (nth, view) = (pane.pane.number(), self.views[pane.pane.number()]);
             let sight = PaneSight::of(&self.look, &self.facts.of, &panes, pane);
@@ -227,8 +229,15 @@ impl VolumeScene {
             let camera = &*camera;
             let mut seen = self.textures.view_mut(view)?;
             seen.set_bricks_of_a_ray(renderer.bricks_of_a_ray(camera));
-            seen.set_resting(renderer.rests(camera));
-            seen.feedback(&mut encoder, pane.size, |pass, groups| {
+            let rests = renderer.rests(camera);
+            seen.set_resting(rests);
+            let has_all = rests && self.textures.view(view)?.is_converged();
+            // The pager waits for none that is not drawn.
+            if has_all && !(drawn == 0 && std::ptr::eq(pane, &panes[panes.len() - 1])) {
+                continue;
+            }
+            drawn += 1;
+            self.textures.view_mut(view)?.feedback(&mut encoder, pane.size, |pass, groups| {
                 if let Some(group) = groups.get(renderer.sampled()) {
                     renderer.draw_wanted(camera, pass, group);
                 }

@@ -30,7 +30,7 @@ use vastex::{Preparer, Settings, Textures, ViewId, ViewSettings};
 
 use crate::gpu::Gpu;
 use crate::input::InputEvent;
-use crate::volume::{VolumeCameraBinding, VolumeDesc, VolumeView, frames_to_ask};
+use crate::volume::{QUIET_FRAMES, VolumeCameraBinding, VolumeDesc, VolumeView};
 
 use ahead::{BricksAhead, TimesAhead};
 use channels::Channels;
@@ -292,19 +292,12 @@ impl VolumeScene {
     /// Returns true if every brick that is seen was asked for, and is there or cannot be read.
     pub fn has_all(&self) -> bool {
         let waits = self.current.waits(&self.look);
-        let is_quiet = || self.quiet >= self.quiet_frames() && self.textures.inspect().is_converged();
-        !waits && (self.current.renderer().is_none() || is_quiet())
+        !waits && (self.current.renderer().is_none() || self.is_quiet())
     }
 
-    /// Frames after which every pixel has asked for every brick that its ray meets.
-    fn quiet_frames(&self) -> u64 {
-        let Some(renderer) = self.current.renderer() else { return 0 };
-        let panes = self.panes();
-        let bricks = panes.iter().map(|pane| {
-            let view = PaneSight::of(&self.look, &self.facts.of, &panes, pane).view(1);
-            renderer.desc().bricks_of_a_ray(&view, self.facts.brick, pane.size)
-        });
-        frames_to_ask(bricks.max().unwrap_or(1)) + 4
+    /// Returns true if every pixel has found every brick that its ray meets.
+    fn is_quiet(&self) -> bool {
+        self.quiet >= QUIET_FRAMES && self.textures.inspect().is_converged()
     }
 
     fn key(&self, sight: &PaneSight) -> Key {

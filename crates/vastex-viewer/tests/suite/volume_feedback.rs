@@ -59,7 +59,8 @@ fn bricks_are_loaded_where_rays_meet_them() {
             let (_, frames) = world.drawn(desc.clone(), view, size);
             let stats = world.textures.stats().pager;
             assert_eq!((stats.reloaded, stats.bias_eighths), (0, 0));
-            assert!(frames < 100, "{mode:?} {table:?}: {frames}");
+            // A jitter cycle, all pixels once or twice, and what the answers take.
+            assert!(frames < 50, "{mode:?} {table:?}: {frames}");
             let channels = world.arrays(&desc);
             let [all, in_view] = resident(&world);
             let by_any = bricks_met(&desc, &channels, (&view, size), PAGE);

@@ -112,6 +112,35 @@ fn views_of_rays_come_and_go() {
     assert!(again <= frames, "what is removed is not waited for: {again} frames after {frames}");
 }
 
+/// 0 bricks of a ray are what surfaces have: nothing is held for rays that rest, until it is said again how
+/// many they meet.
+#[test]
+fn a_view_whose_rays_meet_no_bricks_is_one_of_surfaces() {
+    let mut world = world();
+    let desc = world.desc(VolumeMode::Average);
+    let (before, _) = world.drawn(desc.clone(), FACE, SIZE);
+    let wanted = world.textures.stats().pager.wanted;
+    let mut view = world.textures.view_mut(ViewId::MAIN).unwrap();
+    view.set_bricks_of_a_ray(0);
+    // One of surfaces has no gaps to be looked for, and converges without.
+    view.set_resting(true);
+    for frame in 0..2 * u64::from(vastex::JITTER_CYCLE) {
+        let mut encoder = world.gpu.device.create_command_encoder(&Default::default());
+        let mut view = world.textures.view_mut(ViewId::MAIN).unwrap();
+        view.feedback(&mut encoder, SIZE, |_, _| ()).unwrap();
+        world.gpu.queue.submit([encoder.finish()]);
+        world.textures.update().unwrap();
+        assert_eq!(world.textures.stats().pager.missing, 0, "frame {frame}");
+    }
+    let stats = world.textures.stats();
+    assert!(
+        stats.converged && 2 * stats.pager.wanted < wanted,
+        "nothing is held: {stats:?}, {wanted} before"
+    );
+    let (after, _) = world.drawn(desc, FACE, SIZE);
+    assert!(before == after);
+}
+
 /// A slot that was another volume's says nothing of what is in it now: the tail of a bright volume comes
 /// where dark bricks were.
 #[test]

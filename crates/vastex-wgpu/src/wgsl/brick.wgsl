@@ -169,8 +169,11 @@ fn vastex_ray_pixel(view: u32, position: vec4<f32>, pixel: vec2<f32>) -> vec2<f3
     if gaps == 0u {
         return first;
     }
-    let nth = ((gaps - 1u) * answers) + answer;
-    return first + vec2<f32>(vec2<u32>(nth % block, nth / block));
+    // Those of one pass are spread over the block, each in a row and a column of its own.
+    let nth = (((gaps & 0xffu) - 1u) * answers) + answer;
+    let column = nth % block;
+    let row = ((5u * (nth / block)) + (3u * column)) % block;
+    return first + vec2<f32>(vec2<u32>(column, row));
 }
 
 // Whether a view that rests looks for gaps in this frame: each pixel of the target then names one of the bricks that its ray meets and that are
@@ -179,11 +182,12 @@ fn vastex_ray_seeks(view: u32) -> bool {
     return vastexi_views[view].gaps != 0u;
 }
 
-// How many of the bricks that are not there a ray passes over before it names one, where it meets as many: neighbours name others, so that what
-// can never be had hides nothing for long. `position` is @builtin(position) in a feedback pass.
+// How many of the bricks that are not there a ray passes over before it names one, where it meets as many: neighbours name others, and so does
+// each ray whenever all pixels are looked at again, so that what can never be had hides nothing. `position` is @builtin(position) in a feedback
+// pass.
 fn vastex_ray_passes_over(view: u32, position: vec4<f32>) -> u32 {
     let place = vec2<u32>(position.xy);
-    return (place.x + (3u * place.y) + vastexi_views[view].frame) % 4u;
+    return (place.x + (3u * place.y) + vastexi_views[view].frame) % max(vastexi_views[view].gaps >> 8u, 1u);
 }
 
 // Whether something coarser is shown in the place of a brick, the mip bias apart.

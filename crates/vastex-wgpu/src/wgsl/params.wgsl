@@ -30,7 +30,7 @@ struct VastexiView {
     rows: u32,              // inline: cells along y
     answers: u32,           // of rays: pixels of the target below one another that look at one pixel of the picture
     block: u32,             // pixels of the picture per side for which they stand
-    gaps: u32,              // of rays that look for gaps: which pass that is, from 1; else 0
+    gaps: u32,              // of rays that look for gaps: which pass that is, from 1, in the lowest 8 bits, above them of how many bricks each names one; else 0
 }
 
 @group(VASTEXI_GROUP) @binding(VASTEXI_BINDING_VIEWS) var<uniform> vastexi_views: array<VastexiView, VASTEXI_VIEWS>;

@@ -75,6 +75,15 @@ impl Cycle {
         self.seen.len() as u64 == length && self.seen.iter().all(is_recent)
     }
 
+    /// Returns true if each of so many positions is among the last feedbacks, as many as these, in a cycle of
+    /// a multiple of them: in any of its turns.
+    pub(super) fn has_seen_positions(&self, length: u64, positions: u64) -> bool {
+        let is_recent = |&seen: &u64| seen > 0 && seen + positions > self.come;
+        let places = positions as usize;
+        let any = |at: usize| self.seen.iter().skip(at).step_by(places.max(1)).any(is_recent);
+        self.seen.len() as u64 == length && places > 0 && (0..places).all(any)
+    }
+
     /// Returns true if the view was drawn in the last frames, so many of them.
     pub(super) fn is_drawn(&self, frame: u64, length: u64) -> bool {
         self.drawn.is_some_and(|drawn| drawn + length >= frame)
@@ -206,5 +215,19 @@ mod tests {
         cycle.record(80, pass);
         cycle.come(80, LENGTH);
         assert!(cycle.is_seen_whole(80, LENGTH));
+    }
+
+    #[test]
+    fn one_turn_shows_every_position() {
+        let mut cycle = Cycle::default();
+        for frame in 0..40 {
+            let is_seen = cycle.has_seen_positions(3 * LENGTH, LENGTH);
+            assert_eq!(is_seen, frame >= LENGTH, "{frame}");
+            let pass = cycle.pass();
+            cycle.record(frame, pass);
+            cycle.come(frame, 3 * LENGTH);
+        }
+        cycle.begin_anew();
+        assert!(!cycle.has_seen_positions(3 * LENGTH, LENGTH));
     }
 }

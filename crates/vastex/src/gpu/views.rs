@@ -28,8 +28,8 @@ pub(super) struct ViewState {
     gaps: Cycle,
     /// True if it is said to rest: then it is seen whole when its gaps were looked for at all pixels.
     rests: bool,
-    /// True if the next pass looks for gaps.
-    seeks: bool,
+    /// Of how many bricks that a ray lacks the next pass names one, if it looks for gaps.
+    seeks: Option<u32>,
     /// Frames whose feedback is to come and is of gaps, whatever has become of the view since.
     of_gaps: Vec<u64>,
     /// An upper estimate of the bricks that a ray of the view's shaders meets; 0 where it shows surfaces.
@@ -42,20 +42,23 @@ pub(super) struct ViewState {
 impl ViewState {
     pub(super) fn new(view: ViewId, number: u32) -> ViewState {
         let (path, cycle, gaps, of_gaps, bricks_of_a_ray, begun) = Default::default();
-        let (rests, seeks) = (false, false);
+        let (rests, seeks) = (false, None);
         ViewState { view, number, path, cycle, gaps, rests, seeks, of_gaps, bricks_of_a_ray, begun }
     }
 
     /// What its next pass looks at.
     pub(super) fn look(&self) -> FeedbackPass {
-        if self.seeks { FeedbackPass::Gaps(self.gaps.pass()) } else { FeedbackPass::Cycle(self.cycle.pass()) }
+        match self.seeks {
+            Some(turns) => FeedbackPass::Gaps { pass: self.gaps.pass(), turns },
+            None => FeedbackPass::Cycle(self.cycle.pass()),
+        }
     }
 
     /// The feedback of such a pass is on its way, as that of a frame.
     pub(super) fn record(&mut self, frame: u64, look: FeedbackPass) {
         match look {
             FeedbackPass::Cycle(pass) => self.cycle.record(frame, pass),
-            FeedbackPass::Gaps(pass) => {
+            FeedbackPass::Gaps { pass, .. } => {
                 self.gaps.record(frame, pass);
                 self.of_gaps.push(frame);
             }
@@ -89,7 +92,7 @@ impl ViewState {
     pub(super) fn begin_anew(&mut self) {
         self.cycle.begin_anew();
         self.gaps.begin_anew();
-        self.seeks = false;
+        self.seeks = None;
     }
 
     /// Feedbacks in which all of its pixels are looked at for gaps.
@@ -98,12 +101,20 @@ impl ViewState {
     }
 
     /// Returns true if it was seen whole, or is not drawn: at every sample position, and where it rests at
-    /// all pixels.
+    /// all pixels, however many turns rays take.
     pub(super) fn is_seen_whole(&self, frame: u64, cycle: u32) -> bool {
         let length = self.length(cycle);
         let is_drawn = self.cycle.is_drawn(frame, length) || self.gaps.is_drawn(frame, length);
-        let has_no_gaps = || !self.rests || self.gaps.has_seen_all(self.gap_passes().into());
-        !is_drawn || self.cycle.has_seen_all(length) && has_no_gaps()
+        !is_drawn
+            || match self.rests {
+                true => self.is_seen_once(cycle) && self.gaps.has_seen_all(self.gap_passes().into()),
+                false => self.cycle.has_seen_all(length),
+            }
+    }
+
+    /// Returns true if it was seen at every sample position, whatever rays have yet to ask for there.
+    fn is_seen_once(&self, cycle: u32) -> bool {
+        self.cycle.has_seen_positions(self.length(cycle), JITTER_CYCLE.into())
     }
 
     /// Answers of each block of its feedback target.
@@ -158,7 +169,7 @@ impl Gpu {
         let rests = rests && state.bricks_of_a_ray > 0;
         if std::mem::replace(&mut state.rests, rests) != rests {
             state.gaps.begin_anew();
-            state.seeks = false;
+            state.seeks = None;
         }
         if rests { state.gap_passes() } else { 0 }
     }
@@ -168,11 +179,11 @@ impl Gpu {
         self.views.iter().any(|state| state.view == view && state.rests)
     }
 
-    /// Has the next passes of the views that rest look for gaps where `looks` says so, of those that were
-    /// seen whole; others are in `cycle`.
-    pub(crate) fn look_for_gaps(&mut self, cycle: u32, mut looks: impl FnMut(ViewId) -> bool) {
+    /// Has the next passes of the views that rest look for gaps where `looks` says of how many bricks that a
+    /// ray lacks it names one, of those that were seen at every sample position in `cycle` frames.
+    pub(crate) fn look_for_gaps(&mut self, cycle: u32, mut looks: impl FnMut(ViewId) -> Option<u32>) {
         for state in self.views.iter_mut().filter(|state| state.rests) {
-            state.seeks = state.cycle.has_seen_all(state.length(cycle)) && looks(state.view);
+            state.seeks = if state.is_seen_once(cycle) { looks(state.view) } else { None };
         }
     }
 

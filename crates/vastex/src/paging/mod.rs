@@ -208,6 +208,11 @@ impl Paging {
         self.pager.set_gap_passes(view, passes);
     }
 
+    /// Of how many bricks that a ray of a view lacks it is to name one.
+    pub(crate) fn gaps_by_turns(&self, view: ViewId) -> u32 {
+        self.pager.gaps_by_turns(view)
+    }
+
     /// Returns true if the next feedback of a view that rests is to look for gaps.
     pub(crate) fn looks_for_gaps(&mut self, view: ViewId) -> bool {
         self.pager.looks_for_gaps(view)

@@ -42,7 +42,7 @@ impl Textures {
         self.paging.end_frame();
         let cycle = self.paging.pager().feedback_cycle();
         let Textures { gpu, paging, .. } = self;
-        gpu.look_for_gaps(cycle, |view| paging.looks_for_gaps(view));
+        gpu.look_for_gaps(cycle, |view| paging.looks_for_gaps(view).then(|| paging.gaps_by_turns(view)));
         self.follow_views();
         played
     }

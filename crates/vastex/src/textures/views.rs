@@ -115,15 +115,17 @@ impl ViewMut<'_> {
     }
 
     /// Sets an upper estimate of the bricks that a ray of the view's shaders meets, if they march rays
-    /// through volumes; 0 if they show surfaces. In a frame each ray asks for up to 8 bricks
+    /// through volumes; 0 if they show surfaces, as at first: then what was held for rays that rest is let go
+    /// of, and the view does not rest. In a frame each ray asks for up to 8 bricks
     /// (`vastex_ray_turn`), so several jitter cycles, at most 15, are needed until each ray has asked for all
     /// of its bricks: for that long a brick stays wanted, and that long the view must be drawn before it has
     /// converged. Of a ray through more than 120 bricks some may be missing.
     ///
     /// A view of rays shows no surfaces: those need a view of their own. While the camera moves, 8 lets the
     /// view forget bricks as soon as a view of surfaces forgets pages; set the whole number when the camera
-    /// rests. Rays say what they want in a feedback pass, whatever the mode. Costs a feedback target with up
-    /// to 8 times as many rows as for surfaces, made in the next feedback pass when the number has changed.
+    /// rests. A slice needs one brick for each pixel; with 8 its gaps are looked for in 8 passes in place of
+    /// 64. Rays say what they want in a feedback pass, whatever the mode. Costs a feedback target with up to
+    /// 8 times as many rows as for surfaces, made in the next feedback pass when the number has changed.
     pub fn set_bricks_of_a_ray(&mut self, bricks: u32) {
         if self.textures.gpu.set_bricks_of_a_ray(self.id, bricks) {
             self.textures.paging.set_view_turns(self.id, self.textures.gpu.turns_of(self.id));
@@ -135,12 +137,15 @@ impl ViewMut<'_> {
     /// that it does not, which holds until something is said.
     ///
     /// The jitter cycle looks at a quarter of all pixels, so it may miss a brick that few rays meet. When
-    /// a view rests and all that the cycle has named is there, its next feedback passes look for *gaps*: in
-    /// 8 passes, or 64 for a slice, each pixel of the picture names something that is missing on its ray
-    /// (`vastex_ray_seeks`). Those pages are held until the view does not rest any more, or is
-    /// [cut](ViewMut::cut). The view has converged when no pixel finds a gap, however many bricks its ray
-    /// meets. If shaders begin to show something else, say once that the view does not rest, so that those
-    /// pages are let go. Without effect for views that show surfaces.
+    /// a view rests, was seen for one jitter cycle, and all that this has named is there, its next feedback
+    /// passes look for *gaps*: in 8 passes, or 64 if a ray meets one brick, each pixel of the picture names
+    /// something that is missing on its ray (`vastex_ray_seeks`). Those pages are held until the view does
+    /// not rest any more, or is [cut](ViewMut::cut). The view has converged when no pixel finds a gap,
+    /// however many bricks its ray meets; the jitter cycles that rays would take otherwise are not waited
+    /// for. While something of the view could not be read, the passes are repeated until each pixel has named
+    /// whatever else its ray lacks, behind up to 31 such bricks. If shaders begin to show something else, say
+    /// once that the view does not rest, so that those pages are let go. Without effect for views that show
+    /// surfaces.
     pub fn set_resting(&mut self, rests: bool) {
         let passes = self.textures.gpu.set_resting(self.id, rests);
         self.textures.paging.set_gap_passes(self.id, passes);

@@ -1,15 +1,35 @@
 //! The gaps of a view that rests: what some of its pixels need and the cycle has not named, since feedback
 //! looks at a quarter of all pixels.
 //!
-//! Once all is there that the cycle has named, feedback looks for gaps: in a few passes every pixel of the
-//! picture names something that is not there for it. That is held until the view moves, or something else of
-//! it is to be seen. There are no gaps where all pixels were looked at since something last came, and nobody
-//! has named any.
+//! Once a jitter cycle was seen at rest and all is there that it has named, feedback looks for gaps: in a few
+//! passes every pixel of the picture names something that is not there for it. That is held until the view
+//! moves, or something else of it is to be seen. There are no gaps where all pixels were looked at since
+//! something last came, and nobody has named any.
+//!
+//! A ray may name what can never be had in the place of what lies behind it. So while something of the view
+//! has failed, all pixels are looked at as often as it takes until each has named whatever its ray lacks.
 
-use crate::pager::working_set::{Named, WorkingSet};
+use crate::pager::working_set::{Named, Node, WorkingSet};
+use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, WantedPage};
 use crate::wanted::view::ViewId;
+
+/// Of as many bricks that a ray lacks it names one, where nothing of the view has failed.
+const LEAST_NAMED: u32 = 4;
+/// As many at most.
+const MOST_NAMED: u32 = 64;
+
+/// Of how many pages that a ray of a view lacks it is to name one, by turns, where so many pages of the view
+/// could not be had: two kinds of pages may take turns.
+pub(crate) fn named_by_turns(failed: u32) -> u32 {
+    failed.saturating_add(1).saturating_mul(2).clamp(LEAST_NAMED, MOST_NAMED)
+}
+
+/// How often every pixel is looked at before there are no gaps.
+fn gap_rounds(failed: u32) -> u32 {
+    if failed == 0 { 1 } else { named_by_turns(failed) }
+}
 
 /// What is known of the gaps of a view.
 #[derive(Debug, Default)]
@@ -23,6 +43,8 @@ pub(super) struct Gaps {
     is_looked_for: bool,
     /// Feedbacks in a row that found none.
     clean: u32,
+    /// Pages of the view that could not be had.
+    failed: u32,
     /// The last frame in which something of the view was missing: what was drawn by then says nothing of what
     /// is there now.
     changed: u64,
@@ -33,7 +55,13 @@ pub(super) struct Gaps {
 impl Gaps {
     /// Returns true if there are none; nothing is said where they are not looked for.
     pub(super) fn are_none(&self) -> Option<bool> {
-        (self.passes > 0).then_some(self.is_looked_for && self.clean >= self.passes)
+        let passes = self.passes * gap_rounds(self.failed);
+        (self.passes > 0).then_some(self.is_looked_for && self.clean >= passes)
+    }
+
+    /// Returns true if gaps are to be looked for, now or later.
+    pub(super) fn are_of_interest(&self) -> bool {
+        self.passes > 0
     }
 
     /// Nothing of the view is known any more: what it wants is waited for once more.
@@ -123,10 +151,43 @@ impl WorkingSet {
         }
     }
 
-    /// Returns true if a view has been seen for a whole cycle since it rests.
-    pub(crate) fn is_seen_at_rest(&self, view: ViewId) -> bool {
-        let window = self.windows().find(|window| window.view == view);
-        window.is_some_and(|window| window.is_whole() && window.gaps.seen as usize >= window.feedbacks())
+    /// Returns true if a view has been seen for a whole jitter cycle since it rests; what it wanted before is
+    /// then let go of. Gaps name what takes more jitter cycles.
+    pub(crate) fn is_seen_at_rest(&mut self, view: ViewId) -> bool {
+        let Some(view_index) = self.index_of(view) else { return false };
+        let Some(window) = &mut self.windows[view_index] else { return false };
+        let seen = window.gaps.seen as usize;
+        if !window.is_known() || seen < window.jitter_cycle() as usize {
+            return false;
+        }
+        while let Some(named) = self.windows[view_index].as_mut().and_then(|window| window.next_before(seen))
+        {
+            self.unname(view_index, named);
+        }
+        true
+    }
+
+    /// Takes note of how many pages of each view that rests could not be had. Costs a visit of each page of
+    /// the set, or nothing where none has failed.
+    pub(crate) fn note_failed(&mut self, any_has: bool, has_failed: impl Fn(PageId) -> bool) {
+        let WorkingSet { windows, by_level, nodes, .. } = self;
+        // At a mip bias a page above is what was asked for.
+        let lacks = |node: &Node| {
+            let above = |node: &Node| nodes.get(node.parent as usize);
+            let mut shown = std::iter::successors(Some(node), |node| above(node));
+            shown.find(|node| node.is_resident || has_failed(node.page)).is_some_and(|node| !node.is_resident)
+        };
+        for (view_index, window) in windows.iter_mut().enumerate() {
+            let Some(window) = window.as_mut().filter(|window| window.gaps.passes > 0) else { continue };
+            let named = by_level.iter().flatten().map(|&at| &nodes[at as usize]);
+            let of_view = named.filter(|node| any_has && node.views >> view_index & 1 == 1);
+            window.gaps.failed = of_view.filter(|node| lacks(node)).count() as u32;
+        }
+    }
+
+    /// Pages of a view that could not be had, as far as its gaps are looked for.
+    pub(crate) fn failed_of(&self, view: ViewId) -> u32 {
+        self.windows().find(|window| window.view == view).map_or(0, |window| window.gaps.failed)
     }
 
     /// Returns true if the feedback of a view looks for gaps by now; `None` where it does not rest.

@@ -20,6 +20,7 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, Need, WantedPage, merge_same};
 use crate::wanted::view::{MAX_VIEWS, ViewId, Weight};
 
+pub(super) use gaps::named_by_turns;
 use window::Window;
 
 mod gaps;

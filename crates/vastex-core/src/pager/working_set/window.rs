@@ -32,6 +32,8 @@ pub(super) struct Window {
     rest: u32,
     /// Feedbacks of a cycle.
     length: u32,
+    /// Feedbacks of a cycle without the turns of the view's own.
+    jitter_cycle: u32,
     /// Jitter cycles until the view has said all that it wants.
     turns: u32,
     /// What is known of the gaps of a view that rests.
@@ -43,7 +45,8 @@ impl Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
         let gaps = Gaps::default();
         let (observed, cut, quiet, rest, turns) = (0, None, 0, 0, 1);
-        Window { view, weight, cycle, pixels, observed, cut, quiet, rest, length, turns, gaps }
+        let jitter_cycle = length;
+        Window { view, weight, cycle, pixels, observed, cut, quiet, rest, length, jitter_cycle, turns, gaps }
     }
 
     /// Feedbacks now in the window, at most the view's jitter cycles of them.
@@ -61,6 +64,11 @@ impl Window {
         }
     }
 
+    /// Feedbacks of a cycle without the turns of the view's own.
+    pub(super) fn jitter_cycle(&self) -> u32 {
+        self.jitter_cycle
+    }
+
     pub(super) fn cut_from(&mut self, frame: u64) {
         self.cut = Some(frame);
     }
@@ -70,9 +78,11 @@ impl Window {
         self.cut.take_if(|cut| *cut <= frame).is_some()
     }
 
-    /// Returns true if the view has been seen for a whole cycle, and no cut was declared that is yet to show.
-    fn is_known(&self) -> bool {
-        self.is_whole() && self.cut.is_none()
+    /// Returns true if the view has been seen for a whole cycle, without its turns where its gaps are looked
+    /// for, and no cut was declared that is yet to show.
+    pub(super) fn is_known(&self) -> bool {
+        let enough = if self.gaps.are_of_interest() { self.jitter_cycle } else { self.length };
+        self.feedbacks() >= enough as usize && self.cut.is_none()
     }
 
     /// A feedback of so many pixels begins.
@@ -98,7 +108,12 @@ impl Window {
 
     /// An entry of the feedback that has become too old; to be called until there is none.
     pub(super) fn next_too_old(&mut self) -> Option<Named> {
-        while self.feedbacks() > self.length as usize {
+        self.next_before(self.length as usize)
+    }
+
+    /// An entry that is older than the newest feedbacks, so many; to be called until there is none.
+    pub(super) fn next_before(&mut self, feedbacks: usize) -> Option<Named> {
+        while self.feedbacks() > feedbacks {
             let oldest = self.observed + 1 - self.feedbacks() as u64;
             if let Some(named) = self.cycle.pop_front_if(|named| named.feedback <= oldest) {
                 return Some(named);
@@ -126,7 +141,8 @@ impl Window {
     /// Returns true if a whole cycle of the view was quiet; where its gaps are looked for, all pixels after
     /// it.
     pub(super) fn is_quiet(&self) -> bool {
-        self.is_whole() && self.gaps.are_none().unwrap_or(self.quiet >= self.length)
+        let is_quiet = || self.is_whole() && self.quiet >= self.length;
+        self.gaps.are_none().map_or_else(is_quiet, |are_none| are_none && self.is_known())
     }
 }
 
@@ -179,8 +195,10 @@ impl WorkingSet {
     pub(crate) fn set_turns(&mut self, turns: u32) {
         self.cycle = WorkingSet::cycle_of(turns);
         let cycle = self.cycle;
-        let of = |window: &mut Window| window.set_length(cycle.max(WorkingSet::cycle_of(window.turns)));
-        self.windows.iter_mut().flatten().for_each(of);
+        for window in self.windows.iter_mut().flatten() {
+            window.jitter_cycle = cycle;
+            window.set_length(cycle.max(WorkingSet::cycle_of(window.turns)));
+        }
     }
 
     /// The same for a view, of which it says more than is said of all.

@@ -99,13 +99,14 @@ fn volume_lacks(offset: vec3<f32>, level: f32) -> bool {
 
 // A feedback pixel for one of the bricks that a ray meets and that are not there: so many are passed over, if there are more.
 fn volume_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
+    // Where both are lacking they take turns, and each goes on from one to the next.
     let of_labels = volume_label_gap(ray, over / 2u);
+    let is_label = of_labels.w == VASTEX_FEEDBACK_WANTED;
     var of_image = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
     if volume_scene.channels > 0u {
-        of_image = volume_image_gap(ray, over, nearness);
+        of_image = volume_image_gap(ray, select(over, over / 2u, is_label), nearness);
     }
     let is_image = of_image.w == VASTEX_FEEDBACK_WANTED;
-    let is_label = of_labels.w == VASTEX_FEEDBACK_WANTED;
     if is_label && (!is_image || over % 2u == 1u) {
         return vastex_weighted(of_labels, nearness);
     }
