@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU8, Ordering};
 use vastex::source::{Codec, ReadFuture, Tile};
 use vastex::{
     Description, LayerFormat, PageId, PagePos, Region, TableChoice, TextureId, TextureSettings, TileSource,
-    Urgency, ViewSettings,
+    Urgency, ViewId, ViewSettings,
 };
 use vastex_viewer::Gpu;
 use vastex_viewer::volume::{VolumeChannel, VolumeDesc, VolumeFace, VolumeMode, VolumeView};
