@@ -18,6 +18,7 @@ mod open;
 mod output;
 mod parts;
 mod pictures;
+mod places;
 mod planet;
 mod progress;
 mod report;

@@ -33,6 +33,7 @@ pub use container::{
 };
 pub use exchange::{npy_header, raw_description, raw_file};
 pub use ground::advice::read_advice;
+pub use ground::place::{lies_in, same_file};
 pub use ground::srgb::{SRGB, Srgb, linear_from_srgb, srgb_from_linear};
 pub use ground::sync::{MaybeSend, MaybeSync};
 pub use loader::{Clock, LoadError, Loaded, Loader, LoaderSettings, LocalLoader, SystemClock};
@@ -44,9 +45,9 @@ pub use sources::{
 #[cfg(not(target_family = "wasm"))]
 pub use stores::{DirectStore, FileStore};
 pub use stores::{MemoryStore, ReadLimit, Store, StoreError, StoreFuture};
-#[cfg(not(target_family = "wasm"))]
-pub use testing::conformance;
 pub use testing::{FaultRates, Faults, Injection};
+#[cfg(not(target_family = "wasm"))]
+pub use testing::{conformance, ends_within};
 #[cfg(feature = "write")]
 pub use tile::EncodedTile;
 pub use tile::{Codec, Compression, DecodeError, MAX_TILE_BYTES, Tile};

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use pollster::block_on;
-use vastex_tiles::read_advice;
+use vastex_tiles::{raw_description, raw_file, read_advice};
 
 use crate::chunks::Grid;
 use crate::fault::{Oddities, VolumeError, VolumeFault};
-use crate::flat::{is_nifti, is_raw_volume, open_nifti, open_raw};
+use crate::flat::{image_of, is_nifti, is_raw_volume, open_nifti, open_raw};
 use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
 use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
 use crate::stack::{self, is_stack, open_stack};
@@ -41,13 +41,39 @@ pub struct ImageList {
 /// Returns true if a path looks like a volume: by the names in a directory, or by the first bytes of a file.
 /// Of a TIFF file, up to four directories are looked at.
 pub fn is_volume(path: &Path) -> bool {
-    const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
     if path.is_dir() {
-        return NAMES.iter().any(|name| path.join(name).is_file());
+        return is_of_zarr(path);
     }
     match path.is_file() {
         true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path) || is_container(path),
         false => in_archive(path).is_some(),
+    }
+}
+
+/// Returns true if a directory has metadata of Zarr.
+fn is_of_zarr(directory: &Path) -> bool {
+    const NAMES: [&str; 4] = ["zarr.json", ".zattrs", ".zgroup", ".zarray"];
+    NAMES.iter().any(|name| directory.join(name).is_file())
+}
+
+/// Returns all that is read of the volume at a path, so that nothing is written there: a file, with the one
+/// that describes its values or has them (`a.raw` and `a.raw.toml`, `a.hdr` and `a.img`); an archive, if the
+/// path leads into one; or a directory, of which all files are meant, the outermost one of the Zarr that the
+/// path leads into. The path itself where nothing lies there. Looks at names, and at the first bytes of what
+/// may be an archive.
+pub fn files_of_volume(path: &Path) -> Vec<PathBuf> {
+    if path.is_dir() {
+        let above = |directory: &&Path| is_of_zarr(directory);
+        let outermost = path.ancestors().skip(1).take_while(above).last();
+        return vec![outermost.unwrap_or(path).to_owned()];
+    }
+    if let Some((archive, _)) = in_archive(path) {
+        return vec![archive];
+    }
+    match (raw_file(path), image_of(path)) {
+        (Some(raw), _) => vec![raw_description(&raw), raw],
+        (None, Ok((image, _))) => vec![path.to_owned(), image],
+        (None, Err(_)) => vec![path.to_owned()],
     }
 }
 

@@ -11,6 +11,7 @@ use super::build::{Bar, INTERRUPTED, handle_interrupts};
 use crate::args::{CropArgs, Numbers};
 use crate::open::{self, Lies, OpenImage};
 use crate::output::Output;
+use crate::places::Inputs;
 use crate::report;
 
 pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
@@ -37,14 +38,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
     };
     cropped.check(region, target.format).with_context(|| source.display().to_string())?;
-    if is_within(source, &target.path) {
-        bail!("{}: is among the files of the source; choose another place", target.path.display());
-    }
-    if open::is_file_of(source, &target.path) {
-        let is_planet = open::image_of_planet(source).is_some();
-        let what = if is_planet { "the image of the planet" } else { "the source itself" };
-        bail!("{}: is {what}; choose another name", target.path.display());
-    }
+    check_place(args)?;
     let output = Output::at(&target.path)?;
     let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
@@ -77,10 +71,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
 /// A region of a volume.
 #[cfg(feature = "volumes")]
 fn of_volume(args: &CropArgs, at: [u64; 3], size: [u64; 3]) -> Result<ExitCode> {
-    let (source, target) = (&args.source, &args.output.path);
-    if is_within(source, target) || open::is_file_of(source, target) {
-        bail!("{}: is the source itself, or lies in it; choose another place", target.display());
-    }
+    check_place(args)?;
     super::volume::crop(args, at, size)
 }
 
@@ -109,25 +100,9 @@ fn refuse_volume(_: &std::path::Path) -> Result<()> {
     Ok(())
 }
 
-/// Returns true if `output` is, or would be, a file of a tile directory, or one beside the text that
-/// describes such, in a directory.
-fn is_within(source: &std::path::Path, output: &std::path::Path) -> bool {
-    let is_text = source.extension().is_some_and(|ending| ending == "dzi" || ending == "ctx");
-    let beside = source.parent().filter(|_| is_text);
-    let parent = |path: &std::path::Path| match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => std::fs::canonicalize(parent),
-        _ => std::fs::canonicalize("."),
-    };
-    let Ok(place) = parent(output) else { return false };
-    let is_below = |directory: &std::path::Path| {
-        std::fs::canonicalize(directory).is_ok_and(|directory| place.starts_with(directory))
-    };
-    match beside {
-        Some(_) => {
-            output.exists() && parent(source).is_ok_and(|beside| place != beside && place.starts_with(beside))
-        }
-        None => source.is_dir() && is_below(source),
-    }
+/// Nothing is written over what is read.
+fn check_place(args: &CropArgs) -> Result<()> {
+    Inputs::of([&*args.source]).check(&[("region", Some(&args.output.path))])
 }
 
 /// What `--json` prints.

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use vastex::prefetch::{PrefetchSets, Trace};
+use vastex_tiles::same_file;
 
 use crate::args::LearnArgs;
 use crate::commands::replay;
@@ -13,7 +14,7 @@ use crate::report;
 
 pub(crate) fn run(args: &LearnArgs) -> Result<ExitCode> {
     let place = args.output.display().to_string();
-    if args.traces.contains(&args.output) {
+    if args.traces.iter().any(|trace| same_file(trace, &args.output)) {
         bail!("{place}: is a trace as well as the output; choose another name for the output");
     }
     let output = Output::at(&args.output)?;

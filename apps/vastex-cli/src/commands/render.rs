@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use serde::Serialize;
 use vastex::diagnostics::{FrameStats, PoolDump};
 use vastex::prefetch::PrefetchSets;
@@ -22,11 +22,12 @@ use vastex_viewer::CameraPath as WrittenPath;
 use crate::args::{CameraMotion, RenderArgs, SceneArgs};
 use crate::commands::compared::Compared;
 use crate::commands::replay;
-use crate::commands::run_report::RunReport;
+use crate::commands::run_report::{self, RunReport};
 use crate::explained::Explained;
 use crate::open::Opened;
 use crate::output::Output;
-use crate::pictures::{NumberedName, PictureOutput};
+use crate::pictures::PictureOutput;
+use crate::places::{Inputs, PICTURE};
 use crate::telemetry::StatsExport;
 use crate::{disk_cache, gpu, open, report};
 pub(crate) use troubles::Troubles;
@@ -116,47 +117,23 @@ fn read_sets(file: &std::path::Path) -> Result<PrefetchSets> {
     sets.with_context(|| file.display().to_string())
 }
 
-/// Nothing is written over the source, and no two things into one file.
+/// Nothing is written over what is read, and no two things into one file.
 fn check_places(args: &RenderArgs) -> Result<()> {
-    let source = args.scene.source.display();
-    let named = [
-        ("picture", &args.output),
-        ("trace", &args.record_trace),
-        ("CSV file", &args.stats_csv),
-        ("JSON file", &args.stats_json),
-    ];
-    let is_file = |place: &std::path::Path| place.as_os_str() != "-";
-    let places: Vec<_> = named
-        .into_iter()
-        .filter_map(|(what, place)| Some((what, place.as_deref().filter(|place| is_file(place))?)))
-        .collect();
     let path = match &args.camera_path {
         CameraMotion::File(file) => Some(&**file),
         CameraMotion::BuiltIn(_) => None,
     };
     let others = path.into_iter().chain(args.prefetch_sets.as_deref());
     let others = others.chain(args.scene.settings.iter().map(|file| &**file));
-    let inputs: Vec<&std::path::Path> =
-        std::iter::once(&*args.scene.source).chain(args.scene.files_over()).chain(others).collect();
-    for (nth, (what, place)) in places.iter().enumerate() {
-        let numbered = NumberedName::of(place)?;
-        let is_written_to = |source: &std::path::Path| match &numbered {
-            Some(name) if *what == "picture" => name.may_name(open::source_file(source)),
-            _ => open::is_file_of(source, place),
-        };
-        for source in &inputs {
-            if is_written_to(source) {
-                let source = source.display();
-                bail!("{source}: is the source as well as the output; choose another name for the output");
-            }
-        }
-        if let Some((other, _)) = places[..nth].iter().find(|(_, other)| other == place) {
-            bail!(
-                "{source}: the {other} and the {what} would be one file; choose another name for one of them"
-            );
-        }
-    }
-    Ok(())
+    let sources = std::iter::once(&*args.scene.source).chain(args.scene.files_over());
+    let page = args.report.as_deref().map(run_report::page_in);
+    Inputs::of(sources.chain(others)).check(&[
+        (PICTURE, args.output.as_deref()),
+        ("trace", args.record_trace.as_deref()),
+        ("CSV file", args.stats_csv.as_deref()),
+        ("JSON file", args.stats_json.as_deref()),
+        ("report", page.as_deref()),
+    ])
 }
 
 /// What is to be written at the end.

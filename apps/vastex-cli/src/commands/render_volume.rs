@@ -47,6 +47,7 @@ const PICTURE: TextureFormat = TextureFormat::Rgba8Unorm;
 
 pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let source = args.source.display().to_string();
+    watch::check_places(args)?;
     let mut output = PictureOutput::at(args.output.as_deref(), args.path.format)?;
     let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;

@@ -70,7 +70,20 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<TiffSource>
             Ok(Some((source, summary)))
         }
         Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
-        Err(error) => Err(error.into()),
+        Err(error) => Err(truer(path, error)),
+    }
+}
+
+/// What a build would say of a file that cannot be shown where it lies, if no build could read it either:
+/// nobody is to be advised to build it.
+fn truer(path: &Path, error: SourceError) -> anyhow::Error {
+    let is_unsupported = |fault: &InputFault| matches!(fault, InputFault::Unsupported { .. });
+    let is_advised = matches!(&error, SourceError::Input { fault, .. } if is_unsupported(fault));
+    match vastex_build::open(path) {
+        Err(fault) if is_advised && !is_unsupported(&fault) && image_in_file(path).is_none() => {
+            anyhow::Error::new(fault).context(path.display().to_string())
+        }
+        _ => error.into(),
     }
 }
 

@@ -22,7 +22,7 @@ mod preview;
 mod shapes;
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
@@ -199,11 +199,17 @@ pub(crate) fn source_file(source: &Path) -> &Path {
     file_of(image_of_planet(source).unwrap_or(source))
 }
 
-/// Returns true if `place` is the file that the words of a source mean, which is there: that of one of its
-/// images, or of a planet's continents.
-pub(crate) fn is_file_of(source: &Path, place: &Path) -> bool {
-    let file = source_file(source);
-    matches!((file.canonicalize(), place.canonicalize()), (Ok(file), Ok(place)) if file == place)
+/// All files that are read of what the words of a source mean, and directories of which all are: first the
+/// one that is named ([`source_file`]), then what describes it, lies in it or is beside it.
+pub(crate) fn files_of(source: &Path) -> Vec<PathBuf> {
+    let named = source_file(source);
+    let mut files = vec![named.to_owned()];
+    #[cfg(feature = "build")]
+    files.extend(vastex_build::files_of_image(named));
+    #[cfg(feature = "volumes")]
+    files.extend(vastex_volume::files_of_volume(named));
+    files.dedup();
+    files
 }
 
 /// Opens a container or, where Vastex can read them, the tiles of a directory, of the file that describes one

@@ -38,6 +38,7 @@ use crate::first_range::first_range;
 use crate::open::{self, FileAbout, Looked};
 use crate::output::{Output, PngRows};
 use crate::parts::{self, MOST_SIDE, Part, Parts};
+use crate::places::Inputs;
 use crate::report;
 pub(crate) use guided::{CRISP, Guided};
 use over::Over;
@@ -92,10 +93,9 @@ pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
     if !args.files.is_empty() {
         bail!("--screenshot shows one file; leave out the others, or lay them over it with --over");
     }
-    let files = std::iter::once(&*scene.source).chain(scene.files_over()).chain(args.shapes.as_deref());
-    if files.into_iter().any(|file| open::is_file_of(file, output)) {
-        bail!("{}: is the source as well as the output; choose another name", output.display());
-    }
+    let sources = std::iter::once(&*scene.source).chain(scene.files_over());
+    let others = args.shapes.as_deref().into_iter().chain(scene.settings.iter().map(|file| &**file));
+    Inputs::of(sources.chain(others)).check(&[("picture of the window", Some(output))])?;
     #[cfg(feature = "volumes")]
     if crate::volumes::opens_as_volume(&scene.source, args) {
         return volume::run(args, output);

@@ -154,7 +154,11 @@ fn a_region_is_written_as_it_is_stored_or_not_at_all() {
     let layer = [&["image.vastex", "--layer", "height", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat();
     refused(&layer, 1, &["height", "color"]);
     refused(&[&["missing.tif", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat(), 1, &["missing.tif"]);
-    refused(&[&["image.png", "-o", "image.png"], &at("0,0", "4x1")[..]].concat(), 1, &["source itself"]);
+    refused(
+        &[&["image.png", "-o", "image.png"], &at("0,0", "4x1")[..]].concat(),
+        1,
+        &["image.png: is the source as well as the output"],
+    );
     refused(&[&["image.png", "-o", "x.jpg"], &at("0,0", "4x1")[..]].concat(), 2, &[".npy, .png or .tif"]);
     refused(&[&["image.png", "-o", "x.npy"], &at("0,0", "0x1")[..]].concat(), 2, &["at least one"]);
     refused(&[&["image.png", "-o", "no/x.npy"], &at("0,0", "4x1")[..]].concat(), 1, &["does not exist"]);

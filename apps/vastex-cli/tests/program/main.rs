@@ -25,6 +25,7 @@ mod nodata;
 mod out;
 mod overlays;
 mod parts;
+mod places;
 mod planet;
 mod record;
 mod replay;

@@ -2,19 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use vastex_tiles::{lies_in, same_file};
+
 use super::BuildError;
 
 /// Refuses an output that is one of the files of an input, or lies in one of its directories of tiles.
 pub(crate) fn check(files: &[PathBuf], output: &Path) -> Result<(), BuildError> {
-    // Where there is no such directory, the writer says so.
-    let Some(output_at) = resolved(output) else { return Ok(()) };
     for file in files {
         // What cannot be found any more is nothing that could be overwritten; reading it says so.
-        let Ok(at) = file.canonicalize() else { continue };
-        if at == output_at {
+        if same_file(file, output) {
             return Err(BuildError::SameFile(file.clone()));
         }
-        if output_at.starts_with(&at) && at.is_dir() {
+        if lies_in(output, file) {
             return Err(BuildError::AmongTiles { output: output.into(), directory: file.clone() });
         }
     }

@@ -42,7 +42,7 @@ pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
 pub use number::Number;
 pub(crate) use open::{Opened, open_with_files};
-pub use open::{open, open_reduced};
+pub use open::{files_of_image, open, open_reduced};
 pub use pixel::{PixelFormat, Sample};
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
 pub use tiff::file::pyramid::{TiffOther, bands_to_choose, image_in_file};

@@ -2,10 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use vastex_tiles::raw_file;
+
 use super::fault::InputFault;
 use super::header::RowReader;
-use super::picture::{files_of_texels, open_bands, open_file_of_texels, open_reduced_picture};
-use super::tiff::file::pyramid::bands_in_path;
+use super::picture::{files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_picture};
+use super::tiff::file::pyramid::{bands_in_path, image_in_file};
 use super::{grids, mosaic};
 
 /// An open image, and all that is read for its rows.
@@ -69,9 +71,39 @@ pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
     }
 }
 
+/// Returns all that [`open`] reads of a path, so that nothing is written there: the file that the path means,
+/// with the description of a raw file, all pieces of a mosaic, or the directory of tiles that a text
+/// describes; or a directory, of which all files are meant. The path itself where nothing lies there or it
+/// cannot be read. Opens texts and directories as [`open`] does, of other files the first bytes alone.
+pub fn files_of_image(path: &Path) -> Vec<PathBuf> {
+    let file = image_in_file(path).map_or(path, |(file, _)| file);
+    if file.is_dir() {
+        let source = grids::look_at_directory(file).ok();
+        return files_of_directory(file, source.map(|source| source.directory));
+    }
+    if !is_text_file(file) || raw_file(file).is_some() {
+        return files_of_texels(file);
+    }
+    match mosaic::open(file) {
+        Ok(Some(mosaic)) => mosaic.files(file),
+        Ok(None) => {
+            let source = grids::look_at_description(file).ok().flatten();
+            files_of_directory(file, source.map(|source| source.directory))
+        }
+        Err(_) => vec![file.to_owned()],
+    }
+}
+
 /// The rows of a tile directory, which `path` is or describes.
 fn of_directory(path: &Path, reader: Box<dyn RowReader>) -> Opened {
-    let mut files = vec![path.to_owned()];
-    files.extend(reader.header().tile_directory.clone().filter(|directory| directory != path));
+    let files = files_of_directory(path, reader.header().tile_directory.clone());
     Opened { reader, files }
+}
+
+/// What is read of a tile directory, which `path` is or describes, and what lies beside it.
+fn files_of_directory(path: &Path, directory: Option<PathBuf>) -> Vec<PathBuf> {
+    let mut files = vec![path.to_owned()];
+    files.extend(directory.as_deref().and_then(grids::size_file).filter(|size| size.is_file()));
+    files.extend(directory.filter(|directory| directory != path));
+    files
 }

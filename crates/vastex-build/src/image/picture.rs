@@ -27,6 +27,13 @@ pub(super) fn files_of_texels(path: &Path) -> Vec<PathBuf> {
     }
 }
 
+/// Returns true if a file begins as a text does.
+pub(super) fn is_text_file(path: &Path) -> bool {
+    let mut start = Vec::with_capacity(64);
+    let read = open_file(path).ok().map(|file| file.take(64).read_to_end(&mut start));
+    read.is_some_and(|read| read.is_ok()) && !start.is_empty() && is_text(&start)
+}
+
 /// Opens an image by its first bytes, and turns it upright.
 pub(super) fn open_image(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
     open_as_stored(path).map(oriented::upright)

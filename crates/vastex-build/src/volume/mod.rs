@@ -20,7 +20,8 @@ mod zarr;
 use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
-use vastex_volume::{DType, Opened, Reduction, Volume, VolumeError, open};
+use vastex_tiles::{lies_in, same_file};
+use vastex_volume::{DType, Opened, Reduction, Volume, VolumeError, files_of_volume, open};
 
 use crate::progress::Progress;
 use crate::threads;
@@ -136,17 +137,13 @@ fn open_one(path: &Path) -> Result<Volume, VolumeBuildError> {
     }
 }
 
-/// Refuses an output that is the input, lies in it, or has it in itself.
+/// Refuses an output that is one of the files of the input, lies in its directory, or has one of them in
+/// itself.
 fn check_place(input: &Path, output: &Path) -> Result<(), VolumeBuildError> {
-    // Where there is no such directory, the writer says so; what cannot be found is not overwritten either.
-    let Some(to) = crate::build::place::resolved(output) else { return Ok(()) };
-    // A path into an archive ends within a file.
-    let from = input.ancestors().find_map(|path| path.canonicalize().ok());
-    match from {
-        Some(from) if to.starts_with(&from) || from.starts_with(&to) => {
-            Err(VolumeBuildError::Place { output: output.into(), input: input.into() })
-        }
-        _ => Ok(()),
+    let meets = |file: &PathBuf| same_file(file, output) || lies_in(output, file) || lies_in(file, output);
+    match files_of_volume(input).iter().any(meets) {
+        true => Err(VolumeBuildError::Place { output: output.into(), input: input.into() }),
+        false => Ok(()),
     }
 }
 

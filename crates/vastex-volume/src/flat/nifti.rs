@@ -299,7 +299,7 @@ fn unit(units: u8) -> Option<String> {
 }
 
 /// The image beside a header, and whether it is gzipped.
-fn image_of(path: &Path) -> Result<(PathBuf, bool), VolumeFault> {
+pub(crate) fn image_of(path: &Path) -> Result<(PathBuf, bool), VolumeFault> {
     let text = path.to_string_lossy();
     let stem = [".hdr.gz", ".hdr"].iter().find_map(|ending| text.strip_suffix(ending));
     let candidates = stem.map(|stem| [(format!("{stem}.img"), false), (format!("{stem}.img.gz"), true)]);

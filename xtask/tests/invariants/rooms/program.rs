@@ -20,6 +20,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("made_levels", &["report"]),
     ("disk_cache", &["args", "report"]),
     ("open", &["args", "disk_cache", "planet", "progress", "report"]),
+    ("places", &["open", "pictures"]),
     (
         "commands",
         &[
@@ -32,6 +33,7 @@ pub(super) const ROOMS: &[Room] = &[
             "output",
             "parts",
             "pictures",
+            "places",
             "progress",
             "report",
             "shortage",
@@ -41,7 +43,18 @@ pub(super) const ROOMS: &[Room] = &[
     ("volumes", &["args", "commands", "disk_cache", "open"]),
     (
         "screenshot",
-        &["args", "commands", "first_range", "made_levels", "open", "output", "parts", "report", "volumes"],
+        &[
+            "args",
+            "commands",
+            "first_range",
+            "made_levels",
+            "open",
+            "output",
+            "parts",
+            "places",
+            "report",
+            "volumes",
+        ],
     ),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (

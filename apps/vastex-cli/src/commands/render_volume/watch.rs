@@ -1,10 +1,9 @@
 //! What is told of a run that draws a volume, and kept of it: the trace, figures of every frame, what lies in
 //! pools, why a pixel shows what it shows, and bricks on a disk.
 
-use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Result, bail};
+use anyhow::Result;
 use serde::Serialize;
 use vastex::Textures;
 use vastex::diagnostics::PoolDump;
@@ -13,10 +12,11 @@ use vastex_viewer::stage::StageScene;
 
 use super::Drawing;
 use crate::args::RenderVolumeArgs;
+use crate::disk_cache;
 use crate::explained::Explained;
 use crate::output::Output;
+use crate::places::{Inputs, PICTURE};
 use crate::telemetry::StatsExport;
-use crate::{disk_cache, open};
 
 /// What is written at the end of a run, in the making.
 pub(super) struct Watch {
@@ -42,7 +42,6 @@ pub(super) struct Watched {
 impl Watch {
     /// Finds out whether what is asked for can be written, and opens the cache.
     pub(super) fn new(args: &RenderVolumeArgs) -> Result<Watch> {
-        check_places(args)?;
         let watch = &args.watch;
         Ok(Watch {
             trace: watch.record_trace.as_deref().map(Output::at).transpose()?,
@@ -105,29 +104,14 @@ fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
     Ok(Explained::new(pixel, &explained.unwrap_or_default()))
 }
 
-/// Nothing is written over the source, and no two things into one file.
-fn check_places(args: &RenderVolumeArgs) -> Result<()> {
-    let (source, watch) = (args.source.display(), &args.watch);
-    let named = [
-        ("picture", &args.output),
-        ("trace", &watch.record_trace),
-        ("CSV file", &watch.stats_csv),
-        ("JSON file", &watch.stats_json),
-    ];
-    let named: Vec<(&str, &Path)> =
-        named.into_iter().filter_map(|(what, place)| Some((what, place.as_deref()?))).collect();
-    for (nth, (what, place)) in named.iter().enumerate() {
-        for input in std::iter::once(&args.source).chain(&args.path.camera_path) {
-            if open::is_file_of(input, place) {
-                let input = input.display();
-                bail!("{input}: is the source as well as the output; choose another name for the output");
-            }
-        }
-        if let Some((other, _)) = named[..nth].iter().find(|(_, other)| other == place) {
-            bail!(
-                "{source}: the {other} and the {what} would be one file; choose another name for one of them"
-            );
-        }
-    }
-    Ok(())
+/// Nothing is written over what is read, and no two things into one file.
+pub(super) fn check_places(args: &RenderVolumeArgs) -> Result<()> {
+    let watch = &args.watch;
+    let inputs = std::iter::once(&args.source).chain(&args.path.camera_path);
+    Inputs::of(inputs.map(|file| &**file)).check(&[
+        (PICTURE, args.output.as_deref()),
+        ("trace", watch.record_trace.as_deref()),
+        ("CSV file", watch.stats_csv.as_deref()),
+        ("JSON file", watch.stats_json.as_deref()),
+    ])
 }

@@ -202,7 +202,8 @@ impl RunReport {
     }
 }
 
-fn page_in(directory: &Path) -> PathBuf {
+/// Where the page of a directory lies.
+pub(crate) fn page_in(directory: &Path) -> PathBuf {
     directory.join("index.html")
 }
 

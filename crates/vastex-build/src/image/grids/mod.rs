@@ -133,6 +133,12 @@ pub(crate) fn look_at_directory(path: &Path) -> Result<Source, InputFault> {
     }
 }
 
+/// The file beside a directory of tiles that is read with them, if its layout has one; it may not be there.
+pub(super) fn size_file(directory: &Path) -> Option<PathBuf> {
+    let pages = prototype::find(directory).ok()??;
+    Some(prototype::size_file(&pages))
+}
+
 /// Looks at what a text file that was found in a directory describes; a fault names it, or the tile that has
 /// it.
 fn look_at_found(path: &Path) -> Result<Source, InputFault> {

@@ -77,10 +77,15 @@ pub(super) fn open(pages: &Path) -> Result<Source, InputFault> {
     Ok(Source { grid, directory, texels, wraps: false, notices })
 }
 
+/// Where the size of an image stands whose pages lie in a directory.
+pub(super) fn size_file(pages: &Path) -> PathBuf {
+    let parent = pages.parent().filter(|parent| !parent.as_os_str().is_empty());
+    parent.unwrap_or(Path::new("..")).join(SIZE_FILE)
+}
+
 /// The size of the image: what the file beside the pages says, else all of the pages.
 fn size(pages: &Path, counts: [u64; 2]) -> Result<[u32; 2], InputFault> {
-    let path = pages.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new(".."));
-    let path = path.join(SIZE_FILE);
+    let path = size_file(pages);
     let full = counts.map(|n| n * u64::from(PAGE));
     let size = match std::fs::metadata(&path) {
         Err(_) => full,

@@ -39,6 +39,8 @@ fn what_is_read_is_never_written_over() {
         (input.clone(), raw.dir.path().to_owned()),
         (input.clone(), input.join("0/out.vastex")),
         (raw.path(), raw.path()),
+        (raw.path(), raw.out("in.raw.toml")),
+        (raw.out("in.raw.toml"), raw.path()),
     ] {
         let error = refusal(&from, &to, &small());
         assert!(error.contains("is read; choose another place"), "{error}");

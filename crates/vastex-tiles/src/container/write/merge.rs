@@ -18,6 +18,7 @@ use crate::container::format::description::{self, Contents};
 use crate::container::format::layout::PART_MAGIC;
 use crate::ground::advice::read_advice;
 use crate::ground::hash::checksum;
+use crate::ground::place::same_file;
 use crate::tile::{Compression, EncodedTile};
 
 /// Why parts cannot be joined. Nothing is left at the output's place.
@@ -84,9 +85,7 @@ pub fn merge(
         parts.iter().map(|path| PartReader::open(path.as_ref())).collect::<Result<Vec<_>, _>>()?;
     readers.sort_by_key(|reader| reader.head.of.part);
     check_set(&readers)?;
-    let is_output =
-        |path: &Path| matches!((path.canonicalize(), output.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    if let Some(part) = readers.iter().find(|reader| is_output(&reader.path)) {
+    if let Some(part) = readers.iter().find(|reader| same_file(&reader.path, output)) {
         return Err(MergeError::SameFile(part.path.clone()));
     }
     let Contents { description, filters, align, volume } = readers[0].contents()?;

@@ -287,6 +287,31 @@ mod tests {
         }
     }
 
+    #[test]
+    fn what_cannot_be_written_says_what_to_do() {
+        use io::ErrorKind as Kind;
+
+        use crate::container::write::error::WriteError;
+        use crate::container::write::merge::MergeError;
+
+        for (kind, says) in [
+            (Kind::ReadOnlyFilesystem, "the file system is read-only; choose another place"),
+            (Kind::PermissionDenied, "you may not write there: change the permissions"),
+            (Kind::NotFound, "its directory does not exist: make it"),
+            (Kind::NotADirectory, "its path leads through a file"),
+            (Kind::StorageFull, "free space or choose another place"),
+            (Kind::QuotaExceeded, "free space or choose another place"),
+            (Kind::FileTooLarge, "`ulimit -f`"),
+            (Kind::TimedOut, "; choose another place"),
+        ] {
+            // Said alike of a build and of a merge, with the name of the file.
+            let error = || WriteError::Io { name: "out.vastex".into(), error: kind.into() };
+            for said in [error().to_string(), MergeError::from(error()).to_string()] {
+                assert!(said.starts_with("out.vastex: cannot be written: ") && said.contains(says), "{said}");
+            }
+        }
+    }
+
     #[cfg(unix)]
     #[test]
     fn what_killed_processes_left_goes_and_what_others_write_stays() {
