@@ -22,6 +22,10 @@ pub enum Notice {
     NotOpaque(LayerFormat),
     /// The format keeps no negative numbers, and there were some.
     NegativesClamped(LayerFormat),
+    /// The format is of 16-bit floats, and numbers were rounded to what those hold: 11 significant bits.
+    HalfsRounded(LayerFormat),
+    /// The format is made of 16-bit floats, and numbers beyond their largest, 65504, became infinite.
+    HalfsInfinite(LayerFormat),
     /// Signed numbers of this range became 0 to 1, since the layer's format holds whole numbers only.
     RangeScaled([i64; 2]),
     /// Texels of this value, as the layer stores it, are without data, so coarser levels leave them out.
@@ -139,6 +143,20 @@ impl fmt::Display for Notice {
             }
             Notice::NegativesClamped(format) => {
                 write!(f, "negative numbers became 0, since {} holds none; rgba16f does", format.name())
+            }
+            Notice::HalfsRounded(format) => {
+                write!(
+                    f,
+                    "numbers are rounded by up to a part in 2048, to what {} holds; r32f, of one channel, holds them as they are",
+                    format.name()
+                )
+            }
+            Notice::HalfsInfinite(format) => {
+                write!(
+                    f,
+                    "numbers beyond 65504 became infinite, since {} holds no larger ones; r32f, of one channel, does",
+                    format.name()
+                )
             }
             Notice::IntegersRounded => {
                 write!(f, "whole numbers beyond 16777216 are rounded to what 32-bit floats can hold")

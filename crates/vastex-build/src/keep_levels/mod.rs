@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use vastex_core::{AddressMode, Description, Layer, PagePos};
+use vastex_core::{AddressMode, Description, Layer, LayerFormat, PagePos};
 use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
 use crate::build::error::BuildError;
@@ -59,6 +59,7 @@ pub(crate) fn build(
     let written = write(&pyramid, &input.path, &encoder, writer, options, progress)?;
     let [width, height, _] = texture.geometry.size();
     let mut notices = pyramid.notices().to_vec();
+    notices.extend(pyramid.losses(texture.layers[0].format));
     notices.extend(encoder.findings().notices(0, texture.layers[0].format));
     Ok(BuildReport {
         size: [width, height],
@@ -194,6 +195,14 @@ impl Pyramid {
         match self {
             Pyramid::Tiff(tiff) => tiff.notices(),
             Pyramid::Directory(directory) => directory.notices(),
+        }
+    }
+
+    /// What the texels that were read so far lost in a layer of a format.
+    fn losses(&self, format: LayerFormat) -> Vec<Notice> {
+        match self {
+            Pyramid::Tiff(tiff) => tiff.losses(format),
+            Pyramid::Directory(directory) => directory.losses(format),
         }
     }
 }

@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use vastex_core::{AddressMode, Description, PagePos};
+use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, StoreCounter, Tiers, Tile, TileSource};
 
 use super::cells::{self, Cells};
@@ -96,6 +96,11 @@ impl DirectorySource {
     /// What is worth knowing of the directory.
     pub fn notices(&self) -> &[Notice] {
         &self.notices
+    }
+
+    /// What the texels that were read so far lost in a layer of a format.
+    pub(crate) fn losses(&self, format: LayerFormat) -> Vec<Notice> {
+        self.pages.losses(format)
     }
 }
 

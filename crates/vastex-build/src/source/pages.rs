@@ -8,15 +8,16 @@
 use std::sync::Arc;
 
 use vastex_core::{
-    AddressMode, Box3, Description, Dims, Geometry, GeometryError, GeometrySpec, PagePos, fold,
+    AddressMode, Box3, Description, Dims, Geometry, GeometryError, GeometrySpec, LayerFormat, PagePos, fold,
 };
 use vastex_tiles::{Codec, ReadError, Tile};
 
 use super::SourceError;
 use super::cells::{Cells, rectangle};
-use crate::image::{ImageHeader, InputFault};
+use crate::image::{ImageHeader, InputFault, Notice};
 use crate::texels::convert::{Conversion, layer_format};
 use crate::texels::filter::{Filter, LayerFilter};
+use crate::texels::halfs::HalfLoss;
 
 /// Texels of border of the pages.
 const BORDER: u32 = 4;
@@ -65,6 +66,8 @@ pub(super) struct Pages<C> {
     pub(super) cells: C,
     pub(super) description: Arc<Description>,
     conversion: Conversion,
+    /// What the texels that were read lost in it.
+    halfs: HalfLoss,
     address: [AddressMode; 2],
     filter: Filter,
     /// Bytes of a texel of the layer.
@@ -104,6 +107,7 @@ impl<C: Cells> Pages<C> {
             cells,
             description,
             conversion,
+            halfs: HalfLoss::default(),
             address: [x, y],
             filter,
             texel: format.texel_bytes(),
@@ -111,6 +115,11 @@ impl<C: Cells> Pages<C> {
         };
         pages.make_levels().map_err(NoPages::Input)?;
         Ok(pages)
+    }
+
+    /// What there is to say of the texels that were read so far, as a layer of a format.
+    pub(super) fn losses(&self, format: LayerFormat) -> Vec<Notice> {
+        self.halfs.notices(format).collect()
     }
 
     /// The tile of a page; `fault_at` says where a fault is.
@@ -146,6 +155,7 @@ impl<C: Cells> Pages<C> {
         if level < self.cells.levels() && !self.cells.is_reduced(level) {
             let image = rectangle(&self.cells, self.address, level, [x, y], [width, height])?;
             let image_row = width as usize * self.cells.format().texel_bytes();
+            self.halfs.look_at(&self.conversion, &image);
             for (row, image) in rows.zip(image.chunks_exact(image_row)) {
                 self.conversion.row(row, image);
             }
@@ -166,6 +176,7 @@ impl<C: Cells> Pages<C> {
             None => {
                 let image = rectangle(&self.cells, self.address, level, origin, size)?;
                 let mut texels = vec![0; size[0] as usize * size[1] as usize * self.texel];
+                self.halfs.look_at(&self.conversion, &image);
                 self.conversion.row(&mut texels, &image);
                 Ok(texels)
             }

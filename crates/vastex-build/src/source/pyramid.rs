@@ -8,7 +8,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use vastex_core::{AddressMode, Description, PagePos};
+use vastex_core::{AddressMode, Description, LayerFormat, PagePos};
 use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 
 use super::cells::{self, Cells};
@@ -104,6 +104,11 @@ impl TiffSource {
     /// What is worth knowing of the file.
     pub fn notices(&self) -> &[Notice] {
         &self.notices
+    }
+
+    /// What the texels that were read so far lost in a layer of a format.
+    pub(crate) fn losses(&self, format: LayerFormat) -> Vec<Notice> {
+        self.pages.losses(format)
     }
 
     /// The levels that the file stores, the finest first.

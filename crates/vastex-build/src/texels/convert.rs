@@ -77,6 +77,8 @@ pub(crate) struct Conversion {
     range: Option<[i64; 2]>,
     /// True if the image has alpha and the layer keeps none.
     drops_alpha: bool,
+    /// What stands for no data in the image.
+    nodata: Option<f32>,
 }
 
 impl Conversion {
@@ -99,7 +101,9 @@ impl Conversion {
             _ => format.channels() >= usize::from(image.channels()),
         };
         let range = header.range.filter(|_| !is_float(layer));
-        Conversion { image, layer, curve, range, drops_alpha: image.has_alpha() && !keeps_alpha }
+        let drops_alpha = image.has_alpha() && !keeps_alpha;
+        let nodata = header.nodata.map(NodataValue::value);
+        Conversion { image, layer, curve, range, drops_alpha, nodata }
     }
 
     /// To the format that [`layer_format`] gives, as colour.
@@ -118,6 +122,13 @@ impl Conversion {
         let sample = self.image.sample();
         self.drops_alpha
             && image.chunks_exact(self.image.texel_bytes()).any(|texel| !texel.ends_with(sample.one()))
+    }
+
+    /// Tells that floats of 32 bits become ones of 16, by what stands for no data among them, if anything
+    /// does; `None` if they do not.
+    pub(crate) fn narrows(&self) -> Option<Option<f32>> {
+        let is_half = matches!(self.layer, LayerFormat::R16Float | LayerFormat::Rgba16Float);
+        (is_half && self.image.sample() == Sample::F32).then_some(self.nodata)
     }
 
     /// The value by which the layer stores texels of the image that have the number `value`, which stands for

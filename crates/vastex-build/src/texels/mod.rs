@@ -8,6 +8,7 @@ pub(crate) mod blend;
 pub(crate) mod blocks;
 pub(crate) mod convert;
 pub(crate) mod filter;
+pub(crate) mod halfs;
 pub(crate) mod input;
 pub(crate) mod magnify;
 pub(crate) mod missing;

@@ -7,6 +7,7 @@ use vastex_core::LayerFormat;
 
 use crate::image::Notice;
 use crate::texels::convert::Conversion;
+use crate::texels::halfs::HalfLoss;
 
 /// What was found, for each layer. Threads that make tiles note it side by side.
 pub(crate) struct Findings(Vec<OfLayer>);
@@ -17,6 +18,8 @@ struct OfLayer {
     transparency: AtomicBool,
     /// True if numbers are negative, and the format holds none.
     negatives: AtomicBool,
+    /// What floats of 16 bits cannot hold.
+    halfs: HalfLoss,
 }
 
 impl Findings {
@@ -25,9 +28,11 @@ impl Findings {
         Findings((0..layers).map(|_| OfLayer::default()).collect())
     }
 
-    /// Looks at rows of a layer's image for transparency that its conversion drops.
+    /// Looks at rows of a layer's image for transparency that its conversion drops, and for numbers that it
+    /// changes.
     pub(crate) fn look_at(&self, layer: usize, conversion: &Conversion, image_rows: &[u8]) {
-        let found = &self.0[layer].transparency;
+        let OfLayer { transparency: found, halfs, .. } = &self.0[layer];
+        halfs.look_at(conversion, image_rows);
         if !found.load(Ordering::Relaxed) && conversion.loses_alpha_of(image_rows) {
             found.store(true, Ordering::Relaxed);
         }
@@ -40,10 +45,10 @@ impl Findings {
 
     /// What there is to say of a layer of that format.
     pub(crate) fn notices(&self, layer: usize, format: LayerFormat) -> Vec<Notice> {
-        let OfLayer { transparency, negatives } = &self.0[layer];
+        let OfLayer { transparency, negatives, halfs } = &self.0[layer];
         let found =
             [(transparency, Notice::NotOpaque(format)), (negatives, Notice::NegativesClamped(format))];
         let found = found.into_iter().filter(|(found, _)| found.load(Ordering::Relaxed));
-        found.map(|(_, notice)| notice).collect()
+        found.map(|(_, notice)| notice).chain(halfs.notices(format)).collect()
     }
 }

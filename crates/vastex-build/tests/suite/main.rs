@@ -12,6 +12,7 @@ mod colors;
 mod common;
 mod directories;
 mod filters;
+mod halfs;
 mod inputs;
 mod insets;
 #[cfg(feature = "bc")]
