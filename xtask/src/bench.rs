@@ -190,7 +190,10 @@ fn introduction() -> Result<String> {
          cache. libvips writes RGB and filters it as it is stored; a container holds RGBA with borders of 4 texels, filtered\n\
          in linear light unless said. The speeds are medians of the ratios within one round, since the machine's own speed\n\
          varies between rounds; before each run what was written is brought to the disk. Identical tiles are stored once in a container, which matters where an image repeats, as the\n\
-         mirrored copies do from 32768 texels on.\n\n{}\nThe commands:\n\n```\n",
+         mirrored copies do from 32768 texels on.\n\nWhat the memory is for: where two threads or more encode, the row of pages that comes next is filtered while one is encoded, and freed memory is\n\
+         kept for the tiles that come next. With two threads that row takes about 9 MB of 50 on the real Earth with LZ4, and saves a quarter of the time; without\n\
+         compression 10 MB of 74, and some 5 % of the time; kept memory takes 5 MB without compression, and saves a tenth of the work. `--memory-mib 60`, or 80 without compression, builds that\n\
+         image without the row, in 41 MB and in 64; before there were both, a build took 42 and 58.\n\n{}\nThe commands:\n\n```\n",
         std::thread::available_parallelism().map_or(1, usize::from),
         shell::output(shell::command("vips").arg("--version"))?.trim(),
         measure::stamp()?,
