@@ -19,10 +19,9 @@ use xtask::limited::within;
 use crate::shell;
 
 const AT_ONCE: usize = 2;
-/// What no test program takes on any machine; the longest takes a few minutes on two processors. One that
-/// hangs is killed then, and what it had printed is shown: the harness names each test that has ended, and
-/// those that run for more than a minute.
-const LIMIT: Duration = Duration::from_secs(30 * 60);
+/// What no test program takes on any machine; the longest takes five minutes on two busy processors. One that
+/// hangs is killed then: the tests are named that had not ended, and what it had printed is shown.
+const LIMIT: Duration = Duration::from_secs(10 * 60);
 
 /// A program that cargo has compiled.
 struct Program {
@@ -80,7 +79,13 @@ impl Program {
         let (begun, name) =
             (Instant::now(), format!("{} of {}", self.source, shown(&self.package).display()));
         println!("== {name} begins ==");
-        let ended = within(&mut command, LIMIT).with_context(|| name.clone())?;
+        let ended = within(&mut command, LIMIT).map_err(|error| {
+            let what = match &running(&format!("{error:#}"))[..] {
+                [] => name.clone(),
+                tests => format!("{name}, at work on {}", tests.join(", ")),
+            };
+            error.context(what)
+        })?;
         let all = [&ended.stdout[..], &ended.stderr].concat();
         // In one piece, whatever else is printed meanwhile.
         print!("\n== {name}, {:.0} s ==\n{}", begun.elapsed().as_secs_f64(), String::from_utf8_lossy(&all));
@@ -89,6 +94,23 @@ impl Program {
         }
         Ok(())
     }
+}
+
+/// The tests that a program had begun and not ended, by what the harness prints: of tests beside each other
+/// their names once they run for a minute, of tests one after the other each name before its result.
+fn running(printed: &str) -> Vec<&str> {
+    let mut running = Vec::new();
+    for told in printed.lines().filter_map(|line| line.strip_prefix("test ")) {
+        if let Some(name) = told.strip_suffix(" has been running for over 60 seconds") {
+            running.push(name);
+        } else if let Some((name, result)) = told.split_once(" ... ") {
+            running.retain(|other| *other != name);
+            if !["ok", "FAILED", "ignored"].iter().any(|end| result.starts_with(end)) {
+                running.push(name);
+            }
+        }
+    }
+    running
 }
 
 /// The program that a line of cargo's names, as in `Executable tests/suite.rs
@@ -126,6 +148,15 @@ fn locked<T>(shared: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn tests_that_had_not_ended_are_named() {
+        let beside = "running 3 tests\ntest a::one ... ok\ntest b has been running for over 60 seconds\n\
+                      test c has been running for over 60 seconds\ntest c ... FAILED\ntest d ... ignored, why\n";
+        assert_eq!(running(beside), ["b"]);
+        assert_eq!(running("test a ... ok\ntest b - should panic ... ok\ntest c ... "), ["c"]);
+        assert!(running("error: it printed nothing").is_empty());
+    }
 
     #[test]
     fn a_program_is_found_with_its_package() {

@@ -76,12 +76,12 @@ fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     Ok(())
 }
 
-/// A GPU, or a program, that hangs is to fail a test and say so, not to keep the suite.
+/// A GPU, a thread or a program that hangs is to fail a test and say so, not to keep the suite.
 #[test]
 fn no_test_waits_without_limit() -> Result<()> {
     let waits_for_programs =
         |path: &str| path.starts_with("apps/vastex-cli/tests/") || path.starts_with("xtask/src/record/");
-    let (mut of_gpus, mut of_programs) = (0, 0);
+    let (mut of_gpus, mut of_threads, mut of_programs) = (0, 0, 0);
     for source in files(&["rs"])? {
         // This file names what it forbids.
         if source.path.contains("/tests/") && !source.path.starts_with("xtask/") {
@@ -92,6 +92,17 @@ fn no_test_waits_without_limit() -> Result<()> {
                 source.path
             );
             of_gpus += 1;
+        }
+        // The decider's tests know no other crate; their threads wait for nothing but their own work.
+        let is_test = source.path.contains("/tests/") || source.path.ends_with("/tests.rs");
+        if is_test && !["xtask/", "crates/vastex-core/"].iter().any(|of| source.path.starts_with(of)) {
+            let joins = source.text.contains(".join().unwrap()");
+            ensure!(
+                !joins || source.text.contains("ends_within("),
+                "{} waits for threads without limit: do all of it within vastex_tiles::ends_within",
+                source.path
+            );
+            of_threads += usize::from(joins);
         }
         if waits_for_programs(&source.path) {
             let found = [".output()", ".wait()", ".wait_with_output()"];
@@ -104,7 +115,8 @@ fn no_test_waits_without_limit() -> Result<()> {
             of_programs += 1;
         }
     }
-    ensure!(of_gpus > 100 && of_programs > 20, "tests have moved: {of_gpus} and {of_programs} files");
+    let found = [of_gpus, of_threads, of_programs];
+    ensure!(of_gpus > 100 && of_threads > 1 && of_programs > 20, "tests have moved: {found:?} files");
     Ok(())
 }
 
@@ -277,4 +289,21 @@ fn constants_are_seen_in_both_languages() {
     let found: Vec<&str> =
         constants("pub const A: u32 = 1;\nconst B = 2u;\noverride C: f32;\nlet D = 3;").collect();
     assert_eq!(found, ["A", "B", "C"]);
+}
+
+/// What begins with "error" looks like a failure: the tools of the project say so where they fail, and
+/// nowhere else.
+#[test]
+fn tools_say_error_where_they_fail() -> Result<()> {
+    const FAIL: [&str; 2] = ["xtask/src/main.rs", "xtask/src/test.rs"];
+    let mut failing = Vec::new();
+    for source in files_under("xtask/src", &["rs"])? {
+        let says = |line: &str| line.contains("println!(\"") && line.to_lowercase().contains("ln!(\"error");
+        if source.text.lines().any(says) {
+            failing.push(source.path);
+        }
+    }
+    failing.sort();
+    ensure!(failing == FAIL, "lines that begin with \"error\" are printed in {failing:?}");
+    Ok(())
 }

@@ -1,9 +1,12 @@
 //! Vastex's policy on the camera paths, beside LRU and Belady's optimum. docs/policies.md has the figures.
 
+use std::time::Duration;
+
 use vastex::Geometry;
 use vastex::prefetch::Trace;
 use vastex_core::{GeometrySpec, Policy, PoolSize, Replay, ReplaySettings, replay};
 use vastex_scenes::{Path, Scene, trace_of};
+use vastex_tiles::ends_within;
 
 /// Of the largest frame's set.
 const SHARES: [f64; 4] = [1.1, 1.5, 2.0, 3.0];
@@ -17,7 +20,9 @@ fn traces() -> Vec<(String, Trace)> {
         let name = format!("{}/{}", scene.name(), path.name());
         std::thread::spawn(move || (name, trace_of(scene, path, &geometry, [1920, 1080])))
     });
-    threads.collect::<Vec<_>>().into_iter().map(|thread| thread.join().unwrap()).collect()
+    let threads: Vec<_> = threads.collect();
+    let join = || threads.into_iter().map(|thread| thread.join().unwrap()).collect();
+    ends_within(Duration::from_secs(300), join).unwrap()
 }
 
 fn run(trace: &Trace, policy: Policy, share: f64) -> Replay {

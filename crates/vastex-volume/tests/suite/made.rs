@@ -4,10 +4,11 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use pollster::block_on;
 use vastex_core::PagePos;
-use vastex_tiles::{TileSource, conformance};
+use vastex_tiles::{TileSource, conformance, ends_within};
 use vastex_volume::{
     DType, Reduction, Volume, VolumeOptions, VolumeRegion, VolumeSource, levels_of, made_levels_kept,
     makes_levels_at_opening, reduce_into, reduced_size,
@@ -15,6 +16,9 @@ use vastex_volume::{
 
 use crate::fixtures::volume;
 use crate::generated::{Level, hash, places, random, write};
+
+/// Longer than any test takes on any machine.
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// All levels from a stored one on, each made of the whole of the one before.
 fn made_of(source: &VolumeSource, rule: Reduction) -> Vec<(u8, [usize; 3], Vec<u8>)> {
@@ -219,6 +223,10 @@ fn a_directory_that_is_none_is_a_fault_and_no_end() {
 
 #[test]
 fn threads_read_while_levels_are_made() {
+    ends_within(PATIENCE, read_while_levels_are_made).unwrap();
+}
+
+fn read_while_levels_are_made() {
     let directory = tempfile::tempdir().unwrap();
     let source = open(large(directory.path()), None);
     let stop = AtomicBool::new(false);
@@ -226,7 +234,9 @@ fn threads_read_while_levels_are_made() {
     std::thread::scope(|scope| {
         for _ in 0..2 {
             scope.spawn(|| {
-                while !stop.load(Ordering::Relaxed) {
+                // Nobody says that it is over where a reader fails.
+                let begun = Instant::now();
+                while !stop.load(Ordering::Relaxed) && begun.elapsed() < PATIENCE {
                     source.make_levels(&stop);
                     std::thread::yield_now();
                 }

@@ -10,6 +10,7 @@ use vastex::{
     AddressMode, Description, Error, GpuError, PagePos, PoolSettings, Prepared, Preparer, Settings,
     TextureSettings, Textures, TileSource,
 };
+use vastex_tiles::ends_within;
 use vastex_wgpu::test_device::TestDevice;
 
 const SIZE: [u32; 2] = [1000, 777];
@@ -48,7 +49,8 @@ fn textures(settings: Settings) -> (TestDevice, Textures) {
 /// On a thread of its own, as an application would.
 fn read(preparer: &Preparer, source: Arc<dyn TileSource>) -> Prepared {
     let preparer = preparer.clone();
-    std::thread::spawn(move || pollster::block_on(preparer.read(source))).join().unwrap().unwrap()
+    let patience = std::time::Duration::from_secs(300);
+    ends_within(patience, move || pollster::block_on(preparer.read(source))).unwrap().unwrap()
 }
 
 #[test]
