@@ -298,3 +298,32 @@ fn an_interrupted_build_leaves_nothing_behind() {
     crate::resume::signal_at(&sandbox, &build, "INT", 1).expect_code(130);
     assert_eq!(sandbox.names(), Vec::<String>::new());
 }
+
+/// A tile of 3.6 GB, as a TIFF file has it that is damaged in its header: it cannot be shown where it lies,
+/// and not be built either.
+#[test]
+fn nobody_is_advised_to_build_what_no_build_reads() {
+    let sandbox = Sandbox::new();
+    let entries: [(u16, u16, u32); 10] = [
+        (256, 4, 60_000),
+        (257, 4, 60_000),
+        (258, 3, 8),
+        (259, 3, 8),
+        (262, 3, 1),
+        (277, 3, 1),
+        (322, 4, 60_000),
+        (323, 4, 60_000),
+        (324, 4, 134),
+        (325, 4, 120),
+    ];
+    let mut file = b"II*\0\x08\0\0\0\x0a\0".to_vec();
+    for (tag, kind, value) in entries {
+        file.extend([tag.to_le_bytes(), kind.to_le_bytes()].concat());
+        file.extend([1_u32.to_le_bytes(), value.to_le_bytes()].concat());
+    }
+    file.extend([0; 124]);
+    sandbox.write("damaged.tif", &file);
+    for args in [&["info", "damaged.tif"][..], &["build", "damaged.tif", "-o", "out.vastex"]] {
+        check(&sandbox, args, 1, &["damaged.tif: is damaged in the header", "which cannot hold 3600000000"]);
+    }
+}

@@ -10,7 +10,33 @@ fn words(command: &str) -> Vec<&str> {
 #[test]
 fn a_program_without_a_window_asks_for_no_window_system() {
     let sandbox = Sandbox::with_container();
-    for args in ["render image.vastex --size 64x36 -o out.png", "info image.vastex", "verify image.vastex"] {
+    sandbox.write_grey_png("relief.png", [64, 32]);
+    sandbox.write("v.raw", &[7; 8 * 8 * 8]);
+    sandbox.write("v.raw.toml", b"width = 8\nheight = 8\ndepth = 8\nsample = \"u8\"\n");
+    let mut all = vec![
+        "render image.vastex --size 64x36 -o out.png",
+        "render image.vastex --size 64x36 --compare",
+        "render relief.png --cache off --on terrain --size 64x36 --compare",
+        "render image.vastex --on globe --size 64x36 --report page",
+        "build image.png -o other.vastex",
+        "info image.vastex",
+        "verify image.vastex",
+    ];
+    if cfg!(feature = "volumes") {
+        all.extend([
+            "render v.raw --on volume --size 32x32 --compare -o out.png",
+            "render v.raw --on slices --size 32x32 -o out.png",
+            "info v.raw",
+            "build v.raw -o v.vastex",
+        ]);
+    }
+    if cfg!(feature = "view") {
+        all.push("view image.vastex --size 64x36 --screenshot out.png");
+    }
+    if cfg!(all(feature = "view", feature = "volumes")) {
+        all.push("view v.raw --size 160x120 --screenshot out.png");
+    }
+    for args in all {
         let mut command = sandbox.command(&words(args));
         for variable in ["XDG_RUNTIME_DIR", "DISPLAY", "WAYLAND_DISPLAY", "NODEVICE_SELECT"] {
             command.env_remove(variable);

@@ -126,6 +126,36 @@ fn what_does_not_belong_together_is_refused_and_leaves_nothing_behind() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn what_a_killed_merge_left_goes_with_the_next() {
+    let dir = tempfile::tempdir().unwrap();
+    let input = dir.path().join("in.png");
+    write_png(&input, [40, 30], ColorType::Grayscale, BitDepth::Eight, &texels(1200, 1));
+    let options = BuildOptions { page: 16, border: 1, ..BuildOptions::default() };
+    let (parts, output) = (build_parts(&input, &options, 2), dir.path().join("out.vastex"));
+    join(&parts, &output).unwrap();
+    let whole = std::fs::read(&output).unwrap();
+    std::fs::remove_file(&output).unwrap();
+    // Of a number that no process has, nobody is at work on it; the other is no output of this merge.
+    let left = dir.path().join(".out.vastex.4194999-0.partial");
+    let other = dir.path().join(".other.vastex.4194999-0.partial");
+    for path in [&left, &other] {
+        std::fs::write(path, &whole[..whole.len() / 2]).unwrap();
+    }
+    // Nor does one that is refused or stopped leave anything.
+    let stopped = merge(&parts, &output, false, |_, _| ControlFlow::Break(()));
+    assert!(matches!(stopped, Err(MergeError::Cancelled)) && !left.exists() && !output.exists());
+    std::fs::write(&left, b"left").unwrap();
+    join(&parts, &output).unwrap();
+    assert!(!left.exists() && other.exists());
+    assert!(std::fs::read(&output).unwrap() == whole);
+    let names = std::fs::read_dir(dir.path()).unwrap();
+    let partial =
+        names.filter(|entry| entry.as_ref().unwrap().file_name().to_string_lossy().ends_with(".partial"));
+    assert_eq!(partial.count(), 1, "the other's");
+}
+
 #[test]
 fn damaged_parts_are_refused_whatever_the_damage() {
     let dir = tempfile::tempdir().unwrap();

@@ -331,9 +331,9 @@ fn after_a_cut_the_first_feedback_comes_as_soon_as_any_other() {
     assert!(came[10].2 > 2000, "{came:?}");
 }
 
-/// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
-/// The number of the view that it is drawn in.
+/// The number of the view that the plane is drawn in.
 const VIEW: u32 = 5;
+/// A plane seen in no perspective: uv changes by the same amount from pixel to pixel.
 pub(crate) const PLANE: &str = include_str!("wgsl/plane.wgsl");
 
 fn draw_plane(

@@ -4,6 +4,7 @@
 //! `vastex_tiles::StagedSource` has each tile put there when it is decoded, and nobody between the loader and
 //! the upload knows of it. What finds no room goes through the queue, so nothing waits for the belt.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 #[cfg(not(target_family = "wasm"))]
 use std::sync::{Mutex, PoisonError};
@@ -167,10 +168,12 @@ impl Gpu {
     /// queue, and so before these commands, the others. Of several for one slot the last.
     pub(super) fn copy_tiles(&self, encoder: &mut wgpu::CommandEncoder) -> Result<Vec<Copied>, Error> {
         let uploads = &self.undone.uploads;
+        let numbered = || uploads.iter().enumerate();
+        let last: HashMap<_, _> =
+            numbered().map(|(nth, (pool, upload))| ((*pool, upload.slot), nth)).collect();
         let mut copied = Vec::new();
-        for (nth, (pool, upload)) in uploads.iter().enumerate() {
-            let is_same = |(of, other): &(_, Upload)| of == pool && other.slot == upload.slot;
-            if uploads[nth + 1..].iter().any(is_same) {
+        for (nth, (pool, upload)) in numbered() {
+            if last.get(&(*pool, upload.slot)) != Some(&nth) {
                 continue;
             }
             let pool = &self.pools[usize::from(pool.number())];
