@@ -25,7 +25,7 @@ fn a_program_without_a_window_asks_for_no_window_system() {
     if cfg!(feature = "volumes") {
         all.extend([
             "render v.raw --on volume --size 32x32 --compare -o out.png",
-            "render v.raw --on slices --size 32x32 -o out.png",
+            "render v.raw --on slices --slice z=1 --size 32x32 -o out.png",
             "info v.raw",
             "build v.raw -o v.vastex",
         ]);

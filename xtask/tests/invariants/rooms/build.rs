@@ -25,7 +25,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("keep_levels", &["build", "build/error", "image", "progress", "source", "texels", "threads", "tile"]),
     ("memory_image", &["build/error", "image", "progress", "texels", "threads"]),
     ("crop", &["image", "progress", "source", "threads", "tile"]),
-    ("volume", &["build", "new_directory", "progress", "threads"]),
+    ("volume", &["new_directory", "progress", "threads"]),
     (
         "lib",
         &[
