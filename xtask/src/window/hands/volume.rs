@@ -133,11 +133,11 @@ impl Window<'_> {
         let drawn = fs::read(&picture)?;
         self.until("the view of a path's last line", |window| {
             let seen = window.display.look(0..WINDOW[0]).ok()?;
-            let pairs = drawn.chunks_exact(4).zip(seen.chunks_exact(4)).skip(OVER * WINDOW[0]);
+            let mut pairs = drawn.chunks_exact(4).zip(seen.chunks_exact(4)).skip(OVER * WINDOW[0]);
             let is_near = |(drawn, seen): (&[u8], &[u8])| {
                 (0..3).all(|channel| drawn[channel].abs_diff(seen[2 - channel]) <= ROUNDING)
             };
-            pairs.map(is_near).all(|is_near| is_near).then_some(())
+            pairs.all(is_near).then_some(())
         })
     }
 
