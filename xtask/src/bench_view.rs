@@ -315,7 +315,7 @@ mod tests {
         );
         assert!(row(case, &bad, 1.0).ends_with("| NOT ALL |\n"));
         // What is held whole is not asked for little memory.
-        let whole = Case { is_held_whole: true, ..Case::new("whole", png, 1000.0, 1) };
+        let whole = Case { is_held_whole: true, ..Case::new("whole", png, 1000.0) };
         let judged = [verdicts(case, &good), verdicts(&whole, &good)];
         assert_eq!(judged.map(|lines| lines.matches("| peak |").count()), [1, 0]);
         let columns = |line: &str| line.matches('|').count();
