@@ -150,7 +150,8 @@ impl Pager {
             return false;
         }
         if self.pools().any(|pager| said(pager) == Some(false)) {
-            let is_seen = self.pools_mut().fold(true, |seen, pager| pager.set.is_seen_at_rest(view) && seen);
+            let mut is_seen = true;
+            self.pools_mut().for_each(|pager| is_seen &= pager.set.is_seen_at_rest(view));
             if !is_seen || !self.pools().all(|pager| pager.has_all_of(view)) {
                 return false;
             }
