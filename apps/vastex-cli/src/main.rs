@@ -8,7 +8,6 @@ mod args;
 mod commands;
 mod disk_cache;
 mod explained;
-mod first_range;
 mod gpu;
 #[cfg(feature = "view")]
 mod link;

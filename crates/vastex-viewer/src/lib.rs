@@ -17,9 +17,14 @@ pub mod overlay;
 #[cfg(feature = "egui")]
 pub mod panels;
 mod picture;
+#[cfg(feature = "egui")]
+mod remembered;
 mod scene;
 pub mod stage;
 pub mod surface;
+#[cfg(feature = "egui")]
+pub mod surface_scene;
+pub mod title;
 pub mod view_text;
 pub mod volume;
 pub mod volume_scene;
@@ -36,6 +41,8 @@ pub use layers::{
 pub use link::{Link, LinkError};
 pub use overlay::{Overlay, OverlayRenderer};
 pub use picture::{Picture, PicturePart, side_by_side};
+#[cfg(feature = "egui")]
+pub use remembered::{ChosenGround, KeptPool, KeptRule, Remembered, Theme};
 pub use scene::{Scene, direction};
 pub use stage::{Target, depth_view};
 pub use surface::shaders;

@@ -66,11 +66,13 @@ fn the_viewer_has_no_window_no_clock_and_waits_for_nothing() -> Result<()> {
 fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     const WAITS: &[&str] = &["wait", "feedback_of_every", "wait_indefinitely", "PollType"];
     let mut polls = 0;
-    for source in files_under("apps/vastex-cli/src/view", &["rs"])? {
-        let text = production(&source.text);
-        let found = identifiers(&text).find(|name| WAITS.contains(name));
-        ensure!(found.is_none(), "{} names {found:?}, which waits", source.path);
-        polls += identifiers(&text).filter(|name| *name == "answers").count();
+    for folder in ["apps/vastex-cli/src/view", "crates/vastex-viewer/src/surface_scene"] {
+        for source in files_under(folder, &["rs"])? {
+            let text = production(&source.text);
+            let found = identifiers(&text).find(|name| WAITS.contains(name));
+            ensure!(found.is_none(), "{} names {found:?}, which waits", source.path);
+            polls += identifiers(&text).filter(|name| *name == "answers").count();
+        }
     }
     ensure!(polls == 1, "answers to right clicks are looked for {polls} times in a frame");
     Ok(())

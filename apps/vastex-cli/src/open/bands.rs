@@ -3,9 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "build")]
 use anyhow::{Result, bail};
+#[cfg(feature = "build")]
 use vastex_viewer::Bands;
 
+#[cfg(feature = "build")]
 use crate::args::SceneArgs;
 
 /// The path by which bands of a file are opened, counted from 1.
@@ -18,6 +21,7 @@ pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
 }
 
 /// Has the bands that layers are told opened, of files that have more than a layer can.
+#[cfg(feature = "build")]
 pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
     let files = std::iter::once(&mut scene.source).chain(&mut scene.layers.over);
     for (texture, file) in files.enumerate() {

@@ -8,7 +8,7 @@
 
 #[cfg(feature = "view")]
 mod about;
-#[cfg(feature = "build")]
+#[cfg(any(feature = "build", feature = "view"))]
 mod bands;
 #[cfg(feature = "build")]
 pub(crate) mod image;
@@ -33,7 +33,9 @@ use vastex_tiles::{Container, DirectStore, DiskTier};
 use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
-pub(crate) use about::{FileAbout, FileBands};
+pub(crate) use about::file_about;
+#[cfg(feature = "view")]
+pub(crate) use bands::path_of as path_of_bands;
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
@@ -423,7 +425,7 @@ mod tests {
     #[test]
     fn a_file_that_comes_later_may_be_a_generated_planet() {
         let is_generated =
-            |path: &str| FileAbout::of(Path::new(path), &Looked::default(), Vec::new()).is_generated;
+            |path: &str| file_about(Path::new(path), &Looked::default(), Vec::new()).is_generated;
         assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
         assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
     }

@@ -3,9 +3,8 @@
 //! enough for is drawn in parts.
 //!
 //! How parts lie in the whole is in [`crate::parts`]; what lies over the picture is in `over`, painted by
-//! `paint`, the guides as `guided` has them, which the window shows too.
+//! `paint`.
 
-mod guided;
 mod over;
 mod paint;
 #[cfg(test)]
@@ -28,19 +27,19 @@ use vastex_scenes::{
 };
 use vastex_viewer::PicturePart;
 use vastex_viewer::hud::Hud;
+use vastex_viewer::inspect::first_range;
 use vastex_viewer::layers::{Ground, Tone};
-use vastex_viewer::panels::{Measure, Panes, free_in_panes};
+use vastex_viewer::panels::{FileAbout, Measure, Panes, free_in_panes};
+use vastex_viewer::surface::shows_large_texels;
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
 use crate::commands::render::{self, Troubles};
-use crate::first_range::first_range;
-use crate::open::{self, FileAbout, Looked};
+use crate::open::{self, Looked};
 use crate::output::{Output, PngRows};
 use crate::parts::{self, MOST_SIDE, Part, Parts};
 use crate::places::Inputs;
 use crate::report;
-pub(crate) use guided::{CRISP, Guided};
 use over::Over;
 #[cfg(feature = "volumes")]
 pub(crate) use volume::VolumeShot;
@@ -147,7 +146,7 @@ impl Shot {
         let tiles = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
         let rows = rows_of(&self.source, &looked).unwrap_or_default();
-        let about = FileAbout::of(&self.source, &looked, rows);
+        let about = open::file_about(&self.source, &looked, rows);
         let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();
@@ -257,7 +256,8 @@ impl Shot {
             let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
             options.layers = (0..=sources.over.len()).filter(is_shown).map(first).collect();
         }
-        let is_crisp = pose.magnification(pane, sources.image).is_some_and(|scale| scale >= CRISP);
+        let is_crisp =
+            pose.magnification(pane, sources.image).is_some_and(|scale| shows_large_texels(scale, false));
         if is_crisp && self.may_be_crisp {
             options.layers.iter_mut().for_each(|layer| layer.filter = layer.filter.or(Some(Filter::Nearest)));
         }

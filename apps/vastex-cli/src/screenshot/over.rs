@@ -7,8 +7,8 @@ use vastex_viewer::hud::{Hud, HudData, MachineThumbnail};
 use vastex_viewer::overlay::SmallOverlay;
 use vastex_viewer::panels::{ImageView, Minimap, Panes, swipe_line};
 use vastex_viewer::stage::LinearTarget;
+use vastex_viewer::surface_scene::Guided;
 
-use super::guided::Guided;
 use super::paint::{FORMAT, OverPainter};
 use super::{Shot, Sources};
 use crate::parts::Part;

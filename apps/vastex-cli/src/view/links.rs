@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use anyhow::{Result, anyhow};
-use vastex_scenes::{LayerOptions, Scene};
+use vastex_scenes::Scene;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::{Link, ViewText, VolumeViewText};
 
-use super::displayed::DisplaySettings;
 use super::files::Files;
 use super::{App, Message, Open};
 use crate::args::{ViewArgs, of_link, without_help};
@@ -28,15 +27,6 @@ pub(super) struct Linked {
     /// The opening of its source, once it has begun.
     pub(super) opening: Option<u64>,
     pub(super) args: Arc<ViewArgs>,
-}
-
-/// How files are displayed that nobody has changed anything of.
-#[derive(Clone)]
-pub(super) struct AskedBefore {
-    pub(super) first_layers: Vec<LayerOptions>,
-    pub(super) settings: DisplaySettings,
-    /// True if the files beside it that they ask for are yet to come.
-    pub(super) is_asked: bool,
 }
 
 /// The link that a file has, if it has one and nothing else.
@@ -72,7 +62,9 @@ impl App {
         self.linked = None;
         let Some((asked, args, args_of)) = self.before_link.take() else { return };
         (self.args, self.args_of) = (args, args_of);
-        self.open.iter_mut().for_each(|open| open.viewer.ask_again(asked.clone()));
+        if let Some(open) = &mut self.open {
+            open.viewer.scene.ask(asked);
+        }
     }
 
     /// Begins to open what a link names. A link that cannot be read is told, and nothing changes.
@@ -106,13 +98,13 @@ impl App {
         if viewer.shows_volume() {
             return self.notice("the view is of an image, and a volume is shown");
         }
-        if viewer.show_view(view) {
+        if viewer.scene.show_view(view) {
             self.scene = scene;
             self.cameras[scene as usize] = Controller::new(view.pose);
             if scene != Scene::Image {
-                viewer.end_measuring();
+                viewer.scene.end_measuring();
             }
-            viewer.jumped();
+            viewer.scene.jumped();
             self.input.rest();
             self.flight.stop();
         }
@@ -161,7 +153,7 @@ impl App {
             self.show_volume_text(text);
             return Ok(());
         }
-        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.scene.image_size());
         // What is copied elsewhere may be long, and may be nobody's business: it is told only where it is
         // meant as a view.
         let is_meant = Scene::ALL.iter().any(|scene| text.starts_with(&format!("{}:", scene.name())));
@@ -181,7 +173,7 @@ impl App {
         let Some(Open { viewer, .. }) = &self.open else { return };
         let Some(view) = viewer.view_text(pose) else { return };
         // A file that the view does not name would lie over the others where the link is opened.
-        let named = ViewText::from_text(&view, viewer.image_size());
+        let named = ViewText::from_text(&view, viewer.scene.image_size());
         let last = named.ok().and_then(|view| view.textures().max()).unwrap_or(0);
         let over = self.over.all(self.is_opening_shown()).take(last);
         match link::link_of(self.shown_path(), over, Some(view)) {
@@ -193,7 +185,7 @@ impl App {
     /// Says what went wrong on stderr, and in the window until it is read.
     pub(super) fn say_wrong(&mut self, topic: &str, message: &str) {
         report::say(&format!("error: {message}"));
-        self.open.iter_mut().for_each(|open| open.viewer.tell(topic, message));
+        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.tell(topic, message));
     }
 }
 

@@ -2,21 +2,18 @@
 //!
 //! Here is the loop of events: it draws while something changes and sleeps while nothing does; `perform`
 //! carries actions out. `opening` opens a source on a thread, `showing` displays it or refuses it, `shown` is
-//! the one that is seen, `over` lays others over it; `displayed` is a source in the window, `display` says
-//! which source is seen when. `viewer` draws frames on what `device` finds, `shell` is egui in the window and
-//! `panel` what it shows, `requests` does what is asked for there. `files` knows the next file, `dialog` asks
-//! the system for one, `recent` remembers them and `bookmarks` views of them, both by `state`. What goes out
-//! of the window is in `outgoing`: pictures, camera paths (`flight`), and texts (`clipboard`, `links`).
-//! `events` translates winit's events, `surface` is where pictures appear, `title` is the window's title,
-//! `times` what is measured of it, `remembered` what it was like when it was closed last. Of volumes
+//! the one that is seen, `over` lays others over it. `viewer` draws the viewer's scene on what `device`
+//! finds, `shell` is egui in the window, `requests` does what is asked for in its panel. `files` knows the
+//! next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both
+//! by `state`. What goes out of the window is in `outgoing`: pictures, camera paths (`flight`), and texts
+//! (`clipboard`, `links`). `events` translates winit's events, `surface` is where pictures appear, `times`
+//! what is measured of the window, `remembered` what it was like when it was closed last. Of volumes
 //! `volume_work` reads what is needed, and `volume_flight` moves them along paths.
 
 mod bookmarks;
 mod clipboard;
 mod device;
 mod dialog;
-mod display;
-mod displayed;
 mod events;
 mod files;
 mod flight;
@@ -26,7 +23,6 @@ mod one_search;
 mod opening;
 mod outgoing;
 mod over;
-mod panel;
 mod perform;
 mod recent;
 mod remembered;
@@ -37,7 +33,6 @@ mod shown;
 mod state;
 mod surface;
 mod times;
-mod title;
 mod viewer;
 #[cfg(feature = "volumes")]
 mod volume_flight;
@@ -53,10 +48,12 @@ use anyhow::{Context, Error, Result, anyhow};
 use glam::DVec2;
 use vastex::GpuError;
 use vastex_scenes::{Pose, Scene};
+use vastex_viewer::Remembered;
 #[cfg(feature = "volumes")]
 use vastex_viewer::VolumeFlight;
 use vastex_viewer::camera::{Controller, Flight};
 use vastex_viewer::input::Input;
+use vastex_viewer::surface_scene::{DisplayError, FirstDisplay, Wake};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
@@ -68,14 +65,13 @@ use crate::open::{self, Lies};
 use crate::{report, screenshot};
 use dialog::Chosen;
 use files::{Files, Folder};
-use links::{AskedBefore, Linked};
+use links::Linked;
 use opening::{Openings, Report};
 use outgoing::Shots;
 use over::Over;
-use remembered::Remembered;
 use shown::Shown;
 use times::Times;
-use viewer::{MadeAnew, Viewer, Wake};
+use viewer::{MadeAnew, Viewer};
 
 /// Devices that may be lost, one after another, before the program gives up.
 const MAX_LOST_DEVICES: u32 = 3;
@@ -193,7 +189,7 @@ struct App {
     args_of: u64,
     /// The link that is being opened; and what was asked for before the one that was opened last.
     linked: Option<Linked>,
-    before_link: Option<(AskedBefore, Arc<ViewArgs>, u64)>,
+    before_link: Option<(FirstDisplay, Arc<ViewArgs>, u64)>,
     /// True if they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
     flight: Flight,
@@ -215,14 +211,14 @@ struct Open {
 impl Open {
     /// What the window is like now.
     fn remembered(&self) -> Remembered {
-        self.viewer.remembered(&Remembered::of(&self.window, self.viewer.window_size()))
+        self.viewer.remembered(&remembered::of_window(&self.window, self.viewer.window_size()))
     }
 }
 
 impl App {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
         // A test is to see what it asks for.
-        let (before, mut notes) = if self.is_measured() { Default::default() } else { Remembered::load() };
+        let (before, mut notes) = if self.is_measured() { Default::default() } else { remembered::load() };
         let asked = self.args.scene.size;
         let [width, height] = asked.or(before.size).unwrap_or(self.args.scene.size());
         let mut attributes = Window::default_attributes()
@@ -230,7 +226,7 @@ impl App {
             .with_inner_size(PhysicalSize::new(width, height))
             .with_min_inner_size(PhysicalSize::new(64, 64))
             .with_maximized(asked.is_none() && before.is_maximized);
-        if let Some([x, y]) = before.position_on_a_screen(events) {
+        if let Some([x, y]) = remembered::position_on_a_screen(&before, events) {
             attributes = attributes.with_position(PhysicalPosition::new(x, y));
         }
         let window = events.create_window(attributes).map_err(|error| {
@@ -271,15 +267,15 @@ impl App {
         self.lead_volume();
         let camera = &mut self.cameras[self.scene as usize];
         let Some(Open { viewer, .. }) = &mut self.open else { return Ok(()) };
-        let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.aspects());
+        let (moved, aspects) = (self.input.motion(self.begun.elapsed()), viewer.scene.aspects());
         if let Some(moved) = moved {
-            viewer.with_heights(|heights| camera.apply_over(moved, aspects, heights));
-            viewer.wake();
+            viewer.scene.with_heights(|heights| camera.apply_over(moved, aspects, heights));
+            viewer.scene.wake();
         }
         let now = self.begun.elapsed();
         if let Some(pose) = self.flight.pose(now).filter(|pose| pose.scene(self.scene) == self.scene) {
             *camera = Controller::new(pose);
-            viewer.wake();
+            viewer.scene.wake();
         }
         self.flight.note(now, camera.pose());
         let drawn = viewer.draw(camera.pose());
@@ -289,7 +285,10 @@ impl App {
                 report::say("the graphics device was lost; going on with a new one");
                 let Some(open) = self.open.take() else { return Ok(()) };
                 let mut viewer = open.viewer.restored(events.owned_display_handle())?;
-                viewer.tell("device", "The graphics device was lost. The window goes on with a new one.");
+                viewer
+                    .scene
+                    .beside
+                    .tell("device", "The graphics device was lost. The window goes on with a new one.");
                 self.open = Some(Open { viewer, ..open });
                 // What it prepares is for the device that was lost.
                 match self.openings.number() {
@@ -304,7 +303,11 @@ impl App {
             }
             drawn => drawn?,
         }
-        let asked = self.open.as_mut().map(|open| open.viewer.take_asked()).unwrap_or_default();
+        if self.open.as_mut().is_some_and(|open| open.viewer.wants_anew()) {
+            self.make_anew();
+        }
+        let asked = self.open.as_mut().map(|open| std::mem::take(&mut open.viewer.scene.beside.asked));
+        let asked = asked.unwrap_or_default();
         for asked in asked {
             self.on_asked(events, asked)?;
             self.open.iter().for_each(|open| open.window.request_redraw());
@@ -357,12 +360,12 @@ impl App {
                 if open.viewer.hear_in_volume(event) {
                     return Ok(());
                 }
-                let event = open.viewer.event_in_pane(event);
+                let event = open.viewer.scene.event_in_pane(event);
                 self.input.look_flat(self.scene == Scene::Image);
-                let action = self.input.on_event(event, open.viewer.view(), self.begun.elapsed());
+                let action = self.input.on_event(event, open.viewer.scene.view(), self.begun.elapsed());
                 if let Some(action) = action {
                     if action.may_change_picture() {
-                        open.viewer.wake();
+                        open.viewer.scene.wake();
                     }
                     self.perform(window_events, action)?;
                 }
@@ -445,8 +448,9 @@ impl ApplicationHandler<Message> for App {
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
         if let Some(open) = self.open.as_ref().filter(|_| !self.is_measured()) {
-            open.remembered().keep();
+            remembered::keep(&open.remembered());
         }
+        self.open.iter_mut().for_each(|open| open.viewer.say_said());
         // The surface must go before the connection to the window system does.
         self.open = None;
         // What is being opened is broken off, and what is built of it written down.
@@ -457,7 +461,8 @@ impl ApplicationHandler<Message> for App {
 }
 
 fn is_device_lost(error: &Error) -> bool {
-    matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
+    let is_lost = matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)));
+    is_lost || error.downcast_ref().is_some_and(DisplayError::is_device_lost)
 }
 
 fn name_of(path: &Path) -> String {

@@ -20,12 +20,13 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
-use vastex::{Prepared, Preparer, TextureSettings, TileSource};
-use vastex_viewer::panels::Shapes;
+use vastex::{Preparer, TextureSettings, TileSource};
+use vastex_viewer::panels::{FileAbout, Shapes};
+use vastex_viewer::surface_scene::{Growth, PreparedSource};
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
-use crate::open::{self, FileAbout, Looked, OpenObserver};
+use crate::open::{self, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending};
 #[cfg(feature = "volumes")]
@@ -66,27 +67,6 @@ pub(super) enum OpeningEvent {
 /// A volume, with settings for its textures and what `vastex info` says of it.
 #[cfg(feature = "volumes")]
 type ToShow = (OpenedVolume, vastex::Settings, Arc<[(String, String)]>);
-
-/// A source that can be added to the textures.
-pub(super) struct PreparedSource {
-    pub(super) prepared: Prepared,
-    /// Where its tiles come from, to be read for other textures too.
-    pub(super) tiles: Arc<dyn TileSource>,
-    /// Columns and rows of the image, of which the source may have fewer.
-    pub(super) size: [u32; 2],
-    /// What its file says beside its texels.
-    pub(super) about: FileAbout,
-    pub(super) growth: Growth,
-}
-
-/// How many of its rows a source has.
-#[derive(Clone)]
-pub(super) enum Growth {
-    Whole,
-    /// More come.
-    #[cfg(feature = "build")]
-    Rows(Arc<vastex_build::MemoryImage>),
-}
 
 /// The source that is being opened, and threads of those before it that have yet to end.
 #[derive(Default)]
@@ -158,7 +138,7 @@ impl Openings {
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.looked = Looked::at(&to_open);
                 let rows = rows_of(&to_open, &reporter.looked).unwrap_or_default();
-                reporter.about = FileAbout::of(&to_open, &reporter.looked, rows);
+                reporter.about = open::file_about(&to_open, &reporter.looked, rows);
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {
@@ -318,7 +298,11 @@ impl OpenObserver for Reporter {
 
     #[cfg(feature = "build")]
     fn preview(&self, picture: &Arc<vastex_build::MemoryImage>, size: [u32; 2]) {
-        let growth = if picture.is_whole() { Growth::Whole } else { Growth::Rows(picture.clone()) };
+        let growing = picture.clone();
+        let growth = match picture.is_whole() {
+            true => Growth::Whole,
+            false => Growth::Rows(Arc::new(move || growing.rows())),
+        };
         if let Ok(preview) = self.prepare(picture.clone(), size, growth) {
             (self.send)(OpeningEvent::Preview(preview));
         }

@@ -51,7 +51,7 @@ impl App {
     /// Says something in the title of the window.
     pub(super) fn notice(&mut self, notice: &str) {
         if let Some(Open { window, viewer }) = &mut self.open {
-            viewer.notify_in_title(notice);
+            viewer.scene.beside.notify(notice);
             window.request_redraw();
         }
     }
@@ -131,7 +131,7 @@ impl App {
             self.flight.begin_recording(now, pose);
             return self.notice(RECORDING);
         }
-        let image = open.viewer.image_size();
+        let image = open.viewer.scene.image_size();
         let text = self.flight.end_recording(now, pose).map(|path| path.to_text(image));
         self.write_path(text);
     }
@@ -167,7 +167,7 @@ impl App {
                     self.flight.play(self.begun.elapsed());
                 }
                 self.cameras[self.scene as usize] = Controller::new(pose);
-                self.open.iter_mut().for_each(|open| open.viewer.jumped());
+                self.open.iter_mut().for_each(|open| open.viewer.scene.jumped());
             }
             None => self.notice(NO_PATH),
         }
@@ -181,7 +181,7 @@ impl App {
             self.play_file_in_volume(file);
             return Ok(());
         }
-        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+        let image = self.open.as_ref().map_or([1; 2], |open| open.viewer.scene.image_size());
         match flight::read_path(file, |text| CameraPath::from_text(text, image)) {
             Ok(path) => {
                 self.flight.set_path(path);

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::opening::OpeningEvent;
-use super::{App, is_device_lost, name_of};
+use super::{App, name_of};
 use crate::report;
 
 /// Files that are yet to be laid over the one that is displayed.
@@ -102,7 +102,7 @@ impl App {
         let (Some(open), Some(path)) = (&mut self.open, self.over.files.front().cloned()) else {
             return Ok(());
         };
-        if self.openings.is_opening() || open.viewer.is_empty() {
+        if self.openings.is_opening() || open.viewer.scene.is_empty() {
             return Ok(());
         }
         let number = self.begin(&path, false, false)?;
@@ -116,18 +116,18 @@ impl App {
         let (name, viewer) = (name_of(path), &mut open.viewer);
         let laid = match event {
             OpeningEvent::Shapes(_) => return Ok(()),
-            OpeningEvent::Progress(share) => return viewer.set_opening(&name, share),
+            OpeningEvent::Progress(share) => return Ok(viewer.scene.set_opening(&name, share)?),
             OpeningEvent::Note(note) => {
-                viewer.note(&note);
+                viewer.scene.beside.note(&note);
                 return Ok(());
             }
             #[cfg(feature = "build")]
             OpeningEvent::Mending(_) => return Ok(()),
             // Only what is there lies over something.
             OpeningEvent::Preview(_) => return Ok(()),
-            OpeningEvent::Opened(source) => match viewer.lay_over(&name, source) {
+            OpeningEvent::Opened(source) => match viewer.scene.lay_over(&name, source) {
                 // The next frame finds that the device was lost, and opens the file again.
-                Err(error) if is_device_lost(&error) => return Ok(()),
+                Err(error) if error.is_device_lost() => return Ok(()),
                 laid => laid.with_context(|| path.display().to_string()),
             },
             OpeningEvent::Failed(error) => Err(error),
@@ -137,7 +137,7 @@ impl App {
                 path.display()
             )),
         };
-        viewer.end_opening()?;
+        viewer.scene.end_opening()?;
         self.openings.end();
         let file = self.over.files.pop_front();
         self.over.opening = None;
@@ -148,7 +148,7 @@ impl App {
             self.outcome = Ok(std::process::ExitCode::FAILURE);
             let message = report::message(&error);
             report::say(&format!("error: {message}"));
-            viewer.tell("file over it", &message);
+            viewer.scene.beside.tell("file over it", &message);
         }
         self.open_next_over()
     }

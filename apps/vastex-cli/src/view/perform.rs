@@ -4,10 +4,10 @@ use anyhow::Result;
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::camera::{Controller, Move};
 use vastex_viewer::input::Action;
+use vastex_viewer::panels::WindowAsked;
 use winit::event_loop::ActiveEventLoop;
 use winit::window::Fullscreen;
 
-use super::panel::Asked;
 use super::{App, Open};
 
 /// By how much nearer a double click comes to the ground.
@@ -37,44 +37,44 @@ impl App {
         if viewer.ignores(&action) {
             return Ok(());
         }
-        if viewer.is_empty() && matches!(action, Action::Record | Action::Play | Action::CopyLink) {
+        if viewer.scene.is_empty() && matches!(action, Action::Record | Action::Play | Action::CopyLink) {
             return self.notice_of_nothing();
         }
         let scene_index = self.scene as usize;
         match action {
             Action::Move(moved) => {
-                let (camera, aspects) = (&mut self.cameras[scene_index], viewer.aspects());
-                viewer.with_heights(|heights| camera.apply_over(moved, aspects, heights));
+                let (camera, aspects) = (&mut self.cameras[scene_index], viewer.scene.aspects());
+                viewer.scene.with_heights(|heights| camera.apply_over(moved, aspects, heights));
                 if matches!(moved, Move::ToEdge(_) | Move::Screens(_)) {
-                    viewer.jumped();
+                    viewer.scene.jumped();
                 }
             }
             Action::Magnify(magnification, point) => {
-                let (view, image) = (viewer.size(), viewer.image_size());
+                let (view, image) = (viewer.scene.size(), viewer.scene.image_size());
                 self.cameras[scene_index].magnify(magnification, point, view, image);
             }
             Action::Reset => {
-                let fitted = viewer.fitted().filter(|_| self.scene == Scene::Image);
+                let fitted = viewer.scene.fitted().filter(|_| self.scene == Scene::Image);
                 let pose = fitted.unwrap_or(Pose::first(self.scene));
                 self.cameras[scene_index] = Controller::new(pose);
                 self.fitted = Some(pose);
-                viewer.jumped();
+                viewer.scene.jumped();
             }
-            Action::Click(pixel) => viewer.measure_to(pixel, self.cameras[scene_index].pose()),
-            Action::DoubleClick if viewer.is_measuring() => viewer.close_measured(),
+            Action::Click(pixel) => viewer.scene.measure_to(pixel, self.cameras[scene_index].pose()),
+            Action::DoubleClick if viewer.scene.is_measuring() => viewer.scene.close_measured(),
             Action::DoubleClick => {
-                let nearer = viewer.pointed().map(|point| Move::ZoomTo(DOUBLE_CLICK_FACTOR, point));
+                let nearer = viewer.scene.pointed().map(|point| Move::ZoomTo(DOUBLE_CLICK_FACTOR, point));
                 let of_ground = nearer.filter(|_| self.scene != Scene::Image).map(Action::Move);
                 return self.perform(events, of_ground.unwrap_or(Action::Reset));
             }
-            Action::Measure => viewer.measure_or_not(self.cameras[scene_index].pose()),
-            Action::Undo => viewer.undo_measured(),
+            Action::Measure => viewer.scene.measure_or_not(self.cameras[scene_index].pose()),
+            Action::Undo => viewer.scene.undo_measured(),
             Action::Scene(choice) => self.choose_scene(choice),
-            Action::Overlay => viewer.next_overlay(),
-            Action::AutoRange => viewer.set_automatic_range(self.cameras[scene_index].pose()),
-            Action::Expose(stops) => viewer.expose(stops),
+            Action::Overlay => viewer.scene.next_overlay(),
+            Action::AutoRange => viewer.scene.set_automatic_range(self.cameras[scene_index].pose()),
+            Action::Expose(stops) => viewer.scene.expose(stops),
             Action::Panel => {
-                viewer.open_or_close_panel();
+                viewer.scene.beside.panel.open_or_close();
                 window.request_redraw();
             }
             Action::EnterPanel => {
@@ -82,28 +82,28 @@ impl App {
                 window.request_redraw();
             }
             Action::About => {
-                viewer.show_about();
+                viewer.scene.beside.panel.show_about();
                 window.request_redraw();
             }
             Action::Hud => {
-                viewer.show_or_hide_hud();
+                viewer.scene.show_or_hide_hud();
                 window.request_redraw();
             }
-            Action::Compare => viewer.compare_next(),
-            Action::Beside => viewer.put_beside(),
+            Action::Compare => viewer.scene.compare_next(),
+            Action::Beside => viewer.scene.put_beside(),
             Action::Guides => {
-                viewer.show_or_hide_guides();
+                viewer.scene.beside.panel.show_or_hide_guides();
                 window.request_redraw();
             }
             Action::Values => {
-                viewer.show_or_hide_values();
+                viewer.scene.beside.panel.show_or_hide_values();
                 window.request_redraw();
             }
             Action::Keys => {
-                viewer.show_or_hide_keys();
+                viewer.scene.beside.panel.show_or_hide_keys();
                 window.request_redraw();
             }
-            Action::Explain(pixel) => viewer.explain(self.cameras[scene_index].pose(), pixel)?,
+            Action::Explain(pixel) => viewer.scene.explain(self.cameras[scene_index].pose(), pixel)?,
             Action::FillScreen => {
                 let filled = window.fullscreen().is_some();
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));
@@ -111,13 +111,15 @@ impl App {
             Action::Screenshot(times) => self.shoot(times),
             Action::Record => self.record_or_end(),
             Action::Play => self.play(events)?,
-            Action::Open => return self.on_asked(events, Asked::Choose),
+            Action::Open => return self.on_asked(events, WindowAsked::Choose),
             Action::CopyView => self.copy_view(),
             Action::CopyLink => self.copy_link(),
             Action::PasteView => self.ask_to_paste(),
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
-            Action::Quit if viewer.hide_keys() || viewer.end_measuring() => window.request_redraw(),
+            Action::Quit if viewer.scene.beside.panel.hide_keys() || viewer.scene.end_measuring() => {
+                window.request_redraw()
+            }
             Action::Quit if window.fullscreen().is_some() => window.set_fullscreen(None),
             Action::Quit => events.exit(),
         }

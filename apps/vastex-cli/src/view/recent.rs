@@ -10,7 +10,7 @@ const MOST: usize = 12;
 /// The files that were opened lately, the last one first, and where they are written down.
 #[derive(Debug, Default)]
 pub(super) struct Recent {
-    files: Vec<PathBuf>,
+    files: Vec<String>,
     /// `None` if the system names no place for it.
     kept_in: Option<PathBuf>,
 }
@@ -26,7 +26,7 @@ impl Recent {
     }
 
     /// The files, the last one first.
-    pub(super) fn files(&self) -> &[PathBuf] {
+    pub(super) fn files(&self) -> &[String] {
         &self.files
     }
 
@@ -34,9 +34,7 @@ impl Recent {
     pub(super) fn add(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
         // A list in JSON has none of the others.
-        if file.to_str().is_none() {
-            return;
-        }
+        let Some(file) = file.to_str().map(str::to_owned) else { return };
         if let Some(place) = self.kept_in.take() {
             let Recent { files, kept_in } = Recent::load_from(place);
             self.kept_in = kept_in;
@@ -66,13 +64,14 @@ mod tests {
         let directory = tempfile::tempdir().unwrap();
         let place = directory.path().join("of/vastex/recent.json");
         let file = |n: usize| directory.path().join(format!("{n}.png"));
+        let named = |n: usize| file(n).to_str().unwrap().to_owned();
         let mut recent = Recent::load_from(place.clone());
         let mut other = Recent::load_from(place.clone());
         (0..MOST + 2).for_each(|n| recent.add(&file(n)));
         other.add(&file(5));
         recent.add(&file(99));
         let files = Recent::load_from(place.clone()).files;
-        assert_eq!((files.len(), &files[..3]), (MOST, &[file(99), file(5), file(MOST + 1)][..]));
+        assert_eq!((files.len(), &files[..3]), (MOST, &[named(99), named(5), named(MOST + 1)][..]));
         let names: Vec<_> =
             fs::read_dir(place.parent().unwrap()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
         assert_eq!(names, ["recent.json"]);

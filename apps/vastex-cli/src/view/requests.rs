@@ -8,11 +8,11 @@ use vastex_scenes::{Pose, Scene};
 use vastex_viewer::Link;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::input::Action;
+use vastex_viewer::panels::WindowAsked;
 use winit::event_loop::ActiveEventLoop;
 
 use super::dialog::{self, Chosen};
 use super::files::{Files, Folder, Step, list_beside};
-use super::panel::Asked;
 use super::viewer::{DIALOG, MadeAnew};
 use super::{App, Message};
 use crate::args::is_link;
@@ -46,7 +46,9 @@ impl App {
         if let Some(link) = path.to_str().filter(|text| Link::is_link(text)) {
             return self.open_link(link);
         }
-        self.open.iter_mut().for_each(|open| open.viewer.forget(DIALOG));
+        if let Some(open) = &mut self.open {
+            open.viewer.scene.beside.messages.forget(DIALOG);
+        }
         // Other bands of a file are seen where those before were.
         self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.shown_path());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
@@ -77,7 +79,7 @@ impl App {
     }
 
     /// Begins to make the textures of the window anew, as they are wanted there.
-    fn make_anew(&mut self) {
+    pub(super) fn make_anew(&mut self) {
         let (pose, proxy) = (self.cameras[self.scene as usize].pose(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |made| drop(proxy.send_event(Message::MadeAnew(Box::new(made))));
@@ -97,26 +99,26 @@ impl App {
     /// Puts what is displayed on a scene, or on the next that there is.
     pub(super) fn choose_scene(&mut self, choice: Option<Scene>) {
         // A scene is chosen by what can be seen.
-        let Some(open) = self.open.as_mut().filter(|open| !open.viewer.is_empty()) else { return };
+        let Some(open) = self.open.as_mut().filter(|open| !open.viewer.scene.is_empty()) else { return };
         let viewer = &mut open.viewer;
         match choice {
-            Some(scene) if scene != self.scene => match viewer.put_on(scene) {
+            Some(scene) if scene != self.scene => match viewer.scene.put_on(scene) {
                 Ok(()) => {
                     self.scene = scene;
-                    viewer.forget("scene");
+                    viewer.scene.beside.messages.forget("scene");
                 }
-                Err(error) => viewer.say_wrong("scene", &error.to_string()),
+                Err(error) => viewer.scene.say_wrong("scene", &error.to_string()),
             },
             Some(_) => {}
             None => {
                 let next = |step| Scene::ALL[(self.scene as usize + step) % Scene::ALL.len()];
                 let mut others = (1..Scene::ALL.len()).map(next);
-                self.scene = others.find(|&scene| viewer.put_on(scene).is_ok()).unwrap_or(self.scene);
+                self.scene = others.find(|&scene| viewer.scene.put_on(scene).is_ok()).unwrap_or(self.scene);
             }
         }
         // Nothing can be measured elsewhere, and a double click there is no end of a line.
         if self.scene != Scene::Image {
-            viewer.end_measuring();
+            viewer.scene.end_measuring();
         }
     }
 
@@ -127,54 +129,57 @@ impl App {
         if self.scene == scene {
             self.cameras[scene as usize] = Controller::new(pose);
             self.input.rest();
-            self.open.iter_mut().for_each(|open| open.viewer.jumped());
+            self.open.iter_mut().for_each(|open| open.viewer.scene.jumped());
         }
         Ok(())
     }
 
     /// Does what was asked for in the panel.
-    pub(super) fn on_asked(&mut self, events: &ActiveEventLoop, asked: Asked) -> Result<()> {
+    pub(super) fn on_asked(&mut self, events: &ActiveEventLoop, asked: WindowAsked) -> Result<()> {
         match asked {
-            Asked::Open(path) => self.open_chosen(&path),
-            Asked::LayOver(path) if is_link(&path) => {
+            WindowAsked::Open(path) => self.open_chosen(Path::new(&path)),
+            WindowAsked::OpenBands(file, bands) => {
+                self.open_chosen(&open::path_of_bands(file.as_ref(), &bands))
+            }
+            WindowAsked::LayOver(path) if is_link(Path::new(&path)) => {
                 self.notice("a link is opened, and lies over nothing; open it, or lay its file over");
                 Ok(())
             }
-            Asked::LayOver(path) => self.lay_over(&path),
-            Asked::MakeAnew => {
-                self.make_anew();
-                Ok(())
-            }
-            Asked::Choose | Asked::ChooseOver if self.is_choosing => Ok(()),
-            Asked::Choose | Asked::ChooseOver => {
+            WindowAsked::LayOver(path) => self.lay_over(Path::new(&path)),
+            WindowAsked::Choose | WindowAsked::ChooseOver if self.is_choosing => Ok(()),
+            WindowAsked::Choose | WindowAsked::ChooseOver => {
                 self.is_choosing = true;
-                self.chooses_over = asked == Asked::ChooseOver;
+                self.chooses_over = asked == WindowAsked::ChooseOver;
                 let title = if self.chooses_over { "Lay over" } else { "Open" };
                 let proxy = self.proxy.clone();
                 let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
                 dialog::choose(title, self.files.current(), send);
                 Ok(())
             }
-            Asked::File(step) => self.perform(events, Action::File(step)),
-            Asked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
-            Asked::Fit => self.perform(events, Action::Reset),
-            Asked::Go(pose) => self.go(events, pose),
-            Asked::Show(view) => {
+            WindowAsked::File(step) => self.perform(events, Action::File(step)),
+            WindowAsked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
+            WindowAsked::Fit => self.perform(events, Action::Reset),
+            WindowAsked::Go(pose) => self.go(events, pose),
+            WindowAsked::Show(view) => {
                 self.show_text(&view);
                 Ok(())
             }
-            Asked::ShowText(text) => {
+            WindowAsked::ShowText(text) => {
                 self.show_volume_text(&text);
                 Ok(())
             }
-            Asked::CopyView => self.perform(events, Action::CopyView),
-            Asked::CopyLink => self.perform(events, Action::CopyLink),
-            Asked::Keep(name) => {
+            WindowAsked::CopyView => self.perform(events, Action::CopyView),
+            WindowAsked::CopyLink => self.perform(events, Action::CopyLink),
+            WindowAsked::Keep(name) => {
                 let pose = self.cameras[self.scene as usize].pose();
                 self.open.iter_mut().for_each(|open| open.viewer.keep_view(name.clone(), pose));
                 Ok(())
             }
-            Asked::Move(moved) => self.perform(events, Action::Move(moved)),
+            WindowAsked::Forget(index) => {
+                self.open.iter_mut().for_each(|open| open.viewer.bookmarks.forget(index));
+                Ok(())
+            }
+            WindowAsked::Move(moved) => self.perform(events, Action::Move(moved)),
         }
     }
 }

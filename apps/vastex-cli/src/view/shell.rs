@@ -1,24 +1,20 @@
 //! egui in the window: it hears events first, runs once in each frame, and is drawn over the picture.
 //!
-//! What is in the panels is `panel`'s business.
+//! What is in the panels is `vastex-viewer`'s, and so is what draws them.
 
-mod changes;
 mod pasting;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use egui::epaint::ClippedPrimitive;
-use egui::{Context, Order, Pos2, Rect, TextureId, Ui, ViewportId};
-use egui_wgpu::{Renderer, RendererOptions, ScreenDescriptor};
-use vastex_scenes::Gpu;
+use egui::{Context, Order, Pos2, Rect, Ui, ViewportId};
+use vastex_viewer::Theme;
+use vastex_viewer::panels::PanelPainter;
 use winit::dpi::PhysicalPosition;
 use winit::event::{TouchPhase, WindowEvent};
 use winit::keyboard::ModifiersState;
 use winit::window::Window;
 
-use super::remembered::Theme;
-use changes::TextureChanges;
 use pasting::{Pasting, is_paste};
 
 /// What egui makes of an event.
@@ -34,20 +30,12 @@ pub(super) struct Heard {
 pub(super) struct Shell {
     window: Arc<Window>,
     state: egui_winit::State,
-    /// What draws, on one device and into one format; made where it is first needed.
-    painter: Option<Painter>,
-    /// How many there have been.
-    painters: u64,
-    /// Pictures of the host's own, each with the number of the one that knows it.
-    pictures: Vec<(u64, TextureId)>,
-    /// Its textures, and what of them has changed since the painter drew.
-    textures: TextureChanges,
-    jobs: Vec<ClippedPrimitive>,
+    /// Draws what the last run put into the window.
+    pub(super) painter: PanelPainter,
     /// What its fields copy and paste.
     pasting: Pasting,
     /// Keys that change what others mean, as far as they are held.
     held: ModifiersState,
-    pixels_per_point: f32,
     /// When it wants to run again.
     due: Option<Instant>,
     /// What the panels leave of the window to the picture, in points.
@@ -60,11 +48,6 @@ pub(super) struct Shell {
     is_held: bool,
 }
 
-struct Painter {
-    renderer: Renderer,
-    format: wgpu::TextureFormat,
-}
-
 impl Shell {
     pub(super) fn new(window: Arc<Window>) -> Shell {
         let context = Context::default();
@@ -74,14 +57,9 @@ impl Shell {
         Shell {
             window,
             state,
-            painter: None,
-            painters: 0,
-            pictures: Vec::new(),
-            textures: TextureChanges::default(),
-            jobs: Vec::new(),
+            painter: PanelPainter::default(),
             pasting: Pasting::default(),
             held: ModifiersState::empty(),
-            pixels_per_point: 1.0,
             due: None,
             free: Rect::EVERYTHING,
             pointer: None,
@@ -103,11 +81,6 @@ impl Shell {
     /// Returns true if what is shown now is dark.
     pub(super) fn is_dark(&self) -> bool {
         self.state.egui_ctx().theme() == egui::Theme::Dark
-    }
-
-    /// The device is another from here on.
-    pub(super) fn forget_device(&mut self) {
-        self.painter = None;
     }
 
     /// Returns true if keys are for a field, or for something that is open over the picture.
@@ -231,94 +204,12 @@ impl Shell {
         self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.due = delay.and_then(|delay| Instant::now().checked_add(delay));
-        self.pixels_per_point = output.pixels_per_point;
-        self.jobs = context.tessellate(std::mem::take(&mut output.shapes), self.pixels_per_point);
-        let set = std::mem::take(&mut output.textures_delta.set);
-        let set = set.into_iter().flat_map(|(id, deltas)| deltas.into_iter().map(move |delta| (id, delta)));
-        self.textures.add(set, std::mem::take(&mut output.textures_delta.free));
-    }
-
-    /// Makes what draws into pictures of a format, where there is none yet or the last one was for another
-    /// format.
-    fn prepare(&mut self, gpu: &Gpu, format: wgpu::TextureFormat) {
-        if self.painter.as_ref().is_some_and(|painter| painter.format == format) {
-            return;
-        }
-        self.textures.begin_again();
-        let renderer = Renderer::new(&gpu.device, format, RendererOptions::default());
-        self.painters += 1;
-        self.painter = Some(Painter { renderer, format });
-    }
-
-    /// Makes pictures of the host's own known to what draws into pictures of a format, in the place of those
-    /// before. Gives their names, and a number: where [`Shell::painter_of`] gives another one, the names are
-    /// no longer good.
-    pub(super) fn show_pictures(
-        &mut self,
-        gpu: &Gpu,
-        format: wgpu::TextureFormat,
-        views: &[&wgpu::TextureView],
-    ) -> (Vec<TextureId>, u64) {
-        self.prepare(gpu, format);
-        let names = match &mut self.painter {
-            Some(Painter { renderer, .. }) => {
-                // What another one drew with went with it.
-                let of_this = self.painters;
-                for (painter, name) in self.pictures.drain(..) {
-                    if painter == of_this {
-                        renderer.free_texture(&name);
-                    }
-                }
-                let register = |view: &&wgpu::TextureView| {
-                    renderer.register_native_texture(&gpu.device, view, wgpu::FilterMode::Linear)
-                };
-                views.iter().map(register).collect()
-            }
-            None => Vec::new(),
-        };
-        self.pictures.extend(names.iter().map(|name| (self.painters, *name)));
-        (names, self.painters)
-    }
-
-    /// Which of all that ever drew would draw into pictures of a format; `None` if a new one is to be made.
-    pub(super) fn painter_of(&self, format: wgpu::TextureFormat) -> Option<u64> {
-        self.painter.as_ref().filter(|painter| painter.format == format).map(|_| self.painters)
+        self.painter.take(&context, &mut output);
     }
 
     /// Returns true if the pointer is over a panel.
     pub(super) fn is_over_panel(&self) -> bool {
         self.is_over
-    }
-
-    /// Draws what the last run put into the window over a picture of so many pixels.
-    pub(super) fn paint(
-        &mut self,
-        gpu: &Gpu,
-        encoder: &mut wgpu::CommandEncoder,
-        (picture, format): (&wgpu::TextureView, wgpu::TextureFormat),
-        size: [u32; 2],
-    ) {
-        let Gpu { device, queue, .. } = gpu;
-        self.prepare(gpu, format);
-        let Some(painter) = &mut self.painter else { return };
-        for (id, delta) in self.textures.take_changed() {
-            painter.renderer.update_texture(device, queue, id, &delta);
-        }
-        let screen = ScreenDescriptor { size_in_pixels: size, pixels_per_point: self.pixels_per_point };
-        // There are no callbacks that would have commands of their own.
-        painter.renderer.update_buffers(device, queue, encoder, &self.jobs, &screen);
-        let ops = wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store };
-        let attachment =
-            wgpu::RenderPassColorAttachment { view: picture, depth_slice: None, resolve_target: None, ops };
-        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("panels"),
-            color_attachments: &[Some(attachment)],
-            ..Default::default()
-        });
-        painter.renderer.render(&mut pass.forget_lifetime(), &self.jobs, &screen);
-        for id in self.textures.take_gone() {
-            painter.renderer.free_texture(&id);
-        }
     }
 
     /// The next control takes the keys, the first one where none had them.

@@ -11,7 +11,7 @@ use vastex_viewer::camera::Controller;
 use vastex_viewer::volume_scene::VolumeLook;
 
 use super::opening::{OpeningEvent, Report};
-use super::{App, Message, is_device_lost, name_of};
+use super::{App, Message, name_of};
 use crate::report;
 
 impl App {
@@ -19,7 +19,7 @@ impl App {
     pub(super) fn open_file(&mut self) -> Result<()> {
         let path = self.files.current().to_owned();
         self.over.begin_again();
-        self.open.iter_mut().for_each(|open| open.viewer.forget_notes());
+        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.messages.forget_notes());
         let number = self.begin(&path, true, false)?;
         self.linked.iter_mut().for_each(|linked| linked.opening = Some(number));
         Ok(())
@@ -39,7 +39,7 @@ impl App {
 
     /// The same with files that are to lie over it.
     pub(super) fn open_with(&mut self, over: Vec<PathBuf>) -> Result<()> {
-        let is_empty = self.open.as_ref().is_none_or(|open| open.viewer.is_empty());
+        let is_empty = self.open.as_ref().is_none_or(|open| open.viewer.scene.is_empty());
         match is_empty {
             true => self.over.forget(),
             false => self.over.set_aside(),
@@ -52,9 +52,9 @@ impl App {
     /// opened. The number of the opening, 0 without a window.
     pub(super) fn begin(&mut self, path: &Path, has_previews: bool, is_again: bool) -> Result<u64> {
         let Some(open) = &mut self.open else { return Ok(0) };
-        open.viewer.begin_opening(&name_of(path))?;
+        open.viewer.scene.begin_opening(&name_of(path))?;
         open.window.request_redraw();
-        let (preparer, proxy) = (open.viewer.preparer(), self.proxy.clone());
+        let (preparer, proxy) = (open.viewer.scene.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |report| drop(proxy.send_event(Message::Opening(Box::new(report))));
         self.openings.begin((path, has_previews, is_again), self.opening_args(), preparer, send)
@@ -100,8 +100,8 @@ impl App {
             OpeningEvent::Shapes(_) => {}
             #[cfg(feature = "build")]
             OpeningEvent::Mending(_) => {}
-            OpeningEvent::Progress(share) => open.viewer.set_opening(&name, share)?,
-            OpeningEvent::Note(note) => open.viewer.note(&note),
+            OpeningEvent::Progress(share) => open.viewer.scene.set_opening(&name, share)?,
+            OpeningEvent::Note(note) => open.viewer.scene.beside.note(&note),
             OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
                 if let Ok(scene) = open.viewer.show_preview(first, &name, source) {
@@ -111,16 +111,16 @@ impl App {
             }
             OpeningEvent::Opened(source) => match open.viewer.show_source(first, &name, source) {
                 // The next frame finds that the device was lost, and opens the file again.
-                Err(error) if is_device_lost(&error) => {}
+                Err(error) if error.is_device_lost() => {}
                 shown => {
-                    open.viewer.end_opening()?;
+                    open.viewer.scene.end_opening()?;
                     self.openings.end();
                     match shown.with_context(|| path.display().to_string()) {
                         Ok(scene) => {
                             (self.files_before, self.before_link) = (None, None);
                             self.over.drop_aside();
                             if !is_measured {
-                                open.viewer.remember(&path);
+                                open.viewer.recent.add(&path);
                             }
                             self.scene = scene;
                             self.look_at(first, &path);
@@ -141,15 +141,15 @@ impl App {
                 };
                 let shown = look
                     .and_then(|look| open.viewer.show_volume(first, (&name, opened, look), rows, settings));
-                open.viewer.end_opening()?;
+                open.viewer.scene.end_opening()?;
                 self.openings.end();
                 match shown.with_context(|| path.display().to_string()) {
                     Ok(()) => {
-                        oddities.iter().for_each(|oddity| open.viewer.note(oddity));
+                        oddities.iter().for_each(|oddity| open.viewer.scene.beside.note(oddity));
                         (self.files_before, self.before_link) = (None, None);
                         self.over.forget();
                         if !is_measured {
-                            open.viewer.remember(&path);
+                            open.viewer.recent.add(&path);
                         }
                         self.look_at(first, &path);
                     }
@@ -157,7 +157,7 @@ impl App {
                 }
             }
             OpeningEvent::Failed(error) => {
-                open.viewer.end_opening()?;
+                open.viewer.scene.end_opening()?;
                 self.openings.end();
                 self.refuse(first, error)?;
             }
@@ -174,13 +174,13 @@ impl App {
             }
             // What the command line says of the camera is of the first file that is opened, and what a link
             // says is of its own.
-            let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.image_size());
+            let size = self.open.as_ref().map_or([1; 2], |open| open.viewer.scene.image_size());
             if let Some(pose) = self.args.scene.pose(size).filter(|_| opening == self.args_of) {
                 self.cameras[pose.scene(self.scene) as usize] = Controller::new(pose);
                 self.fitted = None;
             }
             self.input.rest();
-            self.open.iter_mut().for_each(|open| open.viewer.turn_to_bookmarks(path));
+            self.open.iter_mut().for_each(|open| open.viewer.bookmarks.turn_to(path));
         }
     }
 
@@ -192,10 +192,10 @@ impl App {
             return;
         }
         let Some(open) = &mut self.open else { return };
-        if let Some(pose) = open.viewer.fitted().filter(|pose| *pose != camera.pose()) {
+        if let Some(pose) = open.viewer.scene.fitted().filter(|pose| *pose != camera.pose()) {
             *camera = Controller::new(pose);
             self.fitted = Some(pose);
-            open.viewer.wake();
+            open.viewer.scene.wake();
         }
     }
 
@@ -218,7 +218,7 @@ impl App {
             }
         }
         match &mut self.open {
-            Some(open) if !is_measured && (has_others || open.viewer.has_displayed()) => {
+            Some(open) if !is_measured && (has_others || open.viewer.scene.has_displayed()) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
                 open.viewer.tell_of_file(&message);

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use glam::Vec4;
-use vastex_scenes::{Gpu, Layers, SceneRenderer, Target, depth_view};
+use vastex_scenes::{Gpu, Target, depth_view};
 use vastex_viewer::stage::{LinearTarget, TargetKind};
+use vastex_viewer::surface_scene::{PictureFormat, PictureFormats};
 use wgpu::CurrentSurfaceTexture;
 use winit::window::Window;
 
@@ -15,69 +16,13 @@ pub(super) struct Surface {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
-    /// What it is for at the moment.
-    format: SurfaceFormat,
+    /// What its pictures can be, and are at the moment.
+    formats: PictureFormats,
+    format: PictureFormat,
     depth: wgpu::TextureView,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
     is_stale: bool,
-}
-
-/// What a surface has to be for pictures of some layers.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct SurfaceFormat {
-    /// Of the surface itself.
-    stored: wgpu::TextureFormat,
-    /// Of the views that are drawn to.
-    viewed: wgpu::TextureFormat,
-    kind: TargetKind,
-}
-
-impl SurfaceFormat {
-    /// The format that scenes are drawn in.
-    pub(super) fn drawn_format(&self) -> wgpu::TextureFormat {
-        self.kind.drawn_format(self.viewed)
-    }
-
-    #[cfg(test)]
-    pub(super) fn for_test() -> SurfaceFormat {
-        let format = wgpu::TextureFormat::Rgba8UnormSrgb;
-        SurfaceFormat { stored: format, viewed: format, kind: TargetKind::Linear }
-    }
-}
-
-/// A picture like one of a surface, which nobody sees.
-pub(super) struct UnseenPicture {
-    picture: wgpu::TextureView,
-    depth: wgpu::TextureView,
-    light: Option<LinearTarget>,
-}
-
-impl UnseenPicture {
-    /// For a surface of a format, of `size` pixels.
-    pub(super) fn new(device: &wgpu::Device, format: &SurfaceFormat, size: [u32; 2]) -> UnseenPicture {
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("unseen picture"),
-            size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: format.viewed,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        });
-        let light = || LinearTarget::new(device, size, format.viewed);
-        UnseenPicture {
-            picture: texture.create_view(&Default::default()),
-            depth: depth_view(device, size),
-            light: (format.kind == TargetKind::Linear).then(light),
-        }
-    }
-
-    /// What is drawn into.
-    pub(super) fn target(&self) -> Target<'_> {
-        Target::new(&self.picture, &self.depth, self.light.as_ref())
-    }
 }
 
 /// A picture that is being drawn.
@@ -95,15 +40,15 @@ impl Surface {
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let [stored, viewed] =
-            choose_format(&gpu.adapter, &formats, wgpu::TextureFormat::Rgba8UnormSrgb, config.format);
+        let formats = PictureFormats::new(&gpu.adapter, formats, config.format);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
             gpu: gpu.clone(),
             window,
             surface,
             config,
-            format: SurfaceFormat { stored, viewed, kind: TargetKind::Direct },
+            format: formats.straight(wgpu::TextureFormat::Rgba8UnormSrgb),
+            formats,
             light: None,
             is_stale: true,
         };
@@ -111,25 +56,13 @@ impl Surface {
         Ok(surface)
     }
 
-    /// What the surface has to be for these layers.
-    pub(super) fn format_for(&self, layers: &Layers) -> SurfaceFormat {
-        let (adapter, usual) = (&self.gpu.adapter, self.config.format);
-        let formats = self.surface.get_capabilities(adapter).formats;
-        let [stored, viewed] = choose_format(adapter, &formats, layers.picture_format(), usual);
-        SurfaceFormat { stored, viewed, kind: SceneRenderer::target_kind(adapter, layers) }
-    }
-
-    /// Becomes what panels alone are drawn into.
-    #[cfg(feature = "volumes")]
-    pub(super) fn set_format_of_panels(&mut self) {
-        let (adapter, usual) = (&self.gpu.adapter, self.config.format);
-        let formats = self.surface.get_capabilities(adapter).formats;
-        let [stored, viewed] = choose_format(adapter, &formats, wgpu::TextureFormat::Rgba8Unorm, usual);
-        self.set_format(&SurfaceFormat { stored, viewed, kind: TargetKind::Direct });
+    /// What its pictures can be.
+    pub(super) fn formats(&self) -> &PictureFormats {
+        &self.formats
     }
 
     /// Becomes what pictures of other layers need.
-    pub(super) fn set_format(&mut self, format: &SurfaceFormat) {
+    pub(super) fn set_format(&mut self, format: &PictureFormat) {
         if self.format != *format {
             self.format = format.clone();
             self.is_stale = true;
@@ -229,30 +162,4 @@ impl Surface {
         self.window.pre_present_notify();
         self.gpu.queue.present(frame.texture);
     }
-}
-
-/// Chooses a format that encodes colours as pictures do: of the surface itself, or else of views of it. The
-/// first is that of the surface, `usual` if there is no better one; the second that of the views.
-fn choose_format(
-    adapter: &wgpu::Adapter,
-    formats: &[wgpu::TextureFormat],
-    picture: wgpu::TextureFormat,
-    usual: wgpu::TextureFormat,
-) -> [wgpu::TextureFormat; 2] {
-    let is_plain = |format: &wgpu::TextureFormat| {
-        use wgpu::TextureFormat::{Bgra8Unorm, Rgba8Unorm};
-        matches!(format.remove_srgb_suffix(), Bgra8Unorm | Rgba8Unorm)
-    };
-    let alike = |format: &&wgpu::TextureFormat| is_plain(format) && format.is_srgb() == picture.is_srgb();
-    if let Some(&format) = formats.iter().find(alike) {
-        return [format; 2];
-    }
-    let stored = formats.iter().find(|format| is_plain(format)).copied().unwrap_or(usual);
-    let other = match picture.is_srgb() {
-        true => stored.add_srgb_suffix(),
-        false => stored.remove_srgb_suffix(),
-    };
-    let views =
-        adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::SURFACE_VIEW_FORMATS);
-    if views { [stored, other] } else { [stored; 2] }
 }

@@ -4,9 +4,11 @@
 //!
 //! All of it is drawn by one call from plain data ([`HudData`]), which [`HudData::of`] takes from the
 //! textures and a host completes; what a person changes is given back as [`HudChange`]s for the host to carry
-//! out. Nothing here knows a window, a device or a clock, and nothing here moves by itself: where no frame is
-//! drawn, none becomes due.
+//! out, and [`Chosen`] keeps it. Nothing here knows a window or a clock, and nothing here moves by itself:
+//! where no frame is drawn, none becomes due.
 
+mod chosen;
+mod chosen_pools;
 mod data;
 mod frame_times;
 mod frames;
@@ -20,6 +22,8 @@ use egui::{CollapsingHeader, Color32, FontId, Frame, Margin, RichText, ScrollAre
 use vastex::{BiasRule, FeedbackMode, Filter, PoolId};
 
 use crate::overlay::Overlay;
+pub use chosen::{Chosen, NamedByHost};
+pub use chosen_pools::{ChosenPools, PoolKind, pool_kinds};
 pub use data::{HudData, HudPool, HudTexture, MachineThumbnail};
 pub use frame_times::FrameTimes;
 use textures::Order;

@@ -4,6 +4,7 @@
 //! below the pointer is answered at once ([`texel_at`]), as are the values that are in view ([`Histogram`])
 //! and a small picture of all ([`Thumbnail`]).
 
+mod first_range;
 mod histogram;
 mod texel;
 mod thumbnail;
@@ -13,6 +14,7 @@ use vastex::{Error, Textures};
 
 use crate::gpu::Gpu;
 use crate::stage::StageScene;
+pub use first_range::first_range;
 pub use histogram::Histogram;
 pub use texel::{InspectedTexel, texel_at};
 pub use thumbnail::Thumbnail;

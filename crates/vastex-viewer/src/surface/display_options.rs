@@ -71,6 +71,11 @@ impl Default for LayerOptions {
 }
 
 impl LayerOptions {
+    /// The first layer of a texture, as it is. Textures that are shown together are counted from 0.
+    pub fn first_of(texture: usize) -> LayerOptions {
+        LayerOptions { texture, ..LayerOptions::default() }
+    }
+
     /// How values of a layer become colours.
     pub fn color_map(&self, layer: &Layer) -> ColorMap {
         let scale = StoredScale::new(layer.format);
@@ -242,9 +247,11 @@ impl DisplayOptions {
         shown: &[TextureId],
     ) -> Result<Vec<ShownLayer>, LayerOptionsError> {
         if self.layers.is_empty() {
-            let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
             let is_shown = |texture: &usize| !self.is_of_planet(*texture);
-            return (0..shown.len()).filter(is_shown).map(|n| first(n).shown_of(textures, shown)).collect();
+            return (0..shown.len())
+                .filter(is_shown)
+                .map(|n| LayerOptions::first_of(n).shown_of(textures, shown))
+                .collect();
         }
         self.layers.iter().map(|layer| layer.shown_of(textures, shown)).collect()
     }

@@ -20,16 +20,13 @@ use crate::inspect::{InspectedTexel, texel_at};
 use crate::layers::{Layers, ShownLayer};
 use crate::scene::Scene;
 use crate::stage::{Canvas, Frame, Pictures, StageView, TargetKind};
-use crate::surface::{SceneDesc, SceneRenderer, Tiling};
+use crate::surface::{SceneDesc, SceneRenderer, Tiling, shows_large_texels};
 use hands::Hands;
 
 /// The format of the textures that egui paints.
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Frames after a change of the view in which nothing is taken for settled.
 const UNSETTLED_FRAMES: u32 = 24;
-/// Pixels a texel from which texels are shown as they are, and below which they are blended again.
-const CRISP: f64 = 4.0;
-const BLENDED: f64 = 3.5;
 
 /// An image cannot be shown in a program's window.
 #[derive(Debug, thiserror::Error)]
@@ -303,8 +300,7 @@ impl Shown {
         textures: &Textures,
         magnification: Option<f64>,
     ) -> Result<(), vastex::Error> {
-        let scale = magnification.unwrap_or_default();
-        let is_crisp = scale >= CRISP || scale > BLENDED && self.is_crisp;
+        let is_crisp = shows_large_texels(magnification.unwrap_or_default(), self.is_crisp);
         if is_crisp != self.is_crisp {
             let described = &textures.texture(self.texture)?.description().layers[0];
             let shown = ShownLayer::new(self.texture.into(), described);

@@ -11,7 +11,6 @@ pub(super) const ROOMS: &[Room] = &[
     ("gpu", &["report"]),
     ("shortage", &["report"]),
     ("explained", &[]),
-    ("first_range", &[]),
     ("telemetry", &["output"]),
     ("parts", &[]),
     ("pictures", &["args", "output"]),
@@ -43,18 +42,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("volumes", &["args", "commands", "disk_cache", "open"]),
     (
         "screenshot",
-        &[
-            "args",
-            "commands",
-            "first_range",
-            "made_levels",
-            "open",
-            "output",
-            "parts",
-            "places",
-            "report",
-            "volumes",
-        ],
+        &["args", "commands", "made_levels", "open", "output", "parts", "places", "report", "volumes"],
     ),
     // The window shows what `vastex info` says, and writes the pictures that `render` and `screenshot` do.
     (
@@ -63,7 +51,6 @@ pub(super) const ROOMS: &[Room] = &[
             "args",
             "commands",
             "explained",
-            "first_range",
             "gpu",
             "link",
             "made_levels",

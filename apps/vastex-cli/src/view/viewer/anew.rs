@@ -10,16 +10,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use anyhow::{Error, Result, anyhow};
-use vastex::{FeedbackMode, GpuError, Settings, Textures, ViewId};
+use anyhow::{Result, anyhow};
+use vastex::{FeedbackMode, Settings, TextureSettings, Textures, ViewId};
 use vastex_scenes::{Gpu, Pose};
-use vastex_viewer::stage::{Frame, Pictures, StageView, draw_again};
+use vastex_viewer::hud::ChosenPools;
+use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, draw_again};
+use vastex_viewer::surface_scene::{Blueprint, DisplaySettings, Displayed};
 
-use super::super::displayed::{Blueprint, DisplaySettings, Displayed};
-use super::super::panel::Asked;
-use super::super::surface::UnseenPicture;
+use super::super::is_device_lost;
 use super::Viewer;
-use super::pools::ChosenPools;
 use crate::report;
 
 /// Frames after which what a view wants is known, and how long it is waited for at most until it is sharp.
@@ -140,48 +139,25 @@ impl Drop for Anew {
 }
 
 impl Viewer {
-    /// The mode of feedback, or the one that is wanted in its place.
-    pub(super) fn feedback_mode(&self) -> FeedbackMode {
-        let wanted = self.anew.wanted.as_ref().map(|wanted| wanted.mode);
-        wanted.unwrap_or_else(|| self.textures.inspect().feedback_mode())
-    }
-
-    /// Has the textures made anew with another mode of feedback. Those that there are are drawn until the
-    /// others have a picture.
-    pub(super) fn change_feedback(&mut self, mode: FeedbackMode) {
-        let is_another = mode != self.textures.inspect().feedback_mode();
-        self.anew.want(is_another.then_some(mode));
-        if is_another {
-            self.notify_in_title(&format!("feedback: {}, as soon as it has a picture", mode.name()));
-            self.asked.push(Asked::MakeAnew);
-        } else {
-            self.chosen.set_feedback(mode);
+    /// Returns true if textures are wanted in the place of those of the scene that nothing makes yet.
+    pub(in super::super) fn wants_anew(&mut self) -> bool {
+        if self.scene.take_feedback_news() {
+            self.anew.want(self.scene.wanted_feedback());
         }
-    }
-
-    /// Goes on to want what was wanted on a device that was lost.
-    pub(super) fn want_anew_again(&mut self) {
-        if let Some(mode) = self.anew.wanted.as_ref().map(|wanted| wanted.mode) {
-            self.anew.want(Some(mode));
-            self.asked.push(Asked::MakeAnew);
-        }
+        self.anew.is_waiting()
     }
 
     /// Begins to make the textures that are wanted, on a thread that hands them to `send`.
     pub(in super::super) fn make_anew(&mut self, pose: Pose, send: impl FnOnce(MadeAnew) + Send + 'static) {
-        self.finish_taking_over();
         let Some((number, mode, is_broken_off)) = self.anew.begin() else { return };
-        let (blueprint, size) = (
-            self.display.displayed().map(|displayed| displayed.blueprint(&self.textures)),
-            self.surface.size(),
-        );
-        let before = self.textures.inspect().settings().clone();
+        let (blueprint, size) = (self.scene.blueprint(), self.surface.size());
+        let before = self.scene.textures().inspect().settings().clone();
         let maker = Maker {
-            gpu: self.gpu.clone(),
+            gpu: self.scene.gpu().clone(),
             with: Settings { feedback: Some(mode), picture: size, ..before },
-            settings: self.settings.clone(),
+            settings: self.scene.settings().clone(),
             blueprint,
-            chosen: self.chosen.pools().clone(),
+            chosen: self.scene.chosen_pools().clone(),
             pose,
             size,
             longest_wait: LONGEST_WAIT,
@@ -189,80 +165,26 @@ impl Viewer {
         };
         if let Err(error) = self.anew.run((number, is_broken_off), move || maker.make(), send) {
             self.anew.want(None);
-            self.refuse_anew(&anyhow!("no thread can be started for another: {error}"));
+            self.scene.refuse_feedback(&format!("no thread can be started for another: {error}"));
         }
     }
 
-    /// Textures were made: they take the place of those of the window, unless something else is wanted by
-    /// now.
+    /// Textures were made: they take the place of those of the scene, unless something else is wanted by now.
     pub(in super::super) fn take_anew(&mut self, MadeAnew { number, made }: MadeAnew) {
-        let Some((wanted, made)) = self.anew.end(number).zip(made) else {
-            // What waited for the end of others begins.
-            if self.anew.is_waiting() {
-                self.asked.push(Asked::MakeAnew);
-            }
-            return;
-        };
-        let made = match made {
-            Ok(made) => made,
-            Err(error) if is_device_lost(&error) => {
-                // The next frame finds that, and they are made anew on the next device.
-                self.anew.wanted = Some(Wanted { making: None, ..wanted });
-                return;
-            }
-            Err(error) => return self.refuse_anew(&error),
-        };
-        self.finish_taking_over();
-        let is_same = match (&made.displayed, self.display.displayed()) {
-            (Some(made), Some(displayed)) => made.is_of(displayed),
-            (None, None) => true,
-            _ => false,
-        };
-        if !is_same {
+        let Some((wanted, made)) = self.anew.end(number).zip(made) else { return };
+        let exchanged = made.and_then(|Made { textures, displayed, settings }| {
+            Ok(self.scene.exchange((textures, displayed), &settings)?)
+        });
+        match exchanged {
+            Ok(true) => {}
             // Something else is displayed by now.
-            self.anew.wanted = Some(Wanted { making: None, ..wanted });
-            self.asked.push(Asked::MakeAnew);
-            return;
+            Ok(false) => self.anew.wanted = Some(Wanted { making: None, ..wanted }),
+            // The next frame finds that, and they are made anew on the next device.
+            Err(error) if is_device_lost(&error) => {
+                self.anew.wanted = Some(Wanted { making: None, ..wanted });
+            }
+            Err(error) => self.scene.refuse_feedback(&report::message(&error)),
         }
-        if let Err(error) = self.exchange(made) {
-            self.refuse_anew(&error);
-        }
-    }
-
-    fn exchange(&mut self, made: Made) -> Result<()> {
-        let Made { mut textures, mut displayed, settings: before } = made;
-        if let Some(displayed) = &mut displayed {
-            displayed.become_like(&self.gpu, &mut textures, &before, &self.settings)?;
-            displayed.catch_up(&mut textures)?;
-        }
-        let of_window = self.textures.inspect().settings();
-        let (uploads, in_flight) = (of_window.upload_bytes_per_frame, of_window.in_flight_bytes);
-        textures.memory().set_budgets(uploads, in_flight);
-        let gone = displayed.and_then(|displayed| self.display.exchange(displayed));
-        let before = std::mem::replace(&mut self.textures, textures);
-        // What was made for textures goes before them.
-        drop((gone, before));
-        self.hud.forget_textures();
-        self.to_print.clear();
-        (self.values, self.is_shortage_reported) = (None, false);
-        self.minimaps.clear();
-        self.change_pools_again();
-        if self.textures.inspect().settings().picture != self.surface.size() {
-            self.fit_pools();
-        }
-        self.messages.forget("feedback");
-        self.chosen.set_feedback(self.textures.inspect().feedback_mode());
-        self.notify_in_title(&format!("feedback: {}", self.feedback_mode().name()));
-        self.wake();
-        self.window.request_redraw();
-        Ok(())
-    }
-
-    /// The textures that there are stay.
-    fn refuse_anew(&mut self, error: &Error) {
-        let message = format!("the feedback mode stays as it was: {}", report::message(error));
-        report::say(&format!("{}: {message}", self.name()));
-        self.tell("feedback", &message);
     }
 }
 
@@ -288,8 +210,13 @@ impl Maker {
             return Ok(Made { textures, displayed: None, settings: self.settings });
         };
         self.go_on()?;
-        let unseen = UnseenPicture::new(&self.gpu.device, blueprint.format(), self.size);
-        let displayed = Displayed::of_blueprint(&self.gpu, &mut textures, &self.settings, blueprint)?;
+        let format = blueprint.format();
+        let unseen = Canvas::new(&self.gpu, self.size, format.viewed, format.kind);
+        let preparer = textures.preparer();
+        let read = |source: &Arc<_>| preparer.read_blocking(Arc::clone(source), TextureSettings::default());
+        let prepared: Vec<_> = blueprint.sources().map(read).collect::<Result<_, _>>()?;
+        let (gpu, settings) = (&self.gpu, &self.settings);
+        let displayed = Displayed::of_blueprint(gpu, &mut textures, settings, blueprint, prepared)?;
         self.go_on()?;
         // What cannot have its size is told of where it is in the window.
         drop(self.chosen.give(&mut textures));
@@ -298,7 +225,7 @@ impl Maker {
     }
 
     /// Draws pictures that nobody sees until they are sharp, or have been waited for long enough.
-    fn sharpen(&self, textures: &mut Textures, displayed: &Displayed, unseen: &UnseenPicture) -> Result<()> {
+    fn sharpen(&self, textures: &mut Textures, displayed: &Displayed, unseen: &Canvas) -> Result<()> {
         let (renderer, target, begun) = (&displayed.renderer, unseen.target(), Instant::now());
         for frame in 0.. {
             let stats = textures.stats();
@@ -342,10 +269,6 @@ impl Maker {
     }
 }
 
-fn is_device_lost(error: &Error) -> bool {
-    matches!(error.downcast_ref(), Some(vastex::Error::Gpu(GpuError::DeviceLost)))
-}
-
 #[cfg(feature = "build")]
 #[cfg(test)]
 mod tests {
@@ -354,8 +277,9 @@ mod tests {
     use vastex::{Filter, TileSource};
     use vastex_build::{DecodeOptions, Decoding, MemoryImage};
     use vastex_scenes::{DisplayOptions, Scene, headless_gpu};
+    use vastex_viewer::panels::FileAbout;
+    use vastex_viewer::surface_scene::{Growth, PictureFormats, PreparedSource};
 
-    use super::super::super::opening::Growth;
     use super::*;
 
     const SIZE: [u32; 2] = [160, 120];
@@ -363,6 +287,24 @@ mod tests {
     fn decoded() -> Arc<MemoryImage> {
         let image = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
         Decoding::open(Path::new(image), &DecodeOptions::default()).unwrap().run(&()).unwrap()
+    }
+
+    /// What an image with itself over it is made of.
+    fn blueprint(gpu: &Gpu, settings: &DisplaySettings, tiles: &Arc<dyn TileSource>) -> Blueprint {
+        use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
+        let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
+        let [first, over] = [(); 2].map(|()| PreparedSource {
+            prepared: textures.preparer().read_blocking(tiles.clone(), TextureSettings::default()).unwrap(),
+            tiles: tiles.clone(),
+            size: [1080, 540],
+            about: FileAbout::default(),
+            growth: Growth::Whole,
+        });
+        let source = ("earth", first);
+        let mut displayed = Displayed::new(gpu, &mut textures, &formats, settings, false, source).unwrap();
+        displayed.lay_over(gpu, &mut textures, settings, ("over it", over)).unwrap();
+        displayed.blueprint(&textures)
     }
 
     fn maker(gpu: &Gpu, mode: FeedbackMode, tiles: &Arc<dyn TileSource>) -> Maker {
@@ -373,12 +315,12 @@ mod tests {
             may_be_crisp: true,
             range_is_free: false,
         };
-        let sources = vec![("earth".to_owned(), tiles.clone()), ("over it".to_owned(), tiles.clone())];
+        let blueprint = blueprint(gpu, &settings, tiles);
         Maker {
             gpu: gpu.clone(),
             with: Settings { feedback: Some(mode), picture: SIZE, ..Settings::default() },
             settings,
-            blueprint: Some(Blueprint::for_test(sources, [1080, 540], Growth::Whole)),
+            blueprint: Some(blueprint),
             chosen: ChosenPools::default(),
             pose: Pose::first(Scene::Image),
             size: SIZE,
@@ -402,7 +344,8 @@ mod tests {
             assert_eq!(made.textures.inspect().settings().filter, Filter::default());
             assert!(made.textures.stats().converged, "{mode:?} shows a picture that is not sharp");
             assert_eq!(displayed.textures().len(), 2, "and what lies over it");
-            assert_eq!(displayed.blueprint(&made.textures).names(), ["earth", "over it"]);
+            let names = displayed.blueprint(&made.textures);
+            assert!(names.names().eq(["earth", "over it"]));
             assert!(before.is_none_or(|before| before.is_of(&displayed)), "{mode:?} has other sources");
             before = Some(displayed);
         }

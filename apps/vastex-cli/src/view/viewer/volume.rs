@@ -12,16 +12,16 @@ use glam::DVec2;
 use vastex::Settings;
 use vastex_viewer::input::{Action, InputEvent};
 use vastex_viewer::panels::{VolumePanel, VolumeValues};
+use vastex_viewer::surface_scene::Wake;
+use vastex_viewer::title::TitleParts;
 use vastex_viewer::volume::VolumeError;
 use vastex_viewer::volume_scene::{
     VolumeAsked, VolumeHeard, VolumeLook, VolumePane, VolumePictures, VolumeScene,
 };
 use vastex_viewer::{VolumeFlight, VolumeViewText};
 
-use super::super::display::Display;
-use super::super::title::TitleParts;
 use super::super::volume_work::{Done, VolumeWork};
-use super::{SLOW, Viewer, Wake};
+use super::Viewer;
 use crate::report;
 use crate::screenshot::VolumeShot;
 use crate::volumes::OpenedVolume;
@@ -64,16 +64,15 @@ impl Viewer {
         rows: Arc<[(String, String)]>,
         settings: Settings,
     ) -> Result<()> {
-        let (begun, settings) = (self.begun, self.chosen.budgeted_for_volume(settings));
-        let clock = Arc::new(move || begun.elapsed());
-        let mut scene = VolumeScene::new(&self.gpu, opened.facts.clone(), settings, clock)?;
+        let settings = self.scene.chosen().budgeted_for_volume(settings);
+        let mut scene =
+            VolumeScene::new(self.scene.gpu(), opened.facts.clone(), settings, self.clock.clone())?;
         scene.look = look;
         let window = self.window.clone();
         let work = VolumeWork::new(opened, Arc::new(move || window.request_redraw()));
-        let before = std::mem::replace(&mut self.display, Display::Empty);
-        self.remove(before.into_sources());
-        self.surface.set_format_of_panels();
-        self.layers_of = opening;
+        self.scene.give_way(opening, name);
+        let panels = self.surface.formats().straight(wgpu::TextureFormat::Rgba8Unorm);
+        self.surface.set_format(&panels);
         self.volume = Some(Box::new(VolumeShown {
             name: name.to_owned(),
             scene,
@@ -89,7 +88,6 @@ impl Viewer {
             rests: false,
             is_led: false,
         }));
-        self.wake();
         Ok(())
     }
 
@@ -184,12 +182,12 @@ impl Viewer {
 
     /// The next frame of a volume.
     pub(super) fn next_frame_of_volume(&self, volume: &VolumeShown) -> Wake {
-        let left = self.title.notice_left(Instant::now());
+        let beside = &self.scene.beside;
+        let left = beside.title.notice_left(beside.now());
         match () {
-            () if self.is_hidden => Wake::After(SLOW),
             () if volume.rests && !volume.is_stale => Wake::After(REST),
             () if volume.is_stale || volume.is_led || volume.scene.is_due() => Wake::Now,
-            () if volume.scene.share_at_wanted().1.failed > 0 => Wake::After(SLOW),
+            () if volume.scene.share_at_wanted().1.failed > 0 => Wake::SLOWLY,
             () if volume.work.is_making() => Wake::After(left.map_or(EVERY, |left| left.min(EVERY))),
             () => left.map_or(Wake::OnEvent, Wake::After),
         }
@@ -204,14 +202,15 @@ impl Viewer {
     }
 
     fn draw_frame_of_volume(&mut self, volume: &mut VolumeShown) -> Result<()> {
-        let mut is_other = std::mem::take(&mut volume.is_stale) || self.hud.is_shown();
-        is_other |= self.title.notice() != self.shown_notice.as_deref();
+        let mut is_other = std::mem::take(&mut volume.is_stale) || self.scene.beside.hud.is_shown();
+        let beside = &mut self.scene.beside;
+        is_other |= beside.take_stale() || beside.title.notice() != beside.shown_notice.as_deref();
         is_other |= self.shell.due_in(Instant::now()).is_some_and(|due| due.is_zero());
         is_other |= self.take_done(volume);
         match volume.scene.frame(volume.area.1, VolumePictures::Parts) {
             Ok(is_drawn) => is_other |= is_drawn,
             Err(VolumeError::Textures(error)) => return Err(error.into()),
-            Err(error) => self.tell("volume", &format!("{}: {error}", volume.name)),
+            Err(error) => self.scene.beside.tell("volume", &format!("{}: {error}", volume.name)),
         }
         self.begin_what_is_asked(volume);
         let is_early = |(at, size): (Instant, [u32; 2])| at.elapsed() < EVERY && size == self.surface.size();
@@ -223,7 +222,7 @@ impl Viewer {
         for fault in volume.scene.take_faults() {
             let fault = format!("{}: {fault}", volume.name);
             report::say(&fault);
-            self.messages.add("tiles", fault);
+            self.scene.beside.messages.add("tiles", fault);
         }
         self.name_pictures(volume);
         self.run_panels_of_volume(volume);
@@ -232,31 +231,28 @@ impl Viewer {
             volume.scene.textures().inspect().check_device()?; // a lost one is the reason
         }
         let frame = frame?;
-        self.is_hidden = frame.is_none();
+        self.scene.beside.window.is_hidden = frame.is_none();
         let Some(frame) = frame else { return Ok(()) };
-        let now = Instant::now();
-        if let Some(before) = self.drawn_at.replace(now) {
-            volume.scene.pass_time(now.duration_since(before));
-            if self.is_busy {
-                self.title.count_frame(now.duration_since(before));
-                self.hud.frames.push(now.duration_since(before));
-            }
+        if let Some(since) = self.scene.beside.count_frame() {
+            volume.scene.pass_time(since);
         }
-        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        let gpu = self.scene.gpu().clone();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.surface.clear(&mut encoder, &frame, glam::Vec4::W);
         let over = (&frame.view, self.surface.viewed_format());
-        self.shell.paint(&self.gpu, &mut encoder, over, self.surface.size());
-        self.gpu.queue.submit([encoder.finish()]);
+        self.shell.painter.paint(&gpu, &mut encoder, over, self.surface.size());
+        gpu.queue.submit([encoder.finish()]);
         self.surface.present(frame);
         volume.shown = Some((Instant::now(), self.surface.size()));
         self.frames += 1;
         let (stats, is_settled) = (volume.scene.textures().stats(), volume.scene.is_settled());
         if let Some(times) = &mut self.times {
-            times.note_frame(true, is_settled, self.is_busy);
+            times.note_frame(true, is_settled, self.scene.beside.is_busy());
         }
         if is_settled && stats.pager.failed == 0 {
-            self.messages.forget("tiles");
+            self.scene.beside.messages.forget("tiles");
         }
+        let beside = &mut self.scene.beside;
         let parts = TitleParts {
             name: &volume.name,
             image: None,
@@ -264,9 +260,10 @@ impl Viewer {
             overlay: None,
             stats: &stats,
             is_settled,
-            opening: self.opening.as_ref().map(|(_, share)| *share),
+            opening: beside.opening.as_ref().map(|(_, share)| *share),
         };
-        if let Some(title) = self.title.due(now, &parts) {
+        let now = beside.now();
+        if let Some(title) = beside.title.due(now, &parts) {
             self.window.set_title(title);
         }
         Ok(())
@@ -343,7 +340,7 @@ impl Viewer {
     fn tell_of_volume(&mut self, error: &Error) {
         let said = report::message(error);
         report::say(&said);
-        self.messages.add("volume", said);
+        self.scene.beside.messages.add("volume", said);
     }
 
     fn begin_what_is_asked(&mut self, volume: &mut VolumeShown) {
@@ -366,7 +363,7 @@ impl Viewer {
                     VolumeAsked::Point(asked) => volume.scene.tell_nothing(asked.number),
                     VolumeAsked::Ranges(_) => {}
                 }
-                self.messages.add("volume", report::message(&error));
+                self.scene.beside.messages.add("volume", report::message(&error));
             }
         }
     }
@@ -374,13 +371,13 @@ impl Viewer {
     /// Makes the pictures known to what draws the panels, where they are others.
     fn name_pictures(&mut self, volume: &mut VolumeShown) {
         let format = self.surface.viewed_format();
-        let now = self.shell.painter_of(format).map(|painter| (volume.scene.painted(), painter));
+        let now = self.shell.painter.number_of(format).map(|painter| (volume.scene.painted(), painter));
         if now.is_some() && volume.of == now {
             return;
         }
         let pictures = volume.scene.pictures();
         let views: Vec<&wgpu::TextureView> = pictures.iter().map(|(_, view)| view).collect();
-        let (names, painter) = self.shell.show_pictures(&self.gpu, format, &views);
+        let (names, painter) = self.shell.painter.show_pictures(self.scene.gpu(), format, &views);
         volume.names = pictures.iter().map(|(pane, _)| pane.pane).zip(names).collect();
         volume.of = Some((volume.scene.painted(), painter));
     }
@@ -393,15 +390,15 @@ impl Viewer {
             look: Some(volume.scene.look.clone()),
             size: self.surface.size().map(|side| side.saturating_mul(times)),
             pixels_per_point: self.window.scale_factor() as f32 * times as f32,
-            has_guides: self.panel.guides_are_shown(),
-            has_hud: self.hud.is_shown(),
+            has_guides: self.scene.beside.panel.guides_are_shown(),
+            has_hud: self.scene.beside.hud.is_shown(),
         })
     }
 
     /// Goes on with another device.
     pub(super) fn restore_volume(&mut self) -> Result<()> {
         if let Some(volume) = &mut self.volume {
-            volume.scene.restore(&self.gpu).map_err(|error| anyhow!("{}: {error}", volume.name))?;
+            volume.scene.restore(self.scene.gpu()).map_err(|error| anyhow!("{}: {error}", volume.name))?;
             volume.of = None;
         }
         Ok(())

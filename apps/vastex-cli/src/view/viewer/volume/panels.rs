@@ -1,29 +1,28 @@
 //! The panels over a volume in the window, and what a person changes in them.
 
-use std::time::Instant;
-
 use egui::Rect;
 use vastex_viewer::hud::{HudChange, HudData};
-use vastex_viewer::panels::{VolumeChange, VolumePanes, VolumeStatus, status_line, volume_status_text};
+use vastex_viewer::panels::{
+    VolumeChange, VolumePanes, VolumeStatus, WindowOfVolume, say_below, status_line, volume_status_text,
+};
 
-use super::super::super::panel::say_below;
-use super::super::super::panel::volume::StatusOfVolume;
 use super::super::Viewer;
 use super::VolumeShown;
 use crate::report;
 
 impl Viewer {
     pub(super) fn run_panels_of_volume(&mut self, volume: &mut VolumeShown) {
-        self.title.expire(Instant::now());
-        let hud_data = self
-            .hud
-            .is_shown()
-            .then(|| HudData { frames: self.hud.frames.clone(), ..HudData::of(volume.scene.textures()) });
+        let now = self.scene.beside.now();
+        self.scene.beside.title.expire(now);
+        let hud_data = self.scene.beside.hud.is_shown().then(|| HudData {
+            frames: self.scene.beside.hud.frames.clone(),
+            ..HudData::of(volume.scene.textures())
+        });
         let (share, stats) = volume.scene.share_at_wanted();
         let facts = volume.scene.facts().clone();
         let clicked = volume.scene.points().clicked().cloned();
         let below = volume.scene.points().below().map(|told| volume_status_text(&facts, told));
-        let below = below.filter(|_| self.panel.values_are_shown());
+        let below = below.filter(|_| self.scene.beside.panel.values_are_shown());
         let told = VolumeStatus {
             facts: &facts,
             seen_time: volume.scene.seen_time(),
@@ -34,13 +33,15 @@ impl Viewer {
             clicked: clicked.as_ref(),
             values: &volume.values,
         };
-        let shown = StatusOfVolume { name: &volume.name, told, rows: &volume.rows };
+        let (recent, bookmarks) = (self.recent.files(), self.bookmarks.views());
+        let shown = WindowOfVolume { name: &volume.name, told, rows: &volume.rows, recent, bookmarks };
         let (panes, names, own) = (volume.scene.panes(), &volume.names, &mut volume.panel);
         let mut look = volume.scene.look.clone();
-        let notice = self.title.notice().map(str::to_owned);
-        self.shown_notice = notice.clone();
-        let opening = self.opening.clone();
-        let (panel, messages, hud) = (&mut self.panel, &mut self.messages, &mut self.hud.panel);
+        let beside = &mut self.scene.beside;
+        let notice = beside.title.notice().map(str::to_owned);
+        beside.shown_notice = notice.clone();
+        let opening = beside.opening.clone();
+        let (panel, messages, hud) = (&mut beside.panel, &mut beside.messages, &mut beside.hud.panel);
         let (mut asked, mut hud_changes, mut all, mut scale) = (Vec::new(), Vec::new(), Rect::NOTHING, 1.0);
         let mut changes = Vec::new();
         self.shell.run(|ui| {
@@ -48,9 +49,9 @@ impl Viewer {
             if let Some(data) = hud_data.as_ref().filter(|_| has_room) {
                 hud_changes = hud.show(ui, data);
             }
-            let asks = panel.show_volume(ui, (own, &mut look), &shown);
-            asked.extend(asks.asked);
-            changes.extend(asks.changes);
+            let (asks, changed) = panel.show_volume(ui, (own, &mut look), &shown);
+            asked.extend(asks);
+            changes.extend(changed);
             (all, scale) = (ui.available_rect_before_wrap(), ui.pixels_per_point());
             let shown = VolumePanes {
                 facts: &facts,
@@ -68,7 +69,7 @@ impl Viewer {
             );
             messages.show(ui.ctx(), all);
         });
-        self.asked.extend(asked);
+        self.scene.beside.asked.extend(asked);
         let pixel = |points: f32| (points * scale).round().max(0.0);
         let corner = [f64::from(pixel(all.left())), f64::from(pixel(all.top()))];
         let area = (corner, [pixel(all.width()) as u32, pixel(all.height()) as u32].map(|side| side.max(1)));
@@ -80,7 +81,7 @@ impl Viewer {
                 VolumeChange::UsualRanges(channels) => {
                     let seen = volume.scene.seen_time();
                     if let Err(error) = volume.work.find_ranges(&channels, seen) {
-                        self.messages.add("volume", report::message(&error));
+                        self.scene.beside.messages.add("volume", report::message(&error));
                     }
                 }
                 VolumeChange::Play(plays) => volume.scene.play(plays),
@@ -89,7 +90,7 @@ impl Viewer {
                     let nth = volume.scene.look.labels.shown.unwrap_or(0);
                     let found = volume.work.find_label(label, (nth, volume.scene.seen_time()));
                     if let Err(error) = found {
-                        self.messages.add("volume", report::message(&error));
+                        self.scene.beside.messages.add("volume", report::message(&error));
                     }
                 }
             }
@@ -108,18 +109,18 @@ impl Viewer {
             HudChange::Rule(pool, rule) => memory.set_bias_rule(pool, rule),
             HudChange::Budgets { uploads, in_flight } => {
                 memory.set_budgets(uploads, in_flight);
-                self.chosen.set_budgets([uploads, in_flight]);
+                self.scene.chosen().set_budgets([uploads, in_flight]);
                 Ok(())
             }
             HudChange::Filter(_) | HudChange::Overlay(_) | HudChange::Feedback(_) => {
-                self.notify_in_title("volumes are sampled and asked in one way");
+                self.scene.beside.notify("volumes are sampled and asked in one way");
                 Ok(())
             }
         };
         volume.is_stale = true;
         match changed {
-            Ok(()) => drop(self.messages.forget("change")),
-            Err(error) => self.tell("change", &error.to_string()),
+            Ok(()) => drop(self.scene.beside.messages.forget("change")),
+            Err(error) => self.scene.beside.tell("change", &error.to_string()),
         }
     }
 }

@@ -2,36 +2,44 @@
 //!
 //! A preview stands for a source that is still being opened. The source takes its place as soon as it is as
 //! sharp, so that nothing is seen of the change; whatever belongs to another file is replaced at once. What
-//! leaves the display is given back, to be taken out of the textures.
+//! leaves the display is given back, to be taken out of the textures. Times are those of the host's clock.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Frames after which what a source wants is known, and how long it is waited for at most before it is shown.
 const FIRST_WANTED: u32 = 8;
 const LONGEST_WAIT: Duration = Duration::from_secs(1);
 
-/// What is displayed. `S` is a source in the textures.
+/// What a window displays. `S` is a source in the textures. Times are told from when the host began.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Display<S> {
+pub enum Display<S> {
+    /// Nothing.
     Empty,
     /// A picture of the source that the opening with this number will bring.
     Preview {
+        /// The number of the opening.
         opening: u64,
+        /// The picture, a source of its own.
         source: S,
     },
+    /// A source.
     Source(S),
     /// The preview is displayed, and the source behind it is asked what it wants.
     Replacing {
+        /// What is displayed.
         preview: S,
+        /// What takes the place of the preview.
         next: S,
-        since: Instant,
+        /// When that came.
+        since: Duration,
+        /// Frames drawn since then.
         frames: u32,
     },
 }
 
 impl<S> Display<S> {
     /// What is seen.
-    pub(super) fn displayed(&self) -> Option<&S> {
+    pub fn displayed(&self) -> Option<&S> {
         match self {
             Display::Empty => None,
             Display::Preview { source, .. } | Display::Source(source) => Some(source),
@@ -39,7 +47,8 @@ impl<S> Display<S> {
         }
     }
 
-    pub(super) fn displayed_mut(&mut self) -> Option<&mut S> {
+    /// What is seen, to be changed.
+    pub fn displayed_mut(&mut self) -> Option<&mut S> {
         match self {
             Display::Empty => None,
             Display::Preview { source, .. } | Display::Source(source) => Some(source),
@@ -48,7 +57,7 @@ impl<S> Display<S> {
     }
 
     /// What is seen, and what is about to be.
-    pub(super) fn each_mut(&mut self) -> impl Iterator<Item = &mut S> {
+    pub fn each_mut(&mut self) -> impl Iterator<Item = &mut S> {
         let (seen, next) = match self {
             Display::Empty => (None, None),
             Display::Preview { source, .. } | Display::Source(source) => (Some(source), None),
@@ -58,7 +67,7 @@ impl<S> Display<S> {
     }
 
     /// The source that is about to take the place of its preview.
-    pub(super) fn next(&self) -> Option<&S> {
+    pub fn next(&self) -> Option<&S> {
         match self {
             Display::Replacing { next, .. } => Some(next),
             _ => None,
@@ -66,26 +75,20 @@ impl<S> Display<S> {
     }
 
     /// Returns true if it is a source that is seen, and no preview.
-    pub(super) fn is_source(&self) -> bool {
+    pub fn is_source(&self) -> bool {
         matches!(self, Display::Source(_))
     }
 
     /// Displays a preview of what an opening will bring.
     #[must_use = "what is gone is still among the textures"]
-    pub(super) fn show_preview(&mut self, opening: u64, source: S) -> Vec<S> {
+    pub fn show_preview(&mut self, opening: u64, source: S) -> Vec<S> {
         self.replace(Display::Preview { opening, source })
     }
 
     /// Displays the source that an opening brought: behind its preview first, if it has one and if it may be
     /// so.
     #[must_use = "what is gone is still among the textures"]
-    pub(super) fn show_source(
-        &mut self,
-        opening: u64,
-        source: S,
-        may_be_behind: bool,
-        now: Instant,
-    ) -> Vec<S> {
+    pub fn show_source(&mut self, opening: u64, source: S, may_be_behind: bool, now: Duration) -> Vec<S> {
         match std::mem::replace(self, Display::Empty) {
             Display::Preview { opening: of, source: preview } if of == opening && may_be_behind => {
                 *self = Display::Replacing { preview, next: source, since: now, frames: 0 };
@@ -101,12 +104,12 @@ impl<S> Display<S> {
     /// Displays the same source made anew in the place of the one that is displayed, which is given back.
     /// `None`, and `source` is dropped, if nothing is displayed.
     #[must_use = "what is gone is still among the textures"]
-    pub(super) fn exchange(&mut self, source: S) -> Option<S> {
+    pub fn exchange(&mut self, source: S) -> Option<S> {
         Some(std::mem::replace(self.displayed_mut()?, source))
     }
 
-    /// The same of sources that something is done to, which may fail.
-    pub(super) fn try_map<T, E>(self, mut map: impl FnMut(S) -> Result<T, E>) -> Result<Display<T>, E> {
+    /// This display with something else made of each source. The first failure ends it, and drops them.
+    pub fn try_map<T, E>(self, mut map: impl FnMut(S) -> Result<T, E>) -> Result<Display<T>, E> {
         Ok(match self {
             Display::Empty => Display::Empty,
             Display::Preview { opening, source } => Display::Preview { opening, source: map(source)? },
@@ -118,8 +121,7 @@ impl<S> Display<S> {
     }
 
     /// All that is displayed, and what is about to be.
-    #[cfg(feature = "volumes")]
-    pub(super) fn into_sources(self) -> Vec<S> {
+    pub fn into_sources(self) -> Vec<S> {
         match self {
             Display::Empty => Vec::new(),
             Display::Preview { source, .. } | Display::Source(source) => vec![source],
@@ -128,7 +130,7 @@ impl<S> Display<S> {
     }
 
     /// A frame was drawn.
-    pub(super) fn count_frame(&mut self) {
+    pub fn count_frame(&mut self) {
         if let Display::Replacing { frames, .. } = self {
             *frames += 1;
         }
@@ -136,10 +138,10 @@ impl<S> Display<S> {
 
     /// Displays the source in the place of its preview, if it is sharp or has been waited for long enough.
     #[must_use = "what is gone is still among the textures"]
-    pub(super) fn take_over(&mut self, is_sharp: bool, now: Instant) -> Option<S> {
+    pub fn take_over(&mut self, is_sharp: bool, now: Duration) -> Option<S> {
         match self {
             Display::Replacing { since, frames, .. }
-                if is_sharp && *frames >= FIRST_WANTED || now.duration_since(*since) > LONGEST_WAIT =>
+                if is_sharp && *frames >= FIRST_WANTED || now.saturating_sub(*since) > LONGEST_WAIT =>
             {
                 self.finish()
             }
@@ -149,7 +151,7 @@ impl<S> Display<S> {
 
     /// Displays the source in the place of its preview in any case.
     #[must_use = "what is gone is still among the textures"]
-    pub(super) fn finish(&mut self) -> Option<S> {
+    pub fn finish(&mut self) -> Option<S> {
         match std::mem::replace(self, Display::Empty) {
             Display::Replacing { preview, next, .. } => {
                 *self = Display::Source(next);
@@ -177,7 +179,7 @@ mod tests {
 
     #[test]
     fn a_source_takes_the_place_of_its_preview_once_it_is_sharp() {
-        let (mut display, now) = (Display::Empty, Instant::now());
+        let (mut display, now) = (Display::Empty, Duration::from_secs(5));
         assert!(display.displayed().is_none() && display.show_preview(7, 'p').is_empty());
         assert!(display.show_source(7, 's', true, now).is_empty());
         assert_eq!((display.displayed(), display.next()), (Some(&'p'), Some(&'s')));
@@ -201,7 +203,7 @@ mod tests {
 
     #[test]
     fn it_is_not_waited_for_longer_than_a_second() {
-        let (mut display, now) = (Display::Preview { opening: 1, source: 'p' }, Instant::now());
+        let (mut display, now) = (Display::Preview { opening: 1, source: 'p' }, Duration::from_secs(5));
         assert!(display.show_source(1, 's', true, now).is_empty());
         assert_eq!(display.take_over(false, now + LONGEST_WAIT), None);
         assert_eq!(display.take_over(false, now + LONGEST_WAIT + Duration::from_millis(1)), Some('p'));
@@ -209,7 +211,7 @@ mod tests {
 
     #[test]
     fn what_is_of_another_file_goes_at_once() {
-        let now = Instant::now();
+        let now = Duration::from_secs(5);
         let mut display = Display::Preview { opening: 1, source: 'a' };
         assert_eq!(display.show_source(2, 'b', true, now), ['a'], "the preview is of another file");
         assert_eq!(display.show_preview(3, 'c'), ['b']);

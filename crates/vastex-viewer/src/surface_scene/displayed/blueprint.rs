@@ -1,27 +1,29 @@
-//! What a source in the window is made of, by which the same is made in other textures.
+//! What a source in a window is made of, by which the same is made in other textures.
 
 use std::sync::Arc;
 
-use anyhow::{Context, Result};
-use vastex::{TextureId, TextureSettings, Textures, TileSource};
-use vastex_scenes::{Gpu, SceneRenderer};
-use vastex_viewer::PicturePart;
+use vastex::{Prepared, TextureId, Textures, TileSource};
 
-use super::super::opening::Growth;
-use super::super::surface::SurfaceFormat;
-use super::{DisplaySettings, Displayed, described};
-use crate::open::FileAbout;
+use super::{DisplayError, DisplaySettings, Displayed, described};
+use crate::gpu::Gpu;
+use crate::panels::FileAbout;
+use crate::picture::PicturePart;
+use crate::surface::SceneRenderer;
 
-/// What a source in the window is made of, and those that lie over it: for the same in other textures.
+use super::super::picture_format::PictureFormat;
+use super::super::source::Growth;
+
+/// What a source in a window is made of, and those that lie over it: for the same in other textures.
 #[derive(Clone)]
-pub(in super::super) struct Blueprint {
-    /// The name of each texture, and where its tiles come from.
-    sources: Vec<(String, Arc<dyn TileSource>)>,
+pub struct Blueprint {
+    /// The name of each texture, and where its tiles come from: of the source, then of those over it.
+    first: (String, Arc<dyn TileSource>),
+    over: Vec<(String, Arc<dyn TileSource>)>,
     name: String,
     size: [u32; 2],
     texels: [u32; 2],
     about: FileAbout,
-    format: SurfaceFormat,
+    format: PictureFormat,
     is_crisp: bool,
     is_generated: bool,
     growth: Growth,
@@ -30,50 +32,34 @@ pub(in super::super) struct Blueprint {
 }
 
 impl Blueprint {
-    /// What the surface of the window has to be for it.
-    pub(in super::super) fn format(&self) -> &SurfaceFormat {
+    /// What the pictures of the window have to be for the source.
+    pub fn format(&self) -> &PictureFormat {
         &self.format
     }
-}
 
-#[cfg(test)]
-impl Blueprint {
-    pub(in super::super) fn for_test(
-        sources: Vec<(String, Arc<dyn TileSource>)>,
-        size: [u32; 2],
-        growth: Growth,
-    ) -> Blueprint {
-        let (about, format) = (FileAbout::default(), SurfaceFormat::for_test());
-        let name = "for a test".to_owned();
-        Blueprint {
-            sources,
-            name,
-            size,
-            texels: size,
-            about,
-            format,
-            is_crisp: false,
-            is_generated: false,
-            growth,
-            rows_seen: 0,
-            view: None,
-        }
+    /// Where the tiles of each texture come from: of the source, then of those over it, the lowest first.
+    pub fn sources(&self) -> impl Iterator<Item = &Arc<dyn TileSource>> {
+        std::iter::once(&self.first).chain(&self.over).map(|(_, source)| source)
     }
 
-    pub(in super::super) fn names(&self) -> Vec<&str> {
-        self.sources.iter().map(|(name, _)| &**name).collect()
+    /// What the textures are called, in the order of [`Blueprint::sources`].
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(&self.first).chain(&self.over).map(|(name, _)| &**name)
     }
 }
 
 impl Displayed {
-    /// What it is made of.
-    pub(in super::super) fn blueprint(&self, textures: &Textures) -> Blueprint {
+    /// What the source is made of, and those over it.
+    pub fn blueprint(&self, textures: &Textures) -> Blueprint {
         let name_of = |texture: TextureId| {
             let texture = textures.texture(texture).ok();
             texture.and_then(|texture| texture.name()).unwrap_or_default().to_owned()
         };
+        let first = (name_of(self.texture), self.sources[0].clone());
+        let over = self.over.iter().map(|texture| name_of(*texture));
         Blueprint {
-            sources: self.textures().into_iter().map(name_of).zip(self.sources.iter().cloned()).collect(),
+            first,
+            over: over.zip(self.sources[1..].iter().cloned()).collect(),
             name: self.name.clone(),
             size: self.size,
             texels: self.texels,
@@ -87,16 +73,24 @@ impl Displayed {
         }
     }
 
-    /// Makes the same in other textures, whose tails are read anew: one tile of each source. Waits for them,
-    /// and compiles pipelines; what fails leaves its textures as they are.
-    pub(in super::super) fn of_blueprint(
+    /// Makes the same in other textures, of its sources as these were prepared for them, in the order of
+    /// [`Blueprint::sources`]. Compiles pipelines; what fails leaves its textures as they are.
+    pub fn of_blueprint(
         gpu: &Gpu,
         textures: &mut Textures,
         settings: &DisplaySettings,
         blueprint: Blueprint,
-    ) -> Result<Displayed> {
+        prepared: impl IntoIterator<Item = Prepared>,
+    ) -> Result<Displayed, DisplayError> {
+        let mut ids = Vec::new();
+        for (name, prepared) in blueprint.names().zip(prepared) {
+            let texture = textures.add(prepared).map_err(|refused| refused.error)?;
+            textures.texture_mut(texture)?.set_name(name);
+            ids.push(texture);
+        }
         let Blueprint {
-            sources,
+            first,
+            over,
             name,
             size,
             texels,
@@ -108,23 +102,15 @@ impl Displayed {
             rows_seen,
             view,
         } = blueprint;
-        let (mut ids, mut tiles) = (Vec::new(), Vec::new());
-        for (name, source) in sources {
-            let prepared = textures.preparer().read_blocking(source.clone(), TextureSettings::default())?;
-            let texture = textures.add(prepared).map_err(|refused| refused.error)?;
-            textures.texture_mut(texture)?.set_name(name);
-            ids.push(texture);
-            tiles.push(source);
-        }
         let mut relief = None;
         let drawn = described(settings, (is_crisp, is_generated), textures, &ids, &mut relief)?;
         let mut renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         renderer.set_view(view);
-        let over = ids.split_off(ids.len().min(1));
-        let texture = *ids.first().context("nothing is displayed")?;
+        let tiles = std::iter::once(first).chain(over).map(|(_, source)| source).collect();
+        let texture = ids.remove(0);
         let mut made = Displayed {
             texture,
-            over,
+            over: ids,
             sources: tiles,
             renderer,
             overlay: None,
@@ -144,20 +130,20 @@ impl Displayed {
         Ok(made)
     }
 
-    /// Returns true if its tiles come from the same sources.
-    pub(in super::super) fn is_of(&self, other: &Displayed) -> bool {
+    /// Returns true if the tiles of both come from the same sources.
+    pub fn is_of(&self, other: &Displayed) -> bool {
         let is_same = |(a, b): (&Arc<dyn TileSource>, &Arc<dyn TileSource>)| Arc::ptr_eq(a, b);
         self.sources.len() == other.sources.len() && self.sources.iter().zip(&other.sources).all(is_same)
     }
 
-    /// Shows what was made with other settings as these say.
-    pub(in super::super) fn become_like(
+    /// Shows what was made with settings `before` as other settings say.
+    pub fn become_like(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         before: &DisplaySettings,
         settings: &DisplaySettings,
-    ) -> Result<()> {
+    ) -> Result<(), DisplayError> {
         let is_elsewhere =
             (before.scene, &before.options.heights) != (settings.scene, &settings.options.heights);
         if is_elsewhere {

@@ -1,34 +1,38 @@
-//! What lies over the picture of an image in the window: lines and values of large texels, a scale, shapes,
+//! What lies over the picture of an image in a window: lines and values of large texels, a scale, shapes,
 //! and a map.
 
 use egui::{Rect, Ui};
 use glam::DVec2;
 use vastex::Textures;
-use vastex_scenes::{Pose, SceneRenderer};
-use vastex_viewer::inspect::{self, Thumbnail};
-use vastex_viewer::panels::{ImageView, Minimap, Shapes, TexelSize, paint_guides};
 
-/// Pixels a texel from which an image's texels are shown as they are.
-pub(crate) const CRISP: f64 = 4.0;
+use crate::camera::Pose;
+use crate::inspect::{self, Thumbnail};
+use crate::panels::{ImageView, Minimap, Shapes, TexelSize, paint_guides};
+use crate::surface::SceneRenderer;
 
 /// An image, and what its guides are taken from. Where layers are side by side, `view` is that of the first
 /// pane.
-pub(crate) struct Guided<'a> {
-    pub(crate) textures: &'a Textures,
-    pub(crate) renderer: &'a SceneRenderer,
-    pub(crate) view: &'a ImageView,
-    /// How large its texels are in the world, if that is known.
-    pub(crate) texel_size: Option<&'a TexelSize>,
-    pub(crate) shapes: Option<&'a Shapes>,
-    pub(crate) is_settled: bool,
+pub struct Guided<'a> {
+    /// The textures.
+    pub textures: &'a Textures,
+    /// What draws the image.
+    pub renderer: &'a SceneRenderer,
+    /// What is seen of it.
+    pub view: &'a ImageView,
+    /// How large the texels are in the world, if that is known.
+    pub texel_size: Option<&'a TexelSize>,
+    /// Shapes that lie over it.
+    pub shapes: Option<&'a Shapes>,
+    /// True if the picture stays as it is.
+    pub is_settled: bool,
     /// True if anybody sees it; else there is no map.
-    pub(crate) is_seen: bool,
+    pub is_seen: bool,
 }
 
 impl Guided<'_> {
     /// Paints the guides of a pane within `free`, the part of it that no panel covers. Gives back where a
     /// person wants the camera.
-    pub(crate) fn show(&self, ui: &Ui, pane: u32, free: Rect, minimap: &mut Minimap) -> Option<Pose> {
+    pub fn show(&self, ui: &Ui, pane: u32, free: Rect, minimap: &mut Minimap) -> Option<Pose> {
         let Guided { textures, renderer, view, texel_size, shapes, is_settled, is_seen } = *self;
         let (layers, sizes) = (renderer.layers(), (view.picture, view.image));
         let view = ImageView { left: view.left + pane * view.picture[0], ..*view };

@@ -1,34 +1,34 @@
 //! The panel in the window while a volume is shown: files as for images, and the volume's own settings.
 
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
-use vastex_viewer::panels::{BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
-use vastex_viewer::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
+use super::super::{Bookmark, BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use super::room::PANEL_WIDTH;
-use super::{Asked, Panel, theme};
+use super::{WindowAsked, WindowPanel, theme};
+use crate::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
-/// What the panel is told of a volume.
-pub(in super::super) struct StatusOfVolume<'a> {
-    pub(in super::super) name: &'a str,
-    pub(in super::super) told: VolumeStatus<'a>,
-    /// What `vastex info` says of it.
-    pub(in super::super) rows: &'a [(String, String)],
+/// What a window's panel is told of a volume, for one frame.
+pub struct WindowOfVolume<'a> {
+    /// Name of the volume.
+    pub name: &'a str,
+    /// What the volume's own part of the panel is told.
+    pub told: VolumeStatus<'a>,
+    /// What the volume says of itself: a name and a value each.
+    pub rows: &'a [(String, String)],
+    /// Paths of files that were opened lately, the last one first.
+    pub recent: &'a [String],
+    /// Views of the volume that a person keeps, the oldest first.
+    pub bookmarks: &'a [Bookmark],
 }
 
-/// What a person asks for, of files and of the volume.
-pub(in super::super) struct AskedOfVolume {
-    pub(in super::super) asked: Vec<Asked>,
-    pub(in super::super) changes: Vec<VolumeChange>,
-}
-
-impl Panel {
-    /// Shows everything beside a volume.
-    pub(in super::super) fn show_volume(
+impl WindowPanel {
+    /// Shows everything beside a volume. Gives back what is asked for, and what of the volume.
+    pub fn show_volume(
         &mut self,
         ui: &mut Ui,
         (own, look): (&mut VolumePanel, &mut VolumeLook),
-        shown: &StatusOfVolume<'_>,
-    ) -> AskedOfVolume {
+        shown: &WindowOfVolume<'_>,
+    ) -> (Vec<WindowAsked>, Vec<VolumeChange>) {
         let (mut asked, mut changes) = (Vec::new(), Vec::new());
         if self.is_seen() {
             let panel = egui::Panel::right("panel").resizable(false).exact_size(PANEL_WIDTH);
@@ -38,17 +38,17 @@ impl Panel {
                     ui.add(egui::Label::new(RichText::new(shown.name).strong()).truncate());
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.files(ui, false, &mut asked);
+                    self.files(ui, shown.recent, false, &mut asked);
                     self.info.show(ui, shown.rows);
                     ui.separator();
                     changes = own.show(ui, look, &shown.told);
                     ui.separator();
-                    match self.views.show(ui, self.bookmarks.views()) {
-                        Some(BookmarksChange::Keep(name)) => asked.push(Asked::Keep(name)),
-                        Some(BookmarksChange::Copy) => asked.push(Asked::CopyView),
-                        Some(BookmarksChange::CopyLink) => asked.push(Asked::CopyLink),
-                        Some(BookmarksChange::Show(view)) => asked.push(Asked::ShowText(view)),
-                        Some(BookmarksChange::Forget(index)) => self.bookmarks.forget(index),
+                    match self.views.show(ui, shown.bookmarks) {
+                        Some(BookmarksChange::Keep(name)) => asked.push(WindowAsked::Keep(name)),
+                        Some(BookmarksChange::Copy) => asked.push(WindowAsked::CopyView),
+                        Some(BookmarksChange::CopyLink) => asked.push(WindowAsked::CopyLink),
+                        Some(BookmarksChange::Show(view)) => asked.push(WindowAsked::ShowText(view)),
+                        Some(BookmarksChange::Forget(index)) => asked.push(WindowAsked::Forget(index)),
                         None => {}
                     }
                     ui.separator();
@@ -69,6 +69,6 @@ impl Panel {
             });
         }
         keys_window_of(ui.ctx(), &mut self.keys_are_shown, VOLUME_CONTROLS);
-        AskedOfVolume { asked, changes }
+        (asked, changes)
     }
 }

@@ -1,99 +1,35 @@
-//! What is in the window beside the picture: a button, the panel that it opens, the list of keys, guides over
+//! What is in a window beside the picture: a button, the panel that it opens, the list of keys, guides over
 //! an image, and what there is to say.
 
 mod bands;
 mod room;
-#[cfg(feature = "volumes")]
-pub(super) mod volume;
+mod told;
+mod volume;
 mod welcome;
 
-use std::path::PathBuf;
+use std::ffi::OsString;
 
 use egui::{
     Align2, Area, Button, CollapsingHeader, Color32, ComboBox, Frame, Id, ProgressBar, RichText, ScrollArea,
     TextEdit, TextStyle, ThemePreference, Ui, Vec2,
 };
 use glam::DVec2;
-use vastex_scenes::{PlanetOptions, Pose, Scene};
-use vastex_viewer::ViewText;
-use vastex_viewer::camera::Move;
-use vastex_viewer::panels::{
-    DisplayPanel, InfoPanel, MapPlace, Measure, PositionChange, PositionPanel, ShownTextures, TexelSize,
-    foot_rise, keys_window, planet_controls, status_line,
-};
 
-use super::bookmarks::Bookmarks;
-use super::recent::Recent;
-use super::remembered::{ChosenGround, Remembered};
-use crate::open::FileBands;
+use super::{
+    BookmarksPanel, DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, TexelSize, foot_rise,
+    keys_window, planet_controls, status_line,
+};
+use crate::camera::Pose;
+use crate::remembered::{ChosenGround, Remembered};
+use crate::scene::Scene;
 use bands::bands_of_file;
 use room::{PANEL_WIDTH, Room};
+pub use told::{WindowAsked, WindowStatus};
+pub use volume::WindowOfVolume;
 use welcome::welcome;
 
-/// Something that a person asks for in the panel.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Asked {
-    Open(PathBuf),
-    /// A file over what is displayed.
-    LayOver(PathBuf),
-    /// The textures of the window anew, for another mode of feedback.
-    MakeAnew,
-    /// By the system's dialog.
-    Choose,
-    /// A file over what is displayed, by the system's dialog.
-    ChooseOver,
-    /// The file so many after this one, or before it.
-    File(i32),
-    Scene(Scene),
-    /// The first pose again.
-    Fit,
-    /// The camera there, in the scene of the pose.
-    Go(Pose),
-    /// The camera there, and what is shown as it says.
-    Show(Box<ViewText>),
-    /// What is shown of a volume as this text says.
-    #[cfg_attr(not(feature = "volumes"), allow(dead_code, reason = "volumes alone are shown so"))]
-    ShowText(String),
-    /// What is shown, as a text, into the clipboard.
-    CopyView,
-    /// The same with its files, as a link.
-    CopyLink,
-    /// What is shown as a bookmark of this name.
-    Keep(String),
-    Move(Move),
-}
-
-/// What the panel is told of a frame.
-pub(super) struct Told<'a> {
-    /// Name of what is displayed.
-    pub(super) name: &'a str,
-    /// Name of what is being opened, and how much of it is done, 0 to 1.
-    pub(super) opening: Option<(&'a str, f64)>,
-    /// What there is to say to a person.
-    pub(super) notice: Option<&'a str>,
-    /// What lies below the pointer, in words; `None` where nothing does or it is not shown.
-    pub(super) below: Option<&'a str>,
-    pub(super) scene: Scene,
-    /// Where the camera is, and columns and rows of the image.
-    pub(super) position: (Pose, [u32; 2]),
-    /// How large its texels are in the world, if that is known.
-    pub(super) texel_size: Option<&'a TexelSize>,
-    /// Where it lies in its file's own coordinate system, if that is known.
-    pub(super) map: Option<&'a MapPlace>,
-    /// The images of its file, if there are several; each with its name and the path that opens it.
-    pub(super) images: &'a [(String, PathBuf)],
-    /// Its bands, if it has more than a picture.
-    pub(super) bands: Option<&'a FileBands>,
-    /// How the planet is lit, where the scene is one; changed in place.
-    pub(super) planet: Option<&'a mut PlanetOptions>,
-    /// What `vastex info` says of it.
-    pub(super) rows: &'a [(String, String)],
-    /// What is displayed, if anything is.
-    pub(super) texture: Option<ShownTextures<'a>>,
-}
-
-/// The panel, as a person left it.
-pub(super) struct Panel {
+/// A window's panel, as a person left it. The same one goes on from frame to frame.
+pub struct WindowPanel {
     is_open: bool,
     room: Room,
     /// True if the field for a path is to have the keys.
@@ -104,23 +40,21 @@ pub(super) struct Panel {
     guides_are_shown: bool,
     values_are_shown: bool,
     position: PositionPanel,
-    #[cfg(feature = "volumes")]
-    views: vastex_viewer::panels::BookmarksPanel,
+    views: BookmarksPanel,
     info: InfoPanel,
     /// What is measured in the image, while that is done.
-    pub(super) measure: Option<Measure>,
-    pub(super) display: DisplayPanel,
-    pub(super) recent: Recent,
-    pub(super) bookmarks: Bookmarks,
+    pub measure: Option<Measure>,
+    /// How layers are displayed.
+    pub display: DisplayPanel,
     /// The corners of what was covered by nothing in the last frame, in pixels; `None` before the first.
-    pub(super) free: Option<[DVec2; 2]>,
+    pub free: Option<[DVec2; 2]>,
     /// What the picture lies on.
-    pub(super) ground: ChosenGround,
+    pub ground: ChosenGround,
 }
 
-impl Panel {
-    pub(super) fn new(recent: Recent, bookmarks: Bookmarks) -> Panel {
-        Panel {
+impl Default for WindowPanel {
+    fn default() -> WindowPanel {
+        WindowPanel {
             is_open: false,
             room: Room::default(),
             wants_path: false,
@@ -129,52 +63,53 @@ impl Panel {
             guides_are_shown: true,
             values_are_shown: true,
             position: PositionPanel::default(),
-            #[cfg(feature = "volumes")]
-            views: Default::default(),
+            views: BookmarksPanel::default(),
             info: InfoPanel::default(),
             measure: None,
             display: DisplayPanel::default(),
-            recent,
-            bookmarks,
             free: None,
             ground: ChosenGround::default(),
         }
     }
+}
 
-    /// Open and with guides as when the window was closed last.
-    pub(super) fn show_as_before(&mut self, before: &Remembered) {
+impl WindowPanel {
+    /// Shows the panel, guides and values, or hides them, as when the window was closed last.
+    pub fn show_as_before(&mut self, before: &Remembered) {
         (self.is_open, self.guides_are_shown) = (before.panel_is_open, !before.guides_are_hidden);
         self.values_are_shown = !before.values_are_hidden;
         self.ground = before.ground;
     }
 
-    pub(super) fn is_open(&self) -> bool {
+    /// Returns true if the panel is open; where there is no room for it, it is not seen all the same.
+    pub fn is_open(&self) -> bool {
         self.is_open
     }
 
-    /// Returns true if it is open and seen.
+    /// Returns true if the panel is open and seen.
     fn is_seen(&self) -> bool {
         self.is_open && self.room.has_panel()
     }
 
-    /// Opens it, also where it gave way to what the machine does.
-    pub(super) fn open(&mut self) {
+    /// Opens the panel, also where it gave way to what the machine does.
+    pub fn open(&mut self) {
         self.is_open = true;
         self.room.panel_comes();
     }
 
-    pub(super) fn open_or_close(&mut self) {
+    /// Opens the panel, or closes it where it is seen.
+    pub fn open_or_close(&mut self) {
         if self.is_seen() { self.is_open = false } else { self.open() }
     }
 
-    /// Opens it, with the keys in the field for a path.
-    pub(super) fn ask_for_path(&mut self) {
+    /// Opens the panel, with the keys in the field for a path.
+    pub fn ask_for_path(&mut self) {
         self.open();
         self.wants_path = true;
     }
 
-    /// Opens it where it has what the file says of itself.
-    pub(super) fn show_about(&mut self) {
+    /// Opens the panel where it has what the file says of itself.
+    pub fn show_about(&mut self) {
         self.open();
         self.info.open();
     }
@@ -182,51 +117,54 @@ impl Panel {
     /// Returns true if a window, of which nothing is taken yet, has room for what the machine does beside
     /// this, if that `is_shown` at all. Where there is room for one of them, the one that came last has it;
     /// where there is room for none, one that was asked for.
-    pub(super) fn leaves_room_beside(&mut self, ui: &Ui, is_shown: bool) -> bool {
+    pub fn leaves_room_beside(&mut self, ui: &Ui, is_shown: bool) -> bool {
         self.room.measure(ui.available_width(), is_shown);
         !self.hides_machine()
     }
 
     /// Returns true if what the machine does gives way to this, or to the picture.
-    pub(super) fn hides_machine(&self) -> bool {
+    pub fn hides_machine(&self) -> bool {
         !self.room.has_machine(self.is_open)
     }
 
     /// What the machine does was asked for.
-    pub(super) fn machine_comes(&mut self) {
+    pub fn machine_comes(&mut self) {
         self.room.machine_comes();
     }
 
     /// Returns true if guides lie over an image.
-    pub(super) fn guides_are_shown(&self) -> bool {
+    pub fn guides_are_shown(&self) -> bool {
         self.guides_are_shown
     }
 
-    pub(super) fn show_or_hide_guides(&mut self) {
+    /// Shows guides over an image, or hides them.
+    pub fn show_or_hide_guides(&mut self) {
         self.guides_are_shown = !self.guides_are_shown;
     }
 
     /// Returns true if a line at the foot of the picture says what lies below the pointer.
-    pub(super) fn values_are_shown(&self) -> bool {
+    pub fn values_are_shown(&self) -> bool {
         self.values_are_shown
     }
 
-    pub(super) fn show_or_hide_values(&mut self) {
+    /// Shows the line at the foot of the picture, or hides it.
+    pub fn show_or_hide_values(&mut self) {
         self.values_are_shown = !self.values_are_shown;
     }
 
-    pub(super) fn show_or_hide_keys(&mut self) {
+    /// Shows the list of keys, or hides it.
+    pub fn show_or_hide_keys(&mut self) {
         self.keys_are_shown = !self.keys_are_shown;
     }
 
-    /// Returns true if they were shown.
-    pub(super) fn hide_keys(&mut self) -> bool {
+    /// Hides the list of keys. Returns true if it was shown.
+    pub fn hide_keys(&mut self) -> bool {
         std::mem::take(&mut self.keys_are_shown)
     }
 
-    /// Shows everything. Gives back what is asked for, and whether the display of the texture is to be
-    /// another.
-    pub(super) fn show(&mut self, ui: &mut Ui, told: &mut Told<'_>) -> (Vec<Asked>, bool) {
+    /// Shows everything beside an image or another scene. Gives back what is asked for, and true if the
+    /// display of the texture is to be another.
+    pub fn show(&mut self, ui: &mut Ui, told: &mut WindowStatus<'_>) -> (Vec<WindowAsked>, bool) {
         let (mut asked, mut is_changed) = (Vec::new(), false);
         if self.is_seen() {
             let panel = egui::Panel::right("panel").resizable(false).exact_size(PANEL_WIDTH);
@@ -236,7 +174,7 @@ impl Panel {
                     ui.add(egui::Label::new(RichText::new(told.name).strong()).truncate());
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    self.files(ui, told.texture.is_some(), &mut asked);
+                    self.files(ui, told.recent, told.texture.is_some(), &mut asked);
                     images_of_file(ui, told.images, &mut asked);
                     told.bands.iter().for_each(|bands| bands_of_file(ui, bands, &mut asked));
                     self.info.show(ui, told.rows);
@@ -268,23 +206,23 @@ impl Panel {
             });
         }
         if told.texture.is_none() && told.opening.is_none() {
-            welcome(ui, self.recent.files(), &mut asked);
+            welcome(ui, told.recent, &mut asked);
         }
         keys_window(ui.ctx(), &mut self.keys_are_shown);
         say(ui, told);
         (asked, is_changed)
     }
 
-    fn position(&mut self, ui: &mut Ui, told: &Told<'_>, asked: &mut Vec<Asked>) {
+    fn position(&mut self, ui: &mut Ui, told: &WindowStatus<'_>, asked: &mut Vec<WindowAsked>) {
         let (pose, size) = &told.position;
-        match self.position.show(ui, pose, (*size, told.map), self.bookmarks.views()) {
-            Some(PositionChange::Go(pose)) => asked.push(Asked::Go(pose)),
-            Some(PositionChange::Show(view)) => asked.push(Asked::Show(view)),
-            Some(PositionChange::Copy) => asked.push(Asked::CopyView),
-            Some(PositionChange::Move(moved)) => asked.push(Asked::Move(moved)),
-            Some(PositionChange::CopyLink) => asked.push(Asked::CopyLink),
-            Some(PositionChange::Keep(name)) => asked.push(Asked::Keep(name)),
-            Some(PositionChange::Forget(index)) => self.bookmarks.forget(index),
+        match self.position.show(ui, pose, (*size, told.map), told.bookmarks) {
+            Some(PositionChange::Go(pose)) => asked.push(WindowAsked::Go(pose)),
+            Some(PositionChange::Show(view)) => asked.push(WindowAsked::Show(view)),
+            Some(PositionChange::Copy) => asked.push(WindowAsked::CopyView),
+            Some(PositionChange::Move(moved)) => asked.push(WindowAsked::Move(moved)),
+            Some(PositionChange::CopyLink) => asked.push(WindowAsked::CopyLink),
+            Some(PositionChange::Keep(name)) => asked.push(WindowAsked::Keep(name)),
+            Some(PositionChange::Forget(index)) => asked.push(WindowAsked::Forget(index)),
             None => {}
         }
         ui.checkbox(&mut self.guides_are_shown, "Guides")
@@ -312,9 +250,13 @@ impl Panel {
     }
 
     /// `has_file` says that one is displayed, which another may lie over.
-    fn files(&mut self, ui: &mut Ui, has_file: bool, asked: &mut Vec<Asked>) {
+    fn files(&mut self, ui: &mut Ui, recent: &[String], has_file: bool, asked: &mut Vec<WindowAsked>) {
         ui.horizontal_wrapped(|ui| {
-            let buttons = [("Open…", Asked::Choose), ("Previous", Asked::File(-1)), ("Next", Asked::File(1))];
+            let buttons = [
+                ("Open…", WindowAsked::Choose),
+                ("Previous", WindowAsked::File(-1)),
+                ("Next", WindowAsked::File(1)),
+            ];
             for (name, asks) in buttons {
                 if ui.button(name).clicked() {
                     asked.push(asks);
@@ -338,26 +280,25 @@ impl Panel {
             let path = self.path.trim();
             let go = ui.add_enabled(!path.is_empty(), Button::new("Open"));
             if !path.is_empty() && (is_entered || go.clicked()) {
-                asked.push(Asked::Open(PathBuf::from(path)));
+                asked.push(WindowAsked::Open(path.into()));
             }
             let over = ui.add_enabled(has_file && !path.is_empty(), Button::new("Lay over"));
             if over.on_hover_text("over what is shown, as a layer to compare with it").clicked() {
-                asked.push(Asked::LayOver(PathBuf::from(path)));
+                asked.push(WindowAsked::LayOver(path.into()));
             }
         });
         ui.horizontal_wrapped(|ui| {
             let over = ui.add_enabled(has_file, Button::new("Lay over a file…"));
             if over.on_hover_text("choose a file to lie over what is shown").clicked() {
-                asked.push(Asked::ChooseOver);
+                asked.push(WindowAsked::ChooseOver);
             }
         });
-        if !self.recent.files().is_empty() {
+        if !recent.is_empty() {
             CollapsingHeader::new("Recent files").show(ui, |ui| {
-                for file in self.recent.files() {
-                    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
-                    let button = ui.add(Button::new(name).frame(false).truncate());
-                    if button.on_hover_text(file.display().to_string()).clicked() {
-                        asked.push(Asked::Open(file.clone()));
+                for file in recent {
+                    let button = ui.add(Button::new(name_of(file)).frame(false).truncate());
+                    if button.on_hover_text(file).clicked() {
+                        asked.push(WindowAsked::Open(file.into()));
                     }
                 }
             });
@@ -365,17 +306,24 @@ impl Panel {
     }
 }
 
+/// The last part of a path, or all of one that ends without any.
+fn name_of(path: &str) -> &str {
+    let name = path.trim_end_matches('/').rsplit('/').next();
+    let name = name.and_then(|name| name.rsplit(if cfg!(windows) { '\\' } else { '/' }).next());
+    name.filter(|name| !name.is_empty()).unwrap_or(path)
+}
+
 /// The images of the file that is displayed, to be opened in its place: the labels of slides, and other
 /// pages.
-fn images_of_file(ui: &mut Ui, images: &[(String, PathBuf)], asked: &mut Vec<Asked>) {
+fn images_of_file(ui: &mut Ui, images: &[(String, OsString)], asked: &mut Vec<WindowAsked>) {
     if images.is_empty() {
         return;
     }
     ui.horizontal_wrapped(|ui| {
         ui.label("Images");
         for (name, path) in images {
-            if ui.button(name).on_hover_text(path.display().to_string()).clicked() {
-                asked.push(Asked::Open(path.clone()));
+            if ui.button(name).on_hover_text(path.to_string_lossy()).clicked() {
+                asked.push(WindowAsked::Open(path.clone()));
             }
         }
     });
@@ -410,21 +358,21 @@ fn ground(ui: &mut Ui, chosen: &mut ChosenGround) {
 }
 
 /// What the texture lies on.
-fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<Asked>) {
+fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<WindowAsked>) {
     ui.horizontal_wrapped(|ui| {
         for scene in Scene::ALL {
             if ui.selectable_label(scene == shown, scene.name()).clicked() && scene != shown {
-                asked.push(Asked::Scene(scene));
+                asked.push(WindowAsked::Scene(scene));
             }
         }
         if ui.button("Show all").clicked() {
-            asked.push(Asked::Fit);
+            asked.push(WindowAsked::Fit);
         }
     });
 }
 
 /// What there is to say, at the foot of the picture.
-fn say(ui: &Ui, told: &Told<'_>) {
+fn say(ui: &Ui, told: &WindowStatus<'_>) {
     let free = ui.available_rect_before_wrap();
     let rise = told.below.map_or_else(|| foot_rise(free), |text| status_line(ui.ctx(), free, text));
     say_below(ui, (told.notice, told.opening), rise);
@@ -434,8 +382,9 @@ fn say(ui: &Ui, told: &Told<'_>) {
 const LEAST_BAR: f32 = 260.0;
 const BAR_MARGIN: f32 = 24.0;
 
-/// What there is to say, and how far what is being opened is, so far above the foot of the picture.
-pub(super) fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>), rise: f32) {
+/// Shows a notice, if there is one, and the name of what is being opened with how much of it is done, 0 to 1,
+/// so many points above the foot of what no panel covers.
+pub fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>), rise: f32) {
     if notice.is_none() && opening.is_none() {
         return;
     }
@@ -460,6 +409,3 @@ pub(super) fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str,
         });
     });
 }
-
-#[cfg(test)]
-mod tests;

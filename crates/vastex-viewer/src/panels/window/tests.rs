@@ -2,23 +2,21 @@
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use vastex_scenes::LayerOptions;
-use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::PanelTexture;
 
+use super::super::{Bookmark, FileBands, PanelTexture, ShownTextures, unnamed};
 use super::*;
-use unnamed::unnamed;
-
-#[path = "../../../../../crates/vastex-viewer/src/panels/unnamed.rs"]
-mod unnamed;
+use crate::layers::CompareMode;
+use crate::surface::LayerOptions;
+use crate::view_text::ViewText;
 
 struct Window {
-    panel: Panel,
+    panel: WindowPanel,
+    bookmarks: Vec<Bookmark>,
     textures: Vec<PanelTexture>,
     compare_mode: CompareMode,
     shown: Vec<LayerOptions>,
     notice: Option<&'static str>,
-    asked: Vec<Asked>,
+    asked: Vec<WindowAsked>,
 }
 
 fn bands() -> FileBands {
@@ -29,9 +27,9 @@ fn bands() -> FileBands {
 fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     let layers = vec![vastex::Layer::new("color", vastex::LayerFormat::R16)];
     let textures = vec![PanelTexture { name: "a.png".to_owned(), layers }];
-    let panel = Panel::new(Recent::default(), Bookmarks::default());
     let window = Window {
-        panel,
+        panel: WindowPanel::default(),
+        bookmarks: Vec::new(),
         textures,
         compare_mode: CompareMode::Off,
         shown: Vec::new(),
@@ -39,9 +37,9 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
         asked: Vec::new(),
     };
     let show = |ui: &mut Ui, window: &mut Window| {
-        let Window { panel, textures, compare_mode, shown, notice, asked } = window;
+        let Window { panel, bookmarks, textures, compare_mode, shown, notice, asked } = window;
         let texture = Some(ShownTextures { textures, shown, compare_mode, histogram: None });
-        let mut told = Told {
+        let mut told = WindowStatus {
             name: "a.png",
             opening: Some(("b.png", 0.25)),
             notice: *notice,
@@ -55,6 +53,8 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
             planet: None,
             texture,
+            recent: &[],
+            bookmarks,
         };
         asked.extend(panel.show(ui, &mut told).0);
     };
@@ -68,7 +68,7 @@ fn click(harness: &mut Harness<'_, Window>, label: &str) {
 
 #[test]
 fn the_ground_is_chosen_and_by_default_goes_with_the_theme() {
-    use vastex_viewer::layers::Ground;
+    use crate::layers::Ground;
 
     let mut harness = window(None);
     click(&mut harness, "Panel");
@@ -92,17 +92,17 @@ fn a_file_is_asked_for_by_its_path() {
     harness.run();
     harness.key_press(egui::Key::Enter);
     harness.run();
-    assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
+    assert_eq!(harness.state().asked, [WindowAsked::Open("/of/moon.tif".into())]);
     click(&mut harness, "Lay over");
-    assert_eq!(harness.state().asked[1..], [Asked::LayOver("/of/moon.tif".into())]);
+    assert_eq!(harness.state().asked[1..], [WindowAsked::LayOver("/of/moon.tif".into())]);
     harness.state_mut().asked.truncate(1);
     for (label, asked) in [
-        ("Open…", Asked::Choose),
-        ("Lay over a file…", Asked::ChooseOver),
-        ("label", Asked::Open("a.svs:label".into())),
-        ("Next", Asked::File(1)),
-        ("globe", Asked::Scene(Scene::Globe)),
-        ("Show all", Asked::Fit),
+        ("Open…", WindowAsked::Choose),
+        ("Lay over a file…", WindowAsked::ChooseOver),
+        ("label", WindowAsked::Open("a.svs:label".into())),
+        ("Next", WindowAsked::File(1)),
+        ("globe", WindowAsked::Scene(Scene::Globe)),
+        ("Show all", WindowAsked::Fit),
     ] {
         click(&mut harness, label);
         assert_eq!(harness.state().asked.last(), Some(&asked));
@@ -126,7 +126,7 @@ fn the_field_for_a_path_is_offered_with_the_keys_in_it() {
     harness.run();
     harness.key_press(egui::Key::Enter);
     harness.run();
-    assert_eq!(harness.state().asked, [Asked::Open("/of/moon.tif".into())]);
+    assert_eq!(harness.state().asked, [WindowAsked::Open("/of/moon.tif".into())]);
     // Once; after that the keys go where a person has them.
     harness.get_by_label("View").focus();
     harness.run();
@@ -142,15 +142,15 @@ fn what_a_file_says_of_itself_is_shown_at_once() {
 }
 
 /// The panel and what the machine does, in a window of so many points.
-fn beside_the_machine(width: f32) -> Harness<'static, (Panel, bool, f32)> {
-    let panel = Panel::new(Recent::default(), Bookmarks::default());
-    let show = |ui: &mut Ui, (panel, machine_is_shown, left): &mut (Panel, bool, f32)| {
+fn beside_the_machine(width: f32) -> Harness<'static, (WindowPanel, bool, f32)> {
+    let panel = WindowPanel::default();
+    let show = |ui: &mut Ui, (panel, machine_is_shown, left): &mut (WindowPanel, bool, f32)| {
         if panel.leaves_room_beside(ui, *machine_is_shown) && *machine_is_shown {
             let machine =
-                egui::Panel::left("hud").resizable(false).exact_size(vastex_viewer::hud::Hud::WIDTH);
+                egui::Panel::left("hud").resizable(false).exact_size(crate::hud::Hud::WIDTH);
             machine.show(ui, |ui| ui.label("what the machine does"));
         }
-        let mut told = Told {
+        let mut told = WindowStatus {
             name: "a.png",
             opening: Some(("b.png", 0.25)),
             notice: None,
@@ -164,6 +164,8 @@ fn beside_the_machine(width: f32) -> Harness<'static, (Panel, bool, f32)> {
             images: &[],
             planet: None,
             texture: None,
+            recent: &[],
+            bookmarks: &[],
         };
         panel.show(ui, &mut told);
         *left = ui.available_width();
@@ -175,7 +177,7 @@ fn beside_the_machine(width: f32) -> Harness<'static, (Panel, bool, f32)> {
 fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() {
     for (width, has_room_for_both) in [(640.0, false), (800.0, false), (900.0, true)] {
         let mut harness = beside_the_machine(width);
-        let mut seen = |change: &dyn Fn(&mut Panel, &mut bool)| {
+        let mut seen = |change: &dyn Fn(&mut WindowPanel, &mut bool)| {
             let (panel, machine, _) = harness.state_mut();
             change(panel, machine);
             harness.run();
@@ -187,7 +189,7 @@ fn a_narrow_window_shows_of_the_panel_and_the_machine_what_was_asked_for_last() 
             found
         };
         assert_eq!(seen(&|panel, _| panel.open_or_close()), (true, false));
-        let ask_machine = |panel: &mut Panel, is_shown: &mut bool| {
+        let ask_machine = |panel: &mut WindowPanel, is_shown: &mut bool| {
             *is_shown = true;
             panel.machine_comes();
         };
@@ -217,7 +219,7 @@ fn a_window_too_narrow_for_either_shows_the_picture_until_one_is_asked_for() {
     let (panel, machine, _) = harness.state_mut();
     panel.show_as_before(&before);
     *machine = true;
-    let seen = |harness: &mut Harness<'_, (Panel, bool, f32)>| {
+    let seen = |harness: &mut Harness<'_, (WindowPanel, bool, f32)>| {
         harness.run();
         let has = |label: &str| harness.query_by_label(label).is_some();
         (has("Path"), has("what the machine does"))
@@ -247,9 +249,9 @@ fn other_bands_are_asked_for() {
     harness.get_by_label("Red band").click();
     harness.run();
     click(&mut harness, "4 red");
-    assert_eq!(harness.state().asked, [Asked::Open("a.tif:bands=4,2,3".into())]);
+    assert_eq!(harness.state().asked, [WindowAsked::OpenBands("a.tif".into(), vec![4, 2, 3])]);
     click(&mut harness, "one");
-    assert_eq!(harness.state().asked[1..], [Asked::Open("a.tif:bands=1".into())]);
+    assert_eq!(harness.state().asked[1..], [WindowAsked::OpenBands("a.tif".into(), vec![1])]);
 }
 
 #[test]
@@ -272,16 +274,16 @@ fn a_view_is_written_kept_and_gone_back_to() {
     click(&mut harness, "Keep view");
     click(&mut harness, "Copy view");
     click(&mut harness, "Copy link");
-    assert_eq!(harness.state().asked, [Asked::Keep(String::new()), Asked::CopyView, Asked::CopyLink]);
+    assert_eq!(harness.state().asked, [WindowAsked::Keep(String::new()), WindowAsked::CopyView, WindowAsked::CopyLink]);
     harness.state_mut().asked.clear();
     // The host says all that is shown.
     let view = format!("{first};layer=:gamma=0.5");
-    let bookmark = vastex_viewer::panels::Bookmark { name: String::new(), view: view.clone() };
-    harness.state_mut().panel.bookmarks.keep(&bookmark);
+    let bookmark = Bookmark { name: String::new(), view: view.clone() };
+    harness.state_mut().bookmarks.push(bookmark);
     harness.run();
     click(&mut harness, first);
     let view = ViewText::from_text(&view, [1000, 500]).unwrap();
-    assert_eq!(harness.state().asked, [Asked::Show(Box::new(view))]);
+    assert_eq!(harness.state().asked, [WindowAsked::Show(Box::new(view))]);
     let all = egui::Modifiers::COMMAND;
     for (text, asked) in [("100,2000", None), ("100,200", Some([0.1005, 0.401]))] {
         harness.get_by_label("View").focus();
@@ -293,7 +295,7 @@ fn a_view_is_written_kept_and_gone_back_to() {
         assert_eq!(harness.get_by_label("View").value().as_deref(), Some(text));
         harness.key_press(egui::Key::Enter);
         harness.run();
-        let asked = asked.map(|centre| Asked::Go(Pose::image(centre.into(), 1.0)));
+        let asked = asked.map(|centre| WindowAsked::Go(Pose::image(centre.into(), 1.0)));
         assert_eq!(harness.query_by_label_contains("lies beside the image").is_some(), asked.is_none());
         assert_eq!(harness.state().asked.get(1), asked.as_ref(), "{text}");
     }
@@ -316,7 +318,7 @@ fn every_control_has_a_name_and_the_keyboard_reaches_them() {
     assert!(harness.get_by_label("Previous").is_focused());
     harness.key_press(egui::Key::Space);
     harness.run();
-    assert_eq!(harness.state().asked, [Asked::File(-1)]);
+    assert_eq!(harness.state().asked, [WindowAsked::File(-1)]);
 }
 
 #[test]

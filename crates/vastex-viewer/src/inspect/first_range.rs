@@ -2,12 +2,14 @@
 //! window and in pictures of it.
 
 use vastex::{LayerId, Textures};
-use vastex_viewer::inspect::Histogram;
-use vastex_viewer::layers::{ColorMap, StoredScale};
 
-/// The range of a layer by values of all of it, or of a share of its rows, and what there is to say of it;
-/// `None` where 0 and 1 are black and white ([`Histogram::first_range`]).
-pub(crate) fn first_range(
+use super::Histogram;
+use crate::layers::{ColorMap, StoredScale};
+
+/// Black and white of a layer that nobody has said anything of: the range by values of all of it, or of the
+/// first `rows` of its rows, 0 to 1, and what there is to say of that to a person. `None` where 0 and 1 are
+/// black and white ([`Histogram::first_range`]). Takes some milliseconds.
+pub fn first_range(
     textures: &Textures,
     (layer, color_map): (LayerId, &ColorMap),
     rows: f64,

@@ -1,16 +1,14 @@
 //! What a window shows that was opened without a file.
 
-use std::path::PathBuf;
-
 use egui::{Align2, Area, Button, Frame, Id, Margin, RichText, Ui};
 
-use super::Asked;
+use super::{WindowAsked, name_of};
 
 /// Recent files that are offered.
 const MOST_FILES: usize = 8;
 
 /// Offers to open a file, in the middle of what no panel covers.
-pub(super) fn welcome(ui: &Ui, recent: &[PathBuf], asked: &mut Vec<Asked>) {
+pub(super) fn welcome(ui: &Ui, recent: &[String], asked: &mut Vec<WindowAsked>) {
     let free = ui.available_rect_before_wrap();
     let area = Area::new(Id::unique("welcome")).pivot(Align2::CENTER_CENTER).fixed_pos(free.center());
     area.show(ui.ctx(), |ui| {
@@ -23,7 +21,7 @@ pub(super) fn welcome(ui: &Ui, recent: &[PathBuf], asked: &mut Vec<Asked>) {
                 let open =
                     Button::new(RichText::new("Open a file…").size(16.0)).min_size([180.0, 34.0].into());
                 if ui.add(open).on_hover_text("Ctrl + O").clicked() {
-                    asked.push(Asked::Choose);
+                    asked.push(WindowAsked::Choose);
                 }
                 ui.add_space(4.0);
                 ui.label(RichText::new("or drop files onto this window").weak());
@@ -33,10 +31,9 @@ pub(super) fn welcome(ui: &Ui, recent: &[PathBuf], asked: &mut Vec<Asked>) {
                     ui.label("Opened before");
                 }
                 for file in recent.iter().take(MOST_FILES) {
-                    let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
-                    let button = ui.add(Button::new(name).frame(false).truncate());
-                    if button.on_hover_text(file.display().to_string()).clicked() {
-                        asked.push(Asked::Open(file.clone()));
+                    let button = ui.add(Button::new(name_of(file)).frame(false).truncate());
+                    if button.on_hover_text(file).clicked() {
+                        asked.push(WindowAsked::Open(file.into()));
                     }
                 }
                 ui.add_space(10.0);
@@ -57,15 +54,15 @@ mod tests {
 
     #[test]
     fn files_are_offered_by_the_dialog_and_those_of_before_by_their_names() {
-        let recent: Vec<PathBuf> = (0..12).map(|n| format!("/scans/scan{n}.tif").into()).collect();
-        let show = |ui: &mut Ui, asked: &mut Vec<Asked>| welcome(ui, &recent, asked);
+        let recent: Vec<String> = (0..12).map(|n| format!("/scans/scan{n}.tif")).collect();
+        let show = |ui: &mut Ui, asked: &mut Vec<WindowAsked>| welcome(ui, &recent, asked);
         let mut harness = Harness::builder().with_size([600.0, 600.0]).build_ui_state(show, Vec::new());
         harness.run();
         harness.get_by_label("Open a file…").click();
         harness.run();
         harness.get_by_label("scan3.tif").click();
         harness.run();
-        assert_eq!(*harness.state(), [Asked::Choose, Asked::Open("/scans/scan3.tif".into())]);
+        assert_eq!(*harness.state(), [WindowAsked::Choose, WindowAsked::Open("/scans/scan3.tif".into())]);
         assert!(harness.query_by_label("scan8.tif").is_none(), "as many as have room");
     }
 }

@@ -1,14 +1,17 @@
 //! What lies below the pointer, in the title and as a line at the foot of the picture.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use glam::DVec2;
-use vastex_scenes::Pose;
-use vastex_viewer::camera::GroundHeights;
-use vastex_viewer::inspect::{self, InspectedTexel};
-use vastex_viewer::panels::{StatusPlace, status_text};
+use vastex::diagnostics::FrameStats;
 
-use super::Viewer;
+use super::SurfaceScene;
+use super::display::Display;
+use super::displayed::Displayed;
+use crate::camera::{GroundHeights, Pose};
+use crate::inspect::{self, InspectedTexel};
+use crate::panels::{StatusPlace, status_text};
+use crate::title::{Scale, TitleImage, TitleParts};
 
 /// Between two frames that are drawn for the line alone, at least, and as a multiple of how long a frame
 /// takes: a slow device is left time for what else there is to do.
@@ -21,7 +24,7 @@ pub(super) struct Below {
     /// What it said.
     shown: Option<String>,
     /// When that was, and how long the frame took.
-    shown_at: Option<Instant>,
+    shown_at: Option<Duration>,
     took: Duration,
     /// True if it says something else now.
     is_stale: bool,
@@ -29,13 +32,13 @@ pub(super) struct Below {
 
 impl Below {
     /// A frame shows a line.
-    pub(super) fn show(&mut self, text: Option<String>, now: Instant) {
+    pub(super) fn show(&mut self, text: Option<String>, now: Duration) {
         (self.shown, self.shown_at, self.is_stale) = (text, Some(now), false);
     }
 
     /// The frame is drawn.
-    pub(super) fn drawn(&mut self, now: Instant) {
-        self.took = self.shown_at.map_or(Duration::ZERO, |begun| now.saturating_duration_since(begun));
+    pub(super) fn drawn(&mut self, now: Duration) {
+        self.took = self.shown_at.map_or(Duration::ZERO, |begun| now.saturating_sub(begun));
     }
 
     /// The line would say this now.
@@ -44,45 +47,78 @@ impl Below {
     }
 
     /// In how long a frame is due for it.
-    pub(super) fn due_in(&self, now: Instant) -> Option<Duration> {
+    pub(super) fn due_in(&self, now: Duration) -> Option<Duration> {
         let pause = EVERY.max(self.took * SHARE_OF_FRAMES);
-        let since = self.shown_at.map_or(pause, |shown| now.saturating_duration_since(shown));
+        let since = self.shown_at.map_or(pause, |shown| now.saturating_sub(shown));
         self.is_stale.then(|| pause.saturating_sub(since))
     }
 }
 
-impl Viewer {
+impl SurfaceScene {
     /// The pointer is there, in pixels of the view, or not over it: the title and the line at the foot of the
     /// picture say which texel is below it, and its value.
-    pub(in super::super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
+    /// Gives back the title of the window, if it is another.
+    pub fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) -> Option<&str> {
         self.pointer = pointer;
         let panes = self.panes();
-        let pointed = pointer.filter(|_| !self.shell.is_over_panel());
-        self.hud.pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
+        let pointed = pointer.filter(|_| !self.beside.window.is_over_panel);
+        self.beside
+            .hud
+            .pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
         if panes.count > 1 {
             // The other panes show where it is.
-            self.window.request_redraw();
+            self.beside.refresh();
         }
         let line = self.line_below(&pose);
         self.below.note(line.as_deref());
-        self.update_title(&self.textures.stats(), pose);
+        self.title(&self.textures.stats(), pose)
+    }
+
+    /// The title of the window after a frame, if it should change now.
+    pub fn title(&mut self, stats: &FrameStats, pose: Pose) -> Option<&str> {
+        let (displayed, name) = (self.display.displayed(), self.name().to_owned());
+        let image = displayed.map(|Displayed { size, texels, renderer, .. }| {
+            let scale = pose.magnification(self.size(), *size);
+            TitleImage {
+                size: *size,
+                scene: scale.map_or_else(|| Scale::On(renderer.scene().name()), Scale::Even),
+                lack: match &self.display {
+                    Display::Source(_) if texels != size => Some("reduced"),
+                    // The file could not be read to its end.
+                    Display::Preview { .. } if self.beside.opening.is_none() => Some("incomplete"),
+                    _ => None,
+                },
+            }
+        });
+        let texel = self.texel_below(&pose);
+        let parts = TitleParts {
+            name: &name,
+            image,
+            texel: texel.as_ref(),
+            overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
+            stats,
+            is_settled: self.is_settled(stats),
+            opening: self.beside.opening.as_ref().map(|(_, share)| *share),
+        };
+        let now = self.beside.now();
+        self.beside.title.due(now, &parts)
     }
 
     /// Where the pointer is over the picture, as moves are told it: in view heights from the middle.
-    pub(in super::super) fn pointed(&self) -> Option<DVec2> {
+    pub fn pointed(&self) -> Option<DVec2> {
         let (pointer, panes) = (self.pointer?, self.panes());
         Some(self.view().point(panes.within(panes.at(pointer), pointer)))
     }
 
     /// Moves a camera with the heights of what is displayed, if it has any.
-    pub(in super::super) fn with_heights(&self, moves: impl FnOnce(Option<&mut dyn GroundHeights>)) {
+    pub fn with_heights(&self, moves: impl FnOnce(Option<&mut dyn GroundHeights>)) {
         let renderer = self.display.displayed().map(|source| &source.renderer);
         let mut heights = renderer.and_then(|renderer| renderer.heights(&self.textures, self.size()));
         moves(heights.as_mut().map(|heights| heights as &mut dyn GroundHeights));
     }
 
     /// The texel below the pointer, of the layer that is seen there.
-    pub(super) fn texel_below(&self, pose: &Pose) -> Option<InspectedTexel> {
+    fn texel_below(&self, pose: &Pose) -> Option<InspectedTexel> {
         let pointer = self.pointer?;
         // Of a preview that grows, much is not there yet.
         let source = self.display.displayed().filter(|source| source.is_whole())?;
@@ -96,9 +132,9 @@ impl Viewer {
     /// What the line at the foot of the picture says; `None` if it is hidden, or the picture is no
     /// picture of texels.
     pub(super) fn line_below(&self, pose: &Pose) -> Option<String> {
-        let has_room =
-            self.panel.is_open() || self.panel.guides_are_shown() || self.window.fullscreen().is_some();
-        if !self.panel.values_are_shown() || !has_room || self.shell.is_over_panel() {
+        let (panel, window) = (&self.beside.panel, &self.beside.window);
+        let has_room = panel.is_open() || panel.guides_are_shown() || window.fills_screen;
+        if !panel.values_are_shown() || !has_room || window.is_over_panel {
             return None;
         }
         let source = self.display.displayed().filter(|source| source.overlay.is_none())?;
@@ -106,11 +142,6 @@ impl Viewer {
         let of_globe = || source.renderer.scene().is_round().then_some(StatusPlace::Globe(source.size));
         let place = source.about.map.as_ref().map(StatusPlace::Map).or_else(of_globe);
         Some(status_text(&self.texel_below(pose)?, place))
-    }
-
-    /// Shows the line, or hides it.
-    pub(in super::super) fn show_or_hide_values(&mut self) {
-        self.panel.show_or_hide_values();
     }
 }
 
@@ -120,7 +151,7 @@ mod tests {
 
     #[test]
     fn a_line_that_changes_is_drawn_soon_and_leaves_a_slow_device_time() {
-        let (mut below, begin) = (Below::default(), Instant::now());
+        let (mut below, begin) = (Below::default(), Duration::from_secs(5));
         let ms = Duration::from_millis;
         assert_eq!(below.due_in(begin), None);
         below.note(Some("a"));

@@ -1,15 +1,17 @@
 //! The first range of layers that are seen for the first time and that nobody has said anything of: heights
 //! in metres and values of a sensor lie anywhere.
 
-use std::time::Instant;
+use std::time::Duration;
 
-use vastex::LayerId;
-use vastex_scenes::LayerOptions;
-use vastex_viewer::layers::ColorMap;
+use vastex::{LayerId, Textures};
 
-use super::Viewer;
-use super::panel::EVERY;
-use crate::first_range::first_range;
+use super::displayed::Displayed;
+use crate::inspect::first_range;
+use crate::layers::ColorMap;
+use crate::surface::LayerOptions;
+
+/// Between two looks at the values of a preview that grows.
+const EVERY: Duration = Duration::from_millis(300);
 
 /// Which of the layers that were displayed have their first range.
 #[derive(Default)]
@@ -18,7 +20,7 @@ pub(super) struct FirstRanges {
     opening: u64,
     found: Vec<Found>,
     /// When one was looked for last.
-    looked_at: Option<Instant>,
+    looked_at: Option<Duration>,
 }
 
 /// What the first range of a layer is.
@@ -33,6 +35,47 @@ struct Found {
 }
 
 impl FirstRanges {
+    /// Gives layers of what is displayed that have no range, and that nobody said anything of, the one of
+    /// their values; those of a preview that grows one by the rows that are there. What a person chose
+    /// meanwhile stays; a layer that is chosen or reset later has its first range then.
+    ///
+    /// `opening` is the number of what brought the source, `layers` how its layers are displayed now, and
+    /// `now` the time since the host began. Gives back how they are to be displayed, and what there is to say
+    /// of that; `None` if no layer is due. Takes some milliseconds for each that is.
+    pub(super) fn look(
+        &mut self,
+        (opening, now): (u64, Duration),
+        (textures, displayed): (&Textures, &Displayed),
+        layers: &[LayerOptions],
+    ) -> Option<(Vec<LayerOptions>, Option<String>)> {
+        if self.opening != opening {
+            *self = FirstRanges { opening, ..FirstRanges::default() };
+        }
+        let (is_whole, rows) = (displayed.is_whole(), displayed.rows_there());
+        let is_early =
+            !is_whole && self.looked_at.is_some_and(|looked_at| now.saturating_sub(looked_at) < EVERY);
+        if is_early || rows <= 0.0 {
+            return None;
+        }
+        let shown: Vec<(LayerId, ColorMap)> =
+            displayed.renderer.layers().iter().map(|shown| (shown.layer, shown.color_map)).collect();
+        let numbers: Vec<usize> = shown.iter().map(|(layer, _)| layer.index()).collect();
+        let is_due =
+            |(options, &layer): (&LayerOptions, &usize)| self.is_due((options.texture, layer), options);
+        if !layers.iter().zip(&numbers).any(is_due) {
+            return None;
+        }
+        let mut given = layers.to_vec();
+        let is_all_there = |texture: usize| is_whole || texture != 0;
+        let said = self.give(&mut given, &numbers, is_all_there, |n| {
+            let (layer, color_map) = shown.get(n)?;
+            let rows = if layers[n].texture == 0 { rows } else { 1.0 };
+            first_range(textures, (*layer, color_map), rows)
+        });
+        self.looked_at = Some(now);
+        Some((given, said.filter(|_| is_whole)))
+    }
+
     fn of(&self, layer: (usize, usize)) -> Option<Found> {
         self.found.iter().find(|found| found.layer == layer).copied()
     }
@@ -76,53 +119,6 @@ impl FirstRanges {
         }
         self.found = found;
         said
-    }
-}
-
-impl Viewer {
-    /// Gives layers that have no range, and that nobody said anything of, the one of their values; those of a
-    /// preview that grows one by the rows that are there. What a person chose meanwhile stays; a layer that
-    /// is chosen or reset later has its first range then.
-    pub(super) fn look_for_first_ranges(&mut self) {
-        if self.first_ranges.opening != self.layers_of {
-            self.first_ranges = FirstRanges { opening: self.layers_of, ..FirstRanges::default() };
-        }
-        // What waits behind its preview is of the same values.
-        let Some(displayed) = self.display.displayed().filter(|_| self.display.next().is_none()) else {
-            return;
-        };
-        let (is_whole, rows, now) = (displayed.is_whole(), displayed.rows_there(), Instant::now());
-        let is_early = !is_whole
-            && self.first_ranges.looked_at.is_some_and(|looked_at| now.duration_since(looked_at) < EVERY);
-        if is_early || !self.settings.range_is_free || rows <= 0.0 {
-            return;
-        }
-        let before = self.layers_or_first();
-        let numbers: Vec<usize> =
-            displayed.renderer.layers().iter().map(|shown| shown.layer.index()).collect();
-        let is_due = |(options, &layer): (&LayerOptions, &usize)| {
-            self.first_ranges.is_due((options.texture, layer), options)
-        };
-        if !before.iter().zip(&numbers).any(is_due) {
-            return;
-        }
-        let shown: Vec<(LayerId, ColorMap)> =
-            displayed.renderer.layers().iter().map(|shown| (shown.layer, shown.color_map)).collect();
-        let mut layers = before.clone();
-        let textures = &self.textures;
-        let is_all_there = |texture: usize| is_whole || texture != 0;
-        let said = self.first_ranges.give(&mut layers, &numbers, is_all_there, |n| {
-            let (layer, color_map) = shown.get(n)?;
-            let rows = if before[n].texture == 0 { rows } else { 1.0 };
-            first_range(textures, (*layer, color_map), rows)
-        });
-        self.first_ranges.looked_at = Some(now);
-        if layers != before {
-            self.show_layers(layers);
-        }
-        if let Some(text) = said.filter(|_| is_whole) {
-            self.notify(&text);
-        }
     }
 }
 

@@ -1,22 +1,16 @@
-//! What of the sources in the window is shown, and how: its layers, those of sources that lie over it, and
+//! What of the sources in a window is shown, and how: its layers, those of sources that lie over it, and
 //! how they are compared.
 
 use std::time::Duration;
 
-use anyhow::Result;
-use vastex_scenes::{LayerOptions, PlanetOptions, Pose};
-use vastex_viewer::ViewText;
-use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::{Bookmark, PanelTexture};
+use super::SurfaceScene;
+use super::source::{DisplayError, PreparedSource};
+use crate::layers::CompareMode;
+use crate::panels::PanelTexture;
+use crate::surface::{LayerOptions, PlanetOptions};
+use crate::view_text::ViewText;
 
-use super::super::displayed::DisplaySettings;
-use super::super::links::AskedBefore;
-use super::super::opening::PreparedSource;
-use super::Viewer;
-use super::chosen::first_of;
-use crate::args::SceneArgs;
-
-impl Viewer {
+impl SurfaceScene {
     /// What the panel is told of the textures that are displayed.
     pub(super) fn panel_textures(&self) -> Option<Vec<PanelTexture>> {
         let texture = |texture| {
@@ -39,7 +33,7 @@ impl Viewer {
         match shown {
             Ok(()) => {
                 self.settings = settings;
-                self.forget("layers");
+                self.beside.messages.forget("layers");
             }
             Err(error) => self.say_wrong("layers", &error.to_string()),
         }
@@ -48,7 +42,7 @@ impl Viewer {
 
     /// Displays what a view says, in its scene. Where that cannot be, it is said, and all stays as it was.
     /// Returns true if it is displayed.
-    pub(in super::super) fn show_view(&mut self, view: &ViewText) -> bool {
+    pub fn show_view(&mut self, view: &ViewText) -> bool {
         self.finish_taking_over();
         let mut settings = self.settings.clone();
         view.change(&mut settings.options);
@@ -65,39 +59,10 @@ impl Viewer {
             self.say_wrong("view", &error.to_string());
             return false;
         }
-        self.forget("view");
+        self.beside.messages.forget("view");
         self.settings = settings;
         self.values = None;
         true
-    }
-
-    /// What is shown becomes a bookmark.
-    pub(in super::super) fn keep_view(&mut self, name: String, pose: Pose) {
-        if let Some(view) = self.view_text(pose) {
-            self.panel.bookmarks.keep(&Bookmark { name, view });
-        }
-    }
-
-    /// The next file is displayed as these arguments say. Gives back what was asked before.
-    pub(in super::super) fn ask(&mut self, args: &SceneArgs) -> AskedBefore {
-        let options = args.shown();
-        let (scene, overlay) = (args.scene(), args.overlay());
-        let first_layers = options.layers.clone();
-        let range_is_free = args.range_is_free();
-        let settings = DisplaySettings { scene, options, overlay, range_is_free, ..self.settings.clone() };
-        let before = AskedBefore {
-            first_layers: self.first_layers.clone(),
-            settings: self.settings.clone(),
-            is_asked: self.is_asked,
-        };
-        self.ask_again(AskedBefore { first_layers, settings, is_asked: true });
-        before
-    }
-
-    /// Files are displayed as was asked before.
-    pub(in super::super) fn ask_again(&mut self, asked: AskedBefore) {
-        let AskedBefore { first_layers, settings, is_asked } = asked;
-        (self.first_layers, self.settings, self.is_asked) = (first_layers, settings, is_asked);
     }
 
     /// Lights the planet otherwise, or shows other parts of it.
@@ -115,9 +80,9 @@ impl Viewer {
         self.wake();
     }
 
-    /// Lays another source over what is displayed: the layers of it that the command line names, else its
-    /// first one, over all others.
-    pub(in super::super) fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<()> {
+    /// Lays another source over what is displayed: the layers of it that files are displayed with at first
+    /// ([`super::FirstDisplay`]), else its first one, over all others.
+    pub fn lay_over(&mut self, name: &str, source: PreparedSource) -> Result<(), DisplayError> {
         self.finish_taking_over();
         let Some(displayed) = self.display.displayed() else { return Ok(()) };
         let count = displayed.textures().len();
@@ -138,22 +103,22 @@ impl Viewer {
     }
 
     /// The next way of comparing the uppermost layer with those beneath it.
-    pub(in super::super) fn compare_next(&mut self) {
+    pub fn compare_next(&mut self) {
         let displayed = self.display.displayed();
         if !displayed.is_some_and(|displayed| displayed.renderer.layers().can_compare()) {
-            self.notify_in_title("one layer is shown; lay a file over it in the panel (M), or with --over");
+            self.beside.notify("one layer is shown; lay a file over it in the panel (M), or with --over");
             return;
         }
         let next = self.settings.options.compare_mode.next();
         self.settings.options.compare_mode = next;
         self.jumped();
-        self.notify_in_title(&format!("compare: {}", next.name()));
+        self.beside.notify(&format!("compare: {}", next.name()));
         self.wake();
     }
 
     /// Has layers compared as they are to be seen now.
     pub(super) fn compare(&mut self) {
-        let mode = self.settings.options.compare_mode.at(self.begun.elapsed());
+        let mode = self.settings.options.compare_mode.at(self.beside.now());
         if let Some(displayed) = self.display.displayed_mut() {
             displayed.compare(&self.gpu, &self.textures, mode);
         }
@@ -163,7 +128,28 @@ impl Viewer {
     pub(super) fn flickers_in(&self) -> Option<Duration> {
         let can_compare = self.display.displayed()?.renderer.layers().can_compare();
         let mode: CompareMode = self.settings.options.compare_mode;
-        mode.changes_after(self.begun.elapsed()).filter(|_| can_compare)
+        mode.changes_after(self.beside.now()).filter(|_| can_compare)
+    }
+
+    /// The layers that are shown, where nobody has chosen any the first of each texture.
+    pub(super) fn layers_or_first(&self) -> Vec<LayerOptions> {
+        let chosen = self.settings.options.layers.clone();
+        let count = self.display.displayed().map_or(0, |displayed| displayed.textures().len());
+        if chosen.is_empty() { (0..count).map(LayerOptions::first_of).collect() } else { chosen }
+    }
+
+    /// Gives layers their first range that have none and that nobody said anything of.
+    pub(super) fn look_for_first_ranges(&mut self) {
+        // What waits behind its preview is of the same values.
+        let is_alone = self.display.next().is_none() && self.settings.range_is_free;
+        let Some(displayed) = self.display.displayed().filter(|_| is_alone) else { return };
+        let (before, now) = (self.layers_or_first(), self.beside.now());
+        let found = self.first_ranges.look((self.layers_of, now), (&self.textures, displayed), &before);
+        let Some((layers, said)) = found else { return };
+        if layers != before {
+            self.show_layers(layers);
+        }
+        said.iter().for_each(|said| self.notify(said));
     }
 }
 
@@ -175,8 +161,9 @@ fn with_another(shown: &[LayerOptions], asked: &[LayerOptions], count: usize) ->
     if !of_new.is_empty() && asked_of(count).eq(shown.iter().cloned()) {
         return asked_of(count + 1).collect();
     }
-    let before = if shown.is_empty() { (0..count).map(first_of).collect() } else { shown.to_vec() };
-    let new = if of_new.is_empty() { vec![first_of(count)] } else { of_new };
+    let before =
+        if shown.is_empty() { (0..count).map(LayerOptions::first_of).collect() } else { shown.to_vec() };
+    let new = if of_new.is_empty() { vec![LayerOptions::first_of(count)] } else { of_new };
     before.into_iter().chain(new).collect()
 }
 

@@ -1,17 +1,27 @@
-//! What a person chose of how textures are sampled and kept: in the window, which remembers it, or on the
-//! command line, which has the last word.
+//! What a person chose of how textures are sampled and kept: in the window, which remembers it, or in words
+//! of the host's, as a command line, which have the last word.
 
-use vastex::{BiasRule, FeedbackMode, Filter, PoolId, Settings, Textures};
-use vastex_scenes::{Gpu, LayerOptions};
+use vastex::{BiasRule, FeedbackMode, Filter, Settings, Textures};
 
-use super::super::remembered::{KeptPool, Remembered};
-use super::Viewer;
-use super::pools::{ChosenPools, PoolKind, kinds_of};
-use crate::args::SceneArgs;
+use super::chosen_pools::{ChosenPools, PoolKind};
+use crate::gpu::Gpu;
+use crate::remembered::{KeptPool, Remembered};
+use crate::surface::LayerOptions;
 
-/// What a person chose, in this run or in an earlier one.
+/// What a host's own words name, so that nothing of earlier runs takes its place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct NamedByHost {
+    /// True if they name how texels are blended.
+    pub filter: bool,
+    /// True if they name how views say what they want.
+    pub feedback: bool,
+    /// True if they name how many bytes are copied to the GPU in a frame.
+    pub uploads: bool,
+}
+
+/// What a person chose of how textures are sampled and kept, in this run or in an earlier one.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Chosen {
+pub struct Chosen {
     /// How texels are blended where layers do not say that themselves.
     filter: Option<Filter>,
     /// How views say what they want.
@@ -33,9 +43,9 @@ struct Changed {
 }
 
 impl Chosen {
-    /// What was chosen in earlier runs, as far as the command line and the settings that it names do not say
-    /// otherwise.
-    pub(super) fn before(before: &Remembered, args: &SceneArgs, settings: &Settings) -> Chosen {
+    /// What was chosen in earlier runs, as far as the host's words and the settings that they come to do not
+    /// say otherwise.
+    pub fn before(before: &Remembered, named: NamedByHost, settings: &Settings) -> Chosen {
         let (default_pool, rules) = (settings.pools.default_pool, &settings.pools.rules);
         let tunings = || std::iter::once(default_pool).chain(rules.iter().map(|rule| rule.tuning));
         let says_sizes = tunings().any(|tuning| tuning.bytes.is_some() || tuning.allow_size_scale.is_some());
@@ -51,12 +61,9 @@ impl Chosen {
             }
         }
         Chosen {
-            filter: before.filter.filter(|_| args.filter.is_none()),
-            feedback: before.feedback.filter(|_| args.feedback.is_none()),
-            budgets: [
-                before.upload_bytes_per_frame.filter(|_| args.upload_kib_per_frame.is_none()),
-                before.in_flight_bytes,
-            ],
+            filter: before.filter.filter(|_| !named.filter),
+            feedback: before.feedback.filter(|_| !named.feedback),
+            budgets: [before.upload_bytes_per_frame.filter(|_| !named.uploads), before.in_flight_bytes],
             pools,
             changed: Changed::default(),
         }
@@ -64,7 +71,7 @@ impl Chosen {
 
     /// Textures with these settings and the mode of feedback that was chosen. Where the device does not have
     /// that, it is left out, and said in a note.
-    pub(super) fn textures(
+    pub fn textures(
         &mut self,
         gpu: &Gpu,
         settings: Settings,
@@ -81,7 +88,7 @@ impl Chosen {
     }
 
     /// Settings with the budgets that were chosen.
-    pub(super) fn budgeted(&self, settings: Settings) -> Settings {
+    pub fn budgeted(&self, settings: Settings) -> Settings {
         let [uploads, in_flight] = self.budgets;
         Settings {
             upload_bytes_per_frame: uploads.unwrap_or(settings.upload_bytes_per_frame),
@@ -90,16 +97,16 @@ impl Chosen {
         }
     }
 
-    /// The same of a volume, of whose bricks no fewer are on their way than it needs.
-    #[cfg(feature = "volumes")]
-    pub(super) fn budgeted_for_volume(&self, settings: Settings) -> Settings {
+    /// Settings of a volume with the budgets that were chosen, but for bytes on their way no fewer than
+    /// `settings` have: its bricks need them.
+    pub fn budgeted_for_volume(&self, settings: Settings) -> Settings {
         let least = settings.in_flight_bytes;
         let budgeted = self.budgeted(settings);
         Settings { in_flight_bytes: budgeted.in_flight_bytes.max(least), ..budgeted }
     }
 
     /// What is to be remembered, of what was before and what was chosen in this run.
-    pub(super) fn remembered(&self, before: &Remembered) -> Remembered {
+    pub fn remembered(&self, before: &Remembered) -> Remembered {
         let mut window = before.clone();
         if self.changed.filter {
             window.filter = self.filter;
@@ -122,27 +129,27 @@ impl Chosen {
     }
 
     /// What was chosen of pools.
-    pub(super) fn pools(&self) -> &ChosenPools {
+    pub fn pools(&self) -> &ChosenPools {
         &self.pools
     }
 
-    /// Texels are blended so from here on; by what suits the magnification where no filter is named.
-    pub(super) fn set_filter(&mut self, filter: Option<Filter>) {
+    /// Texels are blended by this filter from here on; by what suits the magnification where none is named.
+    pub fn set_filter(&mut self, filter: Option<Filter>) {
         (self.filter, self.changed.filter) = (filter, true);
     }
 
     /// Views say so what they want from here on.
-    pub(super) fn set_feedback(&mut self, mode: FeedbackMode) {
+    pub fn set_feedback(&mut self, mode: FeedbackMode) {
         (self.feedback, self.changed.feedback) = (Some(mode), true);
     }
 
-    /// So many bytes are copied to the GPU in a frame, and are of tiles on their way, from here on.
-    pub(super) fn set_budgets(&mut self, budgets: [u64; 2]) {
+    /// The budgets from here on: bytes copied to the GPU in a frame, and bytes of tiles on their way.
+    pub fn set_budgets(&mut self, budgets: [u64; 2]) {
         (self.budgets, self.changed.budgets) = (budgets.map(Some), true);
     }
 
     /// A pool has a size of its own from here on, or follows the picture.
-    pub(super) fn set_size(&mut self, kind: PoolKind, bytes: Option<u64>) {
+    pub fn set_size(&mut self, kind: PoolKind, bytes: Option<u64>) {
         match bytes {
             Some(bytes) => drop(self.pools.sizes.insert(kind.clone(), bytes)),
             None => drop(self.pools.sizes.remove(&kind)),
@@ -151,89 +158,37 @@ impl Chosen {
     }
 
     /// The mip bias of a pool is decided so from here on; nothing for never one.
-    pub(super) fn set_rule(&mut self, kind: PoolKind, rule: Option<BiasRule>) {
+    pub fn set_rule(&mut self, kind: PoolKind, rule: Option<BiasRule>) {
         self.pools.rules.insert(kind.clone(), rule);
         self.changed.rules.push(kind);
     }
 
     /// A pool cannot have the size that was chosen. It stays remembered: another device may have the memory.
-    fn give_size_up(&mut self, kind: &PoolKind) {
+    pub fn give_size_up(&mut self, kind: &PoolKind) {
         self.pools.sizes.remove(kind);
         self.changed.sizes.retain(|changed| changed != kind);
     }
 
     /// The layers that are shown first of so many textures, with the filter that was chosen where they name
     /// none.
-    pub(super) fn filtered(&self, mut layers: Vec<LayerOptions>, textures: usize) -> Vec<LayerOptions> {
+    pub fn filtered(&self, mut layers: Vec<LayerOptions>, textures: usize) -> Vec<LayerOptions> {
         if self.filter.is_none() {
             return layers;
         }
         if layers.is_empty() {
-            layers = (0..textures).map(first_of).collect();
+            layers = (0..textures).map(LayerOptions::first_of).collect();
         }
         layers.iter_mut().for_each(|layer| layer.filter = layer.filter.or(self.filter));
         layers
     }
 }
 
-/// The first layer of a texture, as it is.
-pub(super) fn first_of(texture: usize) -> LayerOptions {
-    LayerOptions { texture, ..LayerOptions::default() }
-}
-
-impl Viewer {
-    /// The window is as it was when it was closed last.
-    pub(in super::super) fn show_as_before(&mut self, before: &Remembered) {
-        self.panel.show_as_before(before);
-        self.shell.set_theme(before.theme);
-        self.hud.show_as_before(before.hud_is_shown);
-    }
-
-    /// Tells what of that could not be had.
-    pub(in super::super) fn note_left_out(&mut self, notes: &[String]) {
-        for note in notes {
-            crate::report::say(&format!("note: {note}"));
-            self.note(note);
-        }
-    }
-
-    /// The same with what is shown in the window now, and what was chosen there.
-    pub(in super::super) fn remembered(&self, window: &Remembered) -> Remembered {
-        Remembered {
-            panel_is_open: self.panel.is_open(),
-            guides_are_hidden: !self.panel.guides_are_shown(),
-            values_are_hidden: !self.panel.values_are_shown(),
-            hud_is_shown: self.hud.is_shown(),
-            theme: self.shell.theme(),
-            ground: self.panel.ground,
-            ..self.chosen.remembered(window)
-        }
-    }
-
-    /// What a pool is, if it has a texture.
-    pub(super) fn kind_of_pool(&self, pool: PoolId) -> Option<PoolKind> {
-        kinds_of(&self.textures).remove(&pool)
-    }
-
-    /// Pools have the sizes and rules again that a person chose.
-    pub(super) fn change_pools_again(&mut self) {
-        for (kind, error) in self.chosen.pools.give(&mut self.textures) {
-            // It is said once.
-            self.chosen.give_size_up(&kind);
-            self.notify(&format!("a pool of {kind} keeps its size: {error}"));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use clap::Parser as _;
-    use vastex_scenes::headless_gpu;
+    use vastex::{PoolRule, PoolTuning};
 
-    use super::super::super::remembered::KeptRule;
     use super::*;
-    use crate::args::{Args, Command};
-    use crate::commands::render;
+    use crate::remembered::KeptRule;
 
     const KIND: &str = "136x136 r16";
 
@@ -249,68 +204,67 @@ mod tests {
         }
     }
 
-    fn chosen(words: &str) -> Chosen {
-        let words = format!("vastex view {words} a.vastex");
-        let Command::View(args) = Args::parse_from(words.split(' ')).command else { panic!("{words}") };
-        Chosen::before(&before(), &args.scene, &render::settings(&args.scene).unwrap())
+    fn chosen(named: NamedByHost, settings: &Settings) -> Chosen {
+        Chosen::before(&before(), named, settings)
     }
 
     #[test]
-    fn the_command_line_has_the_last_word_and_what_it_does_not_say_is_as_before() {
-        let directory = tempfile::tempdir().unwrap();
-        let settings = |name: &str, text: &str| {
-            let place = directory.path().join(name);
-            std::fs::write(&place, text).unwrap();
-            format!("--settings {}", place.display())
+    fn the_host_has_the_last_word_and_what_it_does_not_say_is_as_before() {
+        let nothing = NamedByHost::default();
+        let usual = Settings::default();
+        let with = |change: &dyn Fn(&mut PoolTuning)| {
+            let mut settings = usual.clone();
+            change(&mut settings.pools.default_pool);
+            settings
         };
-        let sizes = settings("sizes.toml", "[default_pool]\nsize_mib = 64\n");
-        let rules = settings("rules.toml", "[default_pool]\nmip_bias_rule = \"integrating\"\n");
-        let all = (Some(Filter::Bicubic), Some(FeedbackMode::Raw), true, true);
-        let (filter, feedback, ..) = all;
-        for (words, expected) in [
-            ("--fade-ms 0", all),
-            ("--filter nearest", (None, feedback, true, true)),
-            // The default is as good as any other where somebody asks for it.
-            ("--filter trilinear", (None, feedback, true, true)),
-            ("--feedback separate", (filter, None, true, true)),
-            ("--pool-mib 9", (filter, feedback, false, true)),
-            (&*sizes, (filter, feedback, false, true)),
-            (&*rules, (filter, feedback, true, false)),
+        let sized = with(&|pool| pool.bytes = Some(9 << 20));
+        let ruled = with(&|pool| pool.mip_bias_rule = Some(BiasRule::Solved));
+        let tuning = PoolTuning { allow_size_scale: Some(true), ..PoolTuning::default() };
+        let mut scaled = usual.clone();
+        scaled.pools.rules.push(PoolRule { tuning, ..PoolRule::default() });
+        let (filter, feedback) = (Some(Filter::Bicubic), Some(FeedbackMode::Raw));
+        for (named, settings, expected) in [
+            (nothing, &usual, (filter, feedback, true, true)),
+            (NamedByHost { filter: true, ..nothing }, &usual, (None, feedback, true, true)),
+            (NamedByHost { feedback: true, ..nothing }, &usual, (filter, None, true, true)),
+            (nothing, &sized, (filter, feedback, false, true)),
+            (nothing, &scaled, (filter, feedback, false, true)),
+            (nothing, &ruled, (filter, feedback, true, false)),
         ] {
-            let Chosen { filter, feedback, pools, .. } = chosen(words);
+            let Chosen { filter, feedback, pools, .. } = chosen(named, settings);
             let has = (pools.sizes.contains_key(KIND), pools.rules.contains_key(KIND));
-            assert_eq!((filter, feedback, has.0, has.1), expected, "{words}");
+            assert_eq!((filter, feedback, has.0, has.1), expected, "{named:?}");
         }
     }
 
     #[test]
-    fn budgets_are_as_before_unless_the_command_line_names_some() {
+    fn budgets_are_as_before_unless_the_host_names_some() {
         let budgets_of = |settings: &Settings| [settings.upload_bytes_per_frame, settings.in_flight_bytes];
         let usual = Settings::default();
-        for (words, expected) in [
-            ("--fade-ms 0", [3 << 20, 5 << 20]),
-            ("--upload-kib-per-frame 7", [7 << 10, 5 << 20]),
-            ("--upload-kib-per-frame 2048", [usual.upload_bytes_per_frame, 5 << 20]),
-        ] {
-            let line = format!("vastex view {words} a.vastex");
-            let Command::View(args) = Args::parse_from(line.split(' ')).command else { panic!("{words}") };
-            let settings = render::settings(&args.scene).unwrap();
-            let chosen = Chosen::before(&before(), &args.scene, &settings);
-            assert_eq!(budgets_of(&chosen.budgeted(settings)), expected, "{words}");
+        let named = NamedByHost { uploads: true, ..NamedByHost::default() };
+        for (named, expected) in
+            [(NamedByHost::default(), [3 << 20, 5 << 20]), (named, [usual.upload_bytes_per_frame, 5 << 20])]
+        {
+            let chosen = chosen(named, &usual);
+            assert_eq!(budgets_of(&chosen.budgeted(usual.clone())), expected, "{named:?}");
         }
-        let mut chosen = chosen("--fade-ms 0");
+        let mut chosen = chosen(NamedByHost::default(), &usual);
         chosen.set_budgets([1 << 20, 2 << 20]);
         assert_eq!(budgets_of(&chosen.budgeted(usual.clone())), [1 << 20, 2 << 20]);
         let after = chosen.remembered(&before());
         assert_eq!((after.upload_bytes_per_frame, after.in_flight_bytes), (Some(1 << 20), Some(2 << 20)));
-        #[cfg(feature = "volumes")]
-        assert_eq!(budgets_of(&chosen.budgeted_for_volume(usual)), [1 << 20, 16 << 20]);
+        let least = usual.in_flight_bytes;
+        assert_eq!(budgets_of(&chosen.budgeted_for_volume(usual)), [1 << 20, least]);
     }
 
     #[test]
     fn what_was_not_changed_in_a_run_stays_remembered_whatever_the_command_line_said() {
         let window = before();
-        let mut chosen = chosen("--filter nearest --feedback inline --pool-mib 9");
+        let mut chosen = Chosen::before(
+            &window,
+            NamedByHost { filter: true, feedback: true, uploads: false },
+            &Settings::default(),
+        );
         assert_eq!(chosen.remembered(&window), window);
         chosen.set_filter(None);
         chosen.set_feedback(FeedbackMode::Separate);
@@ -333,19 +287,22 @@ mod tests {
 
     #[test]
     fn layers_that_name_no_filter_have_the_one_that_was_chosen() {
-        let chosen = chosen("--fade-ms 0");
-        let named = LayerOptions { filter: Some(Filter::Nearest), ..first_of(1) };
-        let layers = chosen.filtered(vec![first_of(0), named.clone()], 2);
-        assert_eq!(layers, [LayerOptions { filter: Some(Filter::Bicubic), ..first_of(0) }, named]);
-        let of_both =
-            [0, 1].map(|texture| LayerOptions { filter: Some(Filter::Bicubic), ..first_of(texture) });
+        let chosen = chosen(NamedByHost::default(), &Settings::default());
+        let named = LayerOptions { filter: Some(Filter::Nearest), ..LayerOptions::first_of(1) };
+        let layers = chosen.filtered(vec![LayerOptions::first_of(0), named.clone()], 2);
+        assert_eq!(
+            layers,
+            [LayerOptions { filter: Some(Filter::Bicubic), ..LayerOptions::first_of(0) }, named]
+        );
+        let of_both = [0, 1]
+            .map(|texture| LayerOptions { filter: Some(Filter::Bicubic), ..LayerOptions::first_of(texture) });
         assert_eq!(chosen.filtered(Vec::new(), 2), of_both);
         assert!(Chosen::default().filtered(Vec::new(), 2).is_empty());
     }
 
     #[test]
     fn a_mode_of_feedback_that_the_device_has_not_is_no_reason_not_to_start() {
-        let gpu = headless_gpu().unwrap();
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let mut notes = Vec::new();
         for mode in FeedbackMode::ALL {
             let mut chosen = Chosen { feedback: Some(mode), ..Chosen::default() };

@@ -1,29 +1,30 @@
-//! What the machine does, in the window: what the panel is told of it, and what becomes of what a person
+//! What the machine does, in a window: what the panel is told of it, and what becomes of what a person
 //! changes there.
 
 use glam::DVec2;
-use vastex::PoolId;
 use vastex::diagnostics::ExplainedPixel;
-use vastex_scenes::{Gpu, LayerOptions, Overlay, Pose};
-use vastex_viewer::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail};
-use vastex_viewer::inspect;
-use vastex_viewer::overlay::SmallOverlay;
-use vastex_viewer::stage::{GpuTimer, TargetKind};
+use vastex::{FeedbackMode, PoolId};
 
-use super::super::displayed::Displayed;
-use super::Viewer;
-use super::chosen::first_of;
-use super::pools::kinds_of;
-use crate::report;
+use super::SurfaceScene;
+use super::displayed::Displayed;
+use crate::camera::Pose;
+use crate::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail, pool_kinds};
+use crate::inspect;
+use crate::overlay::{Overlay, SmallOverlay};
+use crate::panels::PanelPainter;
+use crate::stage::PartTime;
+use crate::surface::LayerOptions;
 
-/// The panel, and what it is told beside what the textures say.
+/// What the machine does: the panel, and what it is told beside what the textures say.
 #[derive(Default)]
-pub(super) struct WindowHud {
-    pub(super) panel: Hud,
+pub struct SceneHud {
+    /// The panel.
+    pub panel: Hud,
     is_shown: bool,
-    /// From frame to frame, where the next follows without a pause.
-    pub(super) frames: FrameTimes,
-    timer: Option<GpuTimer>,
+    /// The times from frame to frame, where the next follows without a pause.
+    pub frames: FrameTimes,
+    /// What the GPU took for the parts of a frame; `None` if it does not tell.
+    pub gpu_times: Option<Vec<PartTime>>,
     small: Option<SmallOverlays>,
     explained: Option<ExplainedPixel>,
     /// The pixel below the pointer, and whether it has yet to be asked about.
@@ -44,20 +45,16 @@ struct SmallOverlays {
     of: (vastex::LayerId, wgpu::TextureFormat),
 }
 
-impl WindowHud {
-    /// Returns true if it is shown.
-    pub(super) fn is_shown(&self) -> bool {
+impl SceneHud {
+    /// Returns true if the panel is shown.
+    pub fn is_shown(&self) -> bool {
         self.is_shown
     }
 
-    /// It is shown as when the window was closed last; where that is narrow, nobody has asked for it.
+    /// Shows the panel, or not, as when the window was closed last; where that is narrow, nobody has asked
+    /// for it.
     pub(super) fn show_as_before(&mut self, is_shown: bool) {
         self.is_shown = is_shown;
-    }
-
-    /// What measures a frame while the panel is shown.
-    pub(super) fn timer(&mut self, gpu: &Gpu) -> Option<&mut GpuTimer> {
-        self.is_shown.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(gpu)))
     }
 
     /// The pointer is over this pixel of the picture, or over none.
@@ -87,31 +84,32 @@ impl WindowHud {
 
     /// The device is gone, and what was made on it.
     pub(super) fn forget_device(&mut self) {
-        (self.timer, self.small) = (None, None);
+        (self.gpu_times, self.small) = (None, None);
     }
 }
 
-impl Viewer {
+impl SurfaceScene {
     /// Shows what the machine does, or hides it.
-    pub(in super::super) fn show_or_hide_hud(&mut self) {
+    pub fn show_or_hide_hud(&mut self) {
         // Where it gave way to the panel, it comes back.
-        self.hud.is_shown = !self.hud.is_shown || self.panel.hides_machine();
-        self.panel.machine_comes();
-        (self.hud.small, self.hud.explained, self.hud.pixel) = (None, None, None);
-        self.hud.is_to_ask = false;
+        let (hud, panel) = (&mut self.beside.hud, &mut self.beside.panel);
+        hud.is_shown = !hud.is_shown || panel.hides_machine();
+        panel.machine_comes();
+        (hud.small, hud.explained, hud.pixel) = (None, None, None);
+        hud.is_to_ask = false;
     }
 
     /// Asks about the pixel below the pointer, while the panel is shown and no other question is open.
-    pub(super) fn ask_below_pointer(&mut self, pose: Pose) -> anyhow::Result<()> {
+    pub(super) fn ask_below_pointer(&mut self, pose: Pose) -> Result<(), vastex::Error> {
         // What was said of a view that has settled since is said anew.
         let has_settled = self.is_settled(&self.textures.stats());
-        let had_settled = std::mem::replace(&mut self.hud.had_settled, has_settled);
-        self.hud.is_to_ask |= has_settled && !had_settled && self.hud.is_shown;
-        if self.textures.pixels().asked() > 0 || !std::mem::take(&mut self.hud.is_to_ask) {
+        let had_settled = std::mem::replace(&mut self.beside.hud.had_settled, has_settled);
+        self.beside.hud.is_to_ask |= has_settled && !had_settled && self.beside.hud.is_shown;
+        if self.textures.pixels().asked() > 0 || !std::mem::take(&mut self.beside.hud.is_to_ask) {
             return Ok(());
         }
-        let Some(pixel) = self.hud.pixel else { return Ok(()) };
-        let size = self.surface.size();
+        let Some(pixel) = self.beside.hud.pixel else { return Ok(()) };
+        let size = self.size;
         if let Some(Displayed { renderer, .. }) = self.display.displayed()
             && pixel[0] < size[0]
             && pixel[1] < size[1]
@@ -123,37 +121,30 @@ impl Viewer {
     }
 
     /// Draws the page table and the pool, small, while the panel is shown.
-    pub(super) fn draw_small_overlays(&mut self, pose: Pose) {
-        if !self.hud.is_shown {
+    pub(super) fn draw_small_overlays(&mut self, pose: Pose, painter: &mut PanelPainter) {
+        if !self.beside.hud.is_shown {
             return;
         }
         let Some(displayed) = self.display.displayed() else {
-            self.hud.small = None;
+            self.beside.hud.small = None;
             return;
         };
         let renderer = &displayed.renderer;
-        let (format, of) = (self.surface.viewed_format(), (renderer.layer(), renderer.format()));
+        let (format, of) = (displayed.format.viewed, (renderer.layer(), renderer.format()));
         let is_good =
-            |small: &SmallOverlays| small.of == of && Some(small.painter) == self.shell.painter_of(format);
-        if !self.hud.small.as_ref().is_some_and(is_good) {
-            let is_of_surface = [TargetKind::Direct, TargetKind::Linear]
-                .map(|kind| kind.drawn_format(format))
-                .contains(&of.1);
+            |small: &SmallOverlays| small.of == of && Some(small.painter) == painter.number_of(format);
+        if !self.beside.hud.small.as_ref().is_some_and(is_good) {
             let make = |overlay| SmallOverlay::new(&self.gpu, &self.textures, renderer, overlay, format);
-            let overlays: Option<Vec<SmallOverlay>> = is_of_surface
-                .then(|| {
-                    [Overlay::Table, Overlay::Atlas].into_iter().map(make).collect::<Result<_, _>>().ok()
-                })
-                .flatten();
-            let Some(overlays) = overlays else {
-                self.hud.small = None;
+            let overlays = [Overlay::Table, Overlay::Atlas].into_iter().map(make);
+            let Ok(overlays) = overlays.collect::<Result<Vec<SmallOverlay>, _>>() else {
+                self.beside.hud.small = None;
                 return;
             };
             let views: Vec<&wgpu::TextureView> = overlays.iter().map(SmallOverlay::view).collect();
-            let (names, painter) = self.shell.show_pictures(&self.gpu, format, &views);
-            self.hud.small = Some(SmallOverlays { overlays, names, painter, of });
+            let (names, painter) = painter.show_pictures(&self.gpu, format, &views);
+            self.beside.hud.small = Some(SmallOverlays { overlays, names, painter, of });
         }
-        if let Some(small) = &mut self.hud.small {
+        if let Some(small) = &mut self.beside.hud.small {
             for overlay in &mut small.overlays {
                 // What cannot be drawn stays as it was: the frame itself says why.
                 drop(overlay.draw(&self.gpu, &self.textures, renderer, &pose));
@@ -163,19 +154,19 @@ impl Viewer {
 
     /// What the panel is told, while it is shown.
     pub(super) fn hud_data(&mut self) -> Option<HudData> {
-        if !self.hud.is_shown {
+        if !self.beside.hud.is_shown {
             return None;
         }
-        self.hud.is_stale = false;
+        self.beside.hud.is_stale = false;
         let mut data = HudData::of(&self.textures);
         // What is chosen is seen to be, also before it is there.
         data.feedback = self.feedback_mode();
-        let (kinds, sizes) = (kinds_of(&self.textures), &self.chosen.pools().sizes);
+        let (kinds, sizes) = (pool_kinds(&self.textures), &self.chosen.pools().sizes);
         for pool in &mut data.pools {
             let kind = kinds.get(&pool.stats.pool);
             pool.is_sized_by_hand = kind.is_some_and(|kind| sizes.contains_key(kind));
         }
-        let hud = &self.hud;
+        let hud = &self.beside.hud;
         if let Some(SmallOverlays { overlays, names, .. }) = &hud.small {
             let thumbnail = |(overlay, name): (&SmallOverlay, &egui::TextureId)| MachineThumbnail {
                 overlay: overlay.overlay(),
@@ -189,7 +180,7 @@ impl Viewer {
             overlay: self.settings.overlay,
             explained: hud.explained.clone(),
             frames: hud.frames.clone(),
-            gpu_times: hud.timer.as_ref().filter(|timer| timer.is_able()).map(|timer| timer.times().to_vec()),
+            gpu_times: hud.gpu_times.clone(),
             ..data
         })
     }
@@ -199,7 +190,7 @@ impl Viewer {
         let changed = match *change {
             HudChange::PoolBytes(pool, bytes) => self.size_pool(pool, bytes),
             HudChange::Rule(pool, rule) => {
-                if let Some(kind) = self.kind_of_pool(pool) {
+                if let Some(kind) = pool_kinds(&self.textures).remove(&pool) {
                     self.chosen.set_rule(kind, rule);
                 }
                 self.textures.memory().set_bias_rule(pool, rule)
@@ -224,13 +215,14 @@ impl Viewer {
             }
         };
         match changed {
-            Ok(()) => drop(self.messages.forget("change")),
+            Ok(()) => drop(self.beside.messages.forget("change")),
             Err(error) => {
-                report::say(&format!("{}: {error}", self.name()));
-                self.tell("change", &error.to_string());
+                let said = format!("{}: {error}", self.name());
+                self.beside.say(said);
+                self.beside.tell("change", &error.to_string());
             }
         }
-        self.is_shortage_reported = false;
+        self.beside.shortage_is_told = false;
         self.wake();
     }
 
@@ -239,17 +231,48 @@ impl Viewer {
             Some(bytes) => self.textures.memory().resize_pool(pool, bytes)?,
             None => self.textures.memory().fit_pool(pool)?,
         };
-        if let Some(kind) = self.kind_of_pool(pool) {
+        if let Some(kind) = pool_kinds(&self.textures).remove(&pool) {
             self.chosen.set_size(kind, bytes);
         }
         Ok(())
     }
 
-    /// The layers that are shown, where nobody has chosen any the first of each texture.
-    pub(super) fn layers_or_first(&self) -> Vec<LayerOptions> {
-        let chosen = self.settings.options.layers.clone();
-        let count = self.display.displayed().map_or(0, |displayed| displayed.textures().len());
-        if chosen.is_empty() { (0..count).map(first_of).collect() } else { chosen }
+    /// The mode of feedback, or the one that is wanted in its place.
+    pub fn feedback_mode(&self) -> FeedbackMode {
+        self.wanted_feedback.unwrap_or_else(|| self.textures.inspect().feedback_mode())
+    }
+
+    /// Wants textures with another mode of feedback. Those that there are are drawn until the host hands
+    /// others over ([`SurfaceScene::exchange`]).
+    fn change_feedback(&mut self, mode: FeedbackMode) {
+        let is_another = mode != self.textures.inspect().feedback_mode();
+        self.wanted_feedback = is_another.then_some(mode);
+        self.feedback_is_news = true;
+        if is_another {
+            self.beside.notify(&format!("feedback: {}, as soon as it has a picture", mode.name()));
+        } else {
+            self.chosen.set_feedback(mode);
+        }
+    }
+
+    /// Returns true if since the last call textures with another mode of feedback are wanted than before, or
+    /// none any more.
+    pub fn take_feedback_news(&mut self) -> bool {
+        std::mem::take(&mut self.feedback_is_news)
+    }
+
+    /// The mode of feedback that textures are wanted with in the place of those that there are, if any are.
+    pub fn wanted_feedback(&self) -> Option<FeedbackMode> {
+        self.wanted_feedback
+    }
+
+    /// Wants no other mode of feedback any more: why there is none is told.
+    pub fn refuse_feedback(&mut self, why: &str) {
+        self.wanted_feedback = None;
+        let message = format!("the feedback mode stays as it was: {why}");
+        let said = format!("{}: {message}", self.name());
+        self.beside.say(said);
+        self.beside.tell("feedback", &message);
     }
 }
 

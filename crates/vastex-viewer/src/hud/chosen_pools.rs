@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 
 use vastex::{BiasRule, Description, PoolId, Textures};
 
-/// What a pool is: how large its tiles are, and what formats their layers have. Of several such pools the
-/// further ones have a number as well, in the order in which they came.
-pub(in super::super) type PoolKind = String;
+/// The kind of a pool: how large its tiles are, and what formats their layers have, as `136x136 rgba8-srgb`.
+/// Of several such pools the further ones have a number as well, in the order in which they came.
+pub type PoolKind = String;
 
-/// What each pool is that has a texture, in the order of their numbers.
-pub(super) fn kinds_of(textures: &Textures) -> BTreeMap<PoolId, PoolKind> {
+/// The kind of each pool that has a texture, in the order of their numbers.
+pub fn pool_kinds(textures: &Textures) -> BTreeMap<PoolId, PoolKind> {
     let mut kinds: BTreeMap<PoolId, PoolKind> = BTreeMap::new();
     let all = textures.inspect().textures().filter_map(|texture| textures.texture(texture).ok());
     for texture in all {
@@ -44,22 +44,23 @@ fn kind_of(description: &Description) -> PoolKind {
 
 /// What a person chose of pools, which is theirs again where textures are made anew.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(in super::super) struct ChosenPools {
-    /// Bytes of those that were sized by hand.
-    pub(super) sizes: BTreeMap<PoolKind, u64>,
-    pub(super) rules: BTreeMap<PoolKind, Option<BiasRule>>,
+pub struct ChosenPools {
+    /// Bytes of pools that were sized by hand.
+    pub sizes: BTreeMap<PoolKind, u64>,
+    /// How the mip bias of pools is decided; `None` for never one.
+    pub rules: BTreeMap<PoolKind, Option<BiasRule>>,
 }
 
 impl ChosenPools {
     /// Gives the pools of textures the sizes and rules that were chosen of such pools. Gives back which of
     /// them cannot have its size, and why.
-    pub(super) fn give(&self, textures: &mut Textures) -> Vec<(PoolKind, vastex::Error)> {
+    pub fn give(&self, textures: &mut Textures) -> Vec<(PoolKind, vastex::Error)> {
         let mut refused = Vec::new();
         if self.sizes.is_empty() && self.rules.is_empty() {
             return refused;
         }
         // One that is not there yet comes with another file.
-        for (pool, kind) in kinds_of(textures) {
+        for (pool, kind) in pool_kinds(textures) {
             if let Some(rule) = self.rules.get(&kind) {
                 drop(textures.memory().set_bias_rule(pool, *rule));
             }
@@ -78,9 +79,9 @@ mod tests {
     use std::sync::Arc;
 
     use vastex::{ImageSource, Settings, TextureId};
-    use vastex_scenes::headless_gpu;
 
     use super::*;
+    use crate::gpu::Gpu;
 
     const MIB: u64 = 1 << 20;
 
@@ -102,13 +103,13 @@ mod tests {
     /// Where the grey pool was the second one it may be the first one later, and the other way round.
     #[test]
     fn a_size_that_was_chosen_goes_to_the_same_kind_of_pool_whatever_its_number() {
-        let gpu = headless_gpu().unwrap();
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let made = || Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
         let mut before = made();
         let (first, second) = (coloured(&mut before), grey(&mut before));
         let pool = |texture| before.texture(texture).unwrap().pool().unwrap();
         assert_ne!(pool(first), pool(second));
-        let kinds = kinds_of(&before);
+        let kinds = pool_kinds(&before);
         assert_eq!(kinds.len(), 2, "{kinds:?}");
         let kind = kinds[&pool(second)].clone();
         assert!(kind.ends_with(" r16"), "{kind}");
@@ -137,11 +138,11 @@ mod tests {
 
     #[test]
     fn a_pool_that_cannot_be_so_large_is_named() {
-        let gpu = headless_gpu().unwrap();
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let mut textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
         let texture = grey(&mut textures);
         let before = bytes_of(&textures, texture);
-        let kind = kinds_of(&textures).into_values().next().unwrap();
+        let kind = pool_kinds(&textures).into_values().next().unwrap();
         let chosen = ChosenPools { sizes: [(kind.clone(), 1)].into(), ..ChosenPools::default() };
         let refused = chosen.give(&mut textures);
         assert!(matches!(&refused[..], [(of, _)] if *of == kind), "{refused:?}");

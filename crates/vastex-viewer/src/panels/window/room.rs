@@ -2,7 +2,7 @@
 //! shows the one that was asked for last, and the other one again once it is wider or that one is hidden. One
 //! in which either would leave too little of the picture shows the picture, until one of them is asked for.
 
-use vastex_viewer::hud::Hud;
+use crate::hud::Hud;
 
 /// Points that the panel is wide.
 pub(super) const PANEL_WIDTH: f32 = 320.0;

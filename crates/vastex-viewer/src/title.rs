@@ -1,60 +1,64 @@
 //! The title of the window: what is shown and how large, and for some seconds what there is to say to a
 //! person.
 //!
-//! It is told what happens and says when the title changes; the window is its owner's.
+//! It is told what happens and says when the title changes; the window is its owner's. Times are told from
+//! when the host began.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use vastex::diagnostics::FrameStats;
-use vastex_viewer::inspect::InspectedTexel;
+
+use crate::inspect::InspectedTexel;
 
 /// Between two titles.
 const EVERY: Duration = Duration::from_millis(250);
 /// As long a notice stays.
 const NOTICE: Duration = Duration::from_secs(6);
 
-/// What the title is made of.
-pub(super) struct TitleParts<'a> {
+/// What the title of a window is made of.
+pub struct TitleParts<'a> {
     /// Name of the source.
-    pub(super) name: &'a str,
+    pub name: &'a str,
     /// What is seen of it, if anything is.
-    pub(super) image: Option<TitleImage>,
+    pub image: Option<TitleImage>,
     /// What lies below the pointer.
-    pub(super) texel: Option<&'a InspectedTexel>,
+    pub texel: Option<&'a InspectedTexel>,
     /// Name of the overlay, if one is drawn.
-    pub(super) overlay: Option<&'static str>,
-    pub(super) stats: &'a FrameStats,
-    pub(super) is_settled: bool,
+    pub overlay: Option<&'static str>,
+    /// What the last frame did.
+    pub stats: &'a FrameStats,
+    /// True if the picture stays as it is.
+    pub is_settled: bool,
     /// How much is done of a source that is being opened, 0 to 1.
-    pub(super) opening: Option<f64>,
+    pub opening: Option<f64>,
 }
 
 /// What is seen of a source.
 #[derive(Clone, Copy)]
-pub(super) struct TitleImage {
+pub struct TitleImage {
     /// Width and height of the image in texels.
-    pub(super) size: [u32; 2],
+    pub size: [u32; 2],
     /// Name of the scene, or how large its texels are where all are alike.
-    pub(super) scene: Scale,
-    /// What is wrong with it: it is reduced, or incomplete.
-    pub(super) lack: Option<&'static str>,
+    pub scene: Scale,
+    /// What the picture lacks: it is reduced, or incomplete.
+    pub lack: Option<&'static str>,
 }
 
 /// How large the image is seen.
 #[derive(Clone, Copy)]
-pub(super) enum Scale {
+pub enum Scale {
     /// Pixels per texel.
     Even(f64),
-    /// It lies on this.
+    /// The image lies on a scene of this name.
     On(&'static str),
 }
 
 /// What the title of the window says, and for how long.
 #[derive(Default)]
-pub(super) struct Title {
+pub struct Title {
     text: String,
-    changed_at: Option<Instant>,
-    notice: Option<(String, Instant)>,
+    changed_at: Option<Duration>,
+    notice: Option<(String, Duration)>,
     /// True until the title has said the notice.
     is_news: bool,
     /// Frames that followed another without a pause since the rate was worked out, and the time that they
@@ -66,34 +70,34 @@ pub(super) struct Title {
 
 impl Title {
     /// Says something to the person at the window.
-    pub(super) fn notify(&mut self, notice: String, now: Instant) {
+    pub fn notify(&mut self, notice: String, now: Duration) {
         (self.notice, self.is_news) = (Some((notice, now + NOTICE)), true);
     }
 
     /// What was said is about something else.
-    pub(super) fn forget_notice(&mut self) {
+    pub fn forget_notice(&mut self) {
         self.notice = None;
     }
 
     /// Forgets what was said long enough.
-    pub(super) fn expire(&mut self, now: Instant) {
+    pub fn expire(&mut self, now: Duration) {
         if self.notice.as_ref().is_some_and(|(_, until)| now >= *until) {
             self.notice = None;
         }
     }
 
     /// What there is to say to the person at the window.
-    pub(super) fn notice(&self) -> Option<&str> {
+    pub fn notice(&self) -> Option<&str> {
         self.notice.as_ref().map(|(notice, _)| &**notice)
     }
 
     /// How long a notice stays; `None` if there is none.
-    pub(super) fn notice_left(&self, now: Instant) -> Option<Duration> {
-        self.notice.as_ref().map(|(_, until)| until.saturating_duration_since(now))
+    pub fn notice_left(&self, now: Duration) -> Option<Duration> {
+        self.notice.as_ref().map(|(_, until)| until.saturating_sub(now))
     }
 
     /// A frame was drawn so long after the last one, between which nobody slept.
-    pub(super) fn count_frame(&mut self, since_last: Duration) {
+    pub fn count_frame(&mut self, since_last: Duration) {
         self.frames += 1;
         self.busy += since_last;
         if self.busy >= EVERY {
@@ -103,11 +107,11 @@ impl Title {
     }
 
     /// The title if it should change now.
-    pub(super) fn due(&mut self, now: Instant, shown: &TitleParts<'_>) -> Option<&str> {
+    pub fn due(&mut self, now: Duration, shown: &TitleParts<'_>) -> Option<&str> {
         self.expire(now);
         let notice = self.notice.as_ref().map_or_else(String::new, |(notice, _)| format!(" – {notice}"));
         let text = [shown.name, &notice, &self.usual(shown)].concat();
-        let is_early = self.changed_at.is_some_and(|changed| now.duration_since(changed) < EVERY);
+        let is_early = self.changed_at.is_some_and(|changed| now.saturating_sub(changed) < EVERY);
         let is_news = std::mem::take(&mut self.is_news) && self.notice.is_some();
         // The last title before a pause is right.
         if text == self.text || is_early && !shown.is_settled && !is_news {
@@ -178,7 +182,7 @@ mod tests {
 
     #[test]
     fn the_title_says_what_is_shown_and_how_large() {
-        let (mut title, now, stats) = (Title::default(), Instant::now(), missing(0));
+        let (mut title, now, stats) = (Title::default(), Duration::from_secs(5), missing(0));
         let mut text = |shown: &TitleParts<'_>| title.due(now, shown).map(str::to_owned);
         assert_eq!(text(&shown(&stats, Scale::Even(0.12))).unwrap(), "earth.vastex – 12 % – 10800×5400");
         assert_eq!(text(&shown(&stats, Scale::Even(0.12))), None, "it is there already");
@@ -200,7 +204,7 @@ mod tests {
 
     #[test]
     fn the_title_changes_four_times_a_second_and_when_the_view_settles() {
-        let (mut title, begin) = (Title::default(), Instant::now());
+        let (mut title, begin) = (Title::default(), Duration::from_secs(5));
         let at = |ms: u64| begin + Duration::from_millis(ms);
         let (loading, done) = (missing(3), missing(0));
         let moving = |stats, percent| TitleParts {
@@ -216,7 +220,7 @@ mod tests {
 
     #[test]
     fn a_notice_stays_for_some_seconds() {
-        let (mut title, begin, stats) = (Title::default(), Instant::now(), missing(0));
+        let (mut title, begin, stats) = (Title::default(), Duration::from_secs(5), missing(0));
         let usual = shown(&stats, Scale::On("globe"));
         assert!(title.due(begin, &usual).is_some());
         title.notify("a terrain needs heights".into(), begin);

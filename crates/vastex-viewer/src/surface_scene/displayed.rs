@@ -1,61 +1,60 @@
-//! One source in the window: its texture and those that lie over it, the scene that they are on, and the
+//! One source in a window: its texture and those that lie over it, the scene that they are on, and the
 //! overlay in the place of the picture, if any. When it is displayed is `display`'s business.
 
 mod blueprint;
 
 use std::sync::Arc;
 
-use anyhow::Result;
-#[cfg(feature = "build")]
-use vastex::Region;
-use vastex::{Filter, TextureId, Textures, TileSource};
-use vastex_scenes::{
-    DisplayOptions, Gpu, Heights, Overlay, OverlayRenderer, Relief, Scene, SceneDesc, SceneRenderer,
-    ShownLayer,
+use vastex::{Filter, Region, TextureId, Textures, TileSource};
+
+use super::picture_format::{PictureFormat, PictureFormats};
+use super::source::{DisplayError, Growth, PreparedSource};
+use crate::gpu::Gpu;
+use crate::layers::{CompareMode, ShownLayer};
+use crate::overlay::{Overlay, OverlayRenderer};
+use crate::panels::FileAbout;
+use crate::scene::Scene;
+use crate::surface::{
+    DescribeError, DisplayOptions, Heights, Relief, SceneDesc, SceneRenderer, shows_large_texels,
 };
-use vastex_viewer::layers::CompareMode;
+pub use blueprint::Blueprint;
 
-use super::opening::{Growth, PreparedSource};
-use super::surface::{Surface, SurfaceFormat};
-use crate::open::FileAbout;
-use crate::screenshot::CRISP;
-pub(super) use blueprint::Blueprint;
-
-/// What all sources are shown with.
+/// What the sources of a window are shown with.
 #[derive(Clone, Debug)]
-pub(super) struct DisplaySettings {
-    pub(super) scene: Scene,
-    pub(super) options: DisplayOptions,
-    pub(super) overlay: Option<Overlay>,
+pub struct DisplaySettings {
+    /// The scene that sources are on.
+    pub scene: Scene,
+    /// The layers of sources, and how these are shown.
+    pub options: DisplayOptions,
+    /// What is drawn in the place of the picture, if anything.
+    pub overlay: Option<Overlay>,
     /// True if large texels are shown as they are, where no filter is asked for.
-    pub(super) may_be_crisp: bool,
+    pub may_be_crisp: bool,
     /// True if black and white of layers are nobody's choice, and so those of their values at first.
-    pub(super) range_is_free: bool,
+    pub range_is_free: bool,
 }
 
-/// Pixels a texel below which texels that are shown as they are are blended again: between this and [`CRISP`]
-/// nothing changes, so that nothing flickers.
-const BLENDED: f64 = 3.5;
-
-/// A source that is displayed, or will be.
-pub(super) struct Displayed {
-    pub(super) texture: TextureId,
+/// A source that is displayed, or will be, with those that lie over it.
+pub struct Displayed {
+    texture: TextureId,
     /// What lies over it, the lowest first.
     over: Vec<TextureId>,
     /// Where the tiles of each texture come from.
     sources: Vec<Arc<dyn TileSource>>,
-    pub(super) renderer: SceneRenderer,
+    /// What draws it.
+    pub renderer: SceneRenderer,
     /// What is drawn in the place of the picture, if anything.
-    pub(super) overlay: Option<OverlayRenderer>,
+    pub overlay: Option<OverlayRenderer>,
     /// Name of the source, for the title.
-    pub(super) name: String,
-    /// Columns and rows of the image, and those that the texture has of it.
-    pub(super) size: [u32; 2],
-    pub(super) texels: [u32; 2],
-    /// What its file says beside its texels.
-    pub(super) about: FileAbout,
-    /// What the surface of the window has to be for it.
-    pub(super) format: SurfaceFormat,
+    pub name: String,
+    /// Columns and rows of the image.
+    pub size: [u32; 2],
+    /// The columns and rows that the texture has of the image.
+    pub texels: [u32; 2],
+    /// What the file of the source says beside its texels.
+    pub about: FileAbout,
+    /// What the pictures of the window have to be for it.
+    pub format: PictureFormat,
     /// The heights of the texture, once a scene has needed them, and by what they were looked for.
     relief: Option<Relief>,
     heights: Heights,
@@ -71,22 +70,22 @@ pub(super) struct Displayed {
 impl Displayed {
     /// Adds a source to the textures and sets its scene up; as an image where it cannot go on the scene that
     /// is asked for and `may_be_image`. Of what fails nothing stays.
-    pub(super) fn new(
+    pub fn new(
         gpu: &Gpu,
         textures: &mut Textures,
-        surface: &Surface,
+        formats: &PictureFormats,
         settings: &DisplaySettings,
         may_be_image: bool,
         (name, source): (&str, PreparedSource),
-    ) -> Result<Displayed> {
+    ) -> Result<Displayed, DisplayError> {
         let PreparedSource { prepared, tiles, size, about, growth } = source;
         let texture = textures.add(prepared).map_err(|refused| refused.error)?;
         let is_generated = about.is_generated;
         let drawn = (texture, is_generated);
-        let mut made = Displayed::of_texture(gpu, textures, surface, settings, drawn);
+        let mut made = Displayed::of_texture(gpu, textures, formats, settings, drawn);
         if made.is_err() && may_be_image && settings.scene != Scene::Image {
             let settings = DisplaySettings { scene: Scene::Image, ..settings.clone() };
-            made = Displayed::of_texture(gpu, textures, surface, &settings, drawn);
+            made = Displayed::of_texture(gpu, textures, formats, &settings, drawn);
         }
         let (renderer, relief, format) = match made {
             Ok(made) => made,
@@ -122,24 +121,24 @@ impl Displayed {
     fn of_texture(
         gpu: &Gpu,
         textures: &mut Textures,
-        surface: &Surface,
+        formats: &PictureFormats,
         settings: &DisplaySettings,
         (texture, is_generated): (TextureId, bool),
-    ) -> Result<(SceneRenderer, Option<Relief>, SurfaceFormat)> {
+    ) -> Result<(SceneRenderer, Option<Relief>, PictureFormat), DisplayError> {
         let mut relief = None;
         let drawn = described(settings, (false, is_generated), textures, &[texture], &mut relief)?;
-        let format = surface.format_for(&drawn.layers);
+        let format = formats.for_layers(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
     }
 
     /// Puts the texture on something else. It may not go there: a terrain needs heights.
-    pub(super) fn put_on(
+    pub fn put_on(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         settings: &DisplaySettings,
-    ) -> Result<()> {
+    ) -> Result<(), DisplayError> {
         let shown = self.textures();
         // Large texels are those of an image: elsewhere the next frame would make all of it anew, blended.
         self.is_crisp &= settings.scene == Scene::Image;
@@ -161,14 +160,15 @@ impl Displayed {
     /// Displays other layers of the texture, or the same ones otherwise. Where the same layers differ in
     /// colours, visibility or opacity alone, nothing is compiled; but a single opaque layer has pipelines of
     /// its own.
-    pub(super) fn show_layers(
+    pub fn show_layers(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         settings: &DisplaySettings,
-    ) -> Result<()> {
+    ) -> Result<(), DisplayError> {
         let asked = shown_layers(&settings.options, self.is_crisp, textures, &self.textures())?;
-        let parts = settings.options.planet_layers(self.renderer.scene(), textures, &self.textures())?;
+        let parts = settings.options.planet_layers(self.renderer.scene(), textures, &self.textures());
+        let parts = parts.map_err(DescribeError::from)?;
         let asked: Vec<ShownLayer> = asked.into_iter().chain(parts.night).chain(parts.clouds).collect();
         let mut layers = self.renderer.layers().clone();
         let is_single =
@@ -183,7 +183,7 @@ impl Displayed {
             return self.put_on(gpu, textures, settings);
         }
         for (n, shown) in asked.into_iter().enumerate() {
-            layers.set(textures, n, shown)?;
+            layers.set(textures, n, shown).map_err(DescribeError::from)?;
         }
         let before = self.renderer.layer();
         self.renderer.set_layers(&gpu.queue, textures, &layers);
@@ -193,19 +193,20 @@ impl Displayed {
         Ok(())
     }
 
-    /// The texture of the source and those over it, as [`vastex_scenes::LayerOptions::texture`] counts them.
-    pub(super) fn textures(&self) -> Vec<TextureId> {
+    /// The texture of the source and those over it, in the order in which [`crate::LayerOptions::texture`]
+    /// counts them.
+    pub fn textures(&self) -> Vec<TextureId> {
         std::iter::once(self.texture).chain(self.over.iter().copied()).collect()
     }
 
     /// Lays another source over it, of which `settings` say what is shown. Of what fails nothing stays.
-    pub(super) fn lay_over(
+    pub fn lay_over(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         settings: &DisplaySettings,
         (name, source): (&str, PreparedSource),
-    ) -> Result<()> {
+    ) -> Result<(), DisplayError> {
         let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
         textures.texture_mut(texture)?.set_name(name);
         self.over.push(texture);
@@ -226,7 +227,7 @@ impl Displayed {
     }
 
     /// Compares the uppermost layer with those beneath it from the next frame on.
-    pub(super) fn compare(&mut self, gpu: &Gpu, textures: &Textures, mode: CompareMode) {
+    pub fn compare(&mut self, gpu: &Gpu, textures: &Textures, mode: CompareMode) {
         if self.renderer.layers().compare_mode() != mode {
             let mut layers = self.renderer.layers().clone();
             layers.compare(mode);
@@ -235,18 +236,15 @@ impl Displayed {
     }
 
     /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
-    pub(super) fn follow(
+    pub fn follow(
         &mut self,
         gpu: &Gpu,
         textures: &mut Textures,
         settings: &DisplaySettings,
         magnification: Option<f64>,
-    ) -> Result<()> {
-        let is_crisp = match magnification.filter(|_| settings.may_be_crisp) {
-            Some(scale) if scale >= CRISP => true,
-            Some(scale) if scale > BLENDED => self.is_crisp,
-            _ => false,
-        };
+    ) -> Result<(), DisplayError> {
+        let magnification = magnification.filter(|_| settings.may_be_crisp);
+        let is_crisp = magnification.is_some_and(|scale| shows_large_texels(scale, self.is_crisp));
         if is_crisp == std::mem::replace(&mut self.is_crisp, is_crisp) {
             return Ok(());
         }
@@ -255,19 +253,19 @@ impl Displayed {
     }
 
     /// Draws an overlay in the place of the picture, or the picture.
-    pub(super) fn draw_overlay(&mut self, gpu: &Gpu, textures: &Textures, overlay: Option<Overlay>) {
+    pub fn draw_overlay(&mut self, gpu: &Gpu, textures: &Textures, overlay: Option<Overlay>) {
         self.overlay = overlay
             .and_then(|overlay| OverlayRenderer::new(&gpu.device, textures, &self.renderer, overlay).ok());
     }
 
-    /// The same on another device, on which the textures are already.
-    pub(super) fn restored(
+    /// This source on another device, on which the textures are already.
+    pub fn restored(
         self,
         gpu: &Gpu,
         textures: &Textures,
-        surface: &Surface,
+        formats: &PictureFormats,
         settings: &DisplaySettings,
-    ) -> Result<Displayed> {
+    ) -> Result<Displayed, DisplayError> {
         let Displayed { renderer, relief, overlay, .. } = self;
         let is_overlaid = overlay.is_some();
         let drawn = SceneDesc {
@@ -279,7 +277,7 @@ impl Displayed {
             light: settings.options.planet.light,
         };
         drop((renderer, overlay));
-        let format = surface.format_for(&drawn.layers);
+        let format = formats.for_layers(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         let mut restored = Displayed { renderer, relief, format, overlay: None, ..self };
         restored.draw_overlay(gpu, textures, settings.overlay.filter(|_| is_overlaid));
@@ -288,13 +286,11 @@ impl Displayed {
 
     /// Has the rows drawn that have come of a growing preview since the last time. Returns true if there are
     /// any.
-    #[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing grows"))]
-    pub(super) fn catch_up(&mut self, textures: &mut Textures) -> Result<bool> {
+    pub fn catch_up(&mut self, textures: &mut Textures) -> Result<bool, DisplayError> {
         match &self.growth {
             Growth::Whole => Ok(false),
-            #[cfg(feature = "build")]
-            Growth::Rows(picture) => {
-                let rows = picture.rows();
+            Growth::Rows(rows) => {
+                let rows = rows();
                 let seen = std::mem::replace(&mut self.rows_seen, rows);
                 if rows > seen {
                     textures.texture_mut(self.texture)?.invalidate(&Region::image(0..u32::MAX, seen..rows));
@@ -304,18 +300,18 @@ impl Displayed {
         }
     }
 
-    /// Returns true if all of its rows are there.
-    pub(super) fn is_whole(&self) -> bool {
+    /// Returns true if all rows of the source are there.
+    pub fn is_whole(&self) -> bool {
         matches!(self.growth, Growth::Whole)
     }
 
-    /// The share of its rows that has been looked at: all but of a preview that grows.
-    pub(super) fn rows_there(&self) -> f64 {
+    /// The share of the source's rows that has been looked at, 0 to 1: all but of a preview that grows.
+    pub fn rows_there(&self) -> f64 {
         if self.is_whole() { 1.0 } else { f64::from(self.rows_seen) / f64::from(self.texels[1].max(1)) }
     }
 
     /// Takes the source out of the textures.
-    pub(super) fn remove(self, textures: &mut Textures) {
+    pub fn remove(self, textures: &mut Textures) {
         self.renderer.layers().clone().remove(textures);
         for texture in self.textures() {
             textures.remove(texture);
@@ -329,7 +325,7 @@ fn shown_layers(
     is_crisp: bool,
     textures: &Textures,
     shown: &[TextureId],
-) -> Result<Vec<ShownLayer>> {
+) -> Result<Vec<ShownLayer>, DescribeError> {
     let mut layers = options.layers_of(textures, shown)?;
     for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
         layer.filter = Some(Filter::Nearest);
@@ -345,7 +341,7 @@ fn described(
     textures: &mut Textures,
     shown: &[TextureId],
     known: &mut Option<Relief>,
-) -> Result<SceneDesc> {
+) -> Result<SceneDesc, DescribeError> {
     let layers = shown_layers(options, is_crisp, textures, shown)?;
     // Those of a file of their own may have come since, and what is shown where there are none may be another
     // layer.

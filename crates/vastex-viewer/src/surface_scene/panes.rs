@@ -3,21 +3,20 @@
 
 use std::sync::Arc;
 
-use anyhow::Result;
 use glam::DVec2;
-use vastex_scenes::Pose;
-use vastex_viewer::PicturePart;
-use vastex_viewer::input::InputEvent;
-use vastex_viewer::inspect;
-use vastex_viewer::layers::CompareMode;
-use vastex_viewer::panels::{Panes, Shapes, free_in_panes};
 
-use super::Viewer;
+use super::SurfaceScene;
+use crate::camera::Pose;
+use crate::input::InputEvent;
+use crate::inspect;
+use crate::layers::CompareMode;
+use crate::panels::{Panes, Shapes, free_in_panes};
+use crate::picture::PicturePart;
 
-impl Viewer {
+impl SurfaceScene {
     /// How the picture is divided.
     pub(super) fn panes(&self) -> Panes {
-        let [width, _] = self.surface.size();
+        let [width, _] = self.size;
         let layers = self.display.displayed().map(|source| source.renderer.layers());
         let count = layers.map_or(1, |layers| layers.panes());
         let [width, _] = layers.map_or([width, 1], |layers| layers.pane_size([width, 1]));
@@ -25,24 +24,19 @@ impl Viewer {
     }
 
     /// Width and height of what a camera sees in pixels: of a pane, where layers are side by side.
-    pub(in super::super) fn size(&self) -> [u32; 2] {
-        [self.panes().width, self.surface.size()[1]]
-    }
-
-    /// Width and height of the window in pixels, however it is divided.
-    pub(in super::super) fn window_size(&self) -> [u32; 2] {
-        self.surface.size()
+    pub fn size(&self) -> [u32; 2] {
+        [self.panes().width, self.size[1]]
     }
 
     /// The corners of the part of what a camera sees that no panel covers, in pixels from the top left.
     pub(super) fn free(&self) -> [DVec2; 2] {
-        let [width, height] = self.surface.size();
+        let [width, height] = self.size;
         let whole = [DVec2::ZERO, DVec2::new(width.into(), height.into())];
-        free_in_panes(&self.panes(), height, self.panel.free.unwrap_or(whole))
+        free_in_panes(&self.panes(), height, self.beside.panel.free.unwrap_or(whole))
     }
 
     /// What part the picture, or a pane of it, is of what a camera sees.
-    pub(in super::super) fn view(&self) -> PicturePart {
+    pub fn view(&self) -> PicturePart {
         let size = self.size();
         let displayed = self.display.displayed();
         displayed.map_or(PicturePart::all(size), |source| source.renderer.view_in(size))
@@ -58,7 +52,7 @@ impl Viewer {
     }
 
     /// The pose in which all of the image is seen beside what covers the picture; `None` before there is one.
-    pub(in super::super) fn fitted(&self) -> Option<Pose> {
+    pub fn fitted(&self) -> Option<Pose> {
         (!self.is_empty()).then(|| Pose::fitted(self.size(), self.image_size(), self.free()))
     }
 
@@ -73,7 +67,7 @@ impl Viewer {
     }
 
     /// An event of the picture as one of the pane that it belongs to.
-    pub(in super::super) fn event_in_pane(&mut self, event: InputEvent) -> InputEvent {
+    pub fn event_in_pane(&mut self, event: InputEvent) -> InputEvent {
         match event {
             InputEvent::PointerMoved(pixel) => InputEvent::PointerMoved(self.in_pane(pixel)),
             InputEvent::Touch { finger, is_down, place } => {
@@ -94,28 +88,21 @@ impl Viewer {
     }
 
     /// Puts the layers that are seen side by side, or over one another again.
-    pub(in super::super) fn put_beside(&mut self) {
+    pub fn put_beside(&mut self) {
         let is_beside = self.settings.options.compare_mode == CompareMode::Beside;
         let mode = if is_beside { CompareMode::Off } else { CompareMode::Beside };
         if !self.can_compare() {
-            self.notify_in_title("one layer is shown; lay a file over it in the panel (M), or with --over");
+            self.beside.notify("one layer is shown; lay a file over it in the panel (M), or with --over");
             return;
         }
         self.settings.options.compare_mode = mode;
-        self.notify_in_title(if is_beside { "over one another" } else { "side by side" });
+        self.beside.notify(if is_beside { "over one another" } else { "side by side" });
         self.jumped();
     }
 
-    /// Shapes have come that lie over the source of an opening, or why there are none.
-    pub(in super::super) fn take_shapes(&mut self, opening: u64, shapes: Result<Arc<Shapes>>) {
-        match shapes {
-            Ok(shapes) => self.shapes = Some((opening, shapes)),
-            Err(error) => {
-                let message = crate::report::message(&error);
-                crate::report::say(&format!("error: {message}"));
-                self.tell("shapes", &message);
-            }
-        }
+    /// Shapes lie over the source of an opening, by its number, from the next frame on.
+    pub fn lay_shapes(&mut self, opening: u64, shapes: Arc<Shapes>) {
+        self.shapes = Some((opening, shapes));
         self.wake();
     }
 
@@ -123,7 +110,7 @@ impl Viewer {
     pub(super) fn pane_titles(&self, panes: &Panes, pose: &Pose) -> Vec<String> {
         let Some(source) = self.display.displayed().filter(|_| panes.count > 1) else { return Vec::new() };
         let pointed = self.pointer.map(|pixel| panes.within(panes.at(pixel), pixel));
-        let sizes = ([panes.width, self.surface.size()[1]], source.size);
+        let sizes = ([panes.width, self.size[1]], source.size);
         let title = |layer: vastex::LayerId| {
             let texture = self.textures.texture(layer.texture()).ok()?;
             let layers = &texture.description().layers;

@@ -2,12 +2,12 @@
 
 use egui::{ComboBox, Ui};
 
-use super::Asked;
-use crate::open::FileBands;
+use super::super::FileBands;
+use super::WindowAsked;
 
 /// Lets a person choose others, which opens them in the place of those that are shown.
-pub(super) fn bands_of_file(ui: &mut Ui, bands: &FileBands, asked: &mut Vec<Asked>) {
-    let FileBands { names, shown, .. } = bands;
+pub(super) fn bands_of_file(ui: &mut Ui, bands: &FileBands, asked: &mut Vec<WindowAsked>) {
+    let FileBands { file, names, shown } = bands;
     let mut chosen = shown.clone();
     ui.horizontal_wrapped(|ui| {
         ui.label(format!("{} bands", names.len()));
@@ -33,6 +33,6 @@ pub(super) fn bands_of_file(ui: &mut Ui, bands: &FileBands, asked: &mut Vec<Aske
         });
     }
     if chosen != *shown {
-        asked.push(Asked::Open(bands.path_of(&chosen)));
+        asked.push(WindowAsked::OpenBands(file.clone(), chosen));
     }
 }

@@ -1,0 +1,108 @@
+//! What of a window is as it was when it was closed last, and what of it another device or another file has
+//! to have again; and textures that take the place of others.
+
+use vastex::{Region, Textures};
+
+use super::SurfaceScene;
+use super::displayed::{Blueprint, DisplaySettings, Displayed};
+use super::source::DisplayError;
+use crate::hud::ChosenPools;
+use crate::remembered::Remembered;
+
+impl SurfaceScene {
+    /// Shows what stands beside the picture as it was when the window was closed last.
+    pub fn show_as_before(&mut self, before: &Remembered) {
+        self.beside.panel.show_as_before(before);
+        self.beside.hud.show_as_before(before.hud_is_shown);
+    }
+
+    /// A window with what is shown beside the picture now, and what was chosen there.
+    pub fn remembered(&self, window: &Remembered) -> Remembered {
+        let panel = &self.beside.panel;
+        Remembered {
+            panel_is_open: panel.is_open(),
+            guides_are_hidden: !panel.guides_are_shown(),
+            values_are_hidden: !panel.values_are_shown(),
+            hud_is_shown: self.beside.hud.is_shown(),
+            ground: panel.ground,
+            ..self.chosen.remembered(window)
+        }
+    }
+
+    /// Pools have the sizes and rules again that a person chose.
+    pub(super) fn change_pools_again(&mut self) {
+        for (kind, error) in self.chosen.pools().give(&mut self.textures) {
+            // It is said once.
+            self.chosen.give_size_up(&kind);
+            self.notify(&format!("a pool of {kind} keeps its size: {error}"));
+        }
+    }
+
+    /// What was chosen of pools, for textures that take the place of these.
+    pub fn chosen_pools(&self) -> &ChosenPools {
+        self.chosen.pools()
+    }
+
+    /// What is displayed is made of, by which the same is made in other textures; `None` if nothing is. A
+    /// source that waits behind its preview is displayed at once.
+    pub fn blueprint(&mut self) -> Option<Blueprint> {
+        self.finish_taking_over();
+        self.display.displayed().map(|displayed| displayed.blueprint(&self.textures))
+    }
+
+    /// Has other textures take the place of these from the next frame on, with what was made in them with
+    /// these settings of what is displayed. Gives them back if something else is displayed by now.
+    pub fn exchange(
+        &mut self,
+        (mut textures, mut displayed): (Textures, Option<Displayed>),
+        before: &DisplaySettings,
+    ) -> Result<bool, DisplayError> {
+        self.finish_taking_over();
+        let is_same = match (&displayed, self.display.displayed()) {
+            (Some(made), Some(displayed)) => made.is_of(displayed),
+            (None, None) => true,
+            _ => false,
+        };
+        if !is_same {
+            return Ok(false);
+        }
+        if let Some(displayed) = &mut displayed {
+            displayed.become_like(&self.gpu, &mut textures, before, &self.settings)?;
+            displayed.catch_up(&mut textures)?;
+        }
+        let of_window = self.textures.inspect().settings();
+        let (uploads, in_flight) = (of_window.upload_bytes_per_frame, of_window.in_flight_bytes);
+        textures.memory().set_budgets(uploads, in_flight);
+        let gone = displayed.and_then(|displayed| self.display.exchange(displayed));
+        let before = std::mem::replace(&mut self.textures, textures);
+        // What was made for textures goes before them.
+        drop((gone, before));
+        self.beside.hud.forget_textures();
+        self.to_tell.clear();
+        (self.values, self.beside.shortage_is_told) = (None, false);
+        self.minimaps.clear();
+        self.change_pools_again();
+        if self.textures.inspect().settings().picture != self.size {
+            self.fit_pools();
+        }
+        self.beside.messages.forget("feedback");
+        self.wanted_feedback = None;
+        let mode = self.textures.inspect().feedback_mode();
+        self.chosen.set_feedback(mode);
+        self.beside.notify(&format!("feedback: {}", mode.name()));
+        self.wake();
+        self.beside.refresh();
+        Ok(true)
+    }
+
+    /// Reads all of what is displayed again, since its file is another than it was.
+    pub fn read_again(&mut self) -> Result<(), vastex::Error> {
+        let shown = [self.display.displayed(), self.display.next()];
+        let textures: Vec<_> = shown.into_iter().flatten().flat_map(Displayed::textures).collect();
+        for texture in textures {
+            self.textures.texture_mut(texture)?.invalidate(&Region::whole());
+        }
+        self.wake();
+        Ok(())
+    }
+}

@@ -1,0 +1,174 @@
+//! A scene in a window without a window: sources come, frames are drawn, panels run, and at rest none is due.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use egui::{Context, Pos2, RawInput, Rect};
+use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource};
+use vastex_viewer::hud::Chosen;
+use vastex_viewer::panels::{FileAbout, PanelPainter};
+use vastex_viewer::stage::{Canvas, TextureRead};
+use vastex_viewer::surface_scene::{
+    DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene, Wake,
+};
+use vastex_viewer::{DisplayOptions, Gpu, Pose, Scene};
+
+/// Pixels of the window, and points as well.
+const SIZE: [u32; 2] = [128, 96];
+/// Columns and rows of the image.
+const IMAGE: [u32; 2] = [640, 480];
+/// From frame to frame.
+const STEP: u64 = 16;
+
+struct Window {
+    gpu: Gpu,
+    scene: SurfaceScene,
+    context: Context,
+    painter: PanelPainter,
+    /// The host's clock, in milliseconds.
+    time: Arc<AtomicU64>,
+}
+
+impl Window {
+    fn new() -> Window {
+        use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let settings = Settings { fade: Duration::ZERO, ..Settings::default() };
+        let textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
+        let settings = DisplaySettings {
+            scene: Scene::Image,
+            options: DisplayOptions::default(),
+            overlay: None,
+            may_be_crisp: true,
+            range_is_free: true,
+        };
+        let first = FirstDisplay { layers: Vec::new(), settings, is_asked: true };
+        let time = Arc::new(AtomicU64::new(1000));
+        let clock = {
+            let time = time.clone();
+            Arc::new(move || Duration::from_millis(time.load(Ordering::Relaxed)))
+        };
+        let scene =
+            SurfaceScene::new((gpu.clone(), textures), (formats, SIZE), first, Chosen::default(), clock);
+        Window { gpu, scene, context: Context::default(), painter: PanelPainter::default(), time }
+    }
+
+    /// An image of one colour, as a host hands it over; one that grows has so many of its rows.
+    fn source(&self, color: [u8; 3], rows: Option<Arc<AtomicU64>>) -> PreparedSource {
+        let [r, g, b] = color;
+        let pixels = [r, g, b, 255].repeat((IMAGE[0] * IMAGE[1]) as usize);
+        let image = ImageSource::new(LayerFormat::Rgba8, IMAGE, pixels, &ImageOptions::default()).unwrap();
+        let tiles: Arc<dyn TileSource> = Arc::new(image);
+        let prepared = self.scene.preparer().read_blocking(tiles.clone(), TextureSettings::default());
+        let growth = match rows {
+            None => Growth::Whole,
+            Some(rows) => Growth::Rows(Arc::new(move || rows.load(Ordering::Relaxed) as u32)),
+        };
+        PreparedSource {
+            prepared: prepared.unwrap(),
+            tiles,
+            size: IMAGE,
+            about: FileAbout::default(),
+            growth,
+        }
+    }
+
+    /// A frame as a host draws it; gives back a pixel of the picture that nothing lies over, in the middle
+    /// near the top.
+    fn frame(&mut self) -> [u8; 4] {
+        self.time.fetch_add(STEP, Ordering::Relaxed);
+        let pose = Pose::first(self.scene.settings().scene);
+        self.scene.begin_frame(pose, &mut self.painter).unwrap();
+        let format = self.scene.format().unwrap().clone();
+        let canvas = Canvas::new(&self.gpu, SIZE, format.viewed, format.kind);
+        let (context, painter) = (&self.context, &mut self.painter);
+        self.scene.show_panels(pose, (&[], &[]), |show| {
+            let size = SIZE.map(|side| side as f32);
+            let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
+            let mut output = context.run_ui(RawInput { screen_rect, ..RawInput::default() }, show);
+            painter.take(context, &mut output);
+            output.textures_delta.clear();
+        });
+        let mut encoder = self.scene.record(pose, &canvas.target(), &mut |_, _| {}).unwrap().unwrap();
+        let view = canvas.picture().create_view(&Default::default());
+        self.painter.paint(&self.gpu, &mut encoder, (&view, format.viewed), SIZE);
+        let read = TextureRead::submit(&self.gpu, encoder, canvas.picture(), 4);
+        let limit = Some(Duration::from_secs(300));
+        self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
+        self.scene.end_frame();
+        let pixels = read.take().unwrap().unwrap();
+        pixels.as_chunks::<4>().0[(10 * SIZE[0] + SIZE[0] / 2) as usize]
+    }
+
+    /// Frames until none is due at once any more. Gives back that pixel of the last one.
+    fn settle(&mut self) -> [u8; 4] {
+        for _ in 0..2000 {
+            let seen = self.frame();
+            if self.scene.next_frame(false, None, None) != Wake::Now {
+                return seen;
+            }
+        }
+        panic!("the picture does not settle");
+    }
+}
+
+#[test]
+fn a_window_shows_a_source_and_what_is_said_and_rests() {
+    let mut window = Window::new();
+    assert!(window.scene.is_empty() && window.scene.format().is_none());
+    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
+    let source = window.source([200, 100, 50], None);
+    assert_eq!(window.scene.show_source(1, "a.png", source).unwrap(), Scene::Image);
+    assert_eq!(window.scene.next_frame(false, None, None), Wake::Now);
+    assert_eq!(window.settle(), [200, 100, 50, 255]);
+    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
+    let title = window.scene.title(&window.scene.textures().stats(), Pose::first(Scene::Image));
+    assert!(title.is_some_and(|title| title.starts_with("a.png – ")));
+    // What is said is seen in the next frame and for some seconds, and said elsewhere too.
+    window.scene.notify("it is so");
+    assert_eq!(window.scene.beside.take_said(), ["a.png: it is so"]);
+    assert_eq!(window.settle(), [200, 100, 50, 255]);
+    let Wake::After(left) = window.scene.next_frame(false, None, None) else { panic!("it stays for good") };
+    assert!(left > Duration::from_secs(5));
+    window.time.fetch_add(left.as_millis() as u64 + 1, Ordering::Relaxed);
+    assert_eq!(window.scene.next_frame(false, None, None), Wake::After(Duration::ZERO));
+    window.settle();
+    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
+    // A terrain needs heights, and what goes wrong leaves all as it was.
+    assert!(window.scene.put_on(Scene::Terrain).is_err());
+    assert_eq!((window.scene.settings().scene, window.settle()), (Scene::Image, [200, 100, 50, 255]));
+    window.scene.beside.window.is_hidden = true;
+    assert_eq!(window.scene.next_frame(true, None, None), Wake::SLOWLY);
+}
+
+#[test]
+fn a_source_takes_the_place_of_its_preview_and_gives_way_to_something_else() {
+    let mut window = Window::new();
+    let rows = Arc::new(AtomicU64::new(480));
+    let preview = window.source([10, 200, 30], Some(rows.clone()));
+    window.scene.show_preview(3, "b.png", preview).unwrap();
+    window.scene.set_opening("b.png", 0.5).unwrap();
+    assert_eq!(window.settle(), [10, 200, 30, 255]);
+    assert!(!window.scene.display().is_source());
+    let source = window.source([30, 40, 220], None);
+    window.scene.show_source(3, "b.png", source).unwrap();
+    window.scene.end_opening().unwrap();
+    assert!(window.scene.display().next().is_some(), "it is asked what it wants behind its preview");
+    assert_eq!(window.frame(), [10, 200, 30, 255]);
+    assert_eq!(window.settle(), [30, 40, 220, 255]);
+    assert!(window.scene.display().is_source());
+    // Layers are displayed otherwise.
+    window.scene.expose(-1.0);
+    let [r, g, b, _] = window.settle();
+    assert!(r < 30 && g < 40 && (100..200).contains(&b), "{r}, {g}, {b}");
+    // What another opening brought is shown by the host, in its place.
+    window.scene.give_way(4, "head.zarr");
+    assert!(window.scene.format().is_none() && !window.scene.is_empty());
+    assert_eq!(window.scene.name(), "head.zarr");
+    assert_eq!(window.scene.next_frame(false, Some(Wake::SLOWLY), None), Wake::SLOWLY);
+    let source = window.source([1, 2, 3], None);
+    window.scene.show_source(5, "c.png", source).unwrap();
+    assert_eq!((window.settle(), window.scene.name()), ([1, 2, 3, 255], "c.png"));
+}
