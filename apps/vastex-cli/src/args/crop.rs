@@ -25,7 +25,8 @@ Of a volume (docs/volumes.md), --at and --size have three numbers, the output is
 is the L-th that is stored.
 
 OUT.npy is an array of shape (y, x) or (y, x, channel), little-endian. PNG holds 1 to 4 channels of 8 or 16 bits without a
-sign, .npy and .tif every kind. The output appears when it is whole. Nothing is built for it, but for the image that a planet names,
+sign, .npy and .tif every kind. Numbers of a palette, grey of 1, 2 and 4 bits and inks (CMYK) stay what they are: pictures of them
+have the palette, as many bits and, as .tif, inks, which PNG cannot hold. The output appears when it is whole. Nothing is built for it, but for the image that a planet names,
 which --cache keeps.")]
 pub(crate) struct CropArgs {
     /// The container, tile directory or image, planet:BITS[:IMAGE], or a volume

@@ -43,7 +43,8 @@ pub(super) fn fit_memory(
             "a row of its tiles is held at once; make it anew with smaller tiles, or allow more memory"
         }
         Some(_) => {
-            "convert it to a TIFF of many strips or of tiles, stored upright, which can be read by rows"
+            "convert it to a TIFF of many strips or of small tiles, stored upright, which can be read by rows, or allow \
+             more memory"
         }
     };
     Err(BuildError::Memory { path, needed, limit, remedy })

@@ -26,6 +26,7 @@ use crate::image::{InputFault, Number};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, SourceError};
 use crate::tile::{LayerFault, LayerOf};
+use shape::Shape;
 use stored::Stored;
 
 /// Bytes of the rows that are read at once, where that is at least one row.
@@ -35,10 +36,13 @@ const BAND_BYTES: u64 = 32 << 20;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CropFormat {
     /// NumPy's: every kind of number. The shape is (y, x), or (y, x, channel) where there are several.
+    /// Numbers of fewer bits than a byte have a byte each.
     Npy,
-    /// PNG: 1 to 4 channels of 8 or 16 bits without a sign.
+    /// PNG: 1 to 4 channels of 8 or 16 bits without a sign, or grey of 1, 2 or 4 bits, or numbers of a
+    /// palette of up to 256 colours with that palette; no inks.
     Png,
-    /// TIFF, uncompressed strips: every kind of number; BigTIFF where it must be.
+    /// TIFF, uncompressed strips: every kind of number, and that says what they are: grey of which 0 is
+    /// white, numbers of a palette with that palette, inks; BigTIFF where it must be.
     Tiff,
 }
 
@@ -180,6 +184,11 @@ impl CropSource {
         self.stored.channels()
     }
 
+    fn shape(&self, size: [u32; 2]) -> Shape {
+        let (channels, number) = (self.channels(), self.number());
+        Shape { size, channels, number, of: self.stored.stored_as() }
+    }
+
     /// Checks that the region lies within the level, and the format can hold it. Reads nothing.
     pub fn check(&self, region: CropRegion, format: CropFormat) -> Result<(), CropError> {
         let of = self.size();
@@ -190,7 +199,7 @@ impl CropSource {
         if !fits(0) || !fits(1) {
             return Err(CropError::Region { region, level: self.level, of });
         }
-        write::check(format, self.number(), self.channels())
+        write::check(format, &self.shape(region.size))
     }
 }
 
@@ -204,12 +213,12 @@ pub fn crop(
     progress: &dyn Progress,
 ) -> Result<(), CropError> {
     source.check(region, format)?;
+    let shape = source.shape(region.size);
     let stored = &mut *source.stored;
     let [width, height] = region.size;
     let row_bytes = u64::from(width) * u64::from(stored.channels()) * stored.number().bytes() as u64;
     let most = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX).max(1);
-    let shape = shape::Shape { size: region.size, channels: stored.channels(), number: stored.number() };
-    write::write(format, shape, output, &mut |write| {
+    write::write(format, &shape, output, &mut |write| {
         let mut band = Vec::new();
         let (mut done, mut written) = (0, 0);
         while !stored.approach(region.at[1])? {

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 
 use super::CropError;
 use super::stored::Stored;
-use crate::image::{ImageHeader, Number, RowReader, open};
+use crate::image::stored_as::StoredAs;
+use crate::image::{ImageHeader, Number, RowReader, open_stored};
 
 /// Bytes of the rows that are decoded at once.
 const ROWS_BYTES: usize = 4 << 20;
@@ -13,6 +14,7 @@ const ROWS_BYTES: usize = 4 << 20;
 pub(super) struct OfRows {
     path: PathBuf,
     reader: Box<dyn RowReader>,
+    of: StoredAs,
     header: ImageHeader,
     /// The next row of the reader.
     next: u32,
@@ -26,9 +28,10 @@ impl OfRows {
                 "an image that is no pyramid has level 0 only; `vastex build` makes the others".into();
             return Err(CropError::Level { level, there });
         }
-        let reader = open(path).map_err(|fault| CropError::Input { path: path.into(), fault })?;
+        let opened = open_stored(path).map_err(|fault| CropError::Input { path: path.into(), fault })?;
+        let (reader, of) = opened;
         let header = reader.header().clone();
-        Ok(OfRows { path: path.into(), reader, header, next: 0, rows: Vec::new() })
+        Ok(OfRows { path: path.into(), reader, of, header, next: 0, rows: Vec::new() })
     }
 
     fn read_rows(&mut self, count: u32) -> Result<(), CropError> {
@@ -50,6 +53,10 @@ impl Stored for OfRows {
 
     fn channels(&self) -> u16 {
         self.header.format.channels().into()
+    }
+
+    fn stored_as(&self) -> StoredAs {
+        self.of.clone()
     }
 
     fn rows_together(&self, _: u32) -> u32 {

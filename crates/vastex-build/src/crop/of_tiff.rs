@@ -5,12 +5,19 @@ use std::path::{Path, PathBuf};
 use super::CropError;
 use super::stored::{Stored, copy, parts, up_to_next};
 use crate::image::Number;
+use crate::image::stored_as::StoredAs;
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::TiffPyramid;
 use crate::threads;
 
 /// Bytes of decoded tiles that are held at once, where that is at least one tile.
 const TILES_BYTES: u64 = 64 << 20;
+
+/// Bytes of a strip or tile, decoded, of which those of a region are held.
+const MOST_CHUNK_BYTES: u64 = 256 << 20;
+/// A container has what is shown, and where that is something else than what is stored, another file helps.
+const REMEDY: &str = "convert it to a TIFF of tiles, which keeps what is stored; a container of \
+                      it (`vastex build FILE -o FILE.vastex`) has regions of what is shown";
 
 pub(super) struct OfTiff {
     path: PathBuf,
@@ -29,6 +36,8 @@ impl OfTiff {
         let image = pyramid.levels.into_iter().nth(level as usize).flatten();
         let there = || format!("the file stores {}", stored.join(", "));
         let image = image.ok_or_else(|| CropError::Level { level, there: there() })?;
+        let checked = image.check_chunk(MOST_CHUNK_BYTES, REMEDY);
+        checked.map_err(|fault| CropError::Input { path: path.into(), fault })?;
         Ok(OfTiff { path: path.into(), image })
     }
 }
@@ -44,6 +53,13 @@ impl Stored for OfTiff {
 
     fn channels(&self) -> u16 {
         self.image.asked_bands().map_or(self.image.samples, |bands| bands.len() as u16)
+    }
+
+    fn stored_as(&self) -> StoredAs {
+        match self.image.asked_bands() {
+            Some(_) => StoredAs::ByCount,
+            None => self.image.stored_as(),
+        }
     }
 
     fn rows_together(&self, row: u32) -> u32 {

@@ -2,6 +2,7 @@
 
 use super::CropError;
 use crate::image::Number;
+use crate::image::stored_as::StoredAs;
 
 /// One level of something, as it is stored.
 pub(super) trait Stored {
@@ -13,6 +14,11 @@ pub(super) trait Stored {
 
     /// Numbers of a texel, at least 1.
     fn channels(&self) -> u16;
+
+    /// What the numbers of a texel stand for.
+    fn stored_as(&self) -> StoredAs {
+        StoredAs::ByCount
+    }
 
     /// Rows that are read together without decoding anything twice, from a row on, at least 1.
     fn rows_together(&self, row: u32) -> u32;

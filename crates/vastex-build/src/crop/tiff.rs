@@ -1,6 +1,7 @@
 //! The header of a TIFF file of uncompressed strips; rows follow it as they are.
 
 use super::shape::Shape;
+use crate::image::stored_as::StoredAs;
 
 /// Bytes of a strip, where that is at least one row.
 const STRIP_BYTES: u64 = 256 << 10;
@@ -23,15 +24,22 @@ fn of_kind(shape: &Shape, is_big: bool) -> Vec<u8> {
     let rows = ((STRIP_BYTES / shape.row_bytes().max(1)) as u32).clamp(1, height);
     let strips = height.div_ceil(rows);
     let (word, entry_bytes, first, long) = if is_big { (8, 20, 16, LONG8) } else { (4, 12, 8, LONG) };
-    let (photometric, extra) = match shape.channels {
-        1 => (1, Vec::new()),
-        3 => (2, Vec::new()),
+    let beyond = |colors: u16| usize::from(shape.channels - colors);
+    let (photometric, extra) = match (&shape.of, shape.channels) {
+        (StoredAs::Grey { is_white_zero: true, .. }, 1) => (0, Vec::new()),
+        (StoredAs::Palette(_), 1) => (3, Vec::new()),
+        (StoredAs::Inks { extra }, 4..) => {
+            (5, extra.iter().copied().chain(std::iter::repeat(0)).take(beyond(4)).collect())
+        }
+        (StoredAs::InvertedInks, _) => (1, vec![0; beyond(1)]),
+        (_, 1) => (1, Vec::new()),
+        (_, 3) => (2, Vec::new()),
         // Unassociated alpha.
-        4 => (2, vec![2]),
-        n => (1, vec![0; usize::from(n) - 1]),
+        (_, 4) => (2, vec![2]),
+        _ => (1, vec![0; beyond(1)]),
     };
     let channels = usize::from(shape.channels);
-    let bits = 8 * shape.number.bytes() as u64;
+    let bits = u64::from(shape.bits());
     let lengths = (0..strips).map(|n| u64::from(rows.min(height - n * rows)) * shape.row_bytes());
     let mut entries: Vec<(u16, u16, Vec<u64>)> = vec![
         (256, LONG, vec![width.into()]),
@@ -45,6 +53,9 @@ fn of_kind(shape: &Shape, is_big: bool) -> Vec<u8> {
         (279, long, lengths.collect()),
         (284, SHORT, vec![1]),
     ];
+    if let StoredAs::Palette(palette) = &shape.of {
+        entries.push((320, SHORT, color_map(&palette.colors, 1 << bits)));
+    }
     if !extra.is_empty() {
         entries.push((338, SHORT, extra));
     }
@@ -97,6 +108,15 @@ fn of_kind(shape: &Shape, is_big: bool) -> Vec<u8> {
     out
 }
 
+/// All of red, then of green, then of blue, in 16 bits.
+fn color_map(colors: &[[u8; 3]], count: usize) -> Vec<u64> {
+    let of = |channel: usize| {
+        let values = colors.iter().map(move |color| 257 * u64::from(color[channel]));
+        values.chain(std::iter::repeat(0)).take(count)
+    };
+    (0..3).flat_map(of).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,7 +124,8 @@ mod tests {
 
     #[test]
     fn a_file_that_is_too_large_for_a_classic_one_is_big() {
-        let shape = |side| Shape { size: [side; 2], channels: 4, number: Number::F64 };
+        let of = StoredAs::default;
+        let shape = |side| Shape { size: [side; 2], channels: 4, number: Number::F64, of: of() };
         assert!(header(&shape(11_500)).starts_with(b"II\x2a\0"));
         let big = header(&shape(11_600));
         assert!(big.starts_with(b"II\x2b\0\x08\0\0\0\x10"));

@@ -28,6 +28,7 @@ mod png;
 mod positioned;
 mod quiet;
 mod raw;
+pub(crate) mod stored_as;
 #[cfg(test)]
 mod tests;
 pub(crate) mod tiff;
@@ -41,7 +42,7 @@ pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
 pub use number::Number;
-pub(crate) use open::{Opened, open_with_files};
+pub(crate) use open::{Opened, open_stored, open_with_files};
 pub use open::{files_of_image, open, open_reduced};
 pub use pixel::{PixelFormat, Sample};
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};

@@ -6,7 +6,10 @@ use vastex_tiles::raw_file;
 
 use super::fault::InputFault;
 use super::header::RowReader;
-use super::picture::{files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_picture};
+use super::picture::{
+    files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_picture, open_stored_picture,
+};
+use super::stored_as::StoredAs;
 use super::tiff::file::pyramid::{bands_in_path, image_in_file};
 use super::{grids, mosaic};
 
@@ -50,6 +53,17 @@ pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>
         return Ok(None);
     }
     open_reduced_picture(path, side)
+}
+
+/// Opens an image as [`open`] does, but that the numbers of a palette, samples of few bits and inks stay as
+/// the file stores them, and says what they are then.
+pub(crate) fn open_stored(path: &Path) -> Result<(Box<dyn RowReader>, StoredAs), InputFault> {
+    if std::fs::metadata(path).is_ok_and(|found| found.is_file())
+        && let Some(stored) = open_stored_picture(path)?
+    {
+        return Ok(stored);
+    }
+    Ok((open(path)?, StoredAs::ByCount))
 }
 
 /// Opens an image as [`open`] does, and says which files it is made of.

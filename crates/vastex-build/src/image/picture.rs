@@ -9,6 +9,7 @@ use vastex_tiles::{raw_description, raw_file};
 use super::fault::InputFault;
 use super::file::open_file;
 use super::header::RowReader;
+use super::stored_as::StoredAs;
 use super::{exr, jpeg, oriented, png, raw, tiff};
 
 /// Opens an image by its first bytes, or a raw one by the description beside it.
@@ -54,6 +55,28 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
         _ => None,
     };
     Ok(reduced.map(oriented::upright))
+}
+
+/// Opens an image whose samples are something else as they are stored than as they are shown, and turns it
+/// upright, with what they are; `None` of other images.
+pub(super) fn open_stored_picture(path: &Path) -> Result<Option<(Box<dyn RowReader>, StoredAs)>, InputFault> {
+    if raw_file(path).is_some() {
+        return Ok(None);
+    }
+    let mut file = open_file(path)?;
+    let mut magic = Vec::with_capacity(4);
+    (&mut file).take(4).read_to_end(&mut magic)?;
+    file.seek(io::SeekFrom::Start(0))?;
+    let found: Option<(Box<dyn RowReader>, StoredAs)> = match magic.as_slice() {
+        [0xff, 0xd8, 0xff, ..] => {
+            jpeg::JpegReader::new(file)?.of_inks().map(|(reader, of)| (Box::new(reader) as _, of))
+        }
+        [0x89, b'P', b'N', b'G'] => {
+            png::PngReader::as_stored(file)?.map(|(reader, of)| (Box::new(reader) as _, of))
+        }
+        _ => None,
+    };
+    Ok(found.map(|(reader, of)| (oriented::upright(reader), of)))
 }
 
 /// Opens bands of a TIFF file, as in `5,4,3`, and turns them upright.

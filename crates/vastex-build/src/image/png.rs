@@ -1,7 +1,8 @@
 //! PNG of every colour type and depth, by rows; interlaced files through the whole image, and a first picture
 //! of them through their first pass.
 //!
-//! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha.
+//! Palettes and samples of fewer than 8 bits are expanded, transparent colours become alpha; but who wants
+//! them as they are stored gets the numbers and the palette ([`PngReader::as_stored`]).
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -10,6 +11,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Tra
 
 use super::exif;
 use super::file::buffered;
+use super::stored_as::{Palette, StoredAs, unpacked};
 use crate::image::fault::near_row;
 use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
 
@@ -39,19 +41,46 @@ pub(super) struct PngReader {
     interlaced: bool,
     /// True if the rows are those of the first pass alone.
     is_first_pass: bool,
+    /// Where samples of fewer bits than a byte are handed out as they are stored: their bits, and a row of
+    /// them.
+    packed: Option<(u8, Vec<u8>)>,
     /// All rows of an interlaced image, once the first is asked for.
     image: Vec<u8>,
     next_row: u32,
 }
 
 impl PngReader {
-    pub(super) fn new(mut file: File) -> Result<PngReader, InputFault> {
+    pub(super) fn new(file: File) -> Result<PngReader, InputFault> {
+        PngReader::open(file, Transformations::EXPAND)
+    }
+
+    /// An image whose samples are numbers of a palette, or have fewer bits than a byte, with those samples as
+    /// they are stored, a byte each, and what they are; `None` of other images.
+    pub(super) fn as_stored(file: File) -> Result<Option<(PngReader, StoredAs)>, InputFault> {
+        let mut reader = PngReader::open(file, Transformations::IDENTITY)?;
+        let info = reader.reader.info();
+        let bits = info.bit_depth as u8;
+        let of = match info.color_type {
+            ColorType::Indexed => {
+                let colors = info.palette.as_deref().unwrap_or_default().as_chunks().0;
+                let alphas = info.trns.as_deref().unwrap_or_default();
+                StoredAs::Palette(Palette { colors: colors.into(), alphas: alphas.into() })
+            }
+            ColorType::Grayscale if bits < 8 => StoredAs::Grey { bits, is_white_zero: false },
+            _ => return Ok(None),
+        };
+        let packed = reader.reader.output_line_size(info.width).filter(|_| bits < 8);
+        reader.packed = packed.map(|bytes| (bits, vec![0; bytes]));
+        Ok(Some((reader, of)))
+    }
+
+    fn open(mut file: File, how: Transformations) -> Result<PngReader, InputFault> {
         let width = check_size(&mut file)?;
         let has_profile = has_profile(&mut file)?;
         let limit = (u64::from(width) * TEXEL_BYTES).min(ROW_BYTES) + PROFILE_BYTES;
         let limits = Limits { bytes: usize::try_from(limit).unwrap_or(usize::MAX) };
         let mut decoder = Decoder::new_with_limits(buffered(file), limits);
-        decoder.set_transformations(Transformations::EXPAND);
+        decoder.set_transformations(how);
         decoder.set_ignore_text_chunk(true);
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
         // The decoder takes a palette for whole colours.
@@ -80,7 +109,8 @@ impl PngReader {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
         }
         let is_first_pass = false;
-        Ok(PngReader { header, reader, interlaced, is_first_pass, image: Vec::new(), next_row: 0 })
+        let (packed, image) = (None, Vec::new());
+        Ok(PngReader { header, reader, interlaced, is_first_pass, packed, image, next_row: 0 })
     }
 
     /// The first pass of an interlaced image, which has one of 64 texels and comes first in the file, if its
@@ -102,7 +132,15 @@ impl PngReader {
             let len =
                 usize::try_from(self.header.image_bytes()).map_err(|_| DecodingError::LimitsExceeded)?;
             self.image = vec![0; len];
-            self.reader.next_frame(&mut self.image)?;
+            match &self.packed {
+                None => drop(self.reader.next_frame(&mut self.image)?),
+                Some((bits, row)) => {
+                    let mut stored = vec![0; row.len() * self.header.height as usize];
+                    self.reader.next_frame(&mut stored)?;
+                    let rows = self.image.chunks_exact_mut(self.header.width as usize);
+                    rows.zip(stored.chunks_exact(row.len())).for_each(|(to, row)| unpacked(row, *bits, to));
+                }
+            }
         }
         let start = self.next_row as usize * self.header.row_bytes();
         rows.copy_from_slice(&self.image[start..start + rows.len()]);
@@ -112,7 +150,13 @@ impl PngReader {
 
     fn read_by_row(&mut self, rows: &mut [u8]) -> Result<(), DecodingError> {
         for row in rows.chunks_exact_mut(self.header.row_bytes()) {
-            self.reader.read_row(row)?;
+            match &mut self.packed {
+                None => drop(self.reader.read_row(row)?),
+                Some((bits, stored)) => {
+                    self.reader.read_row(stored)?;
+                    unpacked(stored, *bits, row);
+                }
+            }
             self.next_row += 1;
         }
         Ok(())

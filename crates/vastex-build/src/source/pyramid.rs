@@ -162,7 +162,7 @@ fn check_image(image: &TiffImage) -> Result<(), InputFault> {
             remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
         });
     }
-    image.check_chunk(MOST_CHUNK_BYTES)
+    image.check_chunk(MOST_CHUNK_BYTES, "make a container of it with `vastex build FILE -o FILE.vastex`")
 }
 
 #[deny(clippy::missing_trait_methods)]

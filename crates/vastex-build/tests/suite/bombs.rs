@@ -10,6 +10,7 @@ use png::{BitDepth, ColorType};
 use vastex_build::{BuildError, BuildOptions, Notice, Progress, build, open};
 
 use crate::common::exr::{encoding, exr_of};
+use crate::common::files::HandmadeTiff;
 use crate::common::{texels, write_png};
 
 struct Sandbox(tempfile::TempDir);
@@ -149,4 +150,44 @@ fn what_a_lone_deep_tile_costs_is_told_before_the_work() {
     let missing = Notice::TilesFromAncestors { missing: 64 * 32 - 1, of: 64 * 32 };
     assert!(missing.to_string().contains("2047 of the 2048 tiles"), "{missing}");
     assert_eq!(listener.0.into_inner(), [(planet, missing)]);
+}
+
+/// So many bytes of zeros as PackBits has them: 128 in two.
+fn packed_zeros(bytes: usize) -> Vec<u8> {
+    [0x81, 0].repeat(bytes / 128)
+}
+
+/// Bits in one strip are held whole, in whatever is allowed, be it more than 256 MiB.
+#[test]
+fn a_strip_of_bits_takes_what_it_says_and_is_refused_by_what_is_allowed() {
+    let (size, row) = ([20_480u32, 16_000], 20_480 / 8);
+    let sandbox = Sandbox::new();
+    let write = |tiled: bool| {
+        let mut file = HandmadeTiff::new(size, &[1], 0, size, tiled);
+        file.set(259, 32773);
+        file.chunks.push(packed_zeros(row * 16_000));
+        std::fs::write(sandbox.at("bits.tif"), file.bytes()).unwrap();
+        file.chunks[0].len() as u64
+    };
+    for tiled in [false, true] {
+        let stored = write(tiled);
+        let header = open(&sandbox.at("bits.tif")).unwrap().header().clone();
+        // The rows that are given out, and the strip as it is stored, decompressed and unpacked.
+        let texels = u64::from(size[0]) * u64::from(size[1]);
+        assert_eq!(header.memory, texels + stored + texels / 8 + texels, "tiled: {tiled}");
+        let whole = Notice::WholeImage {
+            bytes: header.memory,
+            why: "a TIFF of one strip whose samples must be converted",
+        };
+        assert_eq!(header.notices.contains(&whole), !tiled);
+        let error = sandbox.refused("bits.tif", 512);
+        assert!(error.contains("bits.tif: needs") && error.contains("limit of 512 MiB"), "{error}");
+        assert!(error.contains("of small tiles") && error.contains("allow more memory"), "{error}");
+        let said: u64 = error.split(' ').find_map(|word| word.parse().ok()).unwrap();
+        let held = header.memory >> 20;
+        assert!((held..held + 128).contains(&said), "{error}: it holds {held} MiB");
+    }
+    // What is cut out is a strip, too, and there the remedy is another.
+    let error = vastex_build::CropSource::open(&sandbox.at("bits.tif"), 0).err().unwrap().to_string();
+    assert!(error.contains("bits.tif: holds tiles of 313 MiB each") && error.contains("keeps"), "{error}");
 }

@@ -25,11 +25,15 @@ use mozjpeg::decompress::{Decompress, DecompressStarted};
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
 use crate::image::inks::rgb_from_inks;
+use crate::image::stored_as::StoredAs;
 use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader};
 use coarse::CoarseReader;
 use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 
 type Source = EndIsError<BufReader<File>>;
+
+/// The format of rows whose texels are inks: as many samples.
+const FOUR_INKS: PixelFormat = PixelFormat::RGBA8;
 
 /// A decoder of a source that other threads may go on with.
 struct Movable<R>(Box<DecompressStarted<R>>);
@@ -153,6 +157,19 @@ impl JpegReader {
         Some(Box::new(self))
     }
 
+    /// The same picture with its four inks as libjpeg decodes them; `None` if it has none.
+    pub(super) fn of_inks(mut self) -> Option<(JpegReader, StoredAs)> {
+        let inks = self.inks.take()?;
+        self.header.memory += 64 * u64::from(self.header.width);
+        self.header.format = FOUR_INKS;
+        self.header.notices.retain(|notice| *notice != Notice::InksConverted);
+        let of = match inks.is_inverted {
+            true => StoredAs::InvertedInks,
+            false => StoredAs::Inks { extra: Arc::default() },
+        };
+        Some((self, of))
+    }
+
     fn start(&self, file: File) -> io::Result<Box<DecompressStarted<Source>>> {
         let source = EndIsError {
             len: file.metadata()?.len(),
@@ -167,6 +184,7 @@ impl JpegReader {
         decoder.scale(self.of_eight);
         let color = match self.header.format {
             _ if self.inks.is_some() => ColorSpace::JCS_CMYK,
+            FOUR_INKS => ColorSpace::JCS_CMYK,
             PixelFormat::GREY8 => ColorSpace::JCS_GRAYSCALE,
             _ => ColorSpace::JCS_RGB,
         };

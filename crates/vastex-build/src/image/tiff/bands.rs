@@ -1,11 +1,11 @@
 //! The rows of a TIFF file of which bands are taken, or whose samples are no colours yet (palettes, inks,
 //! fewer bits than a byte): strip by strip, or a row of tiles at a time.
+//!
+//! Strips and tiles may have any size: what one takes stands in [`ImageHeader::memory`], and whoever reads
+//! compares that with what may be taken, before the first row.
 
 use super::file::TiffImage;
-use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader};
-
-/// Bytes of a strip or tile with all of its bands.
-const MOST_CHUNK_BYTES: u64 = 256 << 20;
+use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, RowReader};
 
 /// Some bands of a TIFF file's first image, or the colours that are made of its samples.
 pub(super) struct BandsReader {
@@ -22,13 +22,16 @@ impl BandsReader {
     pub(super) fn new(image: TiffImage) -> Result<BandsReader, InputFault> {
         let orientation = image.orientation as u16;
         let image = image.cut().upright();
-        image.check_chunk(MOST_CHUNK_BYTES)?;
         let mut header = image.header()?;
         header.orientation = orientation;
         let format = header.format;
         let rows = u64::from(image.chunk[1].min(header.height));
-        header.memory =
-            rows.saturating_mul(header.row_bytes() as u64).saturating_add(2 * image.chunk_bytes());
+        let held = rows.saturating_mul(header.row_bytes() as u64);
+        header.memory = held.saturating_add(image.bytes_to_show(format));
+        if !image.is_tiled && image.chunk[1] >= header.height {
+            let why = "a TIFF of one strip whose samples must be converted";
+            header.notices.push(Notice::WholeImage { bytes: header.memory, why });
+        }
         Ok(BandsReader { header, image, format, held: Vec::new(), held_row: None, next_row: 0 })
     }
 

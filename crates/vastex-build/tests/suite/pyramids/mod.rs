@@ -6,6 +6,7 @@ mod fixtures;
 mod hostile;
 mod kept_levels;
 mod kinds;
+mod stored_as;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

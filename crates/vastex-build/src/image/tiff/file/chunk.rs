@@ -3,16 +3,19 @@
 
 use std::io::{BufRead, Read};
 
-use super::image::{MOST_CHUNK_BYTES, TiffImage, YCBCR};
+use super::image::{TiffImage, YCBCR};
 use super::{codecs, damaged, fax4, jpeg2000, predictor};
-use crate::image::InputFault;
 use crate::image::jpeg::part;
 use crate::image::jpeg::part_rows::{self, PartRows, PartShape};
 use crate::image::tiff::samples::most_from_a_byte;
+use crate::image::{InputFault, PixelFormat};
 
 /// Bytes by which a stored strip or tile may be longer than it is decoded, and how many times as long.
 const SPARE_STORED: u64 = 1 << 20;
 const TIMES_STORED: u64 = 4;
+
+/// Lengths of strips or tiles of which the longest is looked up, at most.
+const MOST_LOOKED_UP: u64 = 1 << 16;
 
 /// Values of Predictor.
 const HORIZONTAL: u64 = 2;
@@ -28,9 +31,9 @@ impl TiffImage {
     }
 
     /// A strip or tile as it is stored but decoded: rows of `chunk[0]` texels, channels side by side, samples
-    /// little-endian. Colours of JPEG are RGB. `column` and `row` lie within the image.
+    /// little-endian. Colours of JPEG are RGB. `column` and `row` lie within the image. Takes
+    /// [`TiffImage::bytes_to_show`] at most, which callers compare with what they may take.
     pub(crate) fn stored_chunk(&self, column: u32, row: u32) -> Result<Vec<u8>, InputFault> {
-        self.check_chunk(MOST_CHUNK_BYTES)?;
         if !self.is_planar {
             return self.plane_of_chunk(0, column, row);
         }
@@ -46,6 +49,42 @@ impl TiffImage {
         }
         texels.truncate(self.chunk_rows(row) as usize * self.chunk[0] as usize * self.texel_bytes());
         Ok(texels)
+    }
+
+    /// Bytes that it takes, at most, to make texels of `format` of a strip or tile, the texels included.
+    pub(in crate::image::tiff) fn bytes_to_show(&self, format: PixelFormat) -> u64 {
+        let texels = u64::from(self.chunk[0]).saturating_mul(self.chunk[1].into());
+        let packed = self.packed_row().saturating_mul(self.chunk[1].into());
+        let plane = texels.saturating_mul((self.samples_of_chunk() * self.number.bytes()) as u64);
+        // What decoders hold of all of it beside what they give out: coefficients, or floats.
+        let within = match self.compression {
+            codecs::JPEG => plane.saturating_mul(2),
+            other if codecs::is_jpeg_2000(other) => plane.saturating_mul(8),
+            _ => 0,
+        };
+        let unpacked = if self.has_few_bits() { plane } else { 0 };
+        // Planes are put beside one another as they come.
+        let beside = if self.is_planar { self.chunk_bytes() } else { 0 };
+        let decoding = [self.longest(packed), packed, within, unpacked, beside];
+        let picked = self.pick.as_ref().map_or(0, |pick| pick.bands.len() * self.number.bytes());
+        let shown = if self.is_shown_as_stored(format) { 0 } else { format.texel_bytes() };
+        let converting = [self.chunk_bytes(), texels.saturating_mul((picked + shown) as u64)];
+        let [decoding, converting] =
+            [&decoding[..], &converting].map(|all| all.iter().copied().fold(0u64, u64::saturating_add));
+        decoding.max(converting)
+    }
+
+    /// Bytes of the longest strip or tile as it is stored, or of more, where one has so many once it is
+    /// decompressed. What claims more than the file has is never read.
+    fn longest(&self, packed: u64) -> u64 {
+        if self.compression == codecs::NONE {
+            return packed;
+        }
+        let most = packed.saturating_mul(TIMES_STORED).saturating_add(SPARE_STORED);
+        let listed = self.lengths.filter(|list| list.count <= MOST_LOOKED_UP);
+        let lengths = listed.and_then(|list| self.file.all_values(&list, &self.place).ok());
+        let longest = lengths.and_then(|lengths| lengths.into_iter().max()).unwrap_or(most);
+        longest.min(most).min(self.file.len())
     }
 
     /// One plane of a strip or tile, or all of it where channels lie side by side.

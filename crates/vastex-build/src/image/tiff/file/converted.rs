@@ -1,8 +1,9 @@
 //! Samples that are no colours yet: numbers of colours in a palette, amounts of inks, and samples of fewer
 //! bits than a byte, several of which are packed into one.
 
-use super::image::{INKS, PALETTE, TiffImage};
+use super::image::{BLACK_IS_ZERO, INKS, MASK, PALETTE, TiffImage, WHITE_IS_ZERO};
 use crate::image::inks::{rgb_from_inks, rgb_from_inks_16};
+use crate::image::stored_as::{self, Palette, StoredAs};
 use crate::image::{Number, PixelFormat};
 
 impl TiffImage {
@@ -10,6 +11,20 @@ impl TiffImage {
     /// what is shown is something else than what is stored.
     pub(in crate::image::tiff) fn is_converted(&self) -> bool {
         self.has_few_bits() || self.is_of_palette() || self.is_of_inks()
+    }
+
+    /// What its samples stand for as they are stored.
+    pub(crate) fn stored_as(&self) -> StoredAs {
+        match self.photometric {
+            WHITE_IS_ZERO | BLACK_IS_ZERO | MASK if self.samples == 1 => {
+                StoredAs::Grey { bits: self.bits as u8, is_white_zero: self.photometric == WHITE_IS_ZERO }
+            }
+            PALETTE if self.samples == 1 && self.is_whole() => {
+                StoredAs::Palette(Palette { colors: self.palette.clone(), ..Palette::default() })
+            }
+            INKS if self.samples > 3 => StoredAs::Inks { extra: self.extra.as_slice().into() },
+            _ => StoredAs::ByCount,
+        }
     }
 
     /// Returns true if samples choose from a palette. Where bands are chosen the numbers themselves are
@@ -40,11 +55,12 @@ impl TiffImage {
     /// Rows of a strip or tile whose samples are packed, each sample as a byte. Rows begin at a byte.
     pub(super) fn unpacked(&self, packed: &[u8]) -> Vec<u8> {
         let samples = self.chunk[0] as usize * self.samples_of_chunk();
-        let (bits, mask) = (self.bits as usize, (1u8 << self.bits) - 1);
-        let in_byte = 8 / bits;
-        let sample = |row: &[u8], n: usize| row[n / in_byte] >> (8 - bits - n % in_byte * bits) & mask;
         let rows = packed.chunks_exact(self.packed_row() as usize);
-        rows.flat_map(|row| (0..samples).map(move |n| sample(row, n))).collect()
+        let mut all = vec![0; rows.len() * samples];
+        for (to, row) in all.chunks_exact_mut(samples).zip(rows) {
+            stored_as::unpacked(row, self.bits as u8, to);
+        }
+        all
     }
 
     /// The colours that samples choose, each of three bytes. Beyond the end of the palette all is black.

@@ -72,6 +72,11 @@ impl TiffFile {
         Ok(self.values(entry, index, 1, place)?[0])
     }
 
+    /// All values of an entry, whole numbers.
+    pub(super) fn all_values(&self, entry: &Entry, place: &str) -> Result<Vec<u64>, InputFault> {
+        self.values(entry, 0, entry.count, place)
+    }
+
     /// `count` values of an entry from `index` on, whole numbers.
     fn values(&self, entry: &Entry, index: u64, count: u64, place: &str) -> Result<Vec<u64>, InputFault> {
         let bytes = value_bytes(entry.kind).filter(|_| matches!(entry.kind, 1 | 3 | 4 | 7 | 13 | 16 | 18));

@@ -47,8 +47,6 @@ const MOST_SAMPLES: u64 = 512;
 /// Bytes that tables for JPEG and a colour profile may have.
 const MOST_TABLE_BYTES: u64 = 1 << 20;
 const MOST_PROFILE_BYTES: u64 = 16 << 20;
-/// Bytes that a decoded strip or tile may have.
-pub(super) const MOST_CHUNK_BYTES: u64 = 256 << 20;
 /// Bytes of the parts that one strip is taken for.
 const CUT_BYTES: u64 = 1 << 20;
 /// A value of InkSet: cyan, magenta, yellow and black.
@@ -331,15 +329,14 @@ impl TiffImage {
         codecs::name(self.compression)
     }
 
-    /// Refuses strips or tiles that are too large to be decoded one by one.
-    pub(crate) fn check_chunk(&self, most: u64) -> Result<(), InputFault> {
+    /// Refuses strips or tiles of more bytes than `most`, of which single ones are asked for, with a remedy.
+    pub(crate) fn check_chunk(&self, most: u64, remedy: &'static str) -> Result<(), InputFault> {
         let bytes = self.chunk_bytes();
-        if bytes > most.min(MOST_CHUNK_BYTES) {
+        if bytes > most {
             let what = if self.is_tiled { "tiles" } else { "strips" };
-            return Err(InputFault::Unsupported {
-                what: format!("{what} of {bytes} bytes each"),
-                remedy: "make a container of it with `vastex build FILE -o FILE.vastex`",
-            });
+            let (mib, most) = (bytes.div_ceil(1 << 20), most >> 20);
+            let what = format!("{what} of {mib} MiB each, more than the {most} MiB that are decoded at once");
+            return Err(InputFault::Unsupported { what, remedy });
         }
         Ok(())
     }

@@ -103,10 +103,7 @@ impl TiffImage {
             Some(pick) => self.bands_of_chunk(column, row, &pick.bands)?,
             None => self.stored_chunk(column, row)?,
         };
-        let stored_texel = match &self.pick {
-            Some(pick) => pick.bands.len() * self.number.bytes(),
-            None => self.texel_bytes(),
-        };
+        let stored_texel = self.picked_texel();
         if self.is_of_palette() {
             return Ok(self.colors(&stored));
         }
@@ -122,8 +119,7 @@ impl TiffImage {
         }
         let (sample, kind) = (format.sample(), self.stored());
         let used = usize::from(format.channels()) * self.number.bytes();
-        let mut texels = if used == stored_texel && kind.bytes(sample) == sample.bytes() && kind.is_as_it_is()
-        {
+        let mut texels = if self.is_shown_as_stored(format) {
             stored
         } else {
             if cfg!(target_endian = "big") {
@@ -144,6 +140,23 @@ impl TiffImage {
             unpremultiply(format, &mut texels);
         }
         Ok(texels)
+    }
+
+    /// Bytes of a texel as it is stored, of the bands that are shown.
+    fn picked_texel(&self) -> usize {
+        let all = usize::from(self.samples);
+        self.pick.as_ref().map_or(all, |pick| pick.bands.len()) * self.number.bytes()
+    }
+
+    /// Returns true if what is stored becomes texels of a format where it lies.
+    pub(super) fn is_shown_as_stored(&self, format: PixelFormat) -> bool {
+        let (sample, kind) = (format.sample(), self.stored());
+        let used = usize::from(format.channels()) * self.number.bytes();
+        !self.is_of_palette()
+            && !self.is_of_inks()
+            && used == self.picked_texel()
+            && kind.bytes(sample) == sample.bytes()
+            && kind.is_as_it_is()
     }
 
     /// One plane of a strip or tile for whoever puts rows together: as far as it lies within the image, the
