@@ -97,6 +97,20 @@ impl TexelSize {
         }
     }
 
+    /// The way from one place to another that is measured, as lines in an image of so many columns.
+    pub(super) fn way(&self, from: DVec2, to: DVec2, columns: f64) -> Vec<Vec<DVec2>> {
+        match &self.globe {
+            Some(place) => place.way(from, to, columns),
+            None => vec![vec![from, to]],
+        }
+    }
+
+    /// Returns true if texels are of degrees on a globe, where a straight line of the image is no shortest
+    /// way.
+    pub(super) fn is_on_globe(&self) -> bool {
+        self.globe.is_some()
+    }
+
     /// What a closed line of places surrounds, in the same numbers squared.
     pub(super) fn within(&self, places: &[DVec2]) -> f64 {
         match &self.globe {

@@ -64,6 +64,20 @@ impl MapPlace {
         sphere::distance(self.radius, self.coordinates(from), self.coordinates(to))
     }
 
+    /// The shortest way on a sphere between two places of an image in degrees, as lines through places of the
+    /// image of so many columns, and beside it above and below: two of them where it leaves the image at one
+    /// side and comes back at the other.
+    pub(super) fn way(&self, from: DVec2, to: DVec2, columns: f64) -> Vec<Vec<DVec2>> {
+        let way = sphere::way(self.coordinates(from), self.coordinates(to));
+        let end = way.last().map_or(0.0, |place| place[1]);
+        let turns = end - self.coordinates(to)[1];
+        let on_image = |turns: f64| way.iter().map(move |[north, east]| self.texel([*north, east - turns]));
+        if turns.abs() < 180.0 {
+            return vec![on_image(0.0).collect()];
+        }
+        [0.0, turns].map(|turns| within_columns(on_image(turns), columns)).into()
+    }
+
     /// Square metres within a closed line of places of an image in degrees, on a sphere.
     pub(super) fn area(&self, places: &[DVec2]) -> f64 {
         let places: Vec<[f64; 2]> = places.iter().map(|texel| self.coordinates(*texel)).collect();
@@ -120,6 +134,23 @@ impl MapPlace {
 /// Degrees in words, on one side of 0 or on the other.
 pub(super) fn degrees(degrees: f64, [above, below]: [&str; 2], digits: usize) -> String {
     format!("{:.digits$}° {}", degrees.abs(), if degrees < 0.0 { below } else { above })
+}
+
+/// The part of a line that lies within the columns of an image; it leaves them once.
+fn within_columns(places: impl Iterator<Item = DVec2>, columns: f64) -> Vec<DVec2> {
+    let is_within = |place: DVec2| (0.0..=columns).contains(&place.x);
+    let mut line = Vec::new();
+    let mut last: Option<DVec2> = None;
+    for place in places {
+        if let Some(before) = last.filter(|before| is_within(*before) != is_within(place)) {
+            // Where it crosses the edge.
+            let edge = if before.x.min(place.x) < 0.0 { 0.0 } else { columns };
+            line.push(before.lerp(place, (edge - before.x) / (place.x - before.x)));
+        }
+        line.extend(Some(place).filter(|place| is_within(*place)));
+        last = Some(place);
+    }
+    line
 }
 
 #[cfg(test)]

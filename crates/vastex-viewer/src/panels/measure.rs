@@ -79,18 +79,40 @@ impl Measure {
         })
     }
 
-    /// Paints the line over the picture of its image, within `free`, the part of it that no panel covers.
+    /// The lines along which is measured, each through places of level 0 of an image of so many columns: on a
+    /// globe the edges are great circles, and may leave the image at one side and come back at the other.
+    fn lines(&self, texel_size: Option<&TexelSize>, columns: f64) -> Vec<Vec<DVec2>> {
+        let Some(size) = texel_size.filter(|size| size.is_on_globe()) else {
+            return vec![self.points.clone()];
+        };
+        let back = self.points.first().filter(|_| self.is_closed);
+        let ends: Vec<DVec2> = self.points.iter().chain(back).copied().collect();
+        let mut lines: Vec<Vec<DVec2>> = Vec::new();
+        for way in ends.windows(2).flat_map(|ends| size.way(ends[0], ends[1], columns)) {
+            match lines.last_mut().filter(|line| line.last() == way.first()) {
+                Some(line) => line.extend(&way[1..]),
+                None => lines.push(way),
+            }
+        }
+        lines
+    }
+
+    /// Paints the line over the picture of its image as it is measured, within `free`, the part of it that no
+    /// panel covers.
     pub fn paint(&self, painter: &Painter, free: Rect, view: &ImageView, texel_size: Option<&TexelSize>) {
         let Some(placed) = view.placement() else { return };
         let painter = painter.with_clip_rect(free);
         let pixels_per_point = f64::from(painter.pixels_per_point());
         let place = |texel: &DVec2| placed.pixel(*texel) / pixels_per_point;
-        let mut line = Runs::new(free, usize::MAX);
-        self.points.iter().for_each(|texel| line.line_to(place(texel)));
-        if self.is_closed {
-            line.close();
+        let is_ring = self.is_closed && texel_size.is_none_or(|size| !size.is_on_globe());
+        for places in self.lines(texel_size, view.image[0].into()) {
+            let mut line = Runs::new(free, usize::MAX);
+            places.iter().for_each(|texel| line.line_to(place(texel)));
+            if is_ring {
+                line.close();
+            }
+            line.paint(&painter, Color32::from_black_alpha(160), COLOR);
         }
-        line.paint(&painter, Color32::from_black_alpha(160), COLOR);
         // Of points far beside the view nothing is seen, and numbers of the painter do not reach there.
         let points: Vec<Pos2> = self
             .points
@@ -158,6 +180,35 @@ mod tests {
         assert!((length / 4.431e6 - 1.0).abs() < 1e-3, "{length}");
         // R^2 x 10 degrees x sin(10 degrees), and what the great circle bulges over the parallel.
         assert!((area.unwrap() / 1.2310e12 - 1.0).abs() < 4e-3, "{area:?}");
+    }
+
+    /// What is painted is what is measured: great circles, which leave a map at one side and come back at the
+    /// other.
+    #[test]
+    fn lines_on_a_globe_are_painted_as_they_are_measured() {
+        let place = MapPlace::new([0.5, 0.0, -180.0, 0.0, -0.5, 90.0], "EPSG:4326", true).unwrap();
+        let size = TexelSize::new([0.5; 2], "degree").unwrap().on_globe(&place);
+        let texel = |north: f64, east: f64| [2.0 * (east + 180.0), 2.0 * (90.0 - north)];
+        // Within the map one line through all points, bent towards the pole.
+        let mut measure = line(&[texel(50.0, 0.0), texel(50.0, 90.0), texel(0.0, 90.0)]);
+        measure.close();
+        let lines = measure.lines(Some(&size), 720.0);
+        let [ring] = &lines[..] else { panic!("{} lines", lines.len()) };
+        assert!(ring[0].distance(ring[ring.len() - 1]) < 1e-9);
+        let highest = ring.iter().map(|texel| texel.y).fold(f64::MAX, f64::min);
+        // 59.32 degrees north.
+        assert!((highest - 2.0 * (90.0 - 59.32)).abs() < 0.1, "{highest}");
+        // From 150 degrees east to 150 west over the date line, which is at both sides of the map.
+        let measure = line(&[texel(10.0, 150.0), texel(10.0, -150.0)]);
+        let lines = measure.lines(Some(&size), 720.0);
+        let [there, here] = &lines[..] else { panic!("{} lines", lines.len()) };
+        let ends = [there[0].x, there[there.len() - 1].x, here[0].x, here[here.len() - 1].x];
+        for (found, expected) in ends.into_iter().zip([660.0, 720.0, 0.0, 60.0]) {
+            assert!((found - expected).abs() < 1e-6, "{ends:?}");
+        }
+        assert!((there[there.len() - 1].y - here[0].y).abs() < 1e-6);
+        // Elsewhere lines are straight.
+        assert_eq!(measure.lines(None, 720.0), [measure.points.clone()]);
     }
 
     #[test]
