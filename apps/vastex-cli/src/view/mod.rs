@@ -391,7 +391,9 @@ impl ApplicationHandler<Message> for App {
     }
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
-        if let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open) {
+        let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open) else { return };
+        // At the end of what is measured a frame would be one more to wait for.
+        if !open.viewer.times.as_ref().is_some_and(Times::are_over) {
             open.window.request_redraw();
         }
     }
@@ -425,7 +427,7 @@ impl ApplicationHandler<Message> for App {
     fn about_to_wait(&mut self, events: &ActiveEventLoop) {
         let Some(open) = &mut self.open else { return };
         let end = open.viewer.times.as_ref().and_then(Times::end);
-        if end.is_some_and(|end| end <= Instant::now()) {
+        if open.viewer.times.as_ref().is_some_and(Times::are_over) {
             let told = open.viewer.times.as_ref().map(Times::json).transpose();
             let printed = told.map_err(Error::from).and_then(|text| report::print(&text.unwrap_or_default()));
             self.note(events, printed);

@@ -85,6 +85,11 @@ impl Times {
         Some((last + IDLE).min(sharp + IDLE_AT_LAST))
     }
 
+    /// Returns true if there is nothing left to measure.
+    pub(super) fn are_over(&self) -> bool {
+        self.end().is_some_and(|end| end <= Instant::now())
+    }
+
     /// The times as one JSON object.
     pub(super) fn json(&self) -> serde_json::Result<String> {
         let ms = |time: Duration| 1000.0 * time.as_secs_f64();
@@ -137,11 +142,30 @@ mod tests {
         times.note_frame(true, false, true);
         times.note_frame(true, true, true);
         times.note_frame(true, true, true);
-        assert!(times.end().is_some_and(|end| end > Instant::now()));
+        assert!(times.end().is_some_and(|end| end > Instant::now()) && !times.are_over());
         let report: serde_json::Value = serde_json::from_str(&times.json().unwrap()).unwrap();
         assert_eq!(report["frames"], 2, "no pause counts, and nothing once it is sharp");
         let [preview, source, sharp] =
             ["preview_ms", "source_ms", "sharp_ms"].map(|name| report[name].as_f64().unwrap());
         assert!(preview <= source && source <= sharp, "{report}");
+    }
+
+    /// Three seconds without a frame are what is measured, and a frame begins them anew.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn idling_is_measured_from_the_last_frame_on() {
+        let mut times = Times::new(Instant::now());
+        times.note_frame(true, true, false);
+        let ago = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds)).unwrap();
+        let before = times.idle.unwrap().1;
+        times.sharp = Some(ago(5));
+        for (last, is_over) in [(2, false), (4, true)] {
+            times.idle = Some((ago(last), before));
+            assert_eq!(times.are_over(), is_over, "the last frame was {last} s ago");
+        }
+        times.note_frame(true, true, false);
+        assert!(!times.are_over(), "a frame was drawn just now");
+        times.sharp = Some(ago(13));
+        assert!(times.are_over(), "no such pause comes");
     }
 }
