@@ -40,6 +40,11 @@ impl Display {
         Ok(display)
     }
 
+    /// The number of its process.
+    pub(super) fn id(&self) -> u32 {
+        self.server.id()
+    }
+
     /// Blue, green, red and a byte more of each pixel in some columns, row by row.
     pub(super) fn look(&self, columns: Range<usize>) -> Result<Vec<u8>> {
         let file = fs::read(&self.pixels)?;

@@ -3,6 +3,7 @@
 
 mod changes;
 mod planet;
+mod rest;
 mod volume;
 
 use std::fs::{self, File};
@@ -16,6 +17,7 @@ use anyhow::{Context, Result, bail, ensure};
 use super::display::{Display, SIZE};
 use crate::{shaders, shell};
 pub(super) use planet::{PLANET, use_planet};
+use rest::Threads;
 pub(super) use volume::use_volume;
 
 /// What is looked at: 16 bits of heights.
@@ -24,7 +26,7 @@ const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
 const PATIENCE: Duration = Duration::from_secs(120);
 /// Between two looks at what is waited for.
 const EVERY: Duration = Duration::from_millis(30);
-/// As long nothing happens where nothing is to be done: frames of a busy machine follow one another faster.
+/// Longer than a window that draws waits for its display: between two looks at threads that do nothing.
 const REST: Duration = Duration::from_millis(120);
 /// Where the pointer rests: within the picture, beside the panels.
 const PLACE: [usize; 2] = [480, 320];
@@ -164,7 +166,8 @@ impl<'a> Window<'a> {
         }
         self.go_to_edges()?;
         self.link_after_failure()?;
-        ensure!(self.quit()?.code() == Some(1), "it ended without the error of its second file");
+        self.fill_screen()?;
+        ensure!(self.ended()?.code() == Some(1), "it ended without the error of its second file");
         Ok(())
     }
 
@@ -356,6 +359,10 @@ impl<'a> Window<'a> {
 
     fn quit(&mut self) -> Result<ExitStatus> {
         self.key("q")?;
+        self.ended()
+    }
+
+    fn ended(&mut self) -> Result<ExitStatus> {
         self.until("the end", |window| window.program.try_wait().ok()?)
     }
 
@@ -415,11 +422,12 @@ impl<'a> Window<'a> {
         self.until("a program at rest", |window| window.is_idle().ok()?.then_some(()))
     }
 
-    /// Returns true if the program takes nothing of a processor for a while.
+    /// Returns true if no thread of the program, nor of its display, does anything or has anything to do.
     fn is_idle(&self) -> Result<bool> {
-        let before = self.spent()?;
+        let programs = [self.program.id(), self.display.id()];
+        let Some(before) = Threads::look(&programs)? else { return Ok(false) };
         sleep(REST);
-        Ok(self.spent()? == before)
+        Ok(Threads::look(&programs)? == Some(before))
     }
 
     /// Hundredths of a second of processors that it has taken so far.

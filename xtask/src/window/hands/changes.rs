@@ -79,4 +79,14 @@ impl Window<'_> {
         self.point(PLACE)?;
         self.key("m")
     }
+
+    /// Escape leaves the full screen, and ends the program where that is left.
+    pub(super) fn fill_screen(&mut self) -> Result<()> {
+        for key in ["F11", "Escape", "f", "f", "F11", "Escape"] {
+            self.key(key)?;
+            self.rest()?;
+            ensure!(self.program.try_wait()?.is_none(), "{key} ends the program in the full screen");
+        }
+        self.key("Escape")
+    }
 }
