@@ -126,15 +126,36 @@ pub(crate) fn uniform(
     (buffer, layout, group)
 }
 
-/// A pipeline for rectangles of two triangles, of which the nearest is seen: by two entry points of a module,
-/// into targets of two formats, of colour and of depth.
+/// What a pipeline draws into: a target of colour, and perhaps one of depth.
+pub(crate) type Targets = (wgpu::ColorTargetState, Option<wgpu::DepthStencilState>);
+
+/// Targets of two formats, of colour and of depth, in which the nearest is seen.
+pub(crate) fn nearest([colour, depth]: [wgpu::TextureFormat; 2]) -> Targets {
+    (colour.into(), Some(depth_state(depth, wgpu::CompareFunction::Less)))
+}
+
+/// A target of depth: what `compare` lets pass is drawn, and its depth is kept where it was compared.
+pub(crate) fn depth_state(
+    format: wgpu::TextureFormat,
+    compare: wgpu::CompareFunction,
+) -> wgpu::DepthStencilState {
+    wgpu::DepthStencilState {
+        format,
+        depth_write_enabled: Some(compare != wgpu::CompareFunction::Always),
+        depth_compare: Some(compare),
+        stencil: Default::default(),
+        bias: Default::default(),
+    }
+}
+
+/// A pipeline for rectangles of two triangles by two entry points of a module.
 pub(crate) fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
     buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
     [place, shade]: [&str; 2],
-    [colour, depth]: [wgpu::TextureFormat; 2],
+    (colour, depth): Targets,
 ) -> wgpu::RenderPipeline {
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(shade),
@@ -149,19 +170,13 @@ pub(crate) fn pipeline(
             topology: wgpu::PrimitiveTopology::TriangleStrip,
             ..Default::default()
         },
-        depth_stencil: Some(wgpu::DepthStencilState {
-            format: depth,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(wgpu::CompareFunction::Less),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
+        depth_stencil: depth,
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
             module,
             entry_point: Some(shade),
             compilation_options: Default::default(),
-            targets: &[Some(colour.into())],
+            targets: &[Some(colour)],
         }),
         multiview_mask: None,
         cache: None,

@@ -112,7 +112,9 @@ impl GroundRenderer {
             bind_group_layouts: &groups,
             immediate_size: 0,
         });
-        let pipeline = |entries, formats| headless::pipeline(device, &layout, &module, &[], entries, formats);
+        let pipeline = |entries, formats| {
+            headless::pipeline(device, &layout, &module, &[], entries, headless::nearest(formats))
+        };
         let [width, height, _] = textures.texture(ground)?.description().geometry.size();
         Ok(GroundRenderer {
             texture: textures.shader_id(ground)?,

@@ -121,18 +121,18 @@ impl Fog {
         let text = include_str!("fog.wgsl").to_owned() + &textures.wgsl(&kinds);
         let module = vastex::shader_module(device, Some("fog"), text);
         let vastex_layout = textures.bind_group_layout(&kinds);
-        let pipeline = |groups: &[Option<&wgpu::BindGroupLayout>], entries, formats| {
+        let pipeline = |groups: &[Option<&wgpu::BindGroupLayout>], entries, targets| {
             let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some("fog"),
                 bind_group_layouts: groups,
                 immediate_size: 0,
             });
-            over::pipeline_over(device, &layout, &module, entries, formats)
+            headless::pipeline(device, &layout, &module, &[], entries, targets)
         };
         let groups = [Some(&camera_layout), Some(&vastex_layout), Some(&depth_layout)];
-        let feedback = (Textures::FEEDBACK_FORMAT, Some(Textures::FEEDBACK_DEPTH_FORMAT));
+        let feedback = over::instead([Textures::FEEDBACK_FORMAT, Textures::FEEDBACK_DEPTH_FORMAT]);
         Ok(Fog {
-            picture: pipeline(&groups, ["place", "shade"], (PICTURE_FORMAT, None)),
+            picture: pipeline(&groups, ["place", "shade"], over::over(PICTURE_FORMAT)),
             wanted: pipeline(&groups, ["place_feedback", "want"], feedback),
             uniform,
             group,

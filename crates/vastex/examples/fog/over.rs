@@ -1,7 +1,7 @@
-//! What draws over a picture that is there already: a pass, the picture's depth for shaders, and a pipeline
-//! for one rectangle. Nothing here is for Vastex.
+//! What draws over a picture that is there already: a pass, the picture's depth for shaders, and what
+//! pipelines draw into. Nothing here is for Vastex.
 
-use super::headless::Headless;
+use super::headless::{self, Headless, Targets};
 
 /// A pass that draws over the picture, by the depth of which shaders may go ([`depth_group`]).
 pub(crate) fn begin_over<'e>(
@@ -44,48 +44,14 @@ pub(crate) fn depth_group(target: &Headless) -> (wgpu::BindGroupLayout, wgpu::Bi
     (layout, group)
 }
 
-/// A pipeline for one rectangle over all of a target of colour, which is blended over what is there, or where
-/// there is a target of depth, too, takes its place.
-pub(crate) fn pipeline_over(
-    device: &wgpu::Device,
-    layout: &wgpu::PipelineLayout,
-    module: &wgpu::ShaderModule,
-    [place, shade]: [&str; 2],
-    (colour, depth): (wgpu::TextureFormat, Option<wgpu::TextureFormat>),
-) -> wgpu::RenderPipeline {
-    let blend = depth.is_none().then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(shade),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module,
-            entry_point: Some(place),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: wgpu::PrimitiveState {
-            topology: wgpu::PrimitiveTopology::TriangleStrip,
-            ..Default::default()
-        },
-        depth_stencil: depth.map(|format| wgpu::DepthStencilState {
-            format,
-            depth_write_enabled: Some(false),
-            depth_compare: Some(wgpu::CompareFunction::Always),
-            stencil: Default::default(),
-            bias: Default::default(),
-        }),
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(shade),
-            compilation_options: Default::default(),
-            targets: &[Some(wgpu::ColorTargetState {
-                format: colour,
-                blend,
-                write_mask: wgpu::ColorWrites::ALL,
-            })],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
+/// A target of colour whose picture shows through what is drawn over it.
+pub(crate) fn over(colour: wgpu::TextureFormat) -> Targets {
+    let blend = Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING);
+    (wgpu::ColorTargetState { blend, ..colour.into() }, None)
+}
+
+/// Targets of colour and of depth in which what is drawn takes the place of what is there, however near that
+/// is.
+pub(crate) fn instead([colour, depth]: [wgpu::TextureFormat; 2]) -> Targets {
+    (colour.into(), Some(headless::depth_state(depth, wgpu::CompareFunction::Always)))
 }

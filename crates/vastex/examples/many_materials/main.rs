@@ -220,7 +220,8 @@ fn pipelines(device: &wgpu::Device, textures: &Textures, kinds: &Kinds) -> [wgpu
         immediate_size: 0,
     });
     let pipeline = |entries, formats| {
-        headless::pipeline(device, &layout, &module, &[Some(Rectangle::LAYOUT)], entries, formats)
+        let targets = headless::nearest(formats);
+        headless::pipeline(device, &layout, &module, &[Some(Rectangle::LAYOUT)], entries, targets)
     };
     [
         pipeline(["place", "shade"], [PICTURE_FORMAT, DEPTH_FORMAT]),

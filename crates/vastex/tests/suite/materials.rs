@@ -85,7 +85,14 @@ fn drawn_with_ordinary_textures() -> Vec<u8> {
         immediate_size: 0,
     });
     let (entries, formats) = (["place", "shade"], [PICTURE_FORMAT, DEPTH_FORMAT]);
-    let pipeline = headless::pipeline(device, &layout, &module, &[Some(Rectangle::LAYOUT)], entries, formats);
+    let pipeline = headless::pipeline(
+        device,
+        &layout,
+        &module,
+        &[Some(Rectangle::LAYOUT)],
+        entries,
+        headless::nearest(formats),
+    );
     let sampler = device.create_sampler(&wgpu::SamplerDescriptor {
         mag_filter: wgpu::FilterMode::Linear,
         min_filter: wgpu::FilterMode::Linear,
