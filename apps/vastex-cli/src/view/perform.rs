@@ -118,7 +118,7 @@ impl App {
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
             Action::Quit if viewer.scene.beside.panel.hide_keys() || viewer.scene.end_measuring() => {
-                window.request_redraw()
+                window.request_redraw();
             }
             Action::Quit if window.fullscreen().is_some() => window.set_fullscreen(None),
             Action::Quit => events.exit(),

@@ -30,7 +30,7 @@ fn check(gpu: &TestDevice, format: LayerFormat, atlas: Atlas, filter: Filter) {
     let world = World::of(gpu, &description, 0, 1.0, 6);
     assert_eq!(world.pool.atlas(0), atlas);
     let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackMode::Separate, false);
-    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+    let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(HARNESS, world.id));
     let group = bindings.group(gpu, &world);
     for level in 0..geometry.tail().first_level() {
         let [width, height, _] = geometry.level(level).size;

@@ -85,7 +85,7 @@ fn places_fold_as_the_twin_folds_them_up_to_the_largest_texture() {
     let world = World::new(gpu, &Geometry::new(GeometrySpec::image(8, 8)).unwrap(), LayerFormat::R8, 1.0, 1);
     let bindings = Bindings::new(gpu, world.kind(0, Filter::Nearest), FeedbackMode::Separate, false);
     // What names nothing of the texture binds nothing of it.
-    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(FOLDING, world.id));
+    let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(FOLDING, world.id));
     let group = bindings.group(gpu, &world);
     let folds = folds(&mut Random(3));
     let outputs: Vec<Folded> = run(gpu, &pipeline, &group, &folds);
@@ -140,7 +140,7 @@ fn inputs(geometry: &Geometry, spots: &[[u32; 2]], random: &mut Random) -> Vec<I
 /// Compares GPU and twin over random inputs; what is near an edge may lie on either side of it.
 fn check(gpu: &TestDevice, world: &World, spots: &[[u32; 2]], filter: Filter, seed: u64) {
     let bindings = Bindings::new(gpu, world.kind(0, filter), FeedbackMode::Separate, false);
-    let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+    let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(HARNESS, world.id));
     let group = bindings.group(gpu, world);
     let inputs = inputs(&world.geometry, spots, &mut Random(seed));
     let outputs: Vec<Output> = run(gpu, &pipeline, &group, &inputs);

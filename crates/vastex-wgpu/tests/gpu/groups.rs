@@ -107,7 +107,7 @@ impl Group {
         let harness = harness.replace("vastex_feedback_grad(ID", "vastex_feedback_grad(WANTED");
         let harness = harness.replace("vastex_sample", sample).replace("vastex_feedback_", &feedback);
         let text = self.bindings.text(&harness, ids[0]).with("WANTED", ids[1]);
-        run(&GPU, &pipeline(&GPU, &self.bindings.layout, text), &self.group, inputs)
+        run(&GPU, &pipeline(&GPU, &self.bindings.layout, &text), &self.group, inputs)
     }
 
     fn check_members(&self, planet: &Planet, inputs: &[Input]) {

@@ -38,7 +38,7 @@ fn places_are_what_the_page_table_says() {
         let mut world = World::new(gpu, &geometry, LayerFormat::Rgba8, 0.4, 11);
         world.pool.set_bias(&gpu.queue, bias);
         let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackMode::Separate, false);
-        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+        let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(HARNESS, world.id));
         let group = bindings.group(gpu, &world);
         let mut random = Random(99);
         // A little into a level, so that rounding of a logarithm changes nothing.
@@ -88,7 +88,7 @@ fn a_uv_wants_no_level_finer_than_it_can_tell() {
             let resident = vec![PagePos::new_2d(2, 5, 0), PagePos::new_2d(0, 20, 0)];
             let world = World::with(gpu, &description, 0, resident, kind, 5);
             let bindings = Bindings::new(gpu, world.kind(0, Filter::Bilinear), FeedbackMode::Separate, false);
-            let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, world.id));
+            let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(HARNESS, world.id));
             let group = bindings.group(gpu, &world);
             // In the middle of page 20 of level 0, which is page 5 of level 2.
             let uv = [(20.5 * 128.0) / (1u32 << bits) as f32, 0.5];

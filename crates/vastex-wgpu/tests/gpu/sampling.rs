@@ -60,14 +60,14 @@ impl<'a> Harness<'a> {
 
     pub(crate) fn of(gpu: &'a TestDevice, kind: Kind, id: u32, fade: bool) -> Harness<'a> {
         let bindings = Bindings::new(gpu, kind, FeedbackMode::Separate, fade);
-        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(HARNESS, id));
+        let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(HARNESS, id));
         Harness { gpu, filter: kind.filter, sampled_by: kind.filter, bindings, pipeline }
     }
 
     /// Which calls what reads the nearest texel, whatever the kind's filter.
     fn nearest(gpu: &'a TestDevice, kind: Kind, id: u32) -> Harness<'a> {
         let bindings = Bindings::new(gpu, kind, FeedbackMode::Separate, false);
-        let pipeline = pipeline(gpu, &bindings.layout, bindings.text(&nearest_harness(), id));
+        let pipeline = pipeline(gpu, &bindings.layout, &bindings.text(&nearest_harness(), id));
         Harness { gpu, filter: kind.filter, sampled_by: Filter::Nearest, bindings, pipeline }
     }
 
@@ -158,7 +158,7 @@ fn sampled(twin: &twins::Sampler<'_>, input: &Input, step: f32) -> [f32; 4] {
 pub(crate) fn pipeline(
     gpu: &TestDevice,
     layout: &wgpu::BindGroupLayout,
-    text: TestText,
+    text: &TestText,
 ) -> wgpu::ComputePipeline {
     let device = &gpu.device;
     let storage = |read_only| wgpu::BindingType::Buffer {
