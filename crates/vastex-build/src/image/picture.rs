@@ -57,9 +57,12 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
     Ok(reduced.map(oriented::upright))
 }
 
+/// Rows of what is stored, and what they are.
+type Stored = (Box<dyn RowReader>, StoredAs);
+
 /// Opens an image whose samples are something else as they are stored than as they are shown, and turns it
 /// upright, with what they are; `None` of other images.
-pub(super) fn open_stored_picture(path: &Path) -> Result<Option<(Box<dyn RowReader>, StoredAs)>, InputFault> {
+pub(super) fn open_stored_picture(path: &Path) -> Result<Option<Stored>, InputFault> {
     if raw_file(path).is_some() {
         return Ok(None);
     }
@@ -67,7 +70,7 @@ pub(super) fn open_stored_picture(path: &Path) -> Result<Option<(Box<dyn RowRead
     let mut magic = Vec::with_capacity(4);
     (&mut file).take(4).read_to_end(&mut magic)?;
     file.seek(io::SeekFrom::Start(0))?;
-    let found: Option<(Box<dyn RowReader>, StoredAs)> = match magic.as_slice() {
+    let found: Option<Stored> = match magic.as_slice() {
         [0xff, 0xd8, 0xff, ..] => {
             jpeg::JpegReader::new(file)?.of_inks().map(|(reader, of)| (Box::new(reader) as _, of))
         }

@@ -133,7 +133,9 @@ impl PngReader {
                 usize::try_from(self.header.image_bytes()).map_err(|_| DecodingError::LimitsExceeded)?;
             self.image = vec![0; len];
             match &self.packed {
-                None => drop(self.reader.next_frame(&mut self.image)?),
+                None => {
+                    self.reader.next_frame(&mut self.image)?;
+                }
                 Some((bits, row)) => {
                     let mut stored = vec![0; row.len() * self.header.height as usize];
                     self.reader.next_frame(&mut stored)?;

@@ -208,7 +208,7 @@ mod tests {
         }
         assert!((there[there.len() - 1].y - here[0].y).abs() < 1e-6);
         // Elsewhere lines are straight.
-        assert_eq!(measure.lines(None, 720.0), [measure.points.clone()]);
+        assert_eq!(measure.lines(None, 720.0), std::slice::from_ref(&measure.points));
     }
 
     #[test]
