@@ -24,6 +24,7 @@ mod spare;
 mod stack;
 mod stored;
 mod tiled;
+mod units;
 mod values;
 mod volume;
 mod zarr;

@@ -153,8 +153,8 @@ pub(crate) struct RenderVolumeArgs {
     /// Size of the picture in pixels
     #[arg(long, default_value = "1280x720", value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
-    /// GPU memory for bricks, in MiB; too little makes the picture coarser. By default as much as a picture
-    /// of this size needs
+    /// GPU memory for bricks, in MiB; too little makes the picture coarser. By default as much as all bricks
+    /// of all levels take, up to 1 GiB, and as much for labels
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 20))]
     pub(crate) pool_mib: Option<u64>,
     /// A directory for levels that the file lacks and that are made of its coarsest one; or off: they are

@@ -130,7 +130,8 @@ fn listed(about: &VolumeAbout) -> String {
 }
 
 /// The box of labels in the world of an image's picture, and where it begins. Those of as many voxels as the
-/// image lie voxel on voxel, whatever scales they name.
+/// image lie voxel on voxel, whatever scales they name; others where their lengths, put in the image's unit,
+/// say. Units that cannot be compared are refused.
 pub(crate) fn place(labels: &VolumeAbout, image: &VolumeAbout) -> Result<(VolumeBox, [f64; 3])> {
     let (own, of_image) = (&labels.levels[0], &image.levels[0]);
     let mut size = [0; 3];
@@ -142,8 +143,19 @@ pub(crate) fn place(labels: &VolumeAbout, image: &VolumeAbout) -> Result<(Volume
     if own.size == of_image.size {
         return Ok((VolumeBox::new(size, of_image.scale.map(|side| side / longest)), [0.0; 3]));
     }
-    let begin = std::array::from_fn(|axis| (own.origin[axis] - of_image.origin[axis]) / longest);
-    Ok((VolumeBox::new(size, own.scale.map(|side| side / longest)), begin))
+    let unit = labels.unit_in(image).with_context(|| {
+        let unit = |about: &VolumeAbout| about.unit.clone().unwrap_or_default();
+        format!(
+            "{}: its voxels are told in '{}' and those of {} in '{}', which cannot be compared; write both in units of length, as \
+             micrometer, or labels of as many voxels as the image has",
+            labels.path,
+            unit(labels),
+            image.path,
+            unit(image)
+        )
+    })?;
+    let begin = std::array::from_fn(|axis| (own.origin[axis] * unit - of_image.origin[axis]) / longest);
+    Ok((VolumeBox::new(size, own.scale.map(|side| side * unit / longest)), begin))
 }
 
 /// A label as it stands in tiles.
@@ -156,4 +168,42 @@ fn selected(label: i128, about: &VolumeAbout) -> Result<u64> {
         bail!("--label-selected {label}: values of {} ({}) are {least} to {most}", about.path, dtype.name());
     }
     Ok(if dtype.bytes() < 8 { u64::from(label as i64 as u32) } else { label as u64 })
+}
+
+#[cfg(test)]
+mod tests {
+    use vastex_volume::VolumeLevel;
+
+    use super::*;
+
+    fn about(unit: Option<&str>, size: u64, scale: f64, origin: f64) -> VolumeAbout {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
+        let Opened::Volume(volume) = open(&path).unwrap() else { panic!("no volume") };
+        let level = VolumeLevel {
+            size: [size; 3],
+            scale: [scale; 3],
+            origin: [origin; 3],
+            ..volume.about().levels[0].clone()
+        };
+        VolumeAbout { levels: vec![level], unit: unit.map(str::to_owned), ..volume.about().clone() }
+    }
+
+    #[test]
+    fn labels_lie_where_their_unit_says() {
+        let image = about(Some("micrometer"), 40, 2.0, 10.0);
+        for (unit, scale, origin) in
+            [(Some("nm"), 4000.0, 30_000.0), (Some("µm"), 4.0, 30.0), (None, 4.0, 30.0)]
+        {
+            let (of, begin) = place(&about(unit, 20, scale, origin), &image).unwrap();
+            assert_eq!(of.size, [20; 3]);
+            let near = |found: [f64; 3], side: f64| found.iter().all(|found| (found - side).abs() < 1e-9);
+            // The image's voxels are 1 long.
+            assert!(near(of.voxel.to_array(), 2.0) && near(begin, 10.0), "{unit:?}: {of:?} at {begin:?}");
+        }
+        let error = place(&about(Some("pixel"), 20, 4.0, 0.0), &image).unwrap_err().to_string();
+        assert!(error.contains("'pixel'") && error.contains("'micrometer'"), "{error}");
+        // Voxel on voxel, whatever is said.
+        let (of, begin) = place(&about(Some("pixel"), 40, 9.0, 5.0), &image).unwrap();
+        assert_eq!((of.voxel.to_array(), begin), ([1.0; 3], [0.0; 3]));
+    }
 }

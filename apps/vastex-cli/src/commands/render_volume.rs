@@ -76,6 +76,9 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     for fault in drawing.faults.iter().take(20) {
         report::say(&format!("{source}: {fault}"));
     }
+    if let Some(note) = note_of_pool(args.pool_mib, summary.mip_bias) {
+        report::say(&format!("note: {source}: {note}"));
+    }
     if !converged {
         report::say(&format!(
             "error: {source}: not converged within {MOST_FRAMES} frames, {} bricks are missing",
@@ -84,6 +87,17 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is said of a picture that is coarser by so many levels than its size asks for, where nobody has said
+/// how much memory it may take.
+fn note_of_pool(pool_mib: Option<u64>, bias: f64) -> Option<String> {
+    (pool_mib.is_none() && bias > 0.0).then(|| {
+        format!(
+            "bricks take up to 1 GiB of GPU memory where --pool-mib does not say otherwise, and this picture wants more: it is \
+             {bias} levels coarser; give --pool-mib N"
+        )
+    })
 }
 
 /// The box of a volume, in a world in which the longest side of a voxel is 1.
@@ -306,4 +320,18 @@ fn as_shown(
     }
     let (opacity, gamma) = (asked.opacity.unwrap_or(1.0), asked.gamma.unwrap_or(1.0));
     Ok(VolumeChannel { range, opacity, gamma, map: asked.map, ..channel.in_color(color) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coarser_picture_is_told_where_nobody_has_asked_for_it() {
+        assert!(
+            note_of_pool(None, 0.5)
+                .is_some_and(|note| note.contains("0.5 levels") && note.contains("--pool-mib"))
+        );
+        assert_eq!((note_of_pool(None, 0.0), note_of_pool(Some(1), 2.0)), (None, None));
+    }
 }

@@ -77,7 +77,8 @@ fn bricks_are_small_where_the_pool_is() {
     let words = ["render", "many.raw", "--on", "volume", "--channels", &all, "--size", "20x20", "--pool-mib"];
     let said = sandbox.run(&[&words[..], &["1"]].concat()).expect_code(1).stderr;
     assert!(said.contains("16 channels need 3 MiB at least"), "{said}");
-    sandbox.run(&[&words[..], &["3"]].concat()).expect_code(0);
+    let least = sandbox.run(&[&words[..], &["3", "--json"]].concat()).expect_code(0).json();
+    assert_eq!((&least["converged"], &least["tiles_reloaded"]), (&true.into(), &0.into()), "{least}");
     let nuclei = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/volumes/nuclei.zip/labels/nuclei");
     let said = sandbox.run(&[&words[..], &["1", "--labels", nuclei]].concat()).expect_code(1).stderr;
     assert!(said.contains("16 channels and labels need"), "{said}");

@@ -28,6 +28,8 @@ mod label_reference;
 mod labels;
 mod still;
 mod volume_bright;
+mod volume_coverage;
+mod volume_faces;
 mod volume_feedback;
 mod volume_levels;
 mod volume_life;

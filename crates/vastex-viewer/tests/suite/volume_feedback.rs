@@ -10,10 +10,10 @@ use vastex_viewer::volume::{VolumeCamera, VolumeDesc, VolumeFace, VolumeMode, Vo
 use super::volume_reference::bricks_met;
 use super::volume_world::{ArrayVolume, World, geometry};
 
-const PAGE: u32 = 16;
+pub(crate) const PAGE: u32 = 16;
 
 /// A ball that glows in the middle of nothing.
-fn ball([x, y, z]: [f64; 3]) -> f64 {
+pub(crate) fn ball([x, y, z]: [f64; 3]) -> f64 {
     let from_middle = DVec3::new(x, y, z) - DVec3::new(64.0, 56.0, 48.0);
     (1.6 - from_middle.length() / 24.0).clamp(0.0, 0.9)
 }
@@ -38,7 +38,7 @@ fn resident(world: &World) -> [BTreeSet<(u8, [u32; 3])>; 2] {
 }
 
 /// Those and all that lie above them.
-fn with_ancestors(bricks: &BTreeSet<(u8, [u32; 3])>) -> BTreeSet<(u8, [u32; 3])> {
+pub(crate) fn with_ancestors(bricks: &BTreeSet<(u8, [u32; 3])>) -> BTreeSet<(u8, [u32; 3])> {
     let above = |&(level, at): &(u8, [u32; 3])| (0..8).map(move |n| (level + n, at.map(|side| side >> n)));
     bricks.iter().flat_map(above).collect()
 }

@@ -140,18 +140,24 @@ fn every_mode_of_the_real_volumes_is_the_reference() {
     }
 }
 
+/// Surfaces of the nuclei are rough: where a sample just reaches the value, or just not, a ray ends far away.
 #[test]
-fn every_mode_of_the_head_in_perspective_is_the_reference() {
-    let mut world = real("head.zip");
-    let view = VolumeView::Around(VolumeCamera::around(&world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]));
+fn every_mode_of_the_real_volumes_in_perspective_is_the_reference() {
     let size = [64, 56];
-    let descs = VolumeMode::ALL.map(|mode| VolumeDesc { is_exact: true, ..desc(&world, mode) });
-    world.load_all();
-    let expected = pictures(&descs, &world.levels(), &view, size);
-    let mut renderer = world.renderer(descs[0].clone());
-    for (desc, expected) in descs.iter().zip(&expected) {
-        renderer.set(desc.clone());
-        let db = psnr(&world.shot(&renderer, view, size), expected);
-        assert!(db >= 40.0, "{:?}: {db:.1} dB", desc.mode);
+    for name in ["head.zip", "nuclei.zip"] {
+        let mut world = real(name);
+        let view = VolumeView::Around(VolumeCamera::around(&world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]));
+        let descs = VolumeMode::ALL.map(|mode| desc(&world, mode));
+        world.load_all();
+        let expected = pictures(&descs, &world.levels(), &view, size);
+        for is_exact in [true, false] {
+            let mut renderer = world.renderer(VolumeDesc { is_exact, ..descs[0].clone() });
+            for (desc, expected) in descs.iter().zip(&expected) {
+                renderer.set(VolumeDesc { is_exact, ..desc.clone() });
+                let db = psnr(&world.shot(&renderer, view, size), expected);
+                let least = if name == "nuclei.zip" && desc.mode == VolumeMode::Iso { 30.0 } else { 40.0 };
+                assert!(db >= least, "{name}, {:?}, exact: {is_exact}: {db:.1} dB", desc.mode);
+            }
+        }
     }
 }

@@ -122,7 +122,8 @@ pub(crate) fn ways_through(of: &VolumeBox, view: &VolumeView, size: [u32; 2]) ->
 }
 
 /// The bricks of `page` voxels a side that samples of the rays of some pixels lie in, where more than 1/256
-/// of the light behind them is let through: by level and place. Levels are halves of one another.
+/// of the light behind them is let through, or up to the surface: by level and place. Levels are halves of
+/// one another.
 pub(crate) fn bricks_met(
     desc: &VolumeDesc,
     channels: &[ArrayChannel<'_>],
@@ -150,9 +151,15 @@ pub(crate) fn bricks_met(
             let level = level_of(&desc.of, channels[0].1, pixel(way));
             let side = f64::from(page) * channels[0].1[level].scale[0];
             met.insert((level as u8, std::array::from_fn(|a| (place[a] / side) as u32)));
+            let mut is_surface = false;
             for (channel, levels) in channels {
-                let x = channel.shown(levels[level].sample(place));
+                let value = levels[level].sample(place);
+                is_surface |= desc.mode == VolumeMode::Iso && value >= f64::from(desc.iso);
+                let x = channel.shown(value);
                 through *= (1.0 - (f64::from(channel.opacity) * x).min(0.999)).powf(density * length);
+            }
+            if is_surface {
+                break;
             }
         }
     }

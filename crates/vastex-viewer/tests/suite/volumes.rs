@@ -225,37 +225,44 @@ fn a_camera_around_it_sees_the_reference() {
     let mut world = World::new(&geometry([40, 36, 28], 16), LayerFormat::R16, 1, 200, TableChoice::BySize);
     let camera = VolumeCamera::around(&world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
     let (view, size) = (VolumeView::Around(camera), [64, 48]);
-    let descs = VolumeMode::ALL.map(|mode| VolumeDesc { is_exact: true, ..world.desc(mode) });
+    let descs = VolumeMode::ALL.map(|mode| world.desc(mode));
     let expected = pictures(&descs, &world.levels(), &view, size);
     world.drawn(descs[0].clone(), view, size);
-    let mut renderer = world.renderer(descs[0].clone());
-    for (desc, expected) in descs.iter().zip(&expected) {
-        renderer.set(desc.clone());
-        let db = psnr(&world.shot(&renderer, view, size), expected);
-        assert!(db >= 40.0, "{:?}: {db} dB", desc.mode);
+    for is_exact in [true, false] {
+        let mut renderer = world.renderer(VolumeDesc { is_exact, ..descs[0].clone() });
+        for (desc, expected) in descs.iter().zip(&expected) {
+            renderer.set(VolumeDesc { is_exact, ..desc.clone() });
+            let db = psnr(&world.shot(&renderer, view, size), expected);
+            assert!(db >= 40.0, "{:?}, exact: {is_exact}: {db} dB", desc.mode);
+        }
     }
 }
 
 #[test]
 fn a_pool_that_is_too_small_makes_a_coarser_picture() {
-    // 27 bricks on level 0 and 8 on level 1, in 12 slots.
-    let mut world = World::new(&geometry([48, 48, 48], 16), LayerFormat::R8, 1, 12, TableChoice::BySize);
-    let desc = world.desc(VolumeMode::Average);
-    let (drawn, _) = world.drawn(desc.clone(), VolumeView::Face(VolumeFace::PlusZ), [48, 48]);
-    let (before, frames) = (world.textures.stats(), 40);
-    assert!(drawn.iter().all(|pixel| pixel[0] > 0 && pixel[3] == 255));
-    // A camera that does not move loads nothing anew.
-    let renderer = VolumeRenderer::new(&world.gpu, &mut world.textures, desc, PICTURE).unwrap();
-    let canvas = Canvas::new(&world.gpu, [48, 48], PICTURE, TargetKind::Direct);
-    for _ in 0..frames {
-        let pose = VolumeView::Face(VolumeFace::PlusZ);
-        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
-        let pictures = Pictures::ForFeedback;
-        let frame = Frame { views: &views, expected: None, picture: [48, 48], has_feedback: true, pictures };
-        let (gpu, target) = (&world.gpu, canvas.target());
-        let encoder = frame.record(gpu, &mut world.textures, &renderer, &target, |_, _| Ok(())).unwrap();
-        gpu.queue.submit([encoder.finish()]);
+    // Of each channel 27 bricks on level 0 and 8 on level 1.
+    for (channels, slots) in [(1, 12), (3, 20)] {
+        let mut world =
+            World::new(&geometry([48, 48, 48], 16), LayerFormat::R8, channels, slots, TableChoice::BySize);
+        let desc = world.desc(VolumeMode::Average);
+        let (drawn, _) = world.drawn(desc.clone(), VolumeView::Face(VolumeFace::PlusZ), [48, 48]);
+        let (before, frames) = (world.textures.stats(), 40);
+        assert!(before.pager.bias_eighths > 0, "{channels} channels: {before:?}");
+        assert!(drawn.iter().all(|pixel| pixel[..3].iter().any(|part| *part > 0) && pixel[3] == 255));
+        // A camera that does not move loads nothing anew.
+        let renderer = VolumeRenderer::new(&world.gpu, &mut world.textures, desc, PICTURE).unwrap();
+        let canvas = Canvas::new(&world.gpu, [48, 48], PICTURE, TargetKind::Direct);
+        for _ in 0..frames {
+            let pose = VolumeView::Face(VolumeFace::PlusZ);
+            let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
+            let pictures = Pictures::ForFeedback;
+            let frame =
+                Frame { views: &views, expected: None, picture: [48, 48], has_feedback: true, pictures };
+            let (gpu, target) = (&world.gpu, canvas.target());
+            let encoder = frame.record(gpu, &mut world.textures, &renderer, &target, |_, _| Ok(())).unwrap();
+            gpu.queue.submit([encoder.finish()]);
+        }
+        let after = world.textures.stats();
+        assert_eq!(before.pager.loaded, after.pager.loaded, "{channels} channels: {after:?}");
     }
-    let after = world.textures.stats();
-    assert_eq!(before.pager.loaded, after.pager.loaded, "{after:?}");
 }

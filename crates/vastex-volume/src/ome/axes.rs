@@ -128,25 +128,6 @@ fn is_spatial(axis: &Axis) -> bool {
     axis.kind.as_deref() == Some("space")
 }
 
-/// Metres of a unit of length, by the names that the specification has and those that people write.
-pub(super) fn metres(unit: &str) -> Option<f64> {
-    const UNITS: &[(&str, &[&str], f64)] = &[
-        ("angstrom", &["å", "a", "ångström"], 1e-10),
-        ("picometer", &["pm", "picometre"], 1e-12),
-        ("nanometer", &["nm", "nanometre"], 1e-9),
-        ("micrometer", &["um", "µm", "μm", "micron", "microns", "micrometre"], 1e-6),
-        ("millimeter", &["mm", "millimetre"], 1e-3),
-        ("centimeter", &["cm", "centimetre"], 1e-2),
-        ("meter", &["m", "metre"], 1.0),
-        ("kilometer", &["km", "kilometre"], 1e3),
-        ("inch", &["in"], 0.0254),
-        ("foot", &["ft"], 0.3048),
-    ];
-    let unit = unit.trim().to_lowercase();
-    let found = UNITS.iter().find(|(name, others, _)| *name == unit || others.contains(&unit.as_str()));
-    found.map(|(_, _, metres)| *metres)
-}
-
 #[cfg(test)]
 mod tests {
     use serde_json::json;
@@ -194,12 +175,5 @@ mod tests {
     fn a_line_is_no_volume() {
         let axes = read(&[json!("c"), json!("x")]);
         assert!(assign(&axes, &[1, 1], &mut Oddities::default()).is_err());
-    }
-
-    #[test]
-    fn units_have_a_length() {
-        assert_eq!(metres("Micrometer"), Some(1e-6));
-        assert_eq!(metres("µm"), metres("um"));
-        assert_eq!(metres("parsec"), None);
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-use super::axes::{self, Axis, assign, fitting, metres};
+use super::axes::{self, Axis, assign, fitting};
 use super::levels::{Stored, check_cover, convention, origins, scales, sorted};
 use super::root::ImageRoot;
 use super::transforms::Diagonal;
@@ -13,6 +13,7 @@ use crate::chunks::{AxisMap, Grid};
 use crate::fault::{Oddities, VolumeError, VolumeFault, damaged};
 use crate::json::{list, text};
 use crate::keys::{KeyStore, join, shown};
+use crate::units;
 use crate::volume::{LevelArray, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
 use crate::zarr::{ZarrArray, open_array, shortened};
 
@@ -240,26 +241,12 @@ fn one_unit(
     oddities: &mut Oddities,
 ) -> Option<String> {
     let unit = |axis: Option<usize>| axes.get(axis?)?.unit.clone();
-    let units = [unit(Some(map.x)), unit(Some(map.y)), unit(map.z)];
-    let first = units.iter().flatten().next()?.clone();
-    for (axis, own) in units.iter().enumerate() {
-        let Some(own) = own.as_ref().filter(|own| **own != first) else { continue };
-        match metres(own).zip(metres(&first)) {
-            Some((own, first)) if own == first => {}
-            Some((own_metres, first_metres)) => {
-                oddities.push(format!("axes of space are in {own} and in {first}; all are put in {first}"));
-                for value in scales.iter_mut().chain(translations.iter_mut()) {
-                    value[axis] *= own_metres / first_metres;
-                }
-            }
-            None => oddities.push(format!(
-                "axes of space are in '{}' and in '{}', which cannot be compared",
-                shortened(own),
-                shortened(&first)
-            )),
-        }
+    let one = units::one_unit(&[unit(Some(map.x)), unit(Some(map.y)), unit(map.z)]);
+    oddities.extend(one.oddities);
+    for value in scales.iter_mut().chain(translations.iter_mut()) {
+        value.iter_mut().zip(one.factors).for_each(|(length, factor)| *length *= factor);
     }
-    Some(first)
+    one.unit
 }
 
 fn channel_info(attributes: &Value, channels: u64, oddities: &mut Oddities) -> Vec<VolumeChannel> {

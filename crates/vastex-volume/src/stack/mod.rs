@@ -22,7 +22,7 @@ pub(crate) use pages::{are_pictures, is_stack};
 pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
     let mut oddities = Vec::new();
     let pages = Pages::open(path, &mut oddities)?;
-    let about = StackAbout::read(pages.description(), pages.count(), &mut oddities);
+    let about = StackAbout::read(pages.description(), pages.count(), pages.tags(), &mut oddities);
     let StackAbout { channels, slices, times, order, scale, unit, names } = about;
     let grid = pages.grid(order.shape(times, channels, slices), order);
     let level = VolumeLevel {

@@ -5,12 +5,13 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingSampleType, Limits};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, PlanarConfiguration, Tag};
 use tiff::{ColorType, TiffResult};
 use vastex_tiles::read_advice;
 
-use super::about::{PageOrder, says_stack};
+use super::about::{PageOrder, PageTags, says_stack};
 use crate::chunks::{AxisMap, Chunk, ChunkFuture, ChunkSource, Grid, Presence, PresenceFuture};
 use crate::fault::{VolumeError, VolumeFault, damaged, unsupported};
 use crate::flat::Layout;
@@ -71,6 +72,7 @@ pub(super) struct Pages {
     /// The pages' places among the file's directories.
     places: Vec<usize>,
     description: String,
+    tags: PageTags,
     /// Where the values begin if the file has one directory for many pages, as ImageJ writes large stacks.
     run: Option<(u64, u64)>,
     is_big_endian: bool,
@@ -156,6 +158,7 @@ impl Pages {
         let mut decoder = decoder(path, MOST_DIRECTORIES).map_err(wrong)?;
         let page = page_of(&mut decoder).map_err(wrong)?.map_err(|why| at(unsupported(why)))?;
         let description = decoder.get_tag_ascii_string(Tag::ImageDescription).unwrap_or_default();
+        let tags = tags_of(&mut decoder, &page);
         let is_big_endian = decoder.byte_order() == tiff::tags::ByteOrder::BigEndian;
         let run = run_of(&mut decoder, &description, &page);
         let mut places = vec![0];
@@ -191,7 +194,7 @@ impl Pages {
             }
             Some((offset, count.min(fit))).filter(|(_, count)| *count > 1)
         });
-        Ok(Pages { path: path.into(), page, places, description, run, is_big_endian })
+        Ok(Pages { path: path.into(), page, places, description, tags, run, is_big_endian })
     }
 
     pub(super) fn count(&self) -> u64 {
@@ -200,6 +203,10 @@ impl Pages {
 
     pub(super) fn description(&self) -> &str {
         &self.description
+    }
+
+    pub(super) fn tags(&self) -> &PageTags {
+        &self.tags
     }
 
     /// Returns true if each page has red, green and blue of its own.
@@ -247,6 +254,24 @@ impl Pages {
     pub(super) fn source(self, grid: &Grid) -> PageChunks {
         PageChunks { grid: grid.clone(), pages: self, decoders: Mutex::new(Vec::new()) }
     }
+}
+
+/// What tags say of pixels. What cannot be read of them says nothing.
+fn tags_of(decoder: &mut FileDecoder, page: &Page) -> PageTags {
+    let pixels = [Tag::XResolution, Tag::YResolution].map(|tag| match decoder.find_tag(tag).ok()?? {
+        Value::Rational(count, of) => Some(f64::from(count) / f64::from(of)),
+        Value::Float(pixels) => Some(f64::from(pixels)),
+        Value::Double(pixels) => Some(pixels),
+        _ => None,
+    });
+    let pixels = pixels.map(|pixels| pixels.filter(|pixels| pixels.is_normal() && *pixels > 0.0));
+    let unit = match decoder.find_tag_unsigned::<u16>(Tag::ResolutionUnit) {
+        Ok(Some(1)) => None,
+        Ok(Some(3)) => Some("centimeter"),
+        // What the specification takes where it is not said.
+        _ => Some("inch"),
+    };
+    PageTags { samples: page.samples.into(), pixels, unit }
 }
 
 /// Where the values of many pages begin that have one directory, and how many pages they are.

@@ -1,5 +1,6 @@
 //! What is known of a volume without reading its values.
 
+use crate::units;
 use crate::values::DType;
 
 /// What a volume says of itself.
@@ -46,6 +47,15 @@ impl VolumeAbout {
     /// Voxels along x, y and z of the finest level.
     pub fn size(&self) -> [u64; 3] {
         self.levels[0].size
+    }
+
+    /// How many units of another volume's scales and origins one of this volume's is: 1 where one of the two
+    /// names none, which may be any; `None` where their units cannot be compared.
+    pub fn unit_in(&self, other: &VolumeAbout) -> Option<f64> {
+        match (&self.unit, &other.unit) {
+            (Some(own), Some(other)) => units::in_other(own, other),
+            _ => Some(1.0),
+        }
     }
 }
 

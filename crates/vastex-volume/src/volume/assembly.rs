@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use super::boxes::filled;
-use super::cache::{Had, Key};
+use super::cache::Had;
+use super::last_used::Key;
 use super::{LevelArray, Volume};
 use crate::chunks::Chunk;
 use crate::fault::{VolumeError, VolumeFault, damaged};

@@ -311,6 +311,7 @@ impl<'a> Shared<'a> {
     pub(super) async fn chunk(&self, coords: &[u64]) -> (Result<Option<Chunk>, VolumeError>, Had) {
         let array = self.array();
         let read = async {
+            let _turn = self.volume.decoding.pass(array.chunk_bytes()).await;
             let chunk = array.source.read(coords).await?;
             let side = array.grid.chunk_size()[0];
             let with_ends = |chunk: Chunk| match self.has_ends {
@@ -408,6 +409,7 @@ impl Volume {
                 "there is no chunk {x},{y},{z} of level {level}; there are {nx}x{ny}x{nz}"
             )));
         }
+        let _turn = self.decoding.pass(array.chunk_bytes()).await;
         let chunk = array.source.read(&array.grid.coords(at, channel, time)).await?;
         Ok(chunk.map(|chunk| chunk.bytes.clone()))
     }

@@ -2,7 +2,6 @@
 //! wait for it, and by reads one after the other, for which chunks are kept for a while, the last used ones
 //! up to a number of bytes.
 
-use std::collections::BTreeMap;
 use std::future::Future;
 use std::pin::Pin;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -11,20 +10,9 @@ use std::task::{Context, Poll, Waker};
 
 use rustc_hash::FxHashMap;
 
+use super::last_used::{Key, LastUsed};
 use crate::chunks::Chunk;
 use crate::fault::VolumeError;
-
-/// A level, and the coordinates of a chunk of it, along up to 8 axes.
-pub(crate) type Key = (usize, Vec<u64>);
-/// Coordinates of up to 8 axes, as they lie in a table: who looks for 27 chunks, as a brick does, else goes
-/// to 27 more places of memory that are in no cache.
-type Place = [u64; 8];
-
-fn place(coords: &[u64]) -> Place {
-    let mut place = [0; 8];
-    place.iter_mut().zip(coords).for_each(|(place, at)| *place = *at);
-    place
-}
 
 /// A chunk; `None` if it is absent.
 type Outcome = Result<Option<Chunk>, VolumeError>;
@@ -77,25 +65,12 @@ struct Counts {
 
 #[derive(Default)]
 struct Kept {
-    /// By level and coordinates.
-    by_key: FxHashMap<usize, FxHashMap<Place, Entry>>,
-    /// By the use under which each is filed here; it may have been used since.
-    by_use: BTreeMap<u64, Key>,
-    bytes: usize,
-    uses: u64,
+    chunks: LastUsed,
     under_way: FxHashMap<Key, Arc<UnderWay>>,
 }
 
-/// A chunk that is kept.
-struct Entry {
-    chunk: Option<Chunk>,
-    /// The number of its last use, or of one not long before it, and of the one under which it is filed.
-    used: u64,
-    filed: u64,
-}
-
 impl ChunkCache {
-    /// Keeps decoded chunks of up to so many bytes.
+    /// Keeps decoded chunks of up to so many bytes, and of larger ones the last.
     pub(crate) fn new(most_bytes: usize) -> ChunkCache {
         ChunkCache {
             most_bytes: AtomicUsize::new(most_bytes),
@@ -107,7 +82,7 @@ impl ChunkCache {
     /// Keeps up to so many bytes from now on; what is more goes at once.
     pub(crate) fn keep_at_most(&self, most_bytes: usize) {
         self.most_bytes.store(most_bytes, Ordering::Relaxed);
-        let gone = self.with(|kept| kept.make_room(most_bytes));
+        let gone = self.with(|kept| kept.chunks.make_room(most_bytes));
         drop(gone);
     }
 
@@ -117,14 +92,16 @@ impl ChunkCache {
 
     /// A chunk that is kept, or that it is known to be absent. Waits for nothing.
     pub(crate) fn find(&self, key: &Key) -> Option<Option<Chunk>> {
-        self.with(|kept| kept.find(key.0, &key.1))
+        self.with(|kept| kept.chunks.find(key.0, &key.1))
     }
 
     /// The same for somebody who wants chunks of a level and would else [get](ChunkCache::get) them: their
     /// coordinates lie one after the other, `axes` each.
     pub(crate) fn share(&self, level: usize, coords: &[u64], axes: usize) -> Vec<Option<Option<Chunk>>> {
         let mut found = Vec::with_capacity(coords.len() / axes);
-        self.with(|kept| found.extend(coords.chunks_exact(axes).map(|coords| kept.find(level, coords))));
+        self.with(|kept| {
+            found.extend(coords.chunks_exact(axes).map(|coords| kept.chunks.find(level, coords)));
+        });
         let shared = found.iter().flatten().count() as u64;
         self.counts.shared.fetch_add(shared, Ordering::Relaxed);
         found
@@ -170,12 +147,12 @@ impl ChunkCache {
             absent: of(&counts.absent),
             shared: of(&counts.shared),
             failed: of(&counts.failed),
-            bytes_kept: self.with(|kept| kept.bytes as u64),
+            bytes_kept: self.with(|kept| kept.chunks.bytes() as u64),
         }
     }
 
     fn look(&self, key: &Key) -> Looked {
-        self.with(|kept| match (kept.find(key.0, &key.1), kept.under_way.get(key)) {
+        self.with(|kept| match (kept.chunks.find(key.0, &key.1), kept.under_way.get(key)) {
             (Some(chunk), _) => Looked::Kept(chunk),
             (None, Some(work)) => Looked::UnderWay(work.clone()),
             (None, None) => {
@@ -202,71 +179,6 @@ impl Counts {
         counter.fetch_add(1, Ordering::Relaxed);
         self.bytes_decoded.fetch_add(bytes, Ordering::Relaxed);
     }
-}
-
-impl Kept {
-    fn find(&mut self, level: usize, coords: &[u64]) -> Option<Option<Chunk>> {
-        let entry = self.by_key.get_mut(&level)?.get_mut(&place(coords))?;
-        self.uses += 1;
-        // Not each time: what nobody writes to stays in the caches of all who look.
-        if self.uses - entry.used > self.by_use.len() as u64 / 8 {
-            entry.used = self.uses;
-        }
-        Some(entry.chunk.clone())
-    }
-
-    /// Keeps a chunk; what makes room for it is handed back.
-    #[must_use]
-    fn keep(&mut self, key: &Key, chunk: Option<Chunk>, most_bytes: usize) -> Vec<Entry> {
-        let bytes = cost(&chunk);
-        if bytes > most_bytes {
-            return Vec::new();
-        }
-        let before = self.forget(key);
-        self.bytes += bytes;
-        self.uses += 1;
-        let now = self.uses;
-        self.by_use.insert(now, key.clone());
-        let entry = Entry { chunk, used: now, filed: now };
-        self.by_key.entry(key.0).or_default().insert(place(&key.1), entry);
-        let mut gone = self.make_room(most_bytes);
-        gone.extend(before);
-        gone
-    }
-
-    /// Hands out what was used longest ago, until no more than so many bytes are kept.
-    #[must_use]
-    fn make_room(&mut self, most_bytes: usize) -> Vec<Entry> {
-        let mut gone = Vec::new();
-        while self.bytes > most_bytes
-            && let Some((filed, oldest)) = self.by_use.pop_first()
-        {
-            let entry =
-                self.by_key.get_mut(&oldest.0).and_then(|of_level| of_level.get_mut(&place(&oldest.1)));
-            match entry {
-                // It was used since it was filed.
-                Some(entry) if entry.used > filed => {
-                    entry.filed = entry.used;
-                    self.by_use.insert(entry.used, oldest);
-                }
-                _ => gone.extend(self.forget(&oldest)),
-            }
-        }
-        gone
-    }
-
-    fn forget(&mut self, key: &Key) -> Option<Entry> {
-        let entry = self.by_key.get_mut(&key.0).and_then(|of_level| of_level.remove(&place(&key.1)))?;
-        self.by_use.remove(&entry.filed);
-        self.bytes -= cost(&entry.chunk);
-        Some(entry)
-    }
-}
-
-fn cost(chunk: &Option<Chunk>) -> usize {
-    /// What a place takes beside the values.
-    const OVERHEAD: usize = 256;
-    chunk.as_ref().map_or(0, Chunk::cost) + OVERHEAD
 }
 
 enum Looked {
@@ -309,7 +221,7 @@ impl Drop for Claim<'_> {
         // freed without the lock.
         let gone = self.cache.with(|kept| {
             let gone = match &outcome {
-                Some(Ok(chunk)) => kept.keep(self.key, chunk.clone(), self.cache.most_bytes()),
+                Some(Ok(chunk)) => kept.chunks.keep(self.key, chunk.clone(), self.cache.most_bytes()),
                 _ => Vec::new(),
             };
             kept.under_way.remove(self.key);
@@ -364,14 +276,12 @@ mod tests {
     }
 
     #[test]
-    fn what_is_kept_has_a_bound_and_what_is_used_stays() {
+    fn what_is_done_is_counted() {
         let cache = ChunkCache::new(256 << 20);
         for n in 0..30 {
             cache.find(&(0, vec![0]));
             block_on(cache.get((0, vec![n]), found(Some(chunk(20 << 20))))).0.unwrap();
-            let kept = cache.kept.lock().unwrap();
-            let held: usize = kept.by_key.values().map(FxHashMap::len).sum();
-            assert!(kept.bytes <= cache.most_bytes() && held == kept.by_use.len());
+            assert!(cache.work().bytes_kept <= 256 << 20);
         }
         assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![5])).is_none());
         assert!(cache.find(&(1, vec![0])).is_none());
@@ -379,7 +289,6 @@ mod tests {
         assert!(matches!(cache.find(&(2, vec![])), Some(None)));
         cache.keep_at_most(50 << 20);
         assert!(cache.find(&(0, vec![0])).is_some() && cache.find(&(0, vec![27])).is_none());
-        assert!(cache.kept.lock().unwrap().bytes <= 50 << 20);
         let work = cache.work();
         assert_eq!((work.decoded, work.absent, work.shared, work.failed), (30, 1, 0, 0));
         assert_eq!((work.bytes_decoded, work.bytes_read), (30 * (20 << 20), 30 * 3));

@@ -6,7 +6,9 @@ mod boxes;
 mod bricks;
 mod cache;
 mod crop;
+mod gate;
 mod gather;
+mod last_used;
 mod region;
 mod told;
 mod within;
@@ -27,11 +29,14 @@ pub use bricks::{BRICK, BrickCount};
 pub(crate) use cache::ChunkCache;
 pub use cache::ChunkWork;
 pub use crop::{VolumeCropError, crop};
+use gate::Gate;
 pub use region::VolumeRegion;
 pub(crate) use told::{Telling, Told};
 
 /// Bytes of decoded chunks that are kept, and of boxes beside them.
 const MOST_KEPT: usize = 256 << 20;
+/// Bytes of chunks that are decoded at once, by all threads together: as many as one chunk may have.
+const MOST_DECODING: u64 = 1 << 30;
 /// Bytes of levels that are made and not stored which are kept: of coarse ones, and of finer ones.
 pub(crate) const COARSE_MADE_KEPT: usize = 192 << 20;
 const FINE_MADE_KEPT: usize = 64 << 20;
@@ -43,11 +48,20 @@ pub(crate) struct LevelArray {
     pub(crate) source: Arc<dyn ChunkSource>,
 }
 
+impl LevelArray {
+    /// Bytes of a chunk, decoded.
+    fn chunk_bytes(&self) -> u64 {
+        self.grid.chunk.iter().fold(self.dtype.bytes() as u64, |bytes, side| bytes.saturating_mul(*side))
+    }
+}
+
 /// A volume, opened. Its levels are read where they lie; shared by threads.
 pub struct Volume {
     about: VolumeAbout,
     arrays: Vec<LevelArray>,
     cache: ChunkCache,
+    /// Through it goes who decodes.
+    decoding: Gate,
     /// Boxes of which many bricks are cut, where chunks are large.
     boxes: ChunkCache,
     /// Chunks of levels that are made: of coarse ones, and of finer ones.
@@ -74,6 +88,7 @@ impl Volume {
             about,
             arrays,
             cache: ChunkCache::new(MOST_KEPT),
+            decoding: Gate::new(MOST_DECODING),
             boxes: ChunkCache::new(MOST_KEPT),
             made: [COARSE_MADE_KEPT, FINE_MADE_KEPT].map(ChunkCache::new),
             spare: Arc::default(),
@@ -88,8 +103,10 @@ impl Volume {
     }
 
     /// Keeps up to so many bytes of decoded chunks for later reads from now on, and as much of boxes beside
-    /// them where chunks are large; 256 MiB each unless this is called. What is more goes at once. Where less
-    /// is kept than a brick wants chunks, each is decoded again for every brick.
+    /// them where chunks are large; 256 MiB each unless this is called. Of chunks that have more bytes by
+    /// themselves the last used ones are kept beside these, up to four times as many bytes and one at least,
+    /// so that who reads a volume of one chunk box by box decodes it once; of 0 nothing is. What is more goes
+    /// at once. Where less is kept than a brick wants chunks, each is decoded again for every brick.
     pub fn keep_at_most(&self, bytes: usize) {
         self.cache.keep_at_most(bytes);
         self.boxes.keep_at_most(bytes);

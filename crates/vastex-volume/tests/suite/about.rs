@@ -156,7 +156,7 @@ fn other_kinds_say_what_they_are() {
     assert_eq!((about.kind, about.dtype, about.value_scale), ("nifti", DType::I16, Some([2.5, -3.0])));
     assert_eq!((about.levels[0].scale, about.unit.as_deref()), ([0.5, 0.75, 2.0], Some("millimeter")));
     let imagej = volume(&path("imagej.tif"));
-    assert_eq!((imagej.about().levels[0].scale[2], imagej.about().times), (0.5, 2));
+    assert_eq!((imagej.about().levels[0].scale, imagej.about().times), ([1.0, 1.0, 0.5], 2));
     let ome = volume(&path("ome.ome.tif"));
     let about = ome.about();
     assert_eq!(

@@ -92,12 +92,14 @@ fn pipes_are_no_metadata() {
     assert_eq!(told.recv_timeout(Duration::from_secs(30)), Ok(true));
 }
 
-/// A large stack as ImageJ writes it: one directory, a description, and so many bytes of 4x4 pages.
+/// A large stack as ImageJ writes it: one directory, a description, and so many bytes of 4x4 pages. Of its
+/// pixels 10 lie in a unit along x, and 8 along y.
 fn imagej(bytes: usize) -> Vec<u8> {
-    let description = b"ImageJ=1.54f\nimages=1000\nslices=1000\n\0";
-    let place = 8 + 2 + 9 * 12 + 4;
-    let values = place + description.len() as u32;
-    let tags: [(u16, u16, u32, u32); 9] = [
+    let description = b"ImageJ=1.54f\nimages=1000\nslices=1000\nunit=micron\nspacing=0.5\n\0";
+    let place = 8 + 2 + 12 * 12 + 4;
+    let pixels = place + description.len() as u32;
+    let values = pixels + 16;
+    let tags: [(u16, u16, u32, u32); 12] = [
         (256, 4, 1, 4),
         (257, 4, 1, 4),
         (258, 3, 1, 8),
@@ -107,13 +109,17 @@ fn imagej(bytes: usize) -> Vec<u8> {
         (273, 4, 1, values),
         (278, 4, 1, 4),
         (279, 4, 1, 16),
+        (282, 5, 1, pixels),
+        (283, 5, 1, pixels + 8),
+        (296, 3, 1, 1),
     ];
-    let mut file = b"II\x2a\0\x08\0\0\0\x09\0".to_vec();
+    let mut file = b"II\x2a\0\x08\0\0\0\x0c\0".to_vec();
     for (tag, kind, count, value) in tags {
         file.extend([&tag.to_le_bytes()[..], &kind.to_le_bytes(), &count.to_le_bytes()].concat());
         file.extend(value.to_le_bytes());
     }
-    file.extend([&[0; 4][..], description, &vec![7; bytes]].concat());
+    let rationals = [100_000_u32, 10_000, 80_000, 10_000].map(u32::to_le_bytes).concat();
+    file.extend([&[0; 4][..], description, &rationals, &vec![7; bytes]].concat());
     file
 }
 
@@ -124,6 +130,8 @@ fn a_run_of_pages_is_as_long_as_its_file() {
     std::fs::write(&file, imagej(16_000)).unwrap();
     let whole = volume(&file);
     assert_eq!((whole.about().size(), whole.about().oddities.len()), ([4, 4, 1000], 0));
+    let about = whole.about();
+    assert_eq!((about.levels[0].scale, about.unit.as_deref()), ([0.1, 0.125, 0.5], Some("micron")));
     std::fs::write(&file, imagej(3 * 16 + 5)).unwrap();
     let cut = volume(&file);
     assert_eq!(cut.about().size(), [4, 4, 3]);

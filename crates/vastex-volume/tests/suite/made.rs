@@ -95,6 +95,29 @@ fn small_levels_are_made_at_opening() {
     }
 }
 
+/// Whatever is kept: made levels are put together brick by brick, each of a part of the only chunk.
+#[test]
+fn a_chunk_beyond_what_is_kept_is_decoded_once_for_all_made_levels() {
+    let level = Level::new([200, 180, 160], [200, 180, 160], [1.0; 3]);
+    let directory = tempfile::tempdir().unwrap();
+    let value = |_: usize, [x, y, z]: [u64; 3], bytes: &mut Vec<u8>| {
+        bytes.push((x ^ (y * 3) ^ (z >> 2)) as u8);
+    };
+    write(directory.path(), "|u1", &[level], value, |_, _| true);
+    let volume = Arc::new(volume(directory.path()));
+    volume.keep_at_most(1 << 20);
+    let source = VolumeSource::open(volume.clone(), &VolumeOptions::default()).unwrap();
+    let geometry = &source.description().geometry;
+    for pos in geometry.pages().filter(|pos| pos.level > 0).chain([geometry.tail_pos()]) {
+        texels(&source, pos);
+    }
+    let work = volume.chunk_work();
+    assert!(work.decoded == 1 && work.shared >= 7, "{work:?}");
+    assert_eq!(work.bytes_kept / 200 / 180 / 160, 1, "it is kept");
+    check(&source, Reduction::Mean);
+    assert_eq!(volume.chunk_work().decoded, 1);
+}
+
 #[test]
 fn labels_are_made_by_majority() {
     let directory = tempfile::tempdir().unwrap();

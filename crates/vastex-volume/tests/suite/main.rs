@@ -9,6 +9,7 @@ mod generated;
 mod hostile;
 mod made;
 mod messages;
+mod oddities;
 mod sampling;
 mod source;
 mod sparse;
