@@ -51,6 +51,16 @@ impl Output {
         })
     }
 
+    /// Removes what was begun of the file, and a file without bytes in its place; one that has any stays.
+    #[cfg(feature = "view")]
+    pub(crate) fn discard(&self) {
+        // What cannot be removed is not there, or is somebody else's.
+        let _ = fs::remove_file(&self.temp);
+        if fs::metadata(&self.target).is_ok_and(|found| found.len() == 0) {
+            let _ = fs::remove_file(&self.target);
+        }
+    }
+
     /// Lets somebody write the whole file, bit by bit, and puts it in its place where that goes well; says
     /// how many bytes it has. An error of the one who writes is the inner one.
     #[cfg(feature = "build")]

@@ -138,8 +138,13 @@ impl<'a> Window<'a> {
         self.look_at_machine()?;
         self.change_feedback()?;
         self.change_theme()?;
+        self.key("F8")?;
+        self.until("a recording", |window| window.title().filter(|title| title.contains("is recorded")))?;
         // Of the file that could not be shown the exit code tells, too.
         let ended = self.quit()?;
+        let recorded = fs::read_to_string(self.place.join("earth-elevation-1080x540-u16-1.path"));
+        let recorded = recorded.context("what was recorded when the window closed")?;
+        ensure!(recorded.contains("\n0 image:"), "it recorded {recorded}");
         ensure!(ended.code() == Some(1), "it ended with {ended}");
         Ok(())
     }

@@ -7,6 +7,7 @@
 
 mod over;
 mod paint;
+mod patience;
 #[cfg(test)]
 mod tests;
 #[cfg(feature = "volumes")]
@@ -41,6 +42,8 @@ use crate::parts::{self, MOST_SIDE, Part, Parts};
 use crate::places::Inputs;
 use crate::report;
 use over::Over;
+use patience::OpeningShot;
+pub(crate) use patience::Patience;
 #[cfg(feature = "volumes")]
 pub(crate) use volume::VolumeShot;
 
@@ -131,29 +134,46 @@ fn ended(is_whole: bool, source: &Path) -> ExitCode {
 impl Shot {
     /// Draws it, on a device of its own, and writes it as PNG. Returns true if everything in view is there.
     pub(crate) fn write(&self, args: &ViewArgs, output: &Output) -> Result<bool> {
-        let sources = self.open(args)?;
+        self.write_while(args, (output, &Patience::default()))
+    }
+
+    /// The same as long as somebody waits for it. Fails, and writes nothing, where nobody does any more.
+    pub(crate) fn write_while(
+        &self,
+        args: &ViewArgs,
+        (output, patience): (&Output, &Patience),
+    ) -> Result<bool> {
+        let sources = self.open(args, patience)?;
+        patience.check()?;
         let source = self.source.display().to_string();
         let mut rows = output.png_rows(self.size)?;
-        let converged = self.draw(args, &sources, &mut rows).context(source)?;
+        let converged = self.draw((args, patience), &sources, &mut rows).context(source)?;
+        patience.check()?;
         rows.finish()?;
         Ok(converged)
     }
 
-    fn open(&self, args: &ViewArgs) -> Result<Sources> {
-        let looked = Looked::at(&self.source);
+    fn open(&self, args: &ViewArgs, patience: &Patience) -> Result<Sources> {
+        let opening = OpeningShot { looked: Looked::at(&self.source), patience };
+        let looked = &opening.looked;
         let open =
-            |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &looked)?.tiles);
+            |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &opening)?.tiles);
         let tiles = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
-        let rows = rows_of(&self.source, &looked).unwrap_or_default();
-        let about = open::file_about(&self.source, &looked, rows);
+        let rows = rows_of(&self.source, looked).unwrap_or_default();
+        let about = open::file_about(&self.source, looked, rows);
         let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();
         Ok(Sources { tiles, over, about, shapes, image: [width, height] })
     }
 
-    fn draw(&self, args: &ViewArgs, sources: &Sources, rows: &mut PngRows) -> Result<bool> {
+    fn draw(
+        &self,
+        (args, patience): (&ViewArgs, &Patience),
+        sources: &Sources,
+        rows: &mut PngRows,
+    ) -> Result<bool> {
         let gpu = headless_gpu()?;
         let said = || args.scene.pose(sources.image);
         let panes = parts::panes(&self.options, 1 + sources.over.len());
@@ -204,6 +224,7 @@ impl Shot {
                 |drawn, parts, mut row| {
                     over.paint(drawn, parts, &mut row)?;
                     rows.add(&row)?;
+                    patience.check()?;
                     Ok(ControlFlow::Continue(()))
                 },
             )?

@@ -15,6 +15,7 @@ use vastex_viewer::panels::VolumePanes;
 use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, VolumeScene};
 
 use super::paint::OverPainter;
+use super::patience::Patience;
 use crate::args::ViewArgs;
 use crate::made_levels::LevelMaker;
 use crate::output::Output;
@@ -55,6 +56,15 @@ pub(super) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
 impl VolumeShot {
     /// Draws it, on a device of its own, and writes it as PNG. Returns true if everything in view is there.
     pub(crate) fn write(&self, args: &ViewArgs, output: &Output) -> Result<bool> {
+        self.write_while(args, (output, &Patience::default()))
+    }
+
+    /// The same as long as somebody waits for it. Fails, and writes nothing, where nobody does any more.
+    pub(crate) fn write_while(
+        &self,
+        args: &ViewArgs,
+        (output, patience): (&Output, &Patience),
+    ) -> Result<bool> {
         let opened = open_volume(&self.source, OpenHow::of(&args.scene))?;
         let gpu = headless_gpu()?;
         let most = gpu.device.limits().max_texture_dimension_2d;
@@ -78,7 +88,7 @@ impl VolumeShot {
             Some(look) => look.clone(),
             None => opened.initial_look(args)?,
         };
-        let is_whole = self.play(&mut scene, &opened).context(source)?;
+        let is_whole = self.play(&mut scene, &opened, patience).context(source)?;
         output.write_picture(&self.painted(&gpu, &scene)?)?;
         Ok(is_whole)
     }
@@ -91,11 +101,12 @@ impl VolumeShot {
 
     /// Plays frames until everything in view is there, then draws it. Returns false where it is not after so
     /// many frames.
-    fn play(&self, scene: &mut VolumeScene, opened: &OpenedVolume) -> Result<bool> {
+    fn play(&self, scene: &mut VolumeScene, opened: &OpenedVolume, patience: &Patience) -> Result<bool> {
         let (mut frames, mut is_refused) = (0, false);
         let mut levels = LevelMaker::default();
         let mut is_wanted = false;
         let is_whole = loop {
+            patience.check()?;
             for asked in scene.take_asked() {
                 if let VolumeAsked::Labels { nth, time } = asked {
                     let name = scene.facts().labels.get(nth).cloned().unwrap_or_default();

@@ -26,7 +26,7 @@ pub(super) fn choose(title: &str, beside: &Path, send: impl FnOnce(Chosen) + Sen
         dialog = dialog.set_directory(folder);
     }
     let asked = dialog.pick_file();
-    thread::spawn(move || {
+    let answer = move || {
         let begun = Instant::now();
         // No answer is all that is told of a failure.
         let file = pollster::block_on(asked).map(|file| file.path().to_owned());
@@ -35,5 +35,7 @@ pub(super) fn choose(title: &str, beside: &Path, send: impl FnOnce(Chosen) + Sen
             None if begun.elapsed() < NOT_SEEN => Chosen::NoDialog,
             None => Chosen::Nothing,
         });
-    });
+    };
+    // Where no thread can be started nothing comes, and a person asks again.
+    drop(thread::Builder::new().name("vastex-dialog".into()).spawn(answer));
 }

@@ -5,9 +5,9 @@
 //! the one that is seen, `over` lays others over it. `viewer` draws the viewer's scene on what `device`
 //! finds, `shell` is egui in the window, `requests` does what is asked for in its panel. `files` knows the
 //! next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both
-//! by `state`. What goes out of the window is in `outgoing`: pictures, camera paths (`flight`), and texts
-//! (`clipboard`, `links`). `events` translates winit's events, `surface` is where pictures appear, `times`
-//! what is measured of the window, `remembered` what it was like when it was closed last. Of volumes
+//! by `state`. What goes out of the window is in `outgoing`: pictures (`shots`), camera paths (`flight`),
+//! texts (`clipboard`, `links`). `events` translates winit's events, `surface` is where pictures appear,
+//! `times` what is measured of the window, `remembered` what it was like when it was closed last. Of volumes
 //! `volume_work` reads what is needed, and `volume_flight` moves them along paths.
 
 mod bookmarks;
@@ -28,6 +28,7 @@ mod recent;
 mod remembered;
 mod requests;
 mod shell;
+mod shots;
 mod showing;
 mod shown;
 mod state;
@@ -65,10 +66,11 @@ use crate::open::{self, Lies};
 use crate::{report, screenshot};
 use dialog::Chosen;
 use files::{Files, Folder};
+use flight::RecordedOf;
 use links::Linked;
 use opening::{Openings, Report};
-use outgoing::Shots;
 use over::Over;
+use shots::{Shots, TakenShot};
 use shown::Shown;
 use times::Times;
 use viewer::{MadeAnew, Viewer};
@@ -114,8 +116,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         proxy: events.create_proxy(),
         files: Files::new(&args.scene.source, &args.files),
         files_before: None,
-        is_choosing: false,
-        chooses_over: false,
+        choosing_since: None,
         input: Input::default(),
         is_shifted: false,
         begun: Instant::now(),
@@ -131,8 +132,11 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         before_link: None,
         keeps_camera: false,
         flight: Flight::default(),
+        recorded_of: RecordedOf::default(),
         #[cfg(feature = "volumes")]
         volume_flight: VolumeFlight::default(),
+        #[cfg(feature = "volumes")]
+        volume_recorded_of: PathBuf::new(),
         shots: Shots::default(),
         to_play: args.camera_path.clone(),
         lost_devices: 0,
@@ -146,8 +150,8 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
 /// What other threads say to the loop of events.
 enum Message {
     Opening(Box<Report>),
-    /// What became of the dialog for files.
-    Chosen(Chosen),
+    /// What became of a dialog for files; true if what is chosen is to lie over what is displayed.
+    Chosen(Chosen, bool),
     /// The text that was copied, which was asked for, or why there is none.
     Copied(Result<String, String>),
     /// What lies beside a file.
@@ -155,7 +159,7 @@ enum Message {
     /// Textures for another mode of feedback.
     MadeAnew(Box<MadeAnew>),
     /// A picture of the window lies in a file, or none does.
-    Shot(Result<PathBuf>),
+    Shot(Result<TakenShot>),
 }
 
 /// The program between its events.
@@ -166,10 +170,8 @@ struct App {
     files: Files,
     /// The files before one that a person chose in the window, until it can be shown.
     files_before: Option<Files>,
-    /// True if the dialog for files is open.
-    is_choosing: bool,
-    /// True if what is chosen in it is to lie over what is displayed.
-    chooses_over: bool,
+    /// When the dialog for files was asked for that is open, or was never seen.
+    choosing_since: Option<Duration>,
     input: Input,
     /// True if Shift is held.
     is_shifted: bool,
@@ -193,8 +195,12 @@ struct App {
     /// True if they stay where they are when the file that is being opened is displayed.
     keeps_camera: bool,
     flight: Flight,
+    recorded_of: RecordedOf,
     #[cfg(feature = "volumes")]
     volume_flight: VolumeFlight,
+    /// The file of the volume that is recorded.
+    #[cfg(feature = "volumes")]
+    volume_recorded_of: PathBuf,
     shots: Shots,
     /// A camera path that is to be played once there is something to see.
     to_play: Option<PathBuf>,
@@ -406,7 +412,7 @@ impl ApplicationHandler<Message> for App {
                 let step = self.files.take(folder);
                 heard = self.go_to_file(step);
             }
-            Message::Chosen(chosen) => heard = self.on_chosen(chosen),
+            Message::Chosen(chosen, is_over) => heard = self.on_chosen(chosen, is_over),
             Message::Copied(copied) => heard = self.paste(copied),
             Message::MadeAnew(made) => self.take_anew(*made),
             Message::Shot(shot) => self.on_shot(shot),
@@ -449,6 +455,7 @@ impl ApplicationHandler<Message> for App {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
+        self.end_recordings();
         if let Some(open) = self.open.as_ref().filter(|_| !self.is_measured()) {
             remembered::keep(&open.remembered());
         }

@@ -84,7 +84,8 @@ pub(super) struct Opening {
     pub(super) first: u64,
     pub(super) path: PathBuf,
     is_broken_off: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
+    /// `None` if none could be started.
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Openings {
@@ -96,17 +97,20 @@ impl Openings {
         args: Arc<ViewArgs>,
         preparer: Preparer,
         send: impl Fn(Report) + Clone + Send + 'static,
-    ) -> Result<u64> {
+    ) -> u64 {
         let before = self.current.as_ref().map(|opening| opening.first).filter(|_| is_again);
         self.break_off();
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
+        let refuse = send.clone();
         if let Some(shapes) = args.shapes.clone().filter(|_| is_same(path, &args.scene.source)) {
             let send = send.clone();
             let is_broken_off = is_broken_off.clone();
             let goes_on = move || !is_broken_off.load(Ordering::Relaxed);
             let send = move |event| send(Report { opening: number, event });
-            read_shapes((path, shapes), goes_on, send)?;
+            if let Err(error) = read_shapes((path, shapes), goes_on, send.clone()) {
+                send(OpeningEvent::Shapes(Err(error)));
+            }
         }
         #[cfg(feature = "build")]
         let mending: MendObserver = {
@@ -148,15 +152,18 @@ impl Openings {
             });
         };
         let thread = thread::Builder::new().name("vastex-open".into()).spawn(open);
-        let thread = thread.context("no thread can be started to open files")?;
+        // Another file may be opened later.
+        let thread = thread.context("no thread can be started to open files").map_err(|error| {
+            refuse(Report { opening: number, event: OpeningEvent::Failed(error) });
+        });
         self.current = Some(Opening {
             number,
             first: before.unwrap_or(number),
             path: path.to_owned(),
             is_broken_off,
-            thread,
+            thread: thread.ok(),
         });
-        Ok(number)
+        number
     }
 
     /// The source that is being opened, if it is the one with this number.
@@ -182,7 +189,7 @@ impl Openings {
     /// The source is there, or there will be none.
     pub(super) fn end(&mut self) {
         self.ending.retain(|thread| !thread.is_finished());
-        self.ending.extend(self.current.take().map(|ended| ended.thread));
+        self.ending.extend(self.current.take().and_then(|ended| ended.thread));
     }
 
     fn break_off(&mut self) {

@@ -1,51 +1,26 @@
 //! What goes out of the window: pictures of it, where its camera went, and what it shows as a text.
 
 use std::path::{Path, PathBuf};
-use std::sync::{Mutex, PoisonError};
-use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use vastex_scenes::Scene;
 use vastex_viewer::CameraPath;
-use vastex_viewer::camera::Controller;
+use vastex_viewer::camera::{Controller, LeftOut, Recorded};
 use vastex_viewer::input::Action;
 use winit::event_loop::ActiveEventLoop;
 
-use super::clipboard::Copied;
-use super::flight::free_name;
+use super::flight::{RecordedOf, said_of};
+use super::shots::{AskedShot, TakenShot};
 use super::{App, Message, Open, flight};
 use crate::args::ViewArgs;
 use crate::output::Output;
 use crate::report;
-
-/// Held by the one thread that chooses a file's name.
-static CHOOSING: Mutex<()> = Mutex::new(());
-
-/// How long the end of a program waits for pictures that were asked for.
-const LONGEST_END: Duration = Duration::from_secs(20);
+use crate::screenshot::Patience;
 
 /// What is said where a recording begins, and where no path is there to be played.
 pub(super) const RECORDING: &str = "the camera is recorded; F8 ends that and writes the path";
 pub(super) const NO_PATH: &str =
     "there is no camera path to play; F8 records one, and files of them can be dropped here";
-
-/// Pictures that are being drawn, each on a thread and a device of its own; and what was copied.
-#[derive(Default)]
-pub(super) struct Shots {
-    threads: Vec<JoinHandle<()>>,
-    pub(super) copied: Copied,
-}
-
-impl Drop for Shots {
-    /// Waits a little for them.
-    fn drop(&mut self) {
-        let begun = Instant::now();
-        while self.threads.iter().any(|thread| !thread.is_finished()) && begun.elapsed() < LONGEST_END {
-            thread::sleep(Duration::from_millis(20));
-        }
-    }
-}
 
 impl App {
     /// Says something in the title of the window.
@@ -63,7 +38,8 @@ impl App {
         #[cfg(feature = "volumes")]
         if let Some(shot) = open.viewer.volume_shot(times) {
             let size = shot.size;
-            return self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
+            let write = move |args: &ViewArgs, to: (&Output, &Patience)| shot.write_while(args, to);
+            return self.shoot_on_thread(source, size, write);
         }
         let over = self.over.laid(self.is_opening_shown());
         let is_fitted = self.scene == Scene::Image && self.fitted == Some(pose);
@@ -71,78 +47,102 @@ impl App {
             return self.notice("there is nothing to be seen in a picture yet");
         };
         let size = shot.size;
-        self.shoot_on_thread(source, size, move |args, output| shot.write(args, output));
+        self.shoot_on_thread(source, size, move |args, to| shot.write_while(args, to));
     }
 
-    /// Has a picture of so many pixels of a source drawn and written.
+    /// Has a picture of so many pixels of a source drawn and written, once those are that were asked for
+    /// before.
     fn shoot_on_thread(
         &mut self,
-        source: PathBuf,
+        of: PathBuf,
         [width, height]: [u32; 2],
-        write: impl FnOnce(&ViewArgs, &Output) -> Result<bool> + Send + 'static,
+        write: impl FnOnce(&ViewArgs, (&Output, &Patience)) -> Result<bool> + Send + 'static,
     ) {
         let (args, proxy) = (self.args.clone(), self.proxy.clone());
-        let draw = move || {
-            let taken = || -> Result<PathBuf> {
-                let file = {
-                    // One after the other, so that no two choose one name, which is taken from then on.
-                    let _choosing = CHOOSING.lock().unwrap_or_else(PoisonError::into_inner);
-                    let file = free_name(Path::new(""), &source, "png");
-                    Output::at(&file)?.write(&[])?;
-                    file
-                };
-                let written = write(&args, &Output::at(&file)?);
-                if written.is_err() {
-                    // Nobody has any use for an empty file.
-                    drop(std::fs::remove_file(&file));
-                }
-                written.map(|_| file)
-            };
+        let asked = AskedShot {
+            of,
+            directory: PathBuf::new(),
+            draw: Box::new(move |to| write(&args, to)),
             // Nobody listens where the window is closed.
-            drop(proxy.send_event(Message::Shot(taken().context("no picture was written"))));
+            send: Box::new(move |shot| drop(proxy.send_event(Message::Shot(shot)))),
         };
-        self.shots.threads.retain(|thread| !thread.is_finished());
-        match thread::Builder::new().name("vastex-shot".into()).spawn(draw) {
-            Ok(thread) => {
-                self.shots.threads.push(thread);
-                self.notice(&format!("a picture of {width}x{height} pixels is being drawn"));
-            }
-            Err(error) => self.say_wrong("picture", &format!("no picture can be drawn: {error}")),
+        match self.shots.ask(asked) {
+            Ok(0) => self.notice(&format!("a picture of {width}x{height} pixels is being drawn")),
+            Ok(before) => self
+                .notice(&format!("a picture of {width}x{height} pixels is drawn after {before} before it")),
+            Err(error) => self.say_wrong("picture", &report::message(&error)),
         }
     }
 
     /// A picture is there, or why there is none.
-    pub(super) fn on_shot(&mut self, shot: Result<PathBuf>) {
+    pub(super) fn on_shot(&mut self, shot: Result<TakenShot>) {
         match shot {
-            Ok(file) => self.say_done(&format!("the picture is {}", file.display())),
+            Ok(TakenShot { file, is_whole: true }) => {
+                self.say_done(&format!("the picture is {}", file.display()));
+            }
+            Ok(TakenShot { file, .. }) => {
+                let file = file.display();
+                let said = format!("the picture is {file}, but not everything in view was loaded");
+                self.say_wrong("picture", &said);
+            }
             Err(error) => self.say_wrong("picture", &report::message(&error)),
+        }
+        if let Err(error) = self.shots.go_on() {
+            self.say_wrong("picture", &report::message(&error));
         }
     }
 
     /// Notes where the camera goes from here on, or ends that and writes it down.
     pub(super) fn record_or_end(&mut self) {
+        if self.is_recording() {
+            return self.end_recordings();
+        }
         #[cfg(feature = "volumes")]
         if self.shows_volume() {
-            return self.record_or_end_of_volume();
+            return self.record_volume();
         }
         let (now, pose) = (self.begun.elapsed(), self.cameras[self.scene as usize].pose());
         let Some(open) = &self.open else { return };
-        if !self.flight.is_recording() {
-            self.flight.begin_recording(now, pose);
-            return self.notice(RECORDING);
-        }
         let image = open.viewer.scene.image_size();
-        let text = self.flight.end_recording(now, pose).map(|path| path.to_text(image));
-        self.write_path(text);
+        self.recorded_of = RecordedOf { file: self.shown_path().to_owned(), image };
+        self.flight.begin_recording(now, pose);
+        self.notice(RECORDING);
     }
 
-    /// Writes down a path that was recorded.
-    pub(super) fn write_path(&mut self, text: Option<String>) {
-        let source = self.shown_path().to_owned();
-        match text.map(|text| flight::write_path(&text, Path::new(""), &source)) {
-            Some(Ok(file)) => self.say_done(&format!("the camera path is {}; F9 plays it", file.display())),
-            None => self.say_done("nothing was recorded"),
-            Some(Err(error)) => self.say_wrong("camera path", &report::message(&error)),
+    /// Returns true if something is noted, of what is shown or was shown before.
+    fn is_recording(&self) -> bool {
+        #[cfg(feature = "volumes")]
+        if self.volume_flight.is_recording() {
+            return true;
+        }
+        self.flight.is_recording()
+    }
+
+    /// Ends what is noted over an image, and writes it down.
+    fn end_recording(&mut self) {
+        let (now, pose) = (self.begun.elapsed(), self.cameras[self.scene as usize].pose());
+        let image = self.recorded_of.image;
+        let text = |Recorded { path, left_out }: Recorded<'_>| (path.to_text(image), left_out);
+        let recorded = self.flight.end_recording(now, pose).map(text);
+        let of = std::mem::take(&mut self.recorded_of.file);
+        self.write_path(recorded, &of);
+    }
+
+    /// Ends all that is noted, and writes it down.
+    pub(super) fn end_recordings(&mut self) {
+        if self.flight.is_recording() {
+            self.end_recording();
+        }
+        #[cfg(feature = "volumes")]
+        self.end_recording_of_volume();
+    }
+
+    /// Writes down a path that was recorded over a file, with what it does not have.
+    pub(super) fn write_path(&mut self, recorded: Option<(String, Option<LeftOut>)>, of: &Path) {
+        let Some((text, left_out)) = recorded else { return self.say_done("nothing was recorded") };
+        match said_of(flight::write_path(&text, Path::new(""), of), left_out) {
+            Ok(said) => self.say_done(&said),
+            Err(said) => self.say_wrong("camera path", &said),
         }
     }
 

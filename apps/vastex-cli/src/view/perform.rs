@@ -9,6 +9,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::Fullscreen;
 
 use super::{App, Open};
+use crate::report;
 
 /// By how much nearer a double click comes to the ground.
 const DOUBLE_CLICK_FACTOR: f64 = 2.0;
@@ -96,14 +97,19 @@ impl App {
                 window.request_redraw();
             }
             Action::Values => {
-                viewer.scene.beside.panel.show_or_hide_values();
+                let has_place = viewer.scene.beside.window.fills_screen || viewer.shows_volume();
+                viewer.scene.beside.panel.show_or_hide_values(has_place);
                 window.request_redraw();
             }
             Action::Keys => {
                 viewer.scene.beside.panel.show_or_hide_keys();
                 window.request_redraw();
             }
-            Action::Explain(pixel) => viewer.scene.explain(self.cameras[scene_index].pose(), pixel)?,
+            Action::Explain(pixel) => {
+                if let Err(error) = viewer.scene.explain(self.cameras[scene_index].pose(), pixel) {
+                    self.say_wrong("explanation", &report::message(&error.into()));
+                }
+            }
             Action::FillScreen => {
                 let filled = window.fullscreen().is_some();
                 window.set_fullscreen((!filled).then_some(Fullscreen::Borderless(None)));

@@ -1,8 +1,10 @@
 //! The files that were opened lately, remembered from one run to the next.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use super::state;
+use crate::report;
 
 /// So many are remembered.
 const MOST: usize = 12;
@@ -13,6 +15,8 @@ pub(super) struct Recent {
     files: Vec<String>,
     /// `None` if the system names no place for it.
     kept_in: Option<PathBuf>,
+    /// True if it was said that they cannot be read or written.
+    is_said: bool,
 }
 
 impl Recent {
@@ -22,7 +26,7 @@ impl Recent {
     }
 
     fn load_from(place: PathBuf) -> Recent {
-        Recent { files: state::load(&place), kept_in: Some(place) }
+        Recent { files: state::load(&place), kept_in: Some(place), is_said: false }
     }
 
     /// The files, the last one first.
@@ -30,27 +34,54 @@ impl Recent {
         &self.files
     }
 
-    /// A file was opened. Two programs may do so at once: what the other one wrote down stays.
+    /// A file was opened. Two programs may do so at once: what the other one wrote down stays. Where that
+    /// cannot be read or written, the file is remembered for this run alone.
     pub(super) fn add(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
         // A list in JSON has none of the others.
-        let Some(file) = file.to_str().map(str::to_owned) else { return };
-        if let Some(place) = self.kept_in.take() {
-            let Recent { files, kept_in } = Recent::load_from(place);
-            self.kept_in = kept_in;
-            // Where nothing could be written, what is known stays.
-            if !files.is_empty() {
-                self.files = files;
-            }
-        }
-        self.files.retain(|other| *other != file);
-        self.files.insert(0, file);
-        self.files.truncate(MOST);
-        if let Some(place) = &self.kept_in {
-            // A list that cannot be written is no reason to trouble the person.
-            drop(state::write(place, &self.files));
+        let Some(file) = file.to_str() else { return };
+        if let Err(error) = self.add_in_file(file) {
+            put_first(&mut self.files, file);
+            self.say(&error);
         }
     }
+
+    /// Adds a file to those that are written down now. Where that fails, all is as it was.
+    fn add_in_file(&mut self, file: &str) -> io::Result<()> {
+        let mut files = self.files.clone();
+        if let Some(place) = &self.kept_in {
+            let _lock = state::lock(place)?;
+            let written: Vec<String> = state::read(place)?;
+            // Where nothing could be written, what is known stays.
+            if !written.is_empty() {
+                files = written;
+            }
+            put_first(&mut files, file);
+            state::write(place, &files)?;
+        } else {
+            put_first(&mut files, file);
+        }
+        self.files = files;
+        Ok(())
+    }
+
+    /// Says once why they are for this run alone, and what to do.
+    fn say(&mut self, error: &io::Error) {
+        let (Some(place), false) = (&self.kept_in, std::mem::replace(&mut self.is_said, true)) else {
+            return;
+        };
+        let place = place.display();
+        report::say(&format!(
+            "note: {place}: opened files are remembered for this run alone: {error}; mend the file, move it away, or allow it to be read and written"
+        ));
+    }
+}
+
+/// Puts a file before all others.
+fn put_first(files: &mut Vec<String>, file: &str) {
+    files.retain(|other| other != file);
+    files.insert(0, file.to_owned());
+    files.truncate(MOST);
 }
 
 #[cfg(test)]
@@ -72,11 +103,16 @@ mod tests {
         recent.add(&file(99));
         let files = Recent::load_from(place.clone()).files;
         assert_eq!((files.len(), &files[..3]), (MOST, &[named(99), named(5), named(MOST + 1)][..]));
-        let names: Vec<_> =
+        let mut names: Vec<_> =
             fs::read_dir(place.parent().unwrap()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-        assert_eq!(names, ["recent.json"]);
-        // Nonsense is no list of files.
+        names.sort();
+        assert_eq!(names, ["recent.json", "recent.lock"]);
+        // Nonsense is no list of files, and is not written over: it may be mended.
         fs::write(&place, "[1, {").unwrap();
-        assert!(Recent::load_from(place).files().is_empty());
+        let mut recent = Recent::load_from(place.clone());
+        assert!(recent.files().is_empty());
+        (0..2).for_each(|n| recent.add(&file(n)));
+        assert_eq!(recent.files(), [named(1), named(0)], "for this run alone");
+        assert_eq!(fs::read_to_string(&place).unwrap(), "[1, {");
     }
 }

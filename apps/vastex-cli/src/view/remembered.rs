@@ -1,5 +1,6 @@
 //! What the window was like when it was closed, in the system's place for state.
 
+use std::io;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
@@ -16,20 +17,25 @@ pub(super) fn load() -> (Remembered, Vec<String>) {
 }
 
 fn read(place: &Path) -> (Remembered, Vec<String>) {
-    let (window, mut notes) = match state::read::<Value>(place) {
+    let (window, notes) = match state::read::<Value>(place) {
         Ok(written) => Remembered::from_json(written),
         Err(error) => (Remembered::default(), vec![format!("cannot be read ({error}), and is left out")]),
     };
-    notes.iter_mut().for_each(|note| note.insert_str(0, &format!("{}: ", place.display())));
-    (window, notes)
+    // What cannot be used stays there.
+    let remedy = |note: String| format!("{}: {note}; mend the file, or move it away", place.display());
+    (window, notes.into_iter().map(remedy).collect())
 }
 
-/// Writes it down. Where that cannot be, the next window is the one before it: no reason to trouble the
-/// person.
+/// Writes it down, and leaves what else the file has. Where that cannot be, the next window is the one before
+/// it: no reason to trouble the person, who was told when the file was read.
 pub(super) fn keep(window: &Remembered) {
     if let Some(place) = place() {
-        drop(state::write(&place, window));
+        drop(keep_in(&place, window));
     }
+}
+
+fn keep_in(place: &Path, window: &Remembered) -> io::Result<()> {
+    state::change_fields(place, |written| Remembered::from_json(written).0, window)
 }
 
 fn place() -> Option<PathBuf> {
@@ -63,6 +69,8 @@ pub(super) fn position_on_a_screen(before: &Remembered, events: &ActiveEventLoop
 
 #[cfg(test)]
 mod tests {
+    use vastex_viewer::{KeptPool, KeptRule, Theme};
+
     use super::*;
 
     #[test]
@@ -79,5 +87,37 @@ mod tests {
             assert_eq!((window, notes.len()), (Remembered::default(), 1), "{text}: {notes:?}");
             assert!(notes[0].contains("window.json: "), "{notes:?}");
         }
+    }
+
+    /// What a person mistyped, and what a later version wrote, is there the next time.
+    #[test]
+    fn what_no_window_can_have_stays_in_the_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let place = directory.path().join("window.json");
+        let text = r#"{"filter": "lanczos", "later": {"a": 1}, "theme": "dark", "hud_is_shown": true,
+            "pools": {"136x136 r8": {"bytes": 0}, "136x136 r16": {"bytes": 4096, "later": 1}}}"#;
+        std::fs::write(&place, text).unwrap();
+        let (mut window, _) = read(&place);
+        (window.theme, window.size) = (Theme::Light, Some([900, 700]));
+        window.pools.insert("136x136 bc1-srgb".into(), KeptPool { bytes: None, rule: Some(KeptRule::Never) });
+        keep_in(&place, &window).unwrap();
+        let kept: Value = state::read(&place).unwrap();
+        let pools = serde_json::json!({
+            "136x136 r8": {"bytes": 0}, "136x136 r16": {"bytes": 4096, "later": 1},
+            "136x136 bc1-srgb": {"rule": "never"}
+        });
+        assert_eq!((&kept["filter"], &kept["later"]["a"]), (&"lanczos".into(), &1.into()));
+        assert_eq!(
+            (&kept["theme"], &kept["size"][0], &kept["pools"]),
+            (&"light".into(), &900.into(), &pools)
+        );
+        assert_eq!(read(&place).0, window);
+        // What cannot be read at all is the person's to mend.
+        let broken = text.replace("true,", "true,,");
+        std::fs::write(&place, &broken).unwrap();
+        let (window, notes) = read(&place);
+        assert!(notes.len() == 1 && notes[0].contains("mend the file"), "{notes:?}");
+        keep_in(&place, &window).unwrap_err();
+        assert_eq!(std::fs::read_to_string(&place).unwrap(), broken);
     }
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::thread;
+use std::time::Duration;
 
 use anyhow::Result;
 use vastex_scenes::{Pose, Scene};
@@ -18,6 +19,9 @@ use super::{App, Message};
 use crate::args::is_link;
 use crate::open;
 
+/// After so long a dialog for files may be asked for again: that of some systems never answers.
+const ASK_AGAIN: Duration = Duration::from_secs(5);
+
 /// Returns true if a path names bands of a file.
 fn is_bands(path: &Path) -> bool {
     path.to_str().is_some_and(|path| path.rsplit(':').next().is_some_and(|name| name.starts_with("bands=")))
@@ -25,9 +29,8 @@ fn is_bands(path: &Path) -> bool {
 
 impl App {
     /// A person chose a file in the dialog, or none.
-    pub(super) fn on_chosen(&mut self, chosen: Chosen) -> Result<()> {
-        let is_over = std::mem::take(&mut self.chooses_over);
-        self.is_choosing = false;
+    pub(super) fn on_chosen(&mut self, chosen: Chosen, is_over: bool) -> Result<()> {
+        self.choosing_since = None;
         let Some(open) = &mut self.open else { return Ok(()) };
         match chosen {
             Chosen::File(path) if is_over => self.lay_over(&path)?,
@@ -146,13 +149,18 @@ impl App {
                 Ok(())
             }
             WindowAsked::LayOver(path) => self.lay_over(Path::new(&path)),
-            WindowAsked::Choose | WindowAsked::ChooseOver if self.is_choosing => Ok(()),
             WindowAsked::Choose | WindowAsked::ChooseOver => {
-                self.is_choosing = true;
-                self.chooses_over = asked == WindowAsked::ChooseOver;
-                let title = if self.chooses_over { "Lay over" } else { "Open" };
+                let (now, is_over) = (self.begun.elapsed(), asked == WindowAsked::ChooseOver);
+                if self.choosing_since.is_some_and(|since| now.saturating_sub(since) < ASK_AGAIN) {
+                    self.notice(
+                        "the dialog for files is open, or on its way; in some seconds Ctrl + O asks again",
+                    );
+                    return Ok(());
+                }
+                self.choosing_since = Some(now);
+                let title = if is_over { "Lay over" } else { "Open" };
                 let proxy = self.proxy.clone();
-                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen)));
+                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen, is_over)));
                 dialog::choose(title, self.files.current(), send);
                 Ok(())
             }

@@ -57,7 +57,7 @@ impl App {
         let (preparer, proxy) = (open.viewer.scene.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
         let send = move |report| drop(proxy.send_event(Message::Opening(Box::new(report))));
-        self.openings.begin((path, has_previews, is_again), self.opening_args(), preparer, send)
+        Ok(self.openings.begin((path, has_previews, is_again), self.opening_args(), preparer, send))
     }
 
     /// Hears of the file that is being opened. Reports of other files are old.

@@ -14,16 +14,26 @@ impl App {
         self.open.as_ref().is_some_and(|open| open.viewer.shows_volume())
     }
 
-    /// Notes where the volume is taken from here on, or ends that and writes it down.
-    pub(super) fn record_or_end_of_volume(&mut self) {
+    /// Notes where the volume is taken from here on.
+    pub(super) fn record_volume(&mut self) {
         let now = self.begun.elapsed();
         let Some(scene) = self.open.as_mut().and_then(|open| open.viewer.volume_scene()) else { return };
+        self.volume_flight.begin_recording(now, scene);
+        self.volume_recorded_of = self.shown_path().to_owned();
+        self.notice(RECORDING);
+    }
+
+    /// Ends what is noted of a volume, and writes it down.
+    pub(super) fn end_recording_of_volume(&mut self) {
         if !self.volume_flight.is_recording() {
-            self.volume_flight.begin_recording(now, scene);
-            return self.notice(RECORDING);
+            return;
         }
-        let text = self.volume_flight.end_recording(now, scene).map(CameraPath::volume_text);
-        self.write_path(text);
+        let now = self.begun.elapsed();
+        let scene = self.open.as_mut().and_then(|open| open.viewer.volume_scene());
+        let recorded = self.volume_flight.end_recording(now, scene.as_deref());
+        let recorded = recorded.map(|recorded| (recorded.path.volume_text(), recorded.left_out));
+        let of = std::mem::take(&mut self.volume_recorded_of);
+        self.write_path(recorded, &of);
     }
 
     /// Plays the path of a volume that was recorded or read last.

@@ -2,6 +2,7 @@
 //!
 //! A host brings the clock: all times are since one moment of its own.
 
+use std::fmt;
 use std::time::Duration;
 
 use super::keyframes::CameraPath;
@@ -14,11 +15,60 @@ const RATE: f64 = 30.0;
 const STEP: f64 = 0.033;
 /// Places of one recording: half an hour of motion.
 const MOST_NOTED: usize = 60_000;
+/// Seconds by which the end of a path may differ from that of its recording, as times are written.
+const ROUNDING: f64 = 0.01;
+
+/// The path of a recording.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recorded<'a, P = Pose> {
+    /// The path.
+    pub path: &'a CameraPath<P>,
+    /// The end of the recording, if the path does not have it.
+    pub left_out: Option<LeftOut>,
+}
+
+/// The end of a recording, which its path does not have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeftOut {
+    /// How long the path is, in seconds: what was recorded after that is left out.
+    pub after: f64,
+    /// Why it is.
+    pub why: WhyLeftOut,
+}
+
+/// Why a path does not have all that was recorded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WhyLeftOut {
+    /// Another scene, or another volume, was shown from then on: a path has one.
+    Another,
+    /// A recording has at most 60,000 places, half an hour of motion, and takes a day at most.
+    TooLong,
+}
+
+impl fmt::Display for LeftOut {
+    /// The same as a sentence for people.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let why = match self.why {
+            WhyLeftOut::Another => "another scene was shown then, and a path has one",
+            WhyLeftOut::TooLong => "a recording has 60000 places, half an hour of motion, at most",
+        };
+        write!(f, "what came after {:.1} s is left out: {why}", self.after)
+    }
+}
+
+/// What is noted of a camera.
+#[derive(Debug)]
+struct Recording<P> {
+    /// Times in seconds and places; one at least.
+    noted: Vec<(f64, P)>,
+    /// True if there were more than may be noted.
+    is_full: bool,
+}
 
 /// What becomes of a camera by itself, and what is noted of it.
 #[derive(Debug)]
 pub struct Flight<P = Pose> {
-    recording: Option<Vec<(f64, P)>>,
+    recording: Option<Recording<P>>,
     path: Option<CameraPath<P>>,
     /// When it began.
     playing: Option<Duration>,
@@ -50,7 +100,10 @@ impl<P: PathPlace> Flight<P> {
     /// Takes note of where the camera is, if that is recorded. Places less than 33 ms after the last one
     /// noted are left out, and so are all after half an hour of motion.
     pub fn note(&mut self, now: Duration, place: P) {
-        let Some(noted) = &mut self.recording else { return };
+        let Some(Recording { noted, is_full }) = &mut self.recording else { return };
+        if *is_full {
+            return;
+        }
         let time = now.as_secs_f64();
         match noted.last().copied() {
             Some((_, last)) if last == place => {}
@@ -61,38 +114,45 @@ impl<P: PathPlace> Flight<P> {
             }
             _ => noted.push((time, place)),
         }
+        *is_full = noted.len() > MOST_NOTED;
         noted.truncate(MOST_NOTED);
     }
 
     /// Begins to note where the camera is. What is played ends.
     pub fn begin_recording(&mut self, now: Duration, place: P) {
         self.playing = None;
-        self.recording = Some(vec![(now.as_secs_f64(), place)]);
+        self.recording = Some(Recording { noted: vec![(now.as_secs_f64(), place)], is_full: false });
     }
 
-    /// Ends that where the camera is now. `recorded` makes the path of the places and their times in seconds,
-    /// with so many pictures a second. Returns the path; `None` if nothing was recorded.
+    /// Ends that: where the camera is now, or without a place where it was noted last. `recorded` makes the
+    /// path of the places and their times in seconds, with so many pictures a second. The path can be played
+    /// from now on. Returns `None` if nothing was recorded.
     pub fn end_recording_with(
         &mut self,
-        (now, place): (Duration, P),
+        (now, place): (Duration, Option<P>),
         recorded: impl FnOnce(f64, &[(f64, P)]) -> Option<CameraPath<P>>,
-    ) -> Option<&CameraPath<P>> {
-        self.note(now, place);
-        let mut noted = self.recording.take()?;
+    ) -> Option<Recorded<'_, P>> {
+        place.into_iter().for_each(|place| self.note(now, place));
+        let Recording { mut noted, is_full } = self.recording.take()?;
         // It ends where the camera is, when it was there last.
-        match noted.last().copied() {
-            Some((time, last)) if last != place || now.as_secs_f64() - time > STEP => {
+        match (place, noted.last().copied()) {
+            (Some(place), Some((time, last)))
+                if !is_full && (last != place || now.as_secs_f64() - time > STEP) =>
+            {
                 noted.push((now.as_secs_f64(), place));
             }
             _ => {}
         }
-        self.path = Some(recorded(RATE, &noted)?);
-        self.path.as_ref()
-    }
-
-    /// Forgets what was noted.
-    pub fn drop_recording(&mut self) {
-        self.recording = None;
+        let path = &*self.path.insert(recorded(RATE, &noted)?);
+        let (begin, first) = noted.first()?;
+        let (end, _) = noted.last()?;
+        let after = path.seconds();
+        let why = match () {
+            () if noted.iter().any(|(_, place)| place.kind() != first.kind()) => Some(WhyLeftOut::Another),
+            () if is_full || end - begin > after + ROUNDING => Some(WhyLeftOut::TooLong),
+            () => None,
+        };
+        Some(Recorded { path, left_out: why.map(|why| LeftOut { after, why }) })
     }
 
     /// From now on this is the path to be played. What is played ends.
@@ -124,9 +184,10 @@ impl<P: PathPlace> Flight<P> {
 }
 
 impl Flight {
-    /// Ends the recording of a camera where it is now. Returns its path; `None` if nothing was recorded.
-    pub fn end_recording(&mut self, now: Duration, pose: Pose) -> Option<&CameraPath> {
-        self.end_recording_with((now, pose), CameraPath::recorded)
+    /// Ends the recording of a camera where it is now. The path can be played from now on. Returns `None` if
+    /// nothing was recorded.
+    pub fn end_recording(&mut self, now: Duration, pose: Pose) -> Option<Recorded<'_>> {
+        self.end_recording_with((now, Some(pose)), CameraPath::recorded)
     }
 }
 
@@ -150,7 +211,9 @@ mod tests {
             .for_each(|n| flight.note(seconds(10.0 + f64::from(n) / 60.0), at(0.1 + 0.005 * f64::from(n))));
         // A rest of two seconds without a frame, then a jump.
         flight.note(seconds(13.0), at(0.8));
-        let keys = flight.end_recording(seconds(14.0), at(0.8)).unwrap().keys().len();
+        let recorded = flight.end_recording(seconds(14.0), at(0.8)).unwrap();
+        assert_eq!(recorded.left_out, None);
+        let keys = recorded.path.keys().len();
         assert!(keys < 14 && !flight.is_recording(), "{keys}");
         assert!(flight.end_recording(seconds(15.0), at(0.8)).is_none(), "nothing is recorded");
         assert_eq!(flight.play(seconds(100.0)), Some(at(0.1)));
@@ -170,5 +233,50 @@ mod tests {
         assert!((x(again.play(seconds(0.0))) - 0.1).abs() < 1e-12);
         again.stop();
         assert_eq!(again.pose(seconds(0.5)), None);
+    }
+
+    #[test]
+    fn what_another_scene_was_shown_for_is_said_to_be_left_out() {
+        let seconds = Duration::from_secs_f64;
+        let mut flight = Flight::default();
+        flight.begin_recording(seconds(10.0), at(0.1));
+        flight.note(seconds(11.0), at(0.2));
+        flight.note(seconds(12.0), Pose::globe(0.0, 0.0, 2.0));
+        flight.note(seconds(15.0), Pose::globe(1.0, 0.0, 2.0));
+        // Back on the first one, too: a path is no shorter than what it says.
+        let Recorded { path, left_out } = flight.end_recording(seconds(20.0), at(0.3)).unwrap();
+        let left_out = left_out.unwrap();
+        assert_eq!((left_out.why, left_out.after), (WhyLeftOut::Another, path.seconds()));
+        assert!((1.9..2.0).contains(&path.seconds()), "{}", path.seconds());
+        let said = left_out.to_string();
+        assert!(said.starts_with("what came after 2.0 s is left out: another scene"), "{said}");
+        assert_eq!(flight.play(seconds(30.0)), Some(at(0.1)), "what there is can be played");
+    }
+
+    #[test]
+    fn a_recording_that_is_too_long_is_said_to_be() {
+        let time = |n: usize| Duration::from_secs_f64(n as f64 * 0.04);
+        let place = |n: usize| at(0.5 + 0.3 * (n as f64 / 20_000.0).sin());
+        for (count, is_whole) in [(MOST_NOTED - 1, true), (MOST_NOTED + 5, false)] {
+            let mut flight = Flight::default();
+            flight.begin_recording(time(0), place(0));
+            (1..=count).for_each(|n| flight.note(time(n), place(n)));
+            let Recorded { path, left_out } = flight.end_recording(time(count), place(count)).unwrap();
+            let end = time(count.min(MOST_NOTED - 1)).as_secs_f64();
+            assert!((path.seconds() - end).abs() < 1e-3, "{count}: {}", path.seconds());
+            let why = left_out.map(|left_out| left_out.why);
+            assert_eq!(why, (!is_whole).then_some(WhyLeftOut::TooLong), "{count}");
+        }
+    }
+
+    /// The window may close when the camera is elsewhere.
+    #[test]
+    fn a_recording_ends_without_a_place_where_the_camera_was_noted_last() {
+        let seconds = Duration::from_secs_f64;
+        let mut flight = Flight::default();
+        flight.begin_recording(seconds(0.0), at(0.1));
+        flight.note(seconds(0.04), at(0.2));
+        let recorded = flight.end_recording_with((seconds(9.0), None), CameraPath::recorded).unwrap();
+        assert_eq!((recorded.path.keys().last(), recorded.left_out), (Some(&(0.04, at(0.2))), None));
     }
 }

@@ -20,7 +20,7 @@ mod views;
 pub use ahead::Ahead;
 pub use aim::Aim;
 pub use controller::{Aspects, Controller, Move};
-pub use flight::Flight;
+pub use flight::{Flight, LeftOut, Recorded, WhyLeftOut};
 pub(crate) use keyframes::TOLERANCE;
 pub use keyframes::{CameraPath, CameraPathError};
 pub use orientation::Orientation;

@@ -109,6 +109,8 @@ pub(super) fn action_with_alt(key: Key) -> Option<Action> {
         Key::Left => Action::File(-1),
         Key::Right => Action::File(1),
         Key::Enter => Action::About,
+        // Closes windows: that is the window system's.
+        Key::F(4) => return None,
         // Alone they do the same.
         Key::F(_) => return action_of(key),
         _ => return None,

@@ -43,7 +43,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("P, Page Up, Alt + left", "previous file"),
             (
                 "dropped files",
-                "open the first of them; N and P step through them; a text file may hold a link",
+                "open the first of them; N and P step through them; a text file may hold a link; a camera path, `.path`, is played",
             ),
         ],
     ),
@@ -56,7 +56,7 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
             ("U", "what the machine does: pools, loads, frames, and what can be changed of them"),
             ("G", "guides over an image: a map, a scale, lines between large texels with their values"),
             ("J", "the value below the pointer at the foot of the picture, with its level"),
-            ("C", "black and white by the values in view"),
+            ("C", "black and white by the values in view, once all of an image is there"),
             ("[ and ]", "darker and lighter, by half a stop of exposure"),
             (
                 "K",
@@ -81,7 +81,10 @@ pub const CONTROLS: &[(&str, &[(&str, &str)])] = &[
                 "F5, Ctrl + S, F6, F7",
                 "a picture of the window into a file, once everything is there: as large, or two or four times as large",
             ),
-            ("F8, F9", "record where the camera goes into a file, and end that; play it"),
+            (
+                "F8, F9",
+                "record where the camera goes into a file, and end that; play it, or the path of a file",
+            ),
             ("Ctrl + C", "copy what is shown as a text, which --view takes"),
             ("Ctrl + Shift + C", "copy it with its files, as a link, which `vastex view` opens"),
             ("Ctrl + V", "show the view, or open the link or the file, that was copied"),

@@ -274,6 +274,7 @@ fn keys_with_control_alt_and_shift_are_those_of_other_programs() {
         (Key::Right, Some(Action::File(1))),
         (Key::Enter, Some(Action::About)),
         (Key::F(11), Some(Action::FillScreen)),
+        (Key::F(4), None),
         (Key::Up, None),
         (Key::Char('3'), None),
     ] {

@@ -39,6 +39,8 @@ pub struct WindowPanel {
     path: String,
     guides_are_shown: bool,
     values_are_shown: bool,
+    /// True if values are shown also where guides are hidden and the panel is closed.
+    values_stand_alone: bool,
     position: PositionPanel,
     views: BookmarksPanel,
     info: InfoPanel,
@@ -62,6 +64,7 @@ impl Default for WindowPanel {
             path: String::new(),
             guides_are_shown: true,
             values_are_shown: true,
+            values_stand_alone: false,
             position: PositionPanel::default(),
             views: BookmarksPanel::default(),
             info: InfoPanel::default(),
@@ -140,6 +143,8 @@ impl WindowPanel {
     /// Shows guides over an image, or hides them.
     pub fn show_or_hide_guides(&mut self) {
         self.guides_are_shown = !self.guides_are_shown;
+        // Without guides the picture is alone.
+        self.values_stand_alone = false;
     }
 
     /// Returns true if a line at the foot of the picture says what lies below the pointer.
@@ -147,9 +152,17 @@ impl WindowPanel {
         self.values_are_shown
     }
 
-    /// Shows the line at the foot of the picture, or hides it.
-    pub fn show_or_hide_values(&mut self) {
-        self.values_are_shown = !self.values_are_shown;
+    /// Returns true if that line has its place in a window that does not fill the screen: beside guides or an
+    /// open panel, or without them where it was asked for.
+    pub fn values_have_place(&self) -> bool {
+        self.is_open || self.guides_are_shown || self.values_stand_alone
+    }
+
+    /// Shows the line at the foot of the picture, or hides it if it is seen. `has_place` is true where it has
+    /// its place whether guides and panel are there or not.
+    pub fn show_or_hide_values(&mut self, has_place: bool) {
+        let is_seen = self.values_are_shown && (has_place || self.values_have_place());
+        (self.values_are_shown, self.values_stand_alone) = (!is_seen, !is_seen);
     }
 
     /// Shows the list of keys, or hides it.

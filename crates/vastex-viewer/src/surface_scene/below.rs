@@ -133,7 +133,7 @@ impl SurfaceScene {
     /// picture of texels.
     pub(super) fn line_below(&self, pose: &Pose) -> Option<String> {
         let (panel, window) = (&self.beside.panel, &self.beside.window);
-        let has_room = panel.is_open() || panel.guides_are_shown() || window.fills_screen;
+        let has_room = panel.values_have_place() || window.fills_screen;
         if !panel.values_are_shown() || !has_room || window.is_over_panel {
             return None;
         }

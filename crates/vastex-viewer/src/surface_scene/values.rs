@@ -64,9 +64,12 @@ impl SurfaceScene {
 
     /// Makes black and white of the layer that the panel changes what they are by the values in view.
     pub fn set_automatic_range(&mut self, pose: Pose) {
-        let Some(displayed) = self.display.displayed().filter(|source| source.is_whole()) else {
-            return;
-        };
+        let Some(displayed) = self.display.displayed() else { return };
+        if !displayed.is_whole() {
+            return self
+                .beside
+                .notify("black and white come from the values in view once the image is there");
+        }
         let layer = self.beside.panel.display.layer();
         let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
         let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));

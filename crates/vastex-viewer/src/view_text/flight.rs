@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::{VolumePlace, VolumeViewError, VolumeViewText};
-use crate::camera::{CameraPath, Flight};
+use crate::camera::{CameraPath, Flight, LeftOut, Recorded, WhyLeftOut};
 use crate::volume::VolumeBox;
 use crate::volume_scene::VolumeScene;
 
@@ -15,8 +15,12 @@ pub struct VolumeFlight {
     flight: Flight<VolumePlace>,
     /// Where the scene was left at the last call: where it is elsewhere, a person has moved it.
     led: Option<VolumePlace>,
-    /// The box of the volume that is led or noted.
+    /// The box of the volume that is led.
     of: Option<VolumeBox>,
+    /// That of the volume that is noted.
+    noted: Option<VolumeBox>,
+    /// True if another one came while it was.
+    is_left: bool,
 }
 
 impl VolumeFlight {
@@ -32,19 +36,26 @@ impl VolumeFlight {
 
     /// Begins to note where a person takes the volume.
     pub fn begin_recording(&mut self, now: Duration, scene: &VolumeScene) {
-        self.of = Some(scene.facts().of);
+        (self.noted, self.is_left) = (Some(scene.facts().of), false);
         self.flight.begin_recording(now, VolumePlace::seen(&scene.look, scene.facts()));
     }
 
-    /// Ends that. Returns the path, which can be played from now on; `None` if nothing was recorded, or
-    /// another volume.
-    pub fn end_recording(&mut self, now: Duration, scene: &VolumeScene) -> Option<&CameraPath<VolumePlace>> {
-        self.forget_others(scene);
-        let of = scene.facts().of;
-        let place = VolumePlace::seen(&scene.look, scene.facts());
+    /// Ends that, where the volume is now, or where it was noted last if nothing, or another volume, is shown
+    /// by now. The path can be played from now on. Returns `None` if nothing was recorded.
+    pub fn end_recording(
+        &mut self,
+        now: Duration,
+        scene: Option<&VolumeScene>,
+    ) -> Option<Recorded<'_, VolumePlace>> {
+        let of = self.noted.take()?;
+        let is_left = self.is_left || scene.is_none_or(|scene| scene.facts().of != of);
+        let scene = scene.filter(|_| !is_left);
+        let place = scene.map(|scene| VolumePlace::seen(&scene.look, scene.facts()));
         let recorded =
             |rate: f64, seen: &[(f64, VolumePlace)]| CameraPath::recorded_of_volume(rate, seen, &of);
-        self.flight.end_recording_with((now, place), recorded)
+        let Recorded { path, left_out } = self.flight.end_recording_with((now, place), recorded)?;
+        let of_another = LeftOut { after: path.seconds(), why: WhyLeftOut::Another };
+        Some(Recorded { path, left_out: left_out.or(is_left.then_some(of_another)) })
     }
 
     /// From now on this is the path to be played.
@@ -81,7 +92,7 @@ impl VolumeFlight {
         if !self.is_playing() && !self.is_recording() {
             return;
         }
-        self.forget_others(scene);
+        self.leave_others(scene);
         let seen = VolumePlace::seen(&scene.look, scene.facts());
         if self.led.take().is_some_and(|led| seen.parts_of(&led) != led) {
             self.stop();
@@ -97,16 +108,17 @@ impl VolumeFlight {
             let led = VolumePlace::seen(&scene.look, &facts).parts_of(&place);
             self.led = self.is_playing().then_some(led);
         }
-        if self.is_recording() {
+        if self.is_recording() && !self.is_left {
             self.flight.note(now, VolumePlace::seen(&scene.look, scene.facts()));
         }
     }
 
-    /// What was noted of another volume is no path round this one, and its path ends.
-    fn forget_others(&mut self, scene: &VolumeScene) {
-        if self.of != Some(scene.facts().of) {
+    /// The path of another volume ends, and so does what is noted of one.
+    fn leave_others(&mut self, scene: &VolumeScene) {
+        let of = Some(scene.facts().of);
+        if self.of != of {
             self.flight.stop();
-            self.flight.drop_recording();
         }
+        self.is_left |= self.noted != of;
     }
 }

@@ -12,7 +12,7 @@ use egui::epaint::mutex::RwLock;
 use egui::{Color32, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo};
 use egui_wgpu::{RenderState, Renderer};
 use glam::DVec2;
-use vastex::{Filter, Prepared, Preparer, Settings, TextureId, Textures, ViewId};
+use vastex::{Event, Filter, Prepared, Preparer, Settings, TextureId, Textures, ViewId};
 
 use crate::camera::{Controller, Pose};
 use crate::gpu::Gpu;
@@ -27,6 +27,8 @@ use hands::Hands;
 const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Frames after a change of the view in which nothing is taken for settled.
 const UNSETTLED_FRAMES: u32 = 24;
+/// As long after one another frames are drawn in which tiles that failed may be tried again.
+const SLOW: Duration = Duration::from_millis(250);
 
 /// An image cannot be shown in a program's window.
 #[derive(Debug, thiserror::Error)]
@@ -44,7 +46,8 @@ pub enum VastexImageError {
 ///
 /// Drag, a wheel, a pinch, arrow keys, `+` and `-` move; a double click and `0` show all of it; 1 to 9 show
 /// so many pixels a texel. Large texels are shown as they are. It asks egui for further frames while
-/// something is loading or moving, and for none after that.
+/// something is loading or moving, for a few in a second while a tile cannot be had that is tried again, and
+/// for none after that.
 ///
 /// ```no_run
 /// use std::sync::Arc;
@@ -77,6 +80,8 @@ pub struct VastexImage {
     drawn: Option<Pose>,
     unsettled: u32,
     error: Option<String>,
+    /// Why the tile failed that failed last.
+    fault: Option<String>,
 }
 
 /// The image that is shown.
@@ -109,6 +114,7 @@ impl VastexImage {
             drawn: None,
             unsettled: UNSETTLED_FRAMES,
             error: None,
+            fault: None,
         })
     }
 
@@ -168,6 +174,7 @@ impl VastexImage {
                 ui.painter().text(at, egui::Align2::CENTER_CENTER, error, font, color);
             }
             None if is_moving || !self.is_settled() => ui.ctx().request_repaint(),
+            None if self.has_failed() => ui.ctx().request_repaint_after(SLOW),
             None => {}
         }
         response
@@ -217,13 +224,25 @@ impl VastexImage {
         self.error.as_deref()
     }
 
-    /// Returns true if the picture stays as it is: everything in view is there.
+    /// Why the tile could not be had that failed last, while a coarser one is shown in its place. Such
+    /// tiles are tried again in ever longer intervals.
+    pub fn fault(&self) -> Option<&str> {
+        self.fault.as_deref()
+    }
+
+    /// Returns true if the picture stays as it is: everything in view is there, or could not be had so far
+    /// ([`VastexImage::fault`]).
     pub fn is_settled(&self) -> bool {
         let stats = self.textures.stats();
         self.unsettled == 0 && stats.converged && stats.fading == 0
     }
 
-    /// Draws a frame, unless the last one would be drawn again.
+    /// Returns true if tiles in view could not be had, and are to be tried again.
+    fn has_failed(&self) -> bool {
+        self.textures.stats().pager.failed > 0
+    }
+
+    /// Draws a frame, unless the last one would be drawn again and nothing is to be tried again.
     fn draw(&mut self, ui: &Ui, picture: [u32; 2]) -> Result<(), vastex::Error> {
         let pose = self.camera.pose();
         let is_resized = self.canvas.as_ref().is_none_or(|(canvas, _)| canvas.size() != picture);
@@ -233,7 +252,7 @@ impl VastexImage {
         if is_resized || self.drawn != Some(pose) {
             self.unsettled = UNSETTLED_FRAMES;
         }
-        if self.is_settled() {
+        if self.is_settled() && !self.has_failed() {
             return Ok(());
         }
         let time = Duration::try_from_secs_f32(ui.input(|input| input.stable_dt)).unwrap_or_default();
@@ -248,9 +267,16 @@ impl VastexImage {
         let encoder = frame.record(&self.gpu, &mut self.textures, renderer, &target, |_, _| Ok(()))?;
         self.gpu.queue.submit([encoder.finish()]);
         // A tile that failed is shown by a coarser one, and is tried again.
-        while self.textures.poll_event().is_some() {}
+        while let Some(event) = self.textures.poll_event() {
+            if matches!(event, Event::Failed { .. }) {
+                self.fault = Some(event.to_string());
+            }
+        }
         (self.drawn, self.error) = (Some(pose), None);
         self.unsettled = self.unsettled.saturating_sub(1);
+        if self.is_settled() && !self.has_failed() {
+            self.fault = None;
+        }
         Ok(())
     }
 

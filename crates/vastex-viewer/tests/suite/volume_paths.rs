@@ -5,9 +5,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use vastex::Pace;
+use vastex::{Pace, Settings};
+use vastex_viewer::camera::{Recorded, WhyLeftOut};
 use vastex_viewer::input::{InputEvent, Key};
-use vastex_viewer::volume_scene::{VolumePane, VolumePictures};
+use vastex_viewer::volume::VolumeBox;
+use vastex_viewer::volume_scene::{VolumeFacts, VolumePane, VolumePictures, VolumeScene};
 use vastex_viewer::{CameraPath, VolumeFlight, VolumePlace, VolumeViewText};
 
 use super::volume_scenes::Host;
@@ -59,7 +61,8 @@ fn what_a_person_does_is_recorded_and_played_without_a_black_picture() {
         led.frame_after(40, VolumePictures::Whole);
     }
     let end = led.seen();
-    let path = led.flight.end_recording(led.now(), &led.host.scene).unwrap();
+    let Recorded { path, left_out } = led.flight.end_recording(led.now(), Some(&led.host.scene)).unwrap();
+    assert_eq!(left_out, None);
     let (seconds, text) = (path.seconds(), path.volume_text());
     assert!((seconds - 1.2).abs() < 1e-9 && path.keys().len() < 20, "{text}");
     assert_eq!(
@@ -96,6 +99,33 @@ fn what_a_person_does_is_recorded_and_played_without_a_black_picture() {
     other.host.settle(VolumePictures::Whole);
     for pane in VolumePane::ALL {
         assert!(other.host.picture(pane) == led.host.picture(pane), "{pane:?}");
+    }
+}
+
+/// What was recorded of a volume is no less when another one is shown, or none.
+#[test]
+fn a_recording_ends_with_its_volume_and_is_kept() {
+    let mut led = Led::new(1);
+    for is_shown in [true, false] {
+        led.flight.begin_recording(led.now(), &led.host.scene);
+        for _ in 0..5 {
+            led.host.scene.look.orbit.yaw += 3.0;
+            led.frame_after(40, VolumePictures::Parts);
+        }
+        let end = led.seen();
+        let of = VolumeBox::new([9, 8, 7], [1.0; 3]);
+        let facts = VolumeFacts { of, ..led.host.scene.facts().clone() };
+        let clock = Arc::new(|| Duration::ZERO);
+        let mut other = VolumeScene::new(&led.host.gpu, facts, Settings::default(), clock).unwrap();
+        if is_shown {
+            led.flight.lead(led.now() + Duration::from_secs(1), &mut other);
+        }
+        let now = led.now() + Duration::from_secs(2);
+        let recorded = led.flight.end_recording(now, is_shown.then_some(&other)).unwrap();
+        let (time, last) = recorded.path.keys().last().unwrap();
+        assert!((time - 0.2).abs() < 1e-9 && (last.yaw - end.yaw).abs() < 1e-9, "{time} {last:?} {end:?}");
+        assert_eq!(recorded.left_out.map(|left_out| left_out.why), Some(WhyLeftOut::Another));
+        assert!(led.flight.end_recording(led.now(), None).is_none(), "it has ended");
     }
 }
 

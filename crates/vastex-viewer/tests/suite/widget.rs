@@ -2,12 +2,16 @@
 //! read back.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use egui::epaint::mutex::RwLock;
 use egui::{Context, Event, Modifiers, MouseWheelUnit, PointerButton, Pos2, RawInput, Rect, Vec2};
 use egui_wgpu::{RenderState, Renderer, RendererOptions, ScreenDescriptor};
-use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings};
+use vastex::source::{ReadError, ReadFuture};
+use vastex::{
+    Description, ImageOptions, ImageSource, LayerFormat, PagePos, Settings, TextureSettings, TileSource,
+};
 use vastex_viewer::stage::{Canvas, TargetKind, TextureRead};
 use vastex_viewer::widget::VastexImage;
 use vastex_viewer::{Gpu, Pose, Scene};
@@ -25,12 +29,14 @@ struct Program {
     image: VastexImage,
     gpu: Gpu,
     time: f64,
-    /// True if egui was asked for another frame by the last one.
+    /// True if egui was asked for another frame at once by the last one, and after how long it was asked for
+    /// one.
     goes_on: bool,
+    delay: Duration,
 }
 
 impl Program {
-    fn new(source: ImageSource) -> Program {
+    fn new(source: impl TileSource + 'static) -> Program {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         // Without egui's dither. It moves a colour by up to 0.475 of a step, so that an error of 0.025 of a
         // step is enough to round to the next; egui decodes and encodes sRGB by the device's powers, and not
@@ -49,7 +55,15 @@ impl Program {
         let mut image = VastexImage::new(&state, Settings::default()).unwrap();
         let reading = image.preparer().read_blocking(Arc::new(source), TextureSettings::default());
         image.set_image(reading.unwrap()).unwrap();
-        Program { context: Context::default(), state, image, gpu, time: 0.0, goes_on: false }
+        Program {
+            context: Context::default(),
+            state,
+            image,
+            gpu,
+            time: 0.0,
+            goes_on: false,
+            delay: Duration::MAX,
+        }
     }
 
     /// A frame of the program, as a host runs it; gives back what is seen.
@@ -63,7 +77,8 @@ impl Program {
             image.show(ui);
         });
         let viewport = output.viewport_output.get(&egui::ViewportId::ROOT);
-        self.goes_on = viewport.is_some_and(|viewport| viewport.repaint_delay == Duration::ZERO);
+        self.delay = viewport.map_or(Duration::MAX, |viewport| viewport.repaint_delay);
+        self.goes_on = self.delay == Duration::ZERO;
         let Gpu { device, queue, .. } = &self.gpu;
         let mut painter = self.state.renderer.write();
         for (id, deltas) in std::mem::take(&mut output.textures_delta.set) {
@@ -184,4 +199,55 @@ fn a_program_shows_an_image_and_a_person_moves_it() {
     program.frame(vec![key(egui::Key::Num0, true)]);
     program.settle();
     assert_eq!(program.image.pose(), Pose::first(Scene::Image));
+}
+
+/// An image on a disk that can be out of reach.
+struct Failing {
+    image: ImageSource,
+    is_gone: Arc<AtomicBool>,
+}
+
+impl TileSource for Failing {
+    fn description(&self) -> &Arc<Description> {
+        self.image.description()
+    }
+
+    fn behind(&self) -> Option<&dyn TileSource> {
+        Some(&self.image)
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        match self.is_gone.load(Ordering::Relaxed) {
+            false => self.image.read(pos),
+            true => Box::pin(async move {
+                let (place, error) = ("a disk".to_owned(), "it is out of reach".to_owned());
+                Err(ReadError::Store { pos, place, error })
+            }),
+        }
+    }
+}
+
+/// Nobody touches anything: the program draws when egui says so.
+#[test]
+fn tiles_that_failed_are_tried_again_by_a_program_at_rest() {
+    let expected = Program::new(squares()).settle();
+    let is_gone = Arc::new(AtomicBool::new(false));
+    let mut program = Program::new(Failing { image: squares(), is_gone: is_gone.clone() });
+    is_gone.store(true, Ordering::Relaxed);
+    let coarse = program.settle();
+    assert!(coarse != expected, "nothing failed");
+    let fault = program.image.fault().unwrap().to_owned();
+    assert!(fault.contains("it is out of reach"), "{fault}");
+    assert_eq!(program.image.error(), None, "a coarser picture is shown");
+    is_gone.store(false, Ordering::Relaxed);
+    let mut seen = coarse;
+    for _ in 0..2000 {
+        if program.delay > Duration::from_secs(1) {
+            break;
+        }
+        seen = program.frame(Vec::new());
+    }
+    assert!(program.delay > Duration::from_secs(1), "it asks for frames without end");
+    assert!(program.image.is_settled() && program.image.fault().is_none());
+    assert!(seen == expected, "what failed was not tried again");
 }

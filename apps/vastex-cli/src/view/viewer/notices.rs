@@ -121,7 +121,10 @@ impl Viewer {
         for ExplainedPixel { pixel, explanations } in self.scene.take_explained()? {
             let explained = Explained::new(pixel, &explanations);
             self.scene.beside.notify(&explained.line());
-            report::print(&explained.text())?;
+            if let Err(error) = report::print(&explained.text()) {
+                let why = format!("an explanation cannot be written to stdout: {}", report::message(&error));
+                self.scene.say_wrong("explanation", &why);
+            }
         }
         Ok(())
     }

@@ -333,3 +333,22 @@ fn the_theme_is_chosen_and_remembered() {
         assert_eq!(harness.ctx.options(|options| options.theme_preference), theme);
     }
 }
+
+/// Where guides are hidden and the panel is closed the picture is alone, until values are asked for.
+#[test]
+fn values_are_shown_where_they_are_asked_for() {
+    let mut panel = WindowPanel::default();
+    let are_seen = |panel: &WindowPanel| panel.values_are_shown() && panel.values_have_place();
+    assert!(are_seen(&panel));
+    panel.show_or_hide_guides();
+    assert!(!are_seen(&panel));
+    for is_seen in [true, false, true] {
+        panel.show_or_hide_values(false);
+        assert_eq!(are_seen(&panel), is_seen);
+    }
+    (0..2).for_each(|_| panel.show_or_hide_guides());
+    assert!(!are_seen(&panel), "guides are hidden again");
+    // They are seen where they have their place in any case, and so are hidden.
+    panel.show_or_hide_values(true);
+    assert!(!panel.values_are_shown());
+}
