@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 use vastex::TileSource;
-use vastex_tiles::{DiskCache, DiskTier, DiskTierError, TierStats};
+use vastex_tiles::{DiskCache, DiskTier, DiskTierError, TierStats, same_file};
 
 use crate::args::DiskCacheArgs;
 use crate::report;
@@ -41,11 +41,6 @@ fn shared(directory: &Path, bytes: u64) -> Opened {
     let tier = Arc::new(DiskTier::open(directory, bytes)?);
     open.push((directory.to_owned(), Arc::downgrade(&tier)));
     Ok(tier)
-}
-
-/// Returns true if two paths lead to one directory that is there.
-fn same_file(one: &Path, other: &Path) -> bool {
-    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
 }
 
 impl Later {

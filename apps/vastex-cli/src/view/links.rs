@@ -63,7 +63,7 @@ impl App {
         let Some((asked, args, args_of)) = self.before_link.take() else { return };
         (self.args, self.args_of) = (args, args_of);
         if let Some(open) = &mut self.open {
-            open.viewer.scene.ask(asked);
+            open.viewer.scene.set_first_display(asked);
         }
     }
 

@@ -316,8 +316,8 @@ impl SurfaceScene {
         self.in_its_place = Some(name.to_owned());
     }
 
-    /// Files are displayed as this says from the next one on. Gives back what was said before.
-    pub fn ask(&mut self, asked: FirstDisplay) -> FirstDisplay {
+    /// Sets how files are displayed at first, from the next one on. Returns what was set before.
+    pub fn set_first_display(&mut self, asked: FirstDisplay) -> FirstDisplay {
         FirstDisplay {
             layers: std::mem::replace(&mut self.first_layers, asked.layers),
             settings: std::mem::replace(&mut self.settings, asked.settings),

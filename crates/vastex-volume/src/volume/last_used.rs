@@ -20,7 +20,8 @@ fn place(coords: &[u64]) -> Place {
     place
 }
 
-/// How many times the bytes that are kept of others chunks may have together that have more by themselves.
+/// How many times the bytes that are kept of other chunks those may have together that have more by
+/// themselves.
 const LARGE_SHARE: usize = 4;
 
 /// Chunks by their places; `None` of those that are known to be absent.

@@ -60,7 +60,7 @@ pub struct Volume {
     about: VolumeAbout,
     arrays: Vec<LevelArray>,
     cache: ChunkCache,
-    /// Through it goes who decodes.
+    /// Bounds the bytes of chunks that are decoded at once.
     decoding: Gate,
     /// Boxes of which many bricks are cut, where chunks are large.
     boxes: ChunkCache,

@@ -156,7 +156,7 @@ impl Viewer {
     /// The next file is displayed as these arguments say. Gives back what was asked before.
     pub(super) fn ask(&mut self, args: &SceneArgs) -> FirstDisplay {
         let may_be_crisp = self.scene.settings().may_be_crisp;
-        self.scene.ask(first_display(args, args.scene(), may_be_crisp))
+        self.scene.set_first_display(first_display(args, args.scene(), may_be_crisp))
     }
 
     /// Frames of sources drawn so far, those of previews left out.

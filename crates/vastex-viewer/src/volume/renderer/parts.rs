@@ -90,7 +90,8 @@ impl VolumeRenderer {
         self.give_back(textures);
     }
 
-    /// Does so where another renderer is about to take this one's place, which must draw nothing any more.
+    /// Takes back what this renderer added to the textures, when another is about to take its place. It must
+    /// draw nothing afterwards.
     pub fn give_back(&self, textures: &mut Textures) {
         [self.of_channels, self.bound].into_iter().for_each(|group| remove_group(textures, group));
     }
