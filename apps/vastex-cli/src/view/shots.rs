@@ -26,14 +26,16 @@ const EVERY: Duration = Duration::from_millis(20);
 /// An end that takes longer is told of.
 const TOLD_AFTER: Duration = Duration::from_millis(300);
 
+/// Draws a picture and writes it. Says if everything in view is there.
+type Draw = Box<dyn FnOnce((&Output, &Patience)) -> Result<bool> + Send>;
+
 /// A picture that is asked for.
 pub(super) struct AskedShot {
     /// The file that it shows, after which it is named.
     pub(super) of: PathBuf,
     /// Where it is written.
     pub(super) directory: PathBuf,
-    /// Draws it and writes it. Says if everything in view is there.
-    pub(super) draw: Box<dyn FnOnce((&Output, &Patience)) -> Result<bool> + Send>,
+    pub(super) draw: Draw,
     /// Is told what became of it, on another thread; then [`Shots::go_on`] is to be called.
     pub(super) send: Box<dyn FnOnce(Result<TakenShot>) + Send>,
 }
