@@ -271,8 +271,11 @@ impl Pager {
         let shared = self.pools().filter_map(|pager| pager.bias.shared()).max().unwrap_or(0);
         for Pool { pager, .. } in &mut self.pools {
             pager.bias.set_shared(shared);
-            pager.decide(self.frame, &mut self.events);
+            pager.decide(&mut self.events);
         }
+        self.share_failed();
+        let frame = self.frame;
+        self.pools_mut().for_each(|pager| pager.end_round(frame));
         let converged = !self.pools.is_empty() && self.pools().all(PoolPager::is_converged);
         if converged && !self.converged {
             self.events.push(Event::Converged { frame: self.frame });

@@ -43,6 +43,8 @@ pub struct PoolPager {
     cut: bool,
     /// The frame of the newest feedback.
     pub(super) newest_feedback: Option<u64>,
+    /// Nothing was newly wanted in the last decision, and nothing was missing.
+    quiet: bool,
     converged: bool,
     /// Reused between frames to avoid allocating.
     pub(super) expected: Vec<(PageId, u32)>,
@@ -65,6 +67,7 @@ impl PoolPager {
             reranks: Reranks::default(),
             cut: false,
             newest_feedback: None,
+            quiet: false,
             converged: false,
             expected: Vec::new(),
             #[cfg(feature = "checks")]
@@ -96,22 +99,26 @@ impl PoolPager {
         self.set.observe(feedback, &self.textures);
     }
 
-    /// What follows from the feedback that was ingested.
-    pub(super) fn decide(&mut self, frame: u64, events: &mut EventQueue) {
+    /// What follows from the feedback that was ingested, but for what pools have to know of each other first:
+    /// [`PoolPager::end_round`] follows.
+    pub(super) fn decide(&mut self, events: &mut EventQueue) {
         let newly_wanted = self.recompute(events);
         self.residency.trim_shared(&self.textures);
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
-        let is_quiet =
-            newly_wanted == 0 && self.load_order.pages().all(|page| self.residency.has_failed(page));
+        self.quiet = newly_wanted == 0 && self.load_order.pages().all(|page| self.residency.has_failed(page));
         let residency = &self.residency;
         self.set.note_failed(residency.remembers_failures(), |page| residency.has_failed(page));
+    }
+
+    /// What a decision has come to, once it was made in every pool.
+    pub(super) fn end_round(&mut self, frame: u64) {
         // A view that rests has its gaps looked for whatever others newly want.
-        let is_settled = |view: &ViewId| is_quiet || self.has_all_of(*view);
+        let is_settled = |view: &ViewId| self.quiet || self.has_all_of(*view);
         let settled = self.set.views_with_gaps().filter(|(_, view)| is_settled(view));
         let settled = settled.fold(0, |settled, (index, _)| settled | 1_u64 << index);
-        self.converged = self.set.end_round(is_quiet, settled, frame);
+        self.converged = self.set.end_round(self.quiet, settled, frame);
         self.check();
     }
 

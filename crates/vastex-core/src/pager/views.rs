@@ -164,7 +164,24 @@ impl Pager {
     /// time that all pixels are looked at: 4, or more where pages of the view could not be had, which would
     /// hide others behind them; 64 at most. Each of the pools of the view counts.
     pub fn gaps_by_turns(&self, view: ViewId) -> u32 {
-        named_by_turns(self.pools().map(|pager| pager.set.failed_of(view)).sum())
+        named_by_turns(self.failed_of(view))
+    }
+
+    /// Pages of a view that rests that could not be had, in all pools together.
+    fn failed_of(&self, view: ViewId) -> u32 {
+        self.pools().map(|pager| pager.set.failed_of(view)).sum()
+    }
+
+    /// Each pool is told how many pages of the views that rest could not be had in all of them.
+    pub(super) fn share_failed(&mut self) {
+        let frame = self.frame;
+        for place in 0..self.views.all.len() {
+            let KnownView { view, gap_passes, .. } = self.views.all[place];
+            if gap_passes > 0 {
+                let failed = self.failed_of(view);
+                self.pools_mut().for_each(|pager| pager.set.set_failed_in_all(view, failed, frame));
+            }
+        }
     }
 
     /// Feedbacks of a view after which it has been seen whole, unless it has turns of its own

@@ -11,8 +11,13 @@ const CYCLE: u64 = JITTER_CYCLE as u64;
 /// Feedbacks that look at all pixels.
 const PASSES: u32 = 8;
 
+/// Pages of a row of a texture. Each pool has one.
+const ROW: u32 = 32;
+
+/// The pages of the pools' rows, one row after the other.
 fn page(x: u32) -> PageId {
-    PageId::new(TextureNumber::new(0).unwrap(), Dims::D2, PagePos::new_2d(0, x, 0)).unwrap()
+    let texture = TextureNumber::new((x / ROW) as u16).unwrap();
+    PageId::new(texture, Dims::D2, PagePos::new_2d(0, x % ROW, 0)).unwrap()
 }
 
 /// A pager whose view sees one page in its cycle, and others in gaps.
@@ -24,17 +29,38 @@ struct World {
     loaded: u32,
     /// Passes in which gaps were looked for.
     passes: u32,
-    /// True if all pages of gaps lie behind each other on the one ray that there is.
+    /// True if all pages of gaps lie behind each other on one ray.
     is_one_ray: bool,
+    /// How many of the pages that it lacks that ray passes over when gaps are first looked for.
+    over: u32,
+    /// What other rays name in the cycle, and in gaps as long as it is not there.
+    seen_too: Vec<u32>,
 }
 
 impl World {
     fn new(slots: u32) -> World {
+        World::of_pools(1, slots)
+    }
+
+    fn of_pools(pools: u32, slots: u32) -> World {
         let mut pager = Pager::new(Budgets { upload_bytes_per_frame: 1000, in_flight_bytes: 1000 });
-        let pool = pager.add_pool(slots, 1, Some(BiasRule::Solved)).unwrap();
         let geometry = Geometry::new(GeometrySpec::image(4096, 4096)).unwrap();
-        pager.add_texture(pool, &geometry, None, None).unwrap();
-        World { pager, frame: 0, failing: Vec::new(), loaded: 0, passes: 0, is_one_ray: false }
+        for _ in 0..pools {
+            let pool = pager.add_pool(slots, 1, Some(BiasRule::Solved)).unwrap();
+            pager.add_texture(pool, &geometry, None, None).unwrap();
+        }
+        let (failing, seen_too) = (Vec::new(), Vec::new());
+        World { pager, frame: 0, failing, loaded: 0, passes: 0, is_one_ray: false, over: 0, seen_too }
+    }
+
+    /// Pages that can never be had, on one ray of which all pages of gaps are, and on others.
+    fn of_failing(pools: u32, failing: &[u32]) -> World {
+        let mut world = World::of_pools(pools, 100);
+        world.is_one_ray = true;
+        world.failing.extend(failing.iter().map(|x| page(*x)));
+        world.seen_too.extend(failing);
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        world
     }
 
     /// A frame: what pixels of the cycle want, or, where gaps are looked for, those of `gaps` that are not
@@ -46,12 +72,17 @@ impl World {
         let is_there = |page: &PageId| matches!(self.pager.state(*page), PageState::Resident(_));
         let mut pages: Vec<PageId> = match seeks {
             true => gaps.iter().map(|x| page(*x)).filter(|page| !is_there(page)).collect(),
-            false => vec![page(cycle)],
+            false => self.seen_too.iter().chain([&cycle]).map(|x| page(*x)).collect(),
         };
         if seeks && self.is_one_ray && !pages.is_empty() {
             // As shaders do: the first ones are passed over, more of them whenever all pixels were looked at.
-            let over = self.passes / PASSES % self.pager.gaps_by_turns(ViewId::MAIN);
+            let over = (self.passes / PASSES + self.over) % self.pager.gaps_by_turns(ViewId::MAIN);
             pages = vec![pages[(over as usize).min(pages.len() - 1)]];
+        }
+        if seeks {
+            let lacking = self.seen_too.iter().map(|x| page(*x)).filter(|page| !is_there(page));
+            let others: Vec<PageId> = lacking.filter(|page| !pages.contains(page)).collect();
+            pages.extend(others);
         }
         self.passes += u32::from(seeks);
         let pages = pages.into_iter().map(|page| WantedPage { page, pixels: 1, eighth: 0 }).collect();
@@ -133,6 +164,44 @@ fn what_cannot_be_had_hides_nothing_behind_it() {
         let rounds = if failing == 0 { 1 } else { world.pager.gaps_by_turns(ViewId::MAIN) };
         assert!(u64::from(rounds * PASSES) <= frames, "{frames} frames with {failing}");
         assert!((failing..=2 * failing + 4).contains(&rounds) || failing < 3, "{rounds} with {failing}");
+    }
+}
+
+/// What cannot be had in two pools hides nothing of either, on a ray that comes to what stands between last.
+#[test]
+fn what_cannot_be_had_in_two_pools_hides_nothing_between() {
+    for ((first, second), hidden) in [((10, 10), 30), ((10, 10), ROW + 30), ((3, 12), 30), ((1, 1), ROW + 30)]
+    {
+        let mut gaps: Vec<u32> = (1..=first).chain(ROW + 1..=ROW + second).collect();
+        gaps.sort_by_key(|x| x % ROW);
+        let mut world = World::of_failing(2, &gaps);
+        let place = first.min(second);
+        gaps.insert(place as usize, hidden);
+        world.over = place + 1;
+        let frames = world.frames_until_converged(0, &gaps);
+        assert!(world.is_there(hidden), "{hidden} after {frames} frames with {first} and {second}");
+        let rounds = world.pager.gaps_by_turns(ViewId::MAIN);
+        assert_eq!(rounds, (2 * (first + second + 1)).max(4));
+        assert!(u64::from(rounds * PASSES) <= frames, "{frames} frames with {first} and {second}");
+    }
+}
+
+/// Where a page comes after all, rays take other turns, and what they passed over before says nothing.
+#[test]
+fn rounds_of_other_turns_do_not_count() {
+    for over in 0..14 {
+        let mut world = World::of_failing(1, &[1, 2, 3, 4, 5, 6]);
+        world.over = over;
+        let gaps = [1, 2, 3, 30, 4, 5, 6];
+        for _ in 0..4 * CYCLE {
+            world.frame(0, &gaps);
+        }
+        assert!(!world.pager.is_converged());
+        assert_eq!(world.pager.gaps_by_turns(ViewId::MAIN), 14);
+        world.failing.remove(0);
+        world.frames_until_converged(0, &gaps);
+        assert_eq!(world.pager.gaps_by_turns(ViewId::MAIN), 12);
+        assert!(world.is_there(1) && world.is_there(30), "{over}");
     }
 }
 

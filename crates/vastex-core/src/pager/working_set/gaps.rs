@@ -7,7 +7,8 @@
 //! something last came, and nobody has named any.
 //!
 //! A ray may name what can never be had in the place of what lies behind it. So while something of the view
-//! has failed, all pixels are looked at as often as it takes until each has named whatever its ray lacks.
+//! has failed, in whatever pool, all pixels are looked at as often as it takes until each has named whatever
+//! its ray lacks.
 
 use crate::pager::working_set::{Named, Node, WorkingSet};
 use crate::texture::page::PageId;
@@ -45,6 +46,8 @@ pub(super) struct Gaps {
     clean: u32,
     /// Pages of the view that could not be had.
     failed: u32,
+    /// As many in all pools together: a ray passes over those of each.
+    failed_in_all: u32,
     /// The last frame in which something of the view was missing: what was drawn by then says nothing of what
     /// is there now.
     changed: u64,
@@ -55,7 +58,7 @@ pub(super) struct Gaps {
 impl Gaps {
     /// Returns true if there are none; nothing is said where they are not looked for.
     pub(super) fn are_none(&self) -> Option<bool> {
-        let passes = self.passes * gap_rounds(self.failed);
+        let passes = self.passes * gap_rounds(self.failed_in_all);
         (self.passes > 0).then_some(self.is_looked_for && self.clean >= passes)
     }
 
@@ -76,6 +79,14 @@ impl Gaps {
 
     pub(super) fn end_round(&mut self, settled: bool, frame: u64) {
         if !settled {
+            (self.clean, self.changed) = (0, frame);
+        }
+    }
+
+    /// So many pages of the view could not be had, in all pools together. Where they were others before, rays
+    /// have passed over others by the frame, and take other turns from then on.
+    fn set_failed_in_all(&mut self, failed: u32, frame: u64) {
+        if std::mem::replace(&mut self.failed_in_all, failed) != failed {
             (self.clean, self.changed) = (0, frame);
         }
     }
@@ -168,7 +179,7 @@ impl WorkingSet {
     }
 
     /// Takes note of how many pages of each view that rests could not be had. Costs a visit of each page of
-    /// the set, or nothing where none has failed.
+    /// the set for each of these views, or nothing where `any_has` says that none has failed.
     pub(crate) fn note_failed(&mut self, any_has: bool, has_failed: impl Fn(PageId) -> bool) {
         let WorkingSet { windows, by_level, nodes, .. } = self;
         // At a mip bias a page above is what was asked for.
@@ -180,14 +191,21 @@ impl WorkingSet {
         for (view_index, window) in windows.iter_mut().enumerate() {
             let Some(window) = window.as_mut().filter(|window| window.gaps.passes > 0) else { continue };
             let named = by_level.iter().flatten().map(|&at| &nodes[at as usize]);
-            let of_view = named.filter(|node| any_has && node.views >> view_index & 1 == 1);
-            window.gaps.failed = of_view.filter(|node| lacks(node)).count() as u32;
+            let of_view = named.filter(|node| node.views >> view_index & 1 == 1);
+            window.gaps.failed = if any_has { of_view.filter(|node| lacks(node)).count() as u32 } else { 0 };
         }
     }
 
     /// Pages of a view that could not be had, as far as its gaps are looked for.
     pub(crate) fn failed_of(&self, view: ViewId) -> u32 {
         self.windows().find(|window| window.view == view).map_or(0, |window| window.gaps.failed)
+    }
+
+    /// So many pages of a view could not be had in all pools together, as of a frame.
+    pub(crate) fn set_failed_in_all(&mut self, view: ViewId, failed: u32, frame: u64) {
+        if let Some(window) = self.window_mut(view) {
+            window.gaps.set_failed_in_all(failed, frame);
+        }
     }
 
     /// Returns true if the feedback of a view looks for gaps by now; `None` where it does not rest.
