@@ -63,8 +63,10 @@ fn is_of_zarr(directory: &Path) -> bool {
 /// may be an archive.
 pub fn files_of_volume(path: &Path) -> Vec<PathBuf> {
     if path.is_dir() {
+        // What lies above `.` or `..` its name does not say.
+        let whole = path.canonicalize().unwrap_or_else(|_| path.to_owned());
         let above = |directory: &&Path| is_of_zarr(directory);
-        let outermost = path.ancestors().skip(1).take_while(above).last();
+        let outermost = whole.ancestors().skip(1).take_while(above).last();
         return vec![outermost.unwrap_or(path).to_owned()];
     }
     if let Some((archive, _)) = in_archive(path) {

@@ -140,14 +140,6 @@ fn layers_are_drawn_in_their_order() {
     let (mut textures, mut shown) = list(&[&colour, &grey]);
     shown[1].is_visible = false;
     assert!(apart(&draw(&mut textures, shown), &colour_alone, &colour_alone, 1.0) <= 2.0);
-    if let Some(directory) = std::env::var_os("VASTEX_PICTURES") {
-        for (name, picture) in [("colour", &colour_alone), ("viridis", &grey_alone)] {
-            let file = std::fs::File::create(FilePath::new(&directory).join(format!("{name}.png"))).unwrap();
-            let mut encoder = png::Encoder::new(file, SIZE[0], SIZE[1]);
-            encoder.set_color(png::ColorType::Rgba);
-            encoder.write_header().unwrap().write_image_data(&picture.rgba).unwrap();
-        }
-    }
 }
 
 #[test]

@@ -13,6 +13,8 @@ const MOST: usize = 12;
 #[derive(Debug, Default)]
 pub(super) struct Recent {
     files: Vec<String>,
+    /// Those of them that could not be written down yet, the last one first.
+    unwritten: Vec<String>,
     /// `None` if the system names no place for it.
     kept_in: Option<PathBuf>,
     /// True if it was said that they cannot be read or written.
@@ -26,7 +28,7 @@ impl Recent {
     }
 
     fn load_from(place: PathBuf) -> Recent {
-        Recent { files: state::load(&place), kept_in: Some(place), is_said: false }
+        Recent { files: state::load(&place), kept_in: Some(place), ..Recent::default() }
     }
 
     /// The files, the last one first.
@@ -42,7 +44,11 @@ impl Recent {
         let Some(file) = file.to_str() else { return };
         if let Err(error) = self.add_in_file(file) {
             put_first(&mut self.files, file);
-            self.say(&error);
+            put_first(&mut self.unwritten, file);
+            // Another program that changes them is soon done.
+            if error.kind() != io::ErrorKind::WouldBlock {
+                self.say(&error);
+            }
         }
     }
 
@@ -56,12 +62,13 @@ impl Recent {
             if !written.is_empty() {
                 files = written;
             }
+            self.unwritten.iter().rev().for_each(|file| put_first(&mut files, file));
             put_first(&mut files, file);
             state::write(place, &files)?;
         } else {
             put_first(&mut files, file);
         }
-        self.files = files;
+        (self.files, self.unwritten) = (files, Vec::new());
         Ok(())
     }
 
@@ -114,5 +121,16 @@ mod tests {
         (0..2).for_each(|n| recent.add(&file(n)));
         assert_eq!(recent.files(), [named(1), named(0)], "for this run alone");
         assert_eq!(fs::read_to_string(&place).unwrap(), "[1, {");
+        // Mended, it has those of this run as well.
+        fs::write(&place, format!("[{:?}]", named(7))).unwrap();
+        recent.add(&file(2));
+        let files = [named(2), named(1), named(0), named(7)];
+        assert_eq!((recent.files(), Recent::load_from(place.clone()).files), (&files[..], files.to_vec()));
+        // So it has those of while another program changed it.
+        let lock = state::lock(&place).unwrap();
+        recent.add(&file(3));
+        drop(lock);
+        recent.add(&file(4));
+        assert_eq!(Recent::load_from(place).files[..3], [named(4), named(3), named(2)]);
     }
 }

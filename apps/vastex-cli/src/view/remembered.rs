@@ -9,6 +9,7 @@ use winit::event_loop::ActiveEventLoop;
 use winit::window::Window;
 
 use super::state;
+use crate::report;
 
 /// The window of the run before, or one that nobody has changed; and what of it is left out, since no window
 /// can have it.
@@ -27,10 +28,11 @@ fn read(place: &Path) -> (Remembered, Vec<String>) {
 }
 
 /// Writes it down, and leaves what else the file has. Where that cannot be, the next window is the one before
-/// it: no reason to trouble the person, who was told when the file was read.
+/// it, and a line on stderr says why.
 pub(super) fn keep(window: &Remembered) {
-    if let Some(place) = place() {
-        drop(keep_in(&place, window));
+    let Some(place) = place() else { return };
+    if let Err(error) = keep_in(&place, window) {
+        report::say(&format!("note: {}: the window is not remembered: {error}", place.display()));
     }
 }
 

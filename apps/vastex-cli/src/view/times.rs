@@ -87,7 +87,11 @@ impl Times {
 
     /// Returns true if there is nothing left to measure.
     pub(super) fn are_over(&self) -> bool {
-        self.end().is_some_and(|end| end <= Instant::now())
+        self.are_over_at(Instant::now())
+    }
+
+    fn are_over_at(&self, now: Instant) -> bool {
+        self.end().is_some_and(|end| end <= now)
     }
 
     /// The times as one JSON object.
@@ -156,16 +160,13 @@ mod tests {
     fn idling_is_measured_from_the_last_frame_on() {
         let mut times = Times::new(Instant::now());
         times.note_frame(true, true, false);
-        let ago = |seconds| Instant::now().checked_sub(Duration::from_secs(seconds)).unwrap();
-        let before = times.idle.unwrap().1;
-        times.sharp = Some(ago(5));
-        for (last, is_over) in [(2, false), (4, true)] {
-            times.idle = Some((ago(last), before));
-            assert_eq!(times.are_over(), is_over, "the last frame was {last} s ago");
+        let (sharp, before) = (times.sharp.unwrap(), times.idle.unwrap().1);
+        let at = |seconds| sharp + Duration::from_secs(seconds);
+        for (now, last, is_over) in [(5, 3, false), (5, 1, true), (11, 10, false), (13, 12, true)] {
+            times.idle = Some((at(last), before));
+            assert_eq!(times.are_over_at(at(now)), is_over, "{now} s, the last frame at {last} s");
         }
         times.note_frame(true, true, false);
-        assert!(!times.are_over(), "a frame was drawn just now");
-        times.sharp = Some(ago(13));
-        assert!(times.are_over(), "no such pause comes");
+        assert!(times.idle.is_some_and(|(last, _)| last < at(12)), "a frame was drawn just now");
     }
 }

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::tool::Sandbox;
+use crate::tool::{Ended, Sandbox};
 
 /// Bytes of every file below a directory, by path. Links are followed.
 fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -28,9 +28,15 @@ fn files(directory: &Path) -> BTreeMap<String, Vec<u8>> {
 /// Runs commands, of which each is refused: nothing changes, nothing is left, and the message says what to
 /// do.
 fn refused(sandbox: &Sandbox, commands: &[&str]) {
+    refused_in(sandbox, "", commands);
+}
+
+/// The same in one of the sandbox's directories.
+fn refused_in(sandbox: &Sandbox, directory: &str, commands: &[&str]) {
     let before = files(&sandbox.path(""));
     for words in commands {
-        let ended = sandbox.run(&words.split_whitespace().collect::<Vec<_>>());
+        let mut command = sandbox.command(&words.split_whitespace().collect::<Vec<_>>());
+        let ended = Ended::of(command.current_dir(sandbox.path(directory)));
         assert_eq!(ended.code, Some(1), "{words}: {ended}");
         let is_said = ["choose another name", "choose another place", "choose a place outside it"];
         assert!(is_said.iter().any(|said| ended.stderr.contains(said)), "{words}: {ended}");
@@ -234,6 +240,27 @@ fn nothing_is_written_over_a_volume_that_is_read() {
             "render v.raw --on volume --camera-path a.path --stats-csv a.path",
             "crop vol.zarr --at 0,0,0 --size 2x2x2 -o vol.zarr/new.npy",
             "crop vol.zarr/0 --at 0,0,0 --size 2x2x2 -o vol.zarr/new.npy",
+        ],
+    );
+    // In a Zarr that one stands in.
+    refused_in(
+        &sandbox,
+        "vol.zarr",
+        &[
+            "build . -o out.vastex",
+            "build . -o 0/out.vastex",
+            "build 0 -o out.vastex",
+            "render 0 --on volume --stats-json zarr.json",
+            "render . --on volume -o new.png",
+        ],
+    );
+    refused_in(
+        &sandbox,
+        "vol.zarr/0",
+        &[
+            "render . --on volume --stats-json ../zarr.json",
+            "build .. -o new.vastex",
+            "crop . --at 0,0,0 --size 2x2x2 -o ../new.npy",
         ],
     );
     // Pictures and arrays have the endings of such.

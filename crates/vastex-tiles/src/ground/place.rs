@@ -6,21 +6,25 @@ use std::path::Path;
 /// Returns true if two paths lead to one file or directory that is there. Links are followed; on Unix names
 /// of one file that are not links of one another, hard links, are found by the file's number, too.
 pub fn same_file(one: &Path, other: &Path) -> bool {
-    let canonical = |path: &Path| path.canonicalize();
-    matches!((canonical(one), canonical(other)), (Ok(one), Ok(other)) if one == other)
+    let (one, other) = (named(one), named(other));
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
         || have_one_number(one, other)
 }
 
 /// Returns true if a file at `place`, which need not be there yet, lies below a directory or is that
 /// directory. Links are followed; false where `directory` is none.
 pub fn lies_in(place: &Path, directory: &Path) -> bool {
-    let found = |path: &Path| {
-        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
-        path.canonicalize().ok()
+    let found = |path: &Path| named(path).canonicalize().ok();
+    let Some(directory) = named(directory).canonicalize().ok().filter(|found| found.is_dir()) else {
+        return false;
     };
-    let Some(directory) = directory.canonicalize().ok().filter(|found| found.is_dir()) else { return false };
     // Directories that are yet to be made lie where the nearest does that is there.
     place.ancestors().find_map(found).is_some_and(|nearest| nearest.starts_with(directory))
+}
+
+/// A path as the system takes it: the directory that one is in has an empty path as that above a bare name.
+fn named(path: &Path) -> &Path {
+    if path.as_os_str().is_empty() { Path::new(".") } else { path }
 }
 
 #[cfg(unix)]
@@ -73,5 +77,6 @@ mod tests {
         }
         assert!(!lies_in(&at("f"), &at("f")), "a file is no directory");
         assert!(lies_in(Path::new("new"), Path::new(".")) && !lies_in(Path::new("new"), &at("d")));
+        assert!(lies_in(Path::new("new"), Path::new("")) && same_file(Path::new(""), Path::new(".")));
     }
 }

@@ -29,8 +29,9 @@ pub struct MapPlace {
 }
 
 impl MapPlace {
-    /// The place of texels at `[m0 * column + m1 * row + m2, m3 * column + m4 * row + m5]` in a system of that name, whose
-    /// coordinates are degrees if `is_geographic`. `None` if texels cannot be told apart by them.
+    /// The place of an image whose texels lie at `[m0 * column + m1 * row + m2, m3 * column + m4 * row + m5]`
+    /// in a system of that name, whose coordinates are degrees if `is_geographic`. `None` if texels cannot be
+    /// told apart by them.
     pub fn new(from_texels: [f64; 6], system: &str, is_geographic: bool) -> Option<MapPlace> {
         let [a, b, x, c, d, y] = from_texels;
         let (matrix, offset) = (DMat2::from_cols_array(&[a, c, b, d]), DVec2::new(x, y));

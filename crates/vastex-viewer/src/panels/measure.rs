@@ -88,7 +88,9 @@ impl Measure {
         let back = self.points.first().filter(|_| self.is_closed);
         let ends: Vec<DVec2> = self.points.iter().chain(back).copied().collect();
         let mut lines: Vec<Vec<DVec2>> = Vec::new();
-        for way in ends.windows(2).flat_map(|ends| size.way(ends[0], ends[1], columns)) {
+        let ways = ends.windows(2).flat_map(|ends| size.way(ends[0], ends[1], columns));
+        // Of a way beside the image nothing is left.
+        for way in ways.filter(|way| !way.is_empty()) {
             match lines.last_mut().filter(|line| line.last() == way.first()) {
                 Some(line) => line.extend(&way[1..]),
                 None => lines.push(way),
