@@ -37,7 +37,8 @@ pub struct Chosen {
 struct Changed {
     filter: bool,
     feedback: bool,
-    budgets: bool,
+    /// Each of the budgets by itself.
+    budgets: [bool; 2],
     sizes: Vec<PoolKind>,
     rules: Vec<PoolKind>,
 }
@@ -114,8 +115,9 @@ impl Chosen {
         if self.changed.feedback {
             window.feedback = self.feedback;
         }
-        if self.changed.budgets {
-            [window.upload_bytes_per_frame, window.in_flight_bytes] = self.budgets;
+        let budgets = [&mut window.upload_bytes_per_frame, &mut window.in_flight_bytes];
+        for (n, kept) in budgets.into_iter().enumerate().filter(|(n, _)| self.changed.budgets[*n]) {
+            *kept = self.budgets[n];
         }
         for kind in &self.changed.sizes {
             window.pools.entry(kind.clone()).or_default().bytes = self.pools.sizes.get(kind).copied();
@@ -143,9 +145,15 @@ impl Chosen {
         (self.feedback, self.changed.feedback) = (Some(mode), true);
     }
 
-    /// The budgets from here on: bytes copied to the GPU in a frame, and bytes of tiles on their way.
-    pub fn set_budgets(&mut self, budgets: [u64; 2]) {
-        (self.budgets, self.changed.budgets) = (budgets.map(Some), true);
+    /// Sets the budgets of `textures` from here on: bytes copied to the GPU in a frame, and bytes of tiles on
+    /// their way. One that stays as it is was not chosen: the host's words may have named it, or a volume may
+    /// have needed more.
+    pub fn set_budgets(&mut self, textures: &mut Textures, budgets: [u64; 2]) {
+        let before = budgets_of(textures.inspect().settings());
+        textures.memory().set_budgets(budgets[0], budgets[1]);
+        for n in (0..2).filter(|n| budgets[*n] != before[*n]) {
+            (self.budgets[n], self.changed.budgets[n]) = (Some(budgets[n]), true);
+        }
     }
 
     /// A pool has a size of its own from here on, or follows the picture.
@@ -181,6 +189,11 @@ impl Chosen {
         layers.iter_mut().for_each(|layer| layer.filter = layer.filter.or(self.filter));
         layers
     }
+}
+
+/// Bytes copied to the GPU in a frame, and of tiles on their way.
+fn budgets_of(settings: &Settings) -> [u64; 2] {
+    [settings.upload_bytes_per_frame, settings.in_flight_bytes]
 }
 
 #[cfg(test)]
@@ -239,7 +252,6 @@ mod tests {
 
     #[test]
     fn budgets_are_as_before_unless_the_host_names_some() {
-        let budgets_of = |settings: &Settings| [settings.upload_bytes_per_frame, settings.in_flight_bytes];
         let usual = Settings::default();
         let named = NamedByHost { uploads: true, ..NamedByHost::default() };
         for (named, expected) in
@@ -248,13 +260,37 @@ mod tests {
             let chosen = chosen(named, &usual);
             assert_eq!(budgets_of(&chosen.budgeted(usual.clone())), expected, "{named:?}");
         }
-        let mut chosen = chosen(NamedByHost::default(), &usual);
-        chosen.set_budgets([1 << 20, 2 << 20]);
-        assert_eq!(budgets_of(&chosen.budgeted(usual.clone())), [1 << 20, 2 << 20]);
-        let after = chosen.remembered(&before());
-        assert_eq!((after.upload_bytes_per_frame, after.in_flight_bytes), (Some(1 << 20), Some(2 << 20)));
-        let least = usual.in_flight_bytes;
-        assert_eq!(budgets_of(&chosen.budgeted_for_volume(usual)), [1 << 20, least]);
+    }
+
+    #[test]
+    fn a_budget_is_remembered_where_it_was_changed_and_the_other_is_not() {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let kept = |after: &Remembered| (after.upload_bytes_per_frame, after.in_flight_bytes);
+        let named = NamedByHost { uploads: true, ..NamedByHost::default() };
+        for (budgets, expected) in [
+            // The host named the first, for this run alone.
+            ([7 << 10, 2 << 20], (Some(3 << 20), Some(2 << 20))),
+            ([1 << 20, 5 << 20], (Some(1 << 20), Some(5 << 20))),
+            ([1 << 20, 2 << 20], (Some(1 << 20), Some(2 << 20))),
+            ([7 << 10, 5 << 20], kept(&before())),
+        ] {
+            let settings = Settings { upload_bytes_per_frame: 7 << 10, ..Settings::default() };
+            let mut chosen = chosen(named, &settings);
+            let mut textures = chosen.textures(&gpu, settings, &mut Vec::new()).unwrap();
+            assert_eq!(budgets_of(textures.inspect().settings()), [7 << 10, 5 << 20]);
+            chosen.set_budgets(&mut textures, budgets);
+            assert_eq!(budgets_of(textures.inspect().settings()), budgets);
+            assert_eq!(kept(&chosen.remembered(&before())), expected, "{budgets:?}");
+        }
+        // Of a volume more are on their way than was chosen, and that is not chosen by changing the other.
+        let mut chosen = chosen(NamedByHost::default(), &Settings::default());
+        let needed = Settings { in_flight_bytes: 16 << 20, ..Settings::default() };
+        let settings = chosen.budgeted_for_volume(needed.clone());
+        assert_eq!(budgets_of(&settings), [3 << 20, 16 << 20]);
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
+        chosen.set_budgets(&mut textures, [1 << 20, 16 << 20]);
+        assert_eq!(kept(&chosen.remembered(&before())), (Some(1 << 20), Some(5 << 20)));
+        assert_eq!(budgets_of(&chosen.budgeted_for_volume(needed)), [1 << 20, 16 << 20]);
     }
 
     #[test]

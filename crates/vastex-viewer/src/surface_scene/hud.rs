@@ -196,8 +196,7 @@ impl SurfaceScene {
                 self.textures.memory().set_bias_rule(pool, rule)
             }
             HudChange::Budgets { uploads, in_flight } => {
-                self.textures.memory().set_budgets(uploads, in_flight);
-                self.chosen.set_budgets([uploads, in_flight]);
+                self.chosen.set_budgets(&mut self.textures, [uploads, in_flight]);
                 Ok(())
             }
             HudChange::Filter(filter) => {

@@ -102,14 +102,13 @@ impl Viewer {
 
     /// Changes what a person changed of what the machine does.
     fn change_of_volume(&mut self, volume: &mut VolumeShown, change: &HudChange) {
-        let mut memory = volume.scene.textures_mut().memory();
+        let textures = volume.scene.textures_mut();
         let changed = match *change {
-            HudChange::PoolBytes(pool, Some(bytes)) => memory.resize_pool(pool, bytes).map(drop),
-            HudChange::PoolBytes(pool, None) => memory.fit_pool(pool).map(drop),
-            HudChange::Rule(pool, rule) => memory.set_bias_rule(pool, rule),
+            HudChange::PoolBytes(pool, Some(bytes)) => textures.memory().resize_pool(pool, bytes).map(drop),
+            HudChange::PoolBytes(pool, None) => textures.memory().fit_pool(pool).map(drop),
+            HudChange::Rule(pool, rule) => textures.memory().set_bias_rule(pool, rule),
             HudChange::Budgets { uploads, in_flight } => {
-                memory.set_budgets(uploads, in_flight);
-                self.scene.chosen().set_budgets([uploads, in_flight]);
+                self.scene.chosen().set_budgets(textures, [uploads, in_flight]);
                 Ok(())
             }
             HudChange::Filter(_) | HudChange::Overlay(_) | HudChange::Feedback(_) => {
