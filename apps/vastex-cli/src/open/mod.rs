@@ -420,6 +420,47 @@ mod tests {
         assert!(!is_fixed("earth.vastex") && !is_fixed("planet.tif --over earth.vastex"));
     }
 
+    /// Whoever opens what is called a picture hears what is wrong with the picture, and of no container.
+    #[cfg(feature = "build")]
+    #[test]
+    fn nonsense_that_is_called_a_picture_is_refused_as_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let (text, noise) = (&b"no picture"[..], &b"\x3e\xa7\x67\xa2\xc8\x01\xc8\x1c"[..]);
+        for ending in ["jpg", "tif", "png"] {
+            // What each begins with, and nothing after it.
+            let begun: &[u8] = match ending {
+                "jpg" => b"\xff\xd8\xff\xe0",
+                "tif" => b"II\x2a\0\x08\0\0\0",
+                _ => b"\x89PNG\r\n\x1a\n",
+            };
+            let cases = [
+                (text, "is a text file, not an image"),
+                (noise, "is of no known image format"),
+                (begun, "truncated"),
+            ];
+            for (bytes, why) in cases {
+                let path = directory.path().join(format!("nonsense.{ending}"));
+                std::fs::write(&path, bytes).unwrap();
+                for cache in ["off".into(), directory.path().join("cache")] {
+                    let cache = CacheArgs { cache: Some(cache), cache_gib: 1 };
+                    let image = OpenImage { cache: &cache, wraps: false, observer: &() };
+                    let error = open_tiles(&path, false, Some(image)).err().unwrap();
+                    let said = format!("{error:#}");
+                    assert!(said.contains(&format!("nonsense.{ending}")) && said.contains(why), "{said}");
+                    assert!(!said.contains("ontainer"), "{said}");
+                }
+                // Where nothing may be built, too.
+                let said = format!("{:#}", open_tiles(&path, false, None).err().unwrap());
+                assert!(said.contains(&format!("nonsense.{ending}")), "{said}");
+            }
+        }
+        // By its name it may be a container that is damaged.
+        let path = directory.path().join("nonsense.vastex");
+        std::fs::write(&path, noise).unwrap();
+        let said = format!("{:#}", open_tiles(&path, false, None).err().unwrap());
+        assert!(said.contains("not a Vastex container"), "{said}");
+    }
+
     /// The window goes by the file that it displays, not by the one that the command line names first.
     #[cfg(feature = "view")]
     #[test]

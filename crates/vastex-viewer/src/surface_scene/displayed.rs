@@ -141,16 +141,15 @@ impl Displayed {
     ) -> Result<(), DisplayError> {
         let shown = self.textures();
         // Large texels are those of an image: elsewhere the next frame would make all of it anew, blended.
-        self.is_crisp &= settings.scene == Scene::Image;
-        if self.heights != settings.options.heights {
-            (self.relief, self.heights) = (None, settings.options.heights.clone());
-        }
-        let drawn =
-            described(settings, (self.is_crisp, self.is_generated), textures, &shown, &mut self.relief)?;
+        let is_crisp = self.is_crisp && settings.scene == Scene::Image;
+        let heights = &settings.options.heights;
+        let mut relief = self.relief.clone().filter(|_| self.heights == *heights);
+        let drawn = described(settings, (is_crisp, self.is_generated), textures, &shown, &mut relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
         let mut renderer = renderer.inspect_err(|_| layers.remove(textures))?;
         renderer.set_view(self.renderer.view());
+        (self.is_crisp, self.relief, self.heights) = (is_crisp, relief, heights.clone());
         let before = std::mem::replace(&mut self.renderer, renderer);
         before.layers().clone().remove(textures);
         self.draw_overlay(gpu, textures, settings.overlay);
@@ -357,4 +356,105 @@ fn described(
         known.clone_from(&described.relief);
     }
     Ok(described)
+}
+
+/// Texels that are shown as they are where they are large, on whatever layers are put.
+#[cfg(test)]
+mod tests {
+    use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings};
+
+    use super::*;
+    use crate::surface::LayerOptions;
+
+    /// Columns and rows of the image.
+    const SIZE: [u32; 2] = [64, 32];
+
+    /// An image of heights as a window has it, and what it is shown with.
+    fn displayed(gpu: &Gpu) -> (Textures, Displayed, DisplaySettings) {
+        use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
+        let heights: Vec<u8> =
+            (0..SIZE[0] * SIZE[1]).flat_map(|texel| (texel as u16 * 31).to_le_bytes()).collect();
+        let image = ImageSource::new(LayerFormat::R16, SIZE, heights, &ImageOptions::default()).unwrap();
+        let tiles: Arc<dyn TileSource> = Arc::new(image);
+        let mut textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
+        let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
+        let settings = DisplaySettings {
+            scene: Scene::Image,
+            options: DisplayOptions::default(),
+            overlay: None,
+            may_be_crisp: true,
+            range_is_free: false,
+        };
+        let source = PreparedSource {
+            prepared: textures.preparer().read_blocking(tiles.clone(), TextureSettings::default()).unwrap(),
+            tiles,
+            size: SIZE,
+            about: FileAbout::default(),
+            growth: Growth::Whole,
+        };
+        let source = ("heights", source);
+        let displayed = Displayed::new(gpu, &mut textures, &formats, &settings, false, source).unwrap();
+        (textures, displayed, settings)
+    }
+
+    /// The filters that its layers name.
+    fn filters(displayed: &Displayed) -> Vec<Option<Filter>> {
+        displayed.renderer.layers().iter().map(|layer| layer.filter).collect()
+    }
+
+    const CRISP_TEXELS: [Option<Filter>; 1] = [Some(Filter::Nearest)];
+
+    #[test]
+    fn texels_are_crisp_from_four_pixels_on_and_stay_so_a_little_below() {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let (mut textures, mut displayed, settings) = displayed(&gpu);
+        for (scale, expected) in [
+            (Some(3.9), [None]),
+            (Some(4.0), CRISP_TEXELS),
+            (Some(3.6), CRISP_TEXELS),
+            (Some(3.5), [None]),
+            (Some(3.6), [None]),
+            (Some(8.0), CRISP_TEXELS),
+            // On what is no image there is no such scale.
+            (None, [None]),
+        ] {
+            displayed.follow(&gpu, &mut textures, &settings, scale).unwrap();
+            assert_eq!(filters(&displayed), expected, "{scale:?} after what came before");
+        }
+        let blended = DisplaySettings { may_be_crisp: false, ..settings };
+        displayed.follow(&gpu, &mut textures, &blended, Some(8.0)).unwrap();
+        assert_eq!(filters(&displayed), [None], "somebody asked for another filter");
+    }
+
+    #[test]
+    fn layers_that_are_put_on_something_else_are_crisp_on_images_alone() {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let (mut textures, mut displayed, settings) = displayed(&gpu);
+        let on = |scene| DisplaySettings { scene, ..settings.clone() };
+        displayed.follow(&gpu, &mut textures, &settings, Some(8.0)).unwrap();
+        // What else is shown on the image is crisp at once.
+        let mut twice = on(Scene::Image);
+        twice.options.layers = vec![LayerOptions::default(), LayerOptions::default()];
+        displayed.show_layers(&gpu, &mut textures, &twice).unwrap();
+        assert_eq!(filters(&displayed), [Some(Filter::Nearest); 2]);
+        displayed.put_on(&gpu, &mut textures, &twice).unwrap();
+        assert_eq!(filters(&displayed), [Some(Filter::Nearest); 2], "it lies where it lay");
+        // A terrain of heights that are nowhere cannot be had: all stays as it was.
+        let mut without = on(Scene::Terrain);
+        without.options.heights.layer = Some("nothing".to_owned());
+        assert!(displayed.put_on(&gpu, &mut textures, &without).is_err());
+        assert!(displayed.is_crisp && displayed.renderer.scene() == Scene::Image);
+        assert_eq!(displayed.heights, settings.options.heights);
+        assert_eq!(filters(&displayed), [Some(Filter::Nearest); 2]);
+        // Off the image texels are blended from the first frame on, and stay so on the way back.
+        for scene in [Scene::Globe, Scene::Terrain] {
+            displayed.put_on(&gpu, &mut textures, &on(scene)).unwrap();
+            assert_eq!((filters(&displayed), displayed.is_crisp), (vec![None], false), "{scene:?}");
+            displayed.follow(&gpu, &mut textures, &on(scene), None).unwrap();
+            displayed.put_on(&gpu, &mut textures, &settings).unwrap();
+            assert_eq!(filters(&displayed), [None], "back from {scene:?}");
+            displayed.follow(&gpu, &mut textures, &settings, Some(8.0)).unwrap();
+            assert_eq!(filters(&displayed), CRISP_TEXELS);
+        }
+    }
 }
