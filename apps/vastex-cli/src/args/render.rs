@@ -1,11 +1,14 @@
 //! What `vastex render` is told.
 
+mod run_files;
+
 use std::path::{Path, PathBuf};
 
 use vastex_scenes::{Path as CameraPath, Views};
 
 use super::estimate::EstimateArgs;
 use super::{ClapArgs, MOST_FADE_MS, SceneArgs, conflict, named, parse_pixel, value_error};
+pub(crate) use run_files::RunFilesArgs;
 
 /// How the camera moves.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -128,20 +131,12 @@ pub(crate) struct RenderArgs {
     pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) estimate: EstimateArgs,
-    /// Where to write what each frame wanted, for `vastex replay`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) record_trace: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: RunFilesArgs,
     /// Load ahead what was wanted before where the camera is and where it is heading: sets made by `vastex
     /// learn`
     #[arg(long, value_name = "FILE")]
     pub(crate) prefetch_sets: Option<PathBuf>,
-    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the
-    /// columns
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_csv: Option<PathBuf>,
-    /// The same as a JSON array of objects
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_json: Option<PathBuf>,
     /// Tell what is in each pool at the end: pages by texture and level, the largest first; with --json as
     /// `pools`
     #[arg(long)]

@@ -39,8 +39,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
     let mut outputs = Outputs {
         pictures: PictureOutput::new(args)?,
         report: args.report.as_deref().map(RunReport::at).transpose()?,
-        trace: args.record_trace.as_deref().map(Output::at).transpose()?,
-        stats: StatsExport::new(args.stats_csv.as_deref(), args.stats_json.as_deref())?,
+        trace: args.files.record_trace.as_deref().map(Output::at).transpose()?,
+        stats: StatsExport::new(args.files.stats_csv.as_deref(), args.files.stats_json.as_deref())?,
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
     let Opened { tiles, disk } = open::open(&args.scene)?;
@@ -127,11 +127,12 @@ fn check_places(args: &RenderArgs) -> Result<()> {
     let others = others.chain(args.scene.settings.iter().map(|file| &**file));
     let sources = std::iter::once(&*args.scene.source).chain(args.scene.files_over());
     let page = args.report.as_deref().map(run_report::page_in);
+    let [trace, csv, json] = args.files.places();
     Inputs::of(sources.chain(others)).check(&[
         (PICTURE, args.output.as_deref()),
-        ("trace", args.record_trace.as_deref()),
-        ("CSV file", args.stats_csv.as_deref()),
-        ("JSON file", args.stats_json.as_deref()),
+        trace,
+        csv,
+        json,
         ("report", page.as_deref()),
     ])
 }

@@ -4,21 +4,14 @@ use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
 
+use super::super::render::RunFilesArgs;
 use super::super::{DiskCacheArgs, parse_pixel, value_error};
 
 /// What is told of a run, and kept.
 #[derive(Clone, Debug, ClapArgs)]
 pub(crate) struct VolumeWatchArgs {
-    /// Where to write what each frame wanted, for `vastex replay`
-    #[arg(long, value_name = "FILE")]
-    pub(crate) record_trace: Option<PathBuf>,
-    /// Where to write how each pool stood after each frame, a line for each: docs/telemetry.md names the
-    /// columns
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_csv: Option<PathBuf>,
-    /// The same as a JSON array of objects
-    #[arg(long, value_name = "FILE")]
-    pub(crate) stats_json: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) files: RunFilesArgs,
     /// Tell what is in each pool at the end: bricks by texture and level, the largest first; with --json as
     /// `pool_dump`
     #[arg(long)]

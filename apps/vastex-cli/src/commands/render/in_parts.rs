@@ -29,10 +29,10 @@ fn check(args: &RenderArgs) -> Result<()> {
         ("--estimate", args.estimate.estimating().is_some()),
         ("--views", args.views != Views::One),
         ("--predict", args.predict),
-        ("--record-trace", args.record_trace.is_some()),
+        ("--record-trace", args.files.record_trace.is_some()),
         ("--prefetch-sets", args.prefetch_sets.is_some()),
-        ("--stats-csv", args.stats_csv.is_some()),
-        ("--stats-json", args.stats_json.is_some()),
+        ("--stats-csv", args.files.stats_csv.is_some()),
+        ("--stats-json", args.files.stats_json.is_some()),
         ("--dump-pools", args.dump_pools),
     ];
     if let Some((option, _)) = is_asked.iter().find(|(_, is_asked)| *is_asked) {

@@ -43,9 +43,10 @@ impl Watch {
     /// Finds out whether what is asked for can be written, and opens the cache.
     pub(super) fn new(args: &RenderVolumeArgs) -> Result<Watch> {
         let watch = &args.watch;
+        let files = &watch.files;
         Ok(Watch {
-            trace: watch.record_trace.as_deref().map(Output::at).transpose()?,
-            stats: StatsExport::new(watch.stats_csv.as_deref(), watch.stats_json.as_deref())?,
+            trace: files.record_trace.as_deref().map(Output::at).transpose()?,
+            stats: StatsExport::new(files.stats_csv.as_deref(), files.stats_json.as_deref())?,
             disk: disk_cache::asked(&watch.disk_cache),
         })
     }
@@ -106,12 +107,7 @@ fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
 
 /// Nothing is written over what is read, and no two things into one file.
 pub(super) fn check_places(args: &RenderVolumeArgs) -> Result<()> {
-    let watch = &args.watch;
+    let [trace, csv, json] = args.watch.files.places();
     let inputs = std::iter::once(&args.source).chain(&args.path.camera_path);
-    Inputs::of(inputs.map(|file| &**file)).check(&[
-        (PICTURE, args.output.as_deref()),
-        ("trace", watch.record_trace.as_deref()),
-        ("CSV file", watch.stats_csv.as_deref()),
-        ("JSON file", watch.stats_json.as_deref()),
-    ])
+    Inputs::of(inputs.map(|file| &**file)).check(&[(PICTURE, args.output.as_deref()), trace, csv, json])
 }
