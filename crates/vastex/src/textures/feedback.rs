@@ -17,7 +17,8 @@ impl Textures {
     ///
     /// To be called before [`Textures::update`], once per frame; in a frame without it, the pages of the last
     /// frames stay wanted. With [`FeedbackMode::Inline`] this call draws nothing, and [`Textures::main_pass`]
-    /// does its work, unless the main view is one of rays ([`ViewMut::set_bricks_of_a_ray`]).
+    /// does its work, unless the main view is one of rays
+    /// ([`ViewMut::set_bricks_of_a_ray`](crate::ViewMut::set_bricks_of_a_ray)).
     ///
     /// Fails if the picture has no pixels or more than a target can have, if the view's feedback of this
     /// frame is recorded already ([`Error::FeedbackTwice`]), and if a pass of
