@@ -43,8 +43,8 @@ impl SurfaceScene {
         self.chosen.pools()
     }
 
-    /// What the displayed source is made of, so that the same can be made in other textures; `None` if nothing
-    /// is displayed. A source that waits behind its preview is displayed at once.
+    /// What the displayed source is made of, so that the same can be made in other textures; `None` if
+    /// nothing is displayed. A source that waits behind its preview is displayed at once.
     pub fn blueprint(&mut self) -> Option<Blueprint> {
         self.finish_taking_over();
         self.display.displayed().map(|displayed| displayed.blueprint(&self.textures))
