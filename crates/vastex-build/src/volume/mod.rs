@@ -64,8 +64,8 @@ pub struct VolumeOptions {
     /// True if chunks that cannot be read become the fill value, with a note.
     pub tolerant: bool,
     /// Bytes of memory that blocks and what is made of them may take, besides up to 512 MiB of chunks and
-    /// levels that are kept; of chunks that have more than 256 MiB by themselves up to 1 GiB are kept as well,
-    /// and up to 1 GiB is being decoded.
+    /// levels that are kept; of chunks that have more than 256 MiB by themselves up to 1 GiB are kept as
+    /// well, and up to 1 GiB is being decoded.
     pub memory_limit: u64,
 }
 
