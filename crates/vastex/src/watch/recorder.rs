@@ -110,7 +110,8 @@ impl Recorder {
             let named: Vec<WantedPage> = named.into_iter().filter_map(|page| self.renumbered(page)).collect();
             pages.extend(self.with_what_stays(feedback, named, textures));
         }
-        merge_same(&mut pages);
+        // What several views want is one entry.
+        let Feedback { pages, .. } = Feedback::of_pages(0, pages);
         match place {
             Some(place) => self.trace.add_frame_at(pages, place),
             None => self.trace.add_frame(pages),
@@ -162,19 +163,6 @@ impl Recorder {
             Some(error) => Err(error.into()),
         }
     }
-}
-
-/// Makes one entry of those of the same page.
-fn merge_same(pages: &mut Vec<WantedPage>) {
-    pages.sort_unstable();
-    pages.dedup_by(|next, first| {
-        let same = next.page == first.page;
-        if same {
-            first.pixels = first.pixels.saturating_add(next.pixels);
-            first.eighth = first.eighth.min(next.eighth);
-        }
-        same
-    });
 }
 
 #[cfg(test)]
