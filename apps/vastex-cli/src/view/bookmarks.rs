@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 use vastex_viewer::panels::Bookmark;
 
 use super::state;
-use crate::report;
 
 /// So many files have bookmarks, and each so many.
 const MOST_FILES: usize = 200;
@@ -132,13 +131,7 @@ impl Bookmarks {
 
     /// Says once why they are for this run alone, and what to do.
     fn say(&mut self, error: &io::Error) {
-        let (Some(place), false) = (&self.kept_in, std::mem::replace(&mut self.is_said, true)) else {
-            return;
-        };
-        let place = place.display();
-        report::say(&format!(
-            "note: {place}: bookmarks are kept for this run alone: {error}; mend the file, move it away, or allow it to be read and written"
-        ));
+        state::say_once(&mut self.is_said, self.kept_in.as_deref(), "bookmarks are kept", error);
     }
 
     /// Those of all files, the one last changed first.

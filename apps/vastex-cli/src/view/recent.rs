@@ -4,7 +4,6 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::state;
-use crate::report;
 
 /// So many are remembered.
 const MOST: usize = 12;
@@ -74,13 +73,7 @@ impl Recent {
 
     /// Says once why they are for this run alone, and what to do.
     fn say(&mut self, error: &io::Error) {
-        let (Some(place), false) = (&self.kept_in, std::mem::replace(&mut self.is_said, true)) else {
-            return;
-        };
-        let place = place.display();
-        report::say(&format!(
-            "note: {place}: opened files are remembered for this run alone: {error}; mend the file, move it away, or allow it to be read and written"
-        ));
+        state::say_once(&mut self.is_said, self.kept_in.as_deref(), "opened files are remembered", error);
     }
 }
 

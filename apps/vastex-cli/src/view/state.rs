@@ -12,6 +12,8 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value};
 
+use crate::report;
+
 /// `vastex/NAME` in `$XDG_STATE_HOME`, in `%LOCALAPPDATA%` on Windows, or else in `~/.local/state`; `None` if
 /// the system names none of them.
 pub(super) fn place_of(name: &str) -> Option<PathBuf> {
@@ -39,6 +41,16 @@ pub(super) fn read<T: DeserializeOwned + Default>(place: &Path) -> io::Result<T>
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(T::default()),
         Err(error) => Err(error),
     }
+}
+
+/// Says once why what is kept in a file is so for this run alone, and what to do. Nothing is said where the
+/// system names no place for it.
+pub(super) fn say_once(is_said: &mut bool, place: Option<&Path>, what: &str, error: &io::Error) {
+    let (Some(place), false) = (place, std::mem::replace(is_said, true)) else { return };
+    let place = place.display();
+    report::say(&format!(
+        "note: {place}: {what} for this run alone: {error}; mend the file, move it away, or allow it to be read and written"
+    ));
 }
 
 /// Keeps other programs from changing a file until what is given back is dropped. Fails where one takes
