@@ -46,6 +46,37 @@ impl PlanetText {
     }
 }
 
+/// The layer that a call samples or inspects.
+#[derive(Clone, Copy)]
+enum Called {
+    /// The only one.
+    Single,
+    /// The one of this number in the list.
+    Nth(usize),
+    /// The one of the list that a loop's counter `n` has come to.
+    Counted,
+}
+
+impl Called {
+    /// The layer's id.
+    fn id(self) -> String {
+        match self {
+            Called::Single => "scene.ids.color".to_owned(),
+            Called::Nth(n) => format!("layered[{n}].id"),
+            Called::Counted => "layered[n].id".to_owned(),
+        }
+    }
+
+    /// The layer's number.
+    fn number(self) -> String {
+        match self {
+            Called::Single => "0u".to_owned(),
+            Called::Nth(n) => format!("{n}u"),
+            Called::Counted => "n".to_owned(),
+        }
+    }
+}
+
 impl LayersText {
     /// One opaque layer alone.
     pub const ALONE: LayersText =
@@ -105,15 +136,14 @@ impl LayersText {
         )
     }
 
-    /// The call of a function that samples or inspects a layer of an id, where `look` looks: by the lines of
-    /// the `n`-th layer. In fixed point, of a list, the layer is the one of the number that the id names.
-    fn call(self, function: &str, way: &str, n: usize, id: &str, look: &str) -> String {
+    /// The call of a function that samples or inspects a layer, where `look` looks: by the lines of the
+    /// `n`-th layer. In fixed point, of a list, the place is the one of the layer's number.
+    fn call(self, function: &str, way: &str, n: usize, called: Called, look: &str) -> String {
         let suffix = if self.is_grouped { format!("_{}", member(n)) } else { String::new() };
-        // Which of the places is meant: a loop's counter, where the id is told by one.
-        let number = if id.contains("[n]") { "n".to_owned() } else { format!("{n}u") };
+        let id = called.id();
         match way {
             "fixed" => {
-                let place = format!("fixed_place(layer_look({look}, {number}), {id})");
+                let place = format!("fixed_place(layer_look({look}, {}), {id})", called.number());
                 format!("{function}_at{suffix}({id}, {place})")
             }
             _ => format!("vastex_{function}{suffix}_grad({id}, {look}.offset, {look}.ddx, {look}.ddy)"),
@@ -121,7 +151,7 @@ impl LayersText {
     }
 
     fn single(self, way: &str) -> (String, String) {
-        let call = |function| self.call(function, way, 0, "scene.ids.color", "look");
+        let call = |function| self.call(function, way, 0, Called::Single, "look");
         let shown = format!("    return scene_lit({}, light_{way}(look));\n", call("sample"));
         (shown, format!("    return {};\n", call("inspect")))
     }
@@ -129,7 +159,7 @@ impl LayersText {
     fn several(self, way: &str) -> (String, String) {
         let overs = self.sum(way, "light_of_ground");
         let inspected = |run: Range<usize>| {
-            let call = self.call("inspect", way, run.start, "layered[n].id", "look");
+            let call = self.call("inspect", way, run.start, Called::Counted, "look");
             match run.start {
                 0 => format!("    return {call};\n"),
                 first => format!("    if n >= {first}u {{\n        return {call};\n    }}\n"),
@@ -148,7 +178,7 @@ impl LayersText {
     /// The light of the layers that lie over one another, on ground that is so light.
     fn sum(self, way: &str, light: &str) -> String {
         let over = |run: Range<usize>| {
-            let sampled = self.call("sample", way, run.start, "layered[n].id", "look");
+            let sampled = self.call("sample", way, run.start, Called::Counted, "look");
             let then = format!("sum = layered_over(sum, {sampled}, n, {light});");
             in_turns(run, "layered_is_seen(look, at, n)", &then)
         };
@@ -173,7 +203,7 @@ impl LayersText {
     /// shadows beside where they are.
     fn on_planet(self, way: &str, parts: PlanetText) -> String {
         let (night, clouds) = (self.over_one_another(), self.count - 1);
-        let sampled = |n: usize, look: &str| self.call("sample", way, n, &format!("layered[{n}].id"), look);
+        let sampled = |n: usize, look: &str| self.call("sample", way, n, Called::Nth(n), look);
         let lights = format!("lights = planet_lights({}, n);", sampled(night, "look"));
         let covered = format!(
             "let moved = planet_moved_{way}(look, select(site.clouds, site.shadow, turn == 1u));\n        \
