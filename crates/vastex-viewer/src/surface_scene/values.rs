@@ -2,7 +2,10 @@
 
 use std::time::Duration;
 
+use vastex::LayerId;
+
 use super::SurfaceScene;
+use super::displayed::Displayed;
 use crate::camera::Pose;
 use crate::inspect::Histogram;
 use crate::layers::StoredScale;
@@ -46,13 +49,10 @@ impl SurfaceScene {
         if !is_due {
             return;
         }
-        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));
-        let histogram = shown.as_ref().and_then(|(layer, map)| {
-            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes, free)
-        });
-        let range = histogram.as_ref().filter(|_| self.beside.panel.display.follows());
-        let range = range.and_then(|values| self.automatic_range(shown?.0, values));
+        let found = self.values_of(displayed, layer, &pose);
+        let range = found.as_ref().filter(|_| self.beside.panel.display.follows());
+        let range = range.and_then(|(layer, values)| self.automatic_range(*layer, values));
+        let histogram = found.map(|(_, values)| values);
         self.values = Some(Values { histogram, layer, taken_at: now, are_last: is_settled });
         let unsettled = self.unsettled;
         if let Some(range) = range {
@@ -71,22 +71,32 @@ impl SurfaceScene {
                 .notify("black and white come from the values in view once the image is there");
         }
         let layer = self.beside.panel.display.layer();
-        let shown = displayed.renderer.layers().iter().nth(layer).map(|shown| (shown.layer, shown.color_map));
-        let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));
-        let values = shown.as_ref().and_then(|(layer, map)| {
-            Histogram::of_view(&self.textures, &displayed.renderer, (*layer, map), &pose, sizes, free)
-        });
-        let range = values.and_then(|values| self.automatic_range(shown?.0, &values));
+        let found = self.values_of(displayed, layer, &pose);
+        let range = found.and_then(|(layer, values)| self.automatic_range(layer, &values));
         range.into_iter().for_each(|range| self.set_range(layer, range));
     }
 
+    /// The values in view of one of the shown layers, and which layer of which texture that is; `None` if no
+    /// part of the image is in view.
+    fn values_of(&self, displayed: &Displayed, layer: usize, pose: &Pose) -> Option<(LayerId, Histogram)> {
+        let shown = displayed.renderer.layers().iter().nth(layer)?;
+        let (sizes, free) = ((self.size(), displayed.size), Some(self.free()));
+        let of = (shown.layer, &shown.color_map);
+        let values = Histogram::of_view(&self.textures, &displayed.renderer, of, pose, sizes, free)?;
+        Some((shown.layer, values))
+    }
+
     fn set_range(&mut self, layer: usize, range: [f32; 2]) {
+        self.change_layer(layer, |options| options.range.replace(range) != Some(range));
+    }
+
+    /// Changes how one of the shown layers is displayed, where `change` says that it did.
+    fn change_layer(&mut self, layer: usize, change: impl FnOnce(&mut LayerOptions) -> bool) {
         let mut layers = self.settings.options.layers.clone();
         if layers.is_empty() {
             layers.push(LayerOptions::default());
         }
-        if let Some(options) = layers.get_mut(layer).filter(|options| options.range != Some(range)) {
-            options.range = Some(range);
+        if layers.get_mut(layer).is_some_and(change) {
             self.show_layers(layers);
         }
     }
@@ -96,19 +106,19 @@ impl SurfaceScene {
         if self.display.displayed().is_none() {
             return;
         }
-        let (layer, mut layers) = (self.beside.panel.display.layer(), self.settings.options.layers.clone());
-        if layers.is_empty() {
-            layers.push(LayerOptions::default());
+        let mut exposure = None;
+        self.change_layer(self.beside.panel.display.layer(), |options| {
+            options.exposure = (options.exposure + stops).clamp(-MOST_STOPS, MOST_STOPS);
+            exposure = Some(options.exposure);
+            true
+        });
+        if let Some(exposure) = exposure {
+            self.beside.notify(&format!("exposure: {exposure:+} stops"));
         }
-        let Some(options) = layers.get_mut(layer) else { return };
-        options.exposure = (options.exposure + stops).clamp(-MOST_STOPS, MOST_STOPS);
-        let exposure = options.exposure;
-        self.show_layers(layers);
-        self.beside.notify(&format!("exposure: {exposure:+} stops"));
     }
 
     /// The range of a layer by the values in view.
-    fn automatic_range(&self, layer: vastex::LayerId, values: &Histogram) -> Option<[f32; 2]> {
+    fn automatic_range(&self, layer: LayerId, values: &Histogram) -> Option<[f32; 2]> {
         let described = self.textures.texture(layer.texture()).ok()?.description();
         let format = described.layers.get(layer.index())?.format;
         self.beside.panel.display.automatic_range(values, StoredScale::new(format))
