@@ -119,6 +119,21 @@ impl Output {
     }
 }
 
+/// The name of a file that is not there yet in a directory, or, where nothing can be written there, in the
+/// one for temporary files: `earth-1.png` of an `earth.jpg`.
+#[cfg(feature = "view")]
+pub(crate) fn free_name(directory: &Path, of: &Path, ending: &str) -> PathBuf {
+    let stem = of.file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
+    // Sources that are no files have names that files may not have.
+    let stem = if stem.is_empty() { "vastex".to_owned() } else { stem.replace([':', '/', '\\'], "-") };
+    let in_directory = |directory: &Path| {
+        let named = |number: u32| directory.join(format!("{stem}-{number}.{ending}"));
+        (1..u32::MAX).map(named).find(|file| !file.exists())
+    };
+    let there = in_directory(directory).filter(|file| Output::at(file).is_ok());
+    there.or_else(|| in_directory(&std::env::temp_dir())).unwrap_or_else(|| format!("{stem}.{ending}").into())
+}
+
 /// What to do where the system said so of a write.
 fn remedy(error: &io::Error) -> &'static str {
     match error.kind() {
@@ -198,6 +213,21 @@ fn colours(rgba: &[u8]) -> Vec<u8> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "view")]
+    #[test]
+    fn a_free_name_is_of_no_file_and_has_no_signs_of_a_path() {
+        let directory = tempfile::tempdir().unwrap();
+        let named = |of: &str| free_name(directory.path(), Path::new(of), "png");
+        assert_eq!(named("a/moon.tif"), directory.path().join("moon-1.png"));
+        fs::write(directory.path().join("moon-1.png"), []).unwrap();
+        assert_eq!(named("a/moon.tif"), directory.path().join("moon-2.png"));
+        assert_eq!(named("planet:31"), directory.path().join("planet-31-1.png"));
+        assert_eq!(named(""), directory.path().join("vastex-1.png"));
+        // Where nothing can be written, the name is of the directory for temporary files.
+        let nowhere = directory.path().join("none");
+        assert!(free_name(&nowhere, Path::new("moon.tif"), "png").starts_with(std::env::temp_dir()));
+    }
 
     #[test]
     fn only_a_full_disk_asks_for_space() {

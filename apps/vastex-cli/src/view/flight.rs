@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use vastex_viewer::camera::LeftOut;
 
-use crate::output::Output;
+use crate::output::{Output, free_name};
 use crate::report;
 
 /// What the window records of: a file, and columns and rows of its image. Another may be shown when it ends.
@@ -49,20 +49,6 @@ where
         Ok(parse(&text.context("this is no text, and so no camera path")?)?)
     };
     read().with_context(|| file.display().to_string())
-}
-
-/// The name of a file that is not there yet in a directory, or, where nothing can be written there, in the
-/// one for temporary files: `earth-1.png` of an `earth.jpg`.
-pub(super) fn free_name(directory: &Path, of: &Path, ending: &str) -> PathBuf {
-    let stem = of.file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
-    // Sources that are no files have names that files may not have.
-    let stem = if stem.is_empty() { "vastex".to_owned() } else { stem.replace([':', '/', '\\'], "-") };
-    let in_directory = |directory: &Path| {
-        let named = |number: u32| directory.join(format!("{stem}-{number}.{ending}"));
-        (1..u32::MAX).map(named).find(|file| !file.exists())
-    };
-    let there = in_directory(directory).filter(|file| Output::at(file).is_ok());
-    there.or_else(|| in_directory(&std::env::temp_dir())).unwrap_or_else(|| format!("{stem}.{ending}").into())
 }
 
 #[cfg(test)]

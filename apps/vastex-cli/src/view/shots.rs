@@ -11,8 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail};
 
 use super::clipboard::Copied;
-use super::flight::free_name;
-use crate::output::Output;
+use crate::output::{Output, free_name};
 use crate::report;
 use crate::screenshot::Patience;
 
