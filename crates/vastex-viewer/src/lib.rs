@@ -4,6 +4,8 @@
 //! Everything here is an application of the crate `vastex`, and calls its frame loop unchanged. A program
 //! brings the window, the clock and the words of its command line.
 
+#[cfg(feature = "egui")]
+pub mod beside;
 pub mod camera;
 pub mod figures;
 pub mod gpu;
@@ -30,6 +32,8 @@ pub mod volume;
 pub mod volume_scene;
 #[cfg(feature = "egui")]
 pub mod widget;
+#[cfg(feature = "egui")]
+pub mod window_scene;
 mod words;
 
 pub use camera::{CameraPath, CameraPathError, Path, PathChannels, PathPlace, Pose, Views};

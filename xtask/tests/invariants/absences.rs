@@ -66,7 +66,9 @@ fn the_viewer_has_no_window_no_clock_and_waits_for_nothing() -> Result<()> {
 fn no_frame_of_the_window_waits_for_the_gpu() -> Result<()> {
     const WAITS: &[&str] = &["wait", "feedback_of_every", "wait_indefinitely", "PollType"];
     let mut polls = 0;
-    for folder in ["apps/vastex-cli/src/view", "crates/vastex-viewer/src/surface_scene"] {
+    let rooms =
+        ["beside", "surface_scene", "window_scene"].map(|room| format!("crates/vastex-viewer/src/{room}"));
+    for folder in rooms.iter().map(String::as_str).chain(["apps/vastex-cli/src/view"]) {
         for source in files_under(folder, &["rs"])? {
             let text = production(&source.text);
             let found = identifiers(&text).find(|name| WAITS.contains(name));

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Error, Result, anyhow};
 use vastex_scenes::Scene;
 use vastex_viewer::camera::Controller;
 use vastex_viewer::{Link, ViewText, VolumeViewText};
@@ -77,7 +77,7 @@ impl App {
         let args = match args {
             Ok(args) => args,
             Err(error) => {
-                self.say_wrong("link", &report::message(&error));
+                self.report_error("link", &report::message(&error));
                 return Ok(());
             }
         };
@@ -94,9 +94,8 @@ impl App {
     pub(super) fn show_text(&mut self, view: &ViewText) {
         let scene = view.scene(self.scene);
         let Some(Open { viewer, window }) = &mut self.open else { return };
-        #[cfg(feature = "volumes")]
         if viewer.shows_volume() {
-            return self.notice("the view is of an image, and a volume is shown");
+            return self.notify("the view is of an image, and a volume is shown");
         }
         if viewer.scene.show_view(view) {
             self.scene = scene;
@@ -113,14 +112,16 @@ impl App {
 
     /// Shows of a volume what a view says. What cannot be shown is told, and nothing changes.
     pub(super) fn show_volume_text(&mut self, text: &str) {
-        let view = text.parse::<VolumeViewText>().map_err(Into::into);
-        #[cfg(feature = "volumes")]
-        let view = view.and_then(|view| match &mut self.open {
-            Some(open) => open.viewer.show_volume_view(&view),
-            None => Ok(()),
-        });
-        if let Err(error) = view {
-            self.say_wrong("paste", &report::message(&error));
+        let shown =
+            text.parse::<VolumeViewText>().map_err(Error::from).and_then(|view| match &mut self.open {
+                Some(open) => match open.viewer.volume() {
+                    Some(volume) => Ok(volume.show_view(&view)?),
+                    None => Err(anyhow!("the view is of a volume, and none is shown; open it first")),
+                },
+                None => Ok(()),
+            });
+        if let Err(error) = shown {
+            self.report_error("paste", &report::message(&error));
         }
         self.open.iter().for_each(|open| open.window.request_redraw());
     }
@@ -132,7 +133,7 @@ impl App {
         // Nobody listens where the window is closed.
         let send = move |text| drop(proxy.send_event(Message::Copied(text)));
         if let Err(why) = self.shots.copied.read(send) {
-            self.notice(&format!("nothing can be pasted: {why}"));
+            self.notify(&format!("nothing can be pasted: {why}"));
         }
     }
 
@@ -141,7 +142,7 @@ impl App {
         let text = match copied {
             Ok(text) => text,
             Err(why) => {
-                self.notice(&format!("nothing can be pasted: {why}"));
+                self.notify(&format!("nothing can be pasted: {why}"));
                 return Ok(());
             }
         };
@@ -158,11 +159,11 @@ impl App {
         // meant as a view.
         let is_meant = Scene::ALL.iter().any(|scene| text.starts_with(&format!("{}:", scene.name())));
         match ViewText::from_text(text, image) {
-            _ if text.len() > MOST_PASTED || text.lines().count() != 1 => self.notice(NOTHING_COPIED),
+            _ if text.len() > MOST_PASTED || text.lines().count() != 1 => self.notify(NOTHING_COPIED),
             Ok(view) => self.show_text(&view),
             Err(_) if Path::new(text).exists() => return self.open_chosen(Path::new(text)),
-            Err(error) if is_meant => self.say_wrong("paste", &report::message(&error.into())),
-            Err(_) => self.notice(NOTHING_COPIED),
+            Err(error) if is_meant => self.report_error("paste", &report::message(&error.into())),
+            Err(_) => self.notify(NOTHING_COPIED),
         }
         Ok(())
     }
@@ -178,14 +179,14 @@ impl App {
         let over = self.over.all(self.is_opening_shown()).take(last);
         match link::link_of(self.shown_path(), over, Some(view)) {
             Ok(link) => self.copy_text("the link", &link.to_string()),
-            Err(error) => self.say_wrong("link", &report::message(&error)),
+            Err(error) => self.report_error("link", &report::message(&error)),
         }
     }
 
     /// Says what went wrong on stderr, and in the window until it is read.
-    pub(super) fn say_wrong(&mut self, topic: &str, message: &str) {
+    pub(super) fn report_error(&mut self, topic: &str, message: &str) {
         report::say(&format!("error: {message}"));
-        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.tell(topic, message));
+        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.show_error(topic, message));
     }
 }
 

@@ -52,9 +52,10 @@ use vastex_scenes::{Pose, Scene};
 use vastex_viewer::Remembered;
 #[cfg(feature = "volumes")]
 use vastex_viewer::VolumeFlight;
+use vastex_viewer::beside::Wake;
 use vastex_viewer::camera::{Controller, Flight};
 use vastex_viewer::input::Input;
-use vastex_viewer::surface_scene::{DisplayError, FirstDisplay, Wake};
+use vastex_viewer::surface_scene::{DisplayError, FirstDisplay};
 use winit::application::ApplicationHandler;
 use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
@@ -291,10 +292,8 @@ impl App {
                 report::say("the graphics device was lost; going on with a new one");
                 let Some(open) = self.open.take() else { return Ok(()) };
                 let mut viewer = open.viewer.restored(events.owned_display_handle())?;
-                viewer
-                    .scene
-                    .beside
-                    .tell("device", "The graphics device was lost. The window goes on with a new one.");
+                let said = "The graphics device was lost. The window goes on with a new one.";
+                viewer.scene.beside.show_error("device", said);
                 self.open = Some(Open { viewer, ..open });
                 // What it prepares is for the device that was lost.
                 match self.openings.number() {
@@ -312,7 +311,7 @@ impl App {
         if self.open.as_mut().is_some_and(|open| open.viewer.wants_anew()) {
             self.make_anew();
         }
-        let asked = self.open.as_mut().map(|open| std::mem::take(&mut open.viewer.scene.beside.asked));
+        let asked = self.open.as_mut().map(|open| open.viewer.scene.beside.take_asked());
         let asked = asked.unwrap_or_default();
         for asked in asked {
             self.on_asked(events, asked)?;
@@ -362,7 +361,6 @@ impl App {
                     self.is_shifted = held.state().shift_key();
                 }
                 let Some(event) = events::translated(event, self.is_shifted) else { return Ok(()) };
-                #[cfg(feature = "volumes")]
                 if open.viewer.hear_in_volume(event) {
                     return Ok(());
                 }
@@ -459,7 +457,7 @@ impl ApplicationHandler<Message> for App {
         if let Some(open) = self.open.as_ref().filter(|_| !self.is_measured()) {
             remembered::keep(&open.remembered());
         }
-        self.open.iter_mut().for_each(|open| open.viewer.say_said());
+        self.open.iter_mut().for_each(|open| open.viewer.write_log());
         // The surface must go before the connection to the window system does.
         self.open = None;
         // What is being opened is broken off, and what is built of it written down.

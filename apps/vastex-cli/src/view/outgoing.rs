@@ -24,7 +24,7 @@ pub(super) const NO_PATH: &str =
 
 impl App {
     /// Says something in the title of the window.
-    pub(super) fn notice(&mut self, notice: &str) {
+    pub(super) fn notify(&mut self, notice: &str) {
         if let Some(Open { window, viewer }) = &mut self.open {
             viewer.scene.beside.notify(notice);
             window.request_redraw();
@@ -44,7 +44,7 @@ impl App {
         let over = self.over.laid(self.is_opening_shown());
         let is_fitted = self.scene == Scene::Image && self.fitted == Some(pose);
         let Some(shot) = open.viewer.shot((&source, over), (pose, is_fitted), times) else {
-            return self.notice("there is nothing to be seen in a picture yet");
+            return self.notify("there is nothing to be seen in a picture yet");
         };
         let size = shot.size;
         self.shoot_on_thread(source, size, move |args, to| shot.write_while(args, to));
@@ -67,10 +67,10 @@ impl App {
             send: Box::new(move |shot| drop(proxy.send_event(Message::Shot(shot)))),
         };
         match self.shots.ask(asked) {
-            Ok(0) => self.notice(&format!("a picture of {width}x{height} pixels is being drawn")),
+            Ok(0) => self.notify(&format!("a picture of {width}x{height} pixels is being drawn")),
             Ok(before) => self
-                .notice(&format!("a picture of {width}x{height} pixels is drawn after {before} before it")),
-            Err(error) => self.say_wrong("picture", &report::message(&error)),
+                .notify(&format!("a picture of {width}x{height} pixels is drawn after {before} before it")),
+            Err(error) => self.report_error("picture", &report::message(&error)),
         }
     }
 
@@ -78,17 +78,17 @@ impl App {
     pub(super) fn on_shot(&mut self, shot: Result<TakenShot>) {
         match shot {
             Ok(TakenShot { file, is_whole: true }) => {
-                self.say_done(&format!("the picture is {}", file.display()));
+                self.announce(&format!("the picture is {}", file.display()));
             }
             Ok(TakenShot { file, .. }) => {
                 let file = file.display();
                 let said = format!("the picture is {file}, but not everything in view was loaded");
-                self.say_wrong("picture", &said);
+                self.report_error("picture", &said);
             }
-            Err(error) => self.say_wrong("picture", &report::message(&error)),
+            Err(error) => self.report_error("picture", &report::message(&error)),
         }
         if let Err(error) = self.shots.go_on() {
-            self.say_wrong("picture", &report::message(&error));
+            self.report_error("picture", &report::message(&error));
         }
     }
 
@@ -106,7 +106,7 @@ impl App {
         let image = open.viewer.scene.image_size();
         self.recorded_of = RecordedOf { file: self.shown_path().to_owned(), image };
         self.flight.begin_recording(now, pose);
-        self.notice(RECORDING);
+        self.notify(RECORDING);
     }
 
     /// Returns true if something is noted, of what is shown or was shown before.
@@ -139,17 +139,17 @@ impl App {
 
     /// Writes down a path that was recorded over a file, with what it does not have.
     pub(super) fn write_path(&mut self, recorded: Option<(String, Option<LeftOut>)>, of: &Path) {
-        let Some((text, left_out)) = recorded else { return self.say_done("nothing was recorded") };
+        let Some((text, left_out)) = recorded else { return self.announce("nothing was recorded") };
         match said_of(flight::write_path(&text, Path::new(""), of), left_out) {
-            Ok(said) => self.say_done(&said),
-            Err(said) => self.say_wrong("camera path", &said),
+            Ok(said) => self.announce(&said),
+            Err(said) => self.report_error("camera path", &said),
         }
     }
 
     /// Says what was done, on stderr and for a while in the window.
-    fn say_done(&mut self, said: &str) {
+    fn announce(&mut self, said: &str) {
         report::say(said);
-        self.notice(said);
+        self.notify(said);
     }
 
     /// Plays the path that was recorded or read last.
@@ -169,7 +169,7 @@ impl App {
                 self.cameras[self.scene as usize] = Controller::new(pose);
                 self.open.iter_mut().for_each(|open| open.viewer.scene.jumped());
             }
-            None => self.notice(NO_PATH),
+            None => self.notify(NO_PATH),
         }
         Ok(())
     }
@@ -188,7 +188,7 @@ impl App {
                 self.play(events)
             }
             Err(error) => {
-                self.say_wrong("camera path", &report::message(&error));
+                self.report_error("camera path", &report::message(&error));
                 Ok(())
             }
         }
@@ -210,6 +210,6 @@ impl App {
                 format!("the clipboard cannot be reached ({why}); {what} stands on stderr")
             }
         };
-        self.notice(&said);
+        self.notify(&said);
     }
 }

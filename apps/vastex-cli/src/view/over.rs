@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 
 use super::opening::OpeningEvent;
+use super::viewer::OF_FILE;
 use super::{App, name_of};
 use crate::report;
 
@@ -118,7 +119,7 @@ impl App {
             OpeningEvent::Shapes(_) => return Ok(()),
             OpeningEvent::Progress(share) => return Ok(viewer.scene.set_opening(&name, share)?),
             OpeningEvent::Note(note) => {
-                viewer.scene.beside.note(&note);
+                viewer.scene.beside.show_note(OF_FILE, &note);
                 return Ok(());
             }
             #[cfg(feature = "build")]
@@ -148,7 +149,7 @@ impl App {
             self.outcome = Ok(std::process::ExitCode::FAILURE);
             let message = report::message(&error);
             report::say(&format!("error: {message}"));
-            viewer.scene.beside.tell("file over it", &message);
+            viewer.scene.beside.show_error("file over it", &message);
         }
         self.open_next_over()
     }

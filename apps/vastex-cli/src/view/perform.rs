@@ -17,7 +17,7 @@ const DOUBLE_CLICK_FACTOR: f64 = 2.0;
 impl App {
     /// Says that nothing is shown yet.
     fn notice_of_nothing(&mut self) -> Result<()> {
-        self.notice("nothing is shown yet; open a file");
+        self.notify("nothing is shown yet; open a file");
         Ok(())
     }
 
@@ -34,8 +34,12 @@ impl App {
             self.flight.stop();
         }
         let Some(Open { window, viewer, .. }) = &mut self.open else { return Ok(()) };
-        #[cfg(feature = "volumes")]
-        if viewer.ignores(&action) {
+        let mut shown = viewer.shown();
+        if shown.ignores(&action) {
+            return Ok(());
+        }
+        if shown.perform(&action) {
+            window.request_redraw();
             return Ok(());
         }
         if viewer.scene.is_empty() && matches!(action, Action::Record | Action::Play | Action::CopyLink) {
@@ -74,40 +78,15 @@ impl App {
             Action::Overlay => viewer.scene.next_overlay(),
             Action::AutoRange => viewer.scene.set_automatic_range(self.cameras[scene_index].pose()),
             Action::Expose(stops) => viewer.scene.expose(stops),
-            Action::Panel => {
-                viewer.scene.beside.panel.open_or_close();
-                window.request_redraw();
-            }
             Action::EnterPanel => {
                 viewer.enter_panel();
                 window.request_redraw();
             }
-            Action::About => {
-                viewer.scene.beside.panel.show_about();
-                window.request_redraw();
-            }
-            Action::Hud => {
-                viewer.scene.show_or_hide_hud();
-                window.request_redraw();
-            }
             Action::Compare => viewer.scene.compare_next(),
             Action::Beside => viewer.scene.put_beside(),
-            Action::Guides => {
-                viewer.scene.beside.panel.show_or_hide_guides();
-                window.request_redraw();
-            }
-            Action::Values => {
-                let has_place = viewer.scene.beside.window.fills_screen || viewer.shows_volume();
-                viewer.scene.beside.panel.show_or_hide_values(has_place);
-                window.request_redraw();
-            }
-            Action::Keys => {
-                viewer.scene.beside.panel.show_or_hide_keys();
-                window.request_redraw();
-            }
             Action::Explain(pixel) => {
                 if let Err(error) = viewer.scene.explain(self.cameras[scene_index].pose(), pixel) {
-                    self.say_wrong("explanation", &report::message(&error.into()));
+                    self.report_error("explanation", &report::message(&error.into()));
                 }
             }
             Action::FillScreen => {
@@ -121,9 +100,11 @@ impl App {
             Action::CopyView => self.copy_view(),
             Action::CopyLink => self.copy_link(),
             Action::PasteView => self.ask_to_paste(),
+            // What stands beside the picture has had its own already.
+            Action::Panel | Action::About | Action::Hud | Action::Guides | Action::Values | Action::Keys => {}
             Action::File(_) | Action::Redraw => {}
             // What covers the picture goes first.
-            Action::Quit if viewer.scene.beside.panel.hide_keys() || viewer.scene.end_measuring() => {
+            Action::Quit if viewer.scene.beside.hide_keys() || viewer.scene.end_measuring() => {
                 window.request_redraw();
             }
             Action::Quit if window.fullscreen().is_some() => window.set_fullscreen(None),

@@ -50,7 +50,7 @@ impl App {
             return self.open_link(link);
         }
         if let Some(open) = &mut self.open {
-            open.viewer.scene.beside.messages.forget(DIALOG);
+            open.viewer.scene.beside.forget(DIALOG);
         }
         // Other bands of a file are seen where those before were.
         self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.shown_path());
@@ -64,7 +64,7 @@ impl App {
     pub(super) fn go_to_file(&mut self, step: Step) -> Result<()> {
         match step {
             Step::Other => return self.open_another(),
-            Step::Nowhere => self.notice("there is no other file to show beside this one"),
+            Step::Nowhere => self.notify("there is no other file to show beside this one"),
             Step::Waiting => {}
             Step::List(file) => {
                 let (proxy, asked) = (self.proxy.clone(), file.clone());
@@ -75,7 +75,7 @@ impl App {
                     return self.go_to_file(step);
                 }
                 // Gone with what is opened, or with what is said then.
-                self.notice("looking for other files in the folder");
+                self.notify("looking for other files in the folder");
             }
         }
         Ok(())
@@ -108,9 +108,9 @@ impl App {
             Some(scene) if scene != self.scene => match viewer.scene.put_on(scene) {
                 Ok(()) => {
                     self.scene = scene;
-                    viewer.scene.beside.messages.forget("scene");
+                    viewer.scene.beside.forget("scene");
                 }
-                Err(error) => viewer.scene.say_wrong("scene", &error.to_string()),
+                Err(error) => viewer.scene.report_error("scene", &error.to_string()),
             },
             Some(_) => {}
             None => {
@@ -145,14 +145,14 @@ impl App {
                 self.open_chosen(&open::path_of_bands(file.as_ref(), &bands))
             }
             WindowAsked::LayOver(path) if is_link(Path::new(&path)) => {
-                self.notice("a link is opened, and lies over nothing; open it, or lay its file over");
+                self.notify("a link is opened, and lies over nothing; open it, or lay its file over");
                 Ok(())
             }
             WindowAsked::LayOver(path) => self.lay_over(Path::new(&path)),
             WindowAsked::Choose | WindowAsked::ChooseOver => {
                 let (now, is_over) = (self.begun.elapsed(), asked == WindowAsked::ChooseOver);
                 if self.choosing_since.is_some_and(|since| now.saturating_sub(since) < ASK_AGAIN) {
-                    self.notice(
+                    self.notify(
                         "the dialog for files is open, or on its way; in some seconds Ctrl + O asks again",
                     );
                     return Ok(());

@@ -11,6 +11,7 @@ use vastex_viewer::camera::Controller;
 use vastex_viewer::volume_scene::VolumeLook;
 
 use super::opening::{OpeningEvent, Report};
+use super::viewer::OF_FILE;
 use super::{App, Message, name_of};
 use crate::report;
 
@@ -19,7 +20,7 @@ impl App {
     pub(super) fn open_file(&mut self) -> Result<()> {
         let path = self.files.current().to_owned();
         self.over.begin_again();
-        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.messages.forget_notes());
+        self.open.iter_mut().for_each(|open| open.viewer.scene.beside.forget_notes());
         let number = self.begin(&path, true, false)?;
         self.linked.iter_mut().for_each(|linked| linked.opening = Some(number));
         Ok(())
@@ -101,7 +102,7 @@ impl App {
             #[cfg(feature = "build")]
             OpeningEvent::Mending(_) => {}
             OpeningEvent::Progress(share) => open.viewer.scene.set_opening(&name, share)?,
-            OpeningEvent::Note(note) => open.viewer.scene.beside.note(&note),
+            OpeningEvent::Note(note) => open.viewer.scene.beside.show_note(OF_FILE, &note),
             OpeningEvent::Preview(source) => {
                 // What cannot be shown is said once all of it is there.
                 if let Ok(scene) = open.viewer.show_preview(first, &name, source) {
@@ -145,7 +146,9 @@ impl App {
                 self.openings.end();
                 match shown.with_context(|| path.display().to_string()) {
                     Ok(()) => {
-                        oddities.iter().for_each(|oddity| open.viewer.scene.beside.note(oddity));
+                        oddities
+                            .iter()
+                            .for_each(|oddity| open.viewer.scene.beside.show_note(OF_FILE, oddity));
                         (self.files_before, self.before_link) = (None, None);
                         self.over.forget();
                         if !is_measured {

@@ -17,10 +17,10 @@ impl App {
     /// Notes where the volume is taken from here on.
     pub(super) fn record_volume(&mut self) {
         let now = self.begun.elapsed();
-        let Some(scene) = self.open.as_mut().and_then(|open| open.viewer.volume_scene()) else { return };
-        self.volume_flight.begin_recording(now, scene);
+        let Some(volume) = self.open.as_mut().and_then(|open| open.viewer.volume()) else { return };
+        self.volume_flight.begin_recording(now, &volume.scene);
         self.volume_recorded_of = self.shown_path().to_owned();
-        self.notice(RECORDING);
+        self.notify(RECORDING);
     }
 
     /// Ends what is noted of a volume, and writes it down.
@@ -29,8 +29,8 @@ impl App {
             return;
         }
         let now = self.begun.elapsed();
-        let scene = self.open.as_mut().and_then(|open| open.viewer.volume_scene());
-        let recorded = self.volume_flight.end_recording(now, scene.as_deref());
+        let volume = self.open.as_mut().and_then(|open| open.viewer.volume());
+        let recorded = self.volume_flight.end_recording(now, volume.map(|volume| &volume.scene));
         let recorded = recorded.map(|recorded| (recorded.path.volume_text(), recorded.left_out));
         let of = std::mem::take(&mut self.volume_recorded_of);
         self.write_path(recorded, &of);
@@ -40,11 +40,11 @@ impl App {
     pub(super) fn play_in_volume(&mut self) {
         let now = self.begun.elapsed();
         let Some(open) = &mut self.open else { return };
-        let Some(scene) = open.viewer.volume_scene() else { return };
-        match self.volume_flight.play(now, scene) {
+        let Some(volume) = open.viewer.volume() else { return };
+        match self.volume_flight.play(now, &mut volume.scene) {
             Ok(true) => open.window.request_redraw(),
-            Ok(false) => self.notice(NO_PATH),
-            Err(error) => self.say_wrong("camera path", &report::message(&error.into())),
+            Ok(false) => self.notify(NO_PATH),
+            Err(error) => self.report_error("camera path", &report::message(&error.into())),
         }
     }
 
@@ -55,15 +55,15 @@ impl App {
                 self.volume_flight.set_path(path);
                 self.play_in_volume();
             }
-            Err(error) => self.say_wrong("camera path", &report::message(&error)),
+            Err(error) => self.report_error("camera path", &report::message(&error)),
         }
     }
 
     /// Has the path move the volume, if one is played, before a frame of it.
     pub(super) fn lead_volume(&mut self) {
         let now = self.begun.elapsed();
-        if let Some(open) = &mut self.open {
-            open.viewer.lead_volume(now, &mut self.volume_flight);
+        if let Some(volume) = self.open.as_mut().and_then(|open| open.viewer.volume()) {
+            volume.lead(now, &mut self.volume_flight);
         }
     }
 }

@@ -36,7 +36,7 @@ struct Message {
 
 impl Messages {
     /// Something went wrong. What is said of its topic already is replaced, and counted.
-    pub fn add(&mut self, topic: &str, text: impl Into<String>) {
+    pub fn add_error(&mut self, topic: &str, text: impl Into<String>) {
         let before = self.told.iter().position(|message| message.topic == topic);
         let times = before.map_or(0, |at| self.told.remove(at).times);
         let (topic, text, times) = (topic.to_owned(), text.into(), times.saturating_add(1));
@@ -44,7 +44,7 @@ impl Messages {
     }
 
     /// Adds a note. It becomes a further line of the message on its topic, unless the same text stands there.
-    pub fn note(&mut self, topic: &str, text: &str) {
+    pub fn add_note(&mut self, topic: &str, text: &str) {
         match self.told.iter_mut().find(|message| message.is_note && message.topic == topic) {
             Some(message) if message.text.lines().any(|line| line == text) => {}
             Some(message) => message.text = format!("{}\n{text}", message.text),
@@ -143,9 +143,9 @@ mod tests {
     #[test]
     fn messages_stay_until_they_are_dismissed() {
         let mut messages = Messages::default();
-        messages.add("a.tif", "a.tif: ends in the middle of a tile");
-        messages.add("tiles", "level 0 3,4 failed");
-        messages.add("tiles", "level 0 5,6 failed");
+        messages.add_error("a.tif", "a.tif: ends in the middle of a tile");
+        messages.add_error("tiles", "level 0 3,4 failed");
+        messages.add_error("tiles", "level 0 5,6 failed");
         let mut harness = shown(messages);
         harness.run();
         assert!(harness.query_by_label("level 0 3,4 failed").is_none(), "the last one of a topic");
@@ -164,8 +164,8 @@ mod tests {
     #[test]
     fn what_went_wrong_of_one_thing_does_not_hide_what_went_wrong_of_another() {
         let mut messages = Messages::default();
-        messages.add("picture", "no picture was written: the disk is full");
-        messages.add("camera path", "flight.path: line 3: a time is no number");
+        messages.add_error("picture", "no picture was written: the disk is full");
+        messages.add_error("camera path", "flight.path: line 3: a time is no number");
         let mut harness = shown(messages);
         // A minute of frames.
         (0..60).for_each(|_| harness.run_steps(1));
@@ -182,9 +182,9 @@ mod tests {
     fn notes_of_a_topic_stand_together_and_go_with_what_they_are_of() {
         let mut messages = Messages::default();
         for note in ["the whole image is held in memory", "colours are converted"].repeat(2) {
-            messages.note("a.jpg", note);
+            messages.add_note("a.jpg", note);
         }
-        messages.add("tiles", "level 0 3,4 failed");
+        messages.add_error("tiles", "level 0 3,4 failed");
         let mut harness = shown(messages);
         harness.run();
         assert!(harness.query_by_label("the whole image is held in memory\ncolours are converted").is_some());
@@ -195,15 +195,15 @@ mod tests {
         assert!(harness.query_by_label("level 0 3,4 failed").is_some(), "what went wrong stays");
         assert_eq!(harness.get_all_by_label("Dismiss").count(), 1);
         // Of too many, notes go first.
-        harness.state_mut().note("b.jpg", "only the first image of the file is read");
-        (0..MOST).for_each(|n| harness.state_mut().add(&n.to_string(), format!("file {n}")));
+        harness.state_mut().add_note("b.jpg", "only the first image of the file is read");
+        (0..MOST).for_each(|n| harness.state_mut().add_error(&n.to_string(), format!("file {n}")));
         assert!(harness.state().told.iter().all(|message| !message.is_note));
     }
 
     #[test]
     fn there_are_no_more_than_can_be_read() {
         let mut messages = Messages::default();
-        (0..9).for_each(|n| messages.add(&n.to_string(), format!("file {n}")));
+        (0..9).for_each(|n| messages.add_error(&n.to_string(), format!("file {n}")));
         assert_eq!(messages.told.len(), MOST);
         assert_eq!(messages.told.last().map(|message| &*message.text), Some("file 8"));
         assert!(!messages.forget("0"));

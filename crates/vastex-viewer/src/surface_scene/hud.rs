@@ -1,110 +1,25 @@
 //! What the machine does, in a window: what the panel is told of it, and what becomes of what a person
 //! changes there.
 
-use glam::DVec2;
-use vastex::diagnostics::ExplainedPixel;
-use vastex::{FeedbackMode, PoolId};
+use vastex::FeedbackMode;
 
 use super::SurfaceScene;
 use super::displayed::Displayed;
+use crate::beside::{Sampling, SmallOverlays, Tuned};
 use crate::camera::Pose;
-use crate::hud::{FrameTimes, Hud, HudChange, HudData, MachineThumbnail, pool_kinds};
+use crate::hud::{HudChange, HudData, MachineThumbnail, pool_kinds};
 use crate::inspect;
 use crate::overlay::{Overlay, SmallOverlay};
 use crate::panels::PanelPainter;
-use crate::stage::PartTime;
 use crate::surface::LayerOptions;
 
-/// What the machine does: the panel, and what it is told beside what the textures say.
-#[derive(Default)]
-pub struct SceneHud {
-    /// The panel.
-    pub panel: Hud,
-    is_shown: bool,
-    /// The times from frame to frame, where the next follows without a pause.
-    pub frames: FrameTimes,
-    /// What the GPU took for the parts of a frame; `None` if it does not tell.
-    pub gpu_times: Option<Vec<PartTime>>,
-    small: Option<SmallOverlays>,
-    explained: Option<ExplainedPixel>,
-    /// The pixel below the pointer, and whether it has yet to be asked about.
-    pixel: Option<[u32; 2]>,
-    is_to_ask: bool,
-    /// True if the view had settled in the last frame.
-    had_settled: bool,
-    /// True if something has come that the panel does not show yet.
-    is_stale: bool,
-}
-
-/// The page table and the pool, small, and by what they are known to what draws the panel.
-struct SmallOverlays {
-    overlays: Vec<SmallOverlay>,
-    names: Vec<egui::TextureId>,
-    painter: u64,
-    /// What they are of.
-    of: (vastex::LayerId, wgpu::TextureFormat),
-}
-
-impl SceneHud {
-    /// Returns true if the panel is shown.
-    pub fn is_shown(&self) -> bool {
-        self.is_shown
-    }
-
-    /// Shows the panel, or not, as when the window was closed last; where that is narrow, nobody has asked
-    /// for it.
-    pub(super) fn show_as_before(&mut self, is_shown: bool) {
-        self.is_shown = is_shown;
-    }
-
-    /// The pointer is over this pixel of the picture, or over none.
-    pub(super) fn pointer_moved(&mut self, pixel: Option<DVec2>) {
-        let pixel = pixel.filter(|pixel| self.is_shown && pixel.min_element() >= 0.0);
-        self.pixel = pixel.map(|pixel| [pixel.x as u32, pixel.y as u32]);
-        self.is_to_ask = self.pixel.is_some();
-    }
-
-    /// Returns true if a frame is due for the panel alone.
-    pub(super) fn is_due(&self) -> bool {
-        self.is_shown && (self.is_stale || self.is_to_ask || !self.had_settled)
-    }
-
-    /// Why a pixel shows what it shows, for the frame that comes.
-    pub(super) fn show_explained(&mut self, explained: ExplainedPixel) {
-        self.explained = Some(explained);
-        self.is_stale = true;
-    }
-
-    /// The textures are others: what was made from them and what was asked of them is gone.
-    pub(super) fn forget_textures(&mut self) {
-        (self.small, self.explained) = (None, None);
-        self.is_to_ask = self.pixel.is_some();
-        self.is_stale = true;
-    }
-
-    /// The device is gone, and what was made on it.
-    pub(super) fn forget_device(&mut self) {
-        (self.gpu_times, self.small) = (None, None);
-    }
-}
-
 impl SurfaceScene {
-    /// Shows what the machine does, or hides it.
-    pub fn show_or_hide_hud(&mut self) {
-        // Where it gave way to the panel, it comes back.
-        let (hud, panel) = (&mut self.beside.hud, &mut self.beside.panel);
-        hud.is_shown = !hud.is_shown || panel.hides_machine();
-        panel.machine_comes();
-        (hud.small, hud.explained, hud.pixel) = (None, None, None);
-        hud.is_to_ask = false;
-    }
-
     /// Asks about the pixel below the pointer, while the panel is shown and no other question is open.
     pub(super) fn ask_below_pointer(&mut self, pose: Pose) -> Result<(), vastex::Error> {
         // What was said of a view that has settled since is said anew.
         let has_settled = self.is_settled(&self.textures.stats());
         let had_settled = std::mem::replace(&mut self.beside.hud.had_settled, has_settled);
-        self.beside.hud.is_to_ask |= has_settled && !had_settled && self.beside.hud.is_shown;
+        self.beside.hud.is_to_ask |= has_settled && !had_settled && self.beside.hud.is_shown();
         if self.textures.pixels().asked() > 0 || !std::mem::take(&mut self.beside.hud.is_to_ask) {
             return Ok(());
         }
@@ -122,7 +37,7 @@ impl SurfaceScene {
 
     /// Draws the page table and the pool, small, while the panel is shown.
     pub(super) fn draw_small_overlays(&mut self, pose: Pose, painter: &mut PanelPainter) {
-        if !self.beside.hud.is_shown {
+        if !self.beside.hud.is_shown() {
             return;
         }
         let Some(displayed) = self.display.displayed() else {
@@ -154,14 +69,14 @@ impl SurfaceScene {
 
     /// What the panel is told, while it is shown.
     pub(super) fn hud_data(&mut self) -> Option<HudData> {
-        if !self.beside.hud.is_shown {
+        if !self.beside.hud.is_shown() {
             return None;
         }
         self.beside.hud.is_stale = false;
         let mut data = HudData::of(&self.textures);
         // What is chosen is seen to be, also before it is there.
         data.feedback = self.feedback_mode();
-        let (kinds, sizes) = (pool_kinds(&self.textures), &self.chosen.pools().sizes);
+        let (kinds, sizes) = (pool_kinds(&self.textures), &self.beside.chosen.pools().sizes);
         for pool in &mut data.pools {
             let kind = kinds.get(&pool.stats.pool);
             pool.is_sized_by_hand = kind.is_some_and(|kind| sizes.contains_key(kind));
@@ -186,54 +101,19 @@ impl SurfaceScene {
     }
 
     /// Changes what a person changed in the panel. What cannot be is said, and stays as it was.
-    pub(super) fn change(&mut self, change: &HudChange) {
-        let changed = match *change {
-            HudChange::PoolBytes(pool, bytes) => self.size_pool(pool, bytes),
-            HudChange::Rule(pool, rule) => {
-                if let Some(kind) = pool_kinds(&self.textures).remove(&pool) {
-                    self.chosen.set_rule(kind, rule);
-                }
-                self.textures.memory().set_bias_rule(pool, rule)
-            }
-            HudChange::Budgets { uploads, in_flight } => {
-                self.chosen.set_budgets(&mut self.textures, [uploads, in_flight]);
-                Ok(())
-            }
-            HudChange::Filter(filter) => {
-                self.chosen.set_filter(filter);
+    pub(crate) fn change(&mut self, change: &HudChange) {
+        let name = self.name().to_owned();
+        let tuned = Tuned { name: &name, textures: &mut self.textures, keeps_pools: true };
+        match self.beside.tune(tuned, change) {
+            Some(Sampling::Filter(filter)) => {
+                self.beside.chosen.set_filter(filter);
                 self.show_layers(filtered(self.layers_or_first(), filter));
-                Ok(())
             }
-            HudChange::Overlay(overlay) => {
-                self.show_overlay(overlay);
-                Ok(())
-            }
-            HudChange::Feedback(mode) => {
-                self.change_feedback(mode);
-                Ok(())
-            }
-        };
-        match changed {
-            Ok(()) => drop(self.beside.messages.forget("change")),
-            Err(error) => {
-                let said = format!("{}: {error}", self.name());
-                self.beside.say(said);
-                self.beside.tell("change", &error.to_string());
-            }
+            Some(Sampling::Overlay(overlay)) => self.show_overlay(overlay),
+            Some(Sampling::Feedback(mode)) => self.change_feedback(mode),
+            None => {}
         }
-        self.beside.shortage_is_told = false;
         self.wake();
-    }
-
-    fn size_pool(&mut self, pool: PoolId, bytes: Option<u64>) -> Result<(), vastex::Error> {
-        match bytes {
-            Some(bytes) => self.textures.memory().resize_pool(pool, bytes)?,
-            None => self.textures.memory().fit_pool(pool)?,
-        };
-        if let Some(kind) = pool_kinds(&self.textures).remove(&pool) {
-            self.chosen.set_size(kind, bytes);
-        }
-        Ok(())
     }
 
     /// The mode of feedback, or the one that is wanted in its place.
@@ -250,7 +130,7 @@ impl SurfaceScene {
         if is_another {
             self.beside.notify(&format!("feedback: {}, as soon as it has a picture", mode.name()));
         } else {
-            self.chosen.set_feedback(mode);
+            self.beside.chosen.set_feedback(mode);
         }
     }
 
@@ -270,8 +150,8 @@ impl SurfaceScene {
         self.wanted_feedback = None;
         let message = format!("the feedback mode stays as it was: {why}");
         let said = format!("{}: {message}", self.name());
-        self.beside.say(said);
-        self.beside.tell("feedback", &message);
+        self.beside.log(said);
+        self.beside.show_error("feedback", &message);
     }
 }
 

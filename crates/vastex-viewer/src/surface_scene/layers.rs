@@ -33,9 +33,9 @@ impl SurfaceScene {
         match shown {
             Ok(()) => {
                 self.settings = settings;
-                self.beside.messages.forget("layers");
+                self.beside.forget("layers");
             }
-            Err(error) => self.say_wrong("layers", &error.to_string()),
+            Err(error) => self.report_error("layers", &error.to_string()),
         }
         self.wake();
     }
@@ -50,16 +50,16 @@ impl SurfaceScene {
         let Some(displayed) = self.display.displayed_mut() else { return false };
         let count = displayed.textures().len();
         if let Some(texture) = view.textures().find(|texture| *texture >= count) {
-            self.say_wrong("view", &format!("the view is of file {}, and {count} are open", texture + 1));
+            self.report_error("view", &format!("the view is of file {}, and {count} are open", texture + 1));
             return false;
         }
         let is_other = (&settings.options, settings.scene, settings.overlay)
             != (&self.settings.options, self.settings.scene, self.settings.overlay);
         if is_other && let Err(error) = displayed.put_on(&self.gpu, &mut self.textures, &settings) {
-            self.say_wrong("view", &error.to_string());
+            self.report_error("view", &error.to_string());
             return false;
         }
-        self.beside.messages.forget("view");
+        self.beside.forget("view");
         self.settings = settings;
         self.values = None;
         true
@@ -88,9 +88,9 @@ impl SurfaceScene {
         let count = displayed.textures().len();
         let mut settings = self.settings.clone();
         if !settings.options.is_of_planet(count) {
-            let asked = self.chosen.filtered(self.first_layers.clone(), 0);
+            let asked = self.beside.chosen.filtered(self.first_layers.clone(), 0);
             let layers = with_another(&settings.options.layers, &asked, count);
-            settings.options.layers = self.chosen.filtered(layers, count + 1);
+            settings.options.layers = self.beside.chosen.filtered(layers, count + 1);
         }
         let Some(displayed) = self.display.displayed_mut() else { return Ok(()) };
         displayed.lay_over(&self.gpu, &mut self.textures, &settings, (name, source))?;
@@ -149,7 +149,7 @@ impl SurfaceScene {
         if layers != before {
             self.show_layers(layers);
         }
-        said.iter().for_each(|said| self.notify(said));
+        said.iter().for_each(|said| self.announce(said));
     }
 }
 

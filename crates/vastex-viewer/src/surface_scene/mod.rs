@@ -8,7 +8,6 @@
 //! and what a person asks for that is the host's to do ([`Beside`]). Nothing here waits.
 
 mod below;
-mod beside;
 mod display;
 mod displayed;
 mod first_ranges;
@@ -32,6 +31,7 @@ use glam::DVec2;
 use vastex::diagnostics::{FrameStats, PoolStats};
 use vastex::{FeedbackMode, Preparer, Textures, ViewId};
 
+use crate::beside::{Beside, SceneClock};
 use crate::camera::{Aspects, Pose};
 use crate::gpu::Gpu;
 use crate::hud::Chosen;
@@ -41,17 +41,14 @@ use crate::panels::{DisplayPanel, Measure, Minimap, Shapes};
 use crate::scene::Scene;
 use crate::surface::LayerOptions;
 use below::Below;
-pub use beside::{Beside, SceneClock, WindowState};
 pub use display::Display;
 pub use displayed::{Blueprint, DisplaySettings, Displayed};
 use first_ranges::FirstRanges;
 pub use frames::MarkParts;
 pub use guided::Guided;
-pub use hud::SceneHud;
 pub use picture_format::{PictureFormat, PictureFormats};
 pub use source::{DisplayError, Growth, PreparedSource};
 use values::Values;
-pub use wake::Wake;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
 /// and a whole jitter cycle belongs to a view.
@@ -82,7 +79,6 @@ pub struct SurfaceScene {
     pub beside: Beside,
     /// Name of what is shown in the scene's place, if anything is.
     in_its_place: Option<String>,
-    chosen: Chosen,
     /// How layers are displayed of a file in which nobody has changed that, and the opening of the one in
     /// which somebody may have.
     first_layers: Vec<LayerOptions>,
@@ -126,9 +122,8 @@ impl SurfaceScene {
             size,
             settings: first.settings,
             display: Display::Empty,
-            beside: Beside::new(clock),
+            beside: Beside::new(chosen, clock),
             in_its_place: None,
-            chosen,
             first_layers: first.layers,
             layers_of: 0,
             first_ranges: FirstRanges::default(),
@@ -170,11 +165,6 @@ impl SurfaceScene {
     /// What is displayed, and what takes its place.
     pub fn display(&self) -> &Display<Displayed> {
         &self.display
-    }
-
-    /// What a person chose of how textures are sampled and kept.
-    pub fn chosen(&mut self) -> &mut Chosen {
-        &mut self.chosen
     }
 
     /// What reads a source before it can be displayed, on any thread.
@@ -271,7 +261,7 @@ impl SurfaceScene {
         if is_other {
             // Those of other files come when these are laid over it.
             let layers = self.first_layers.iter().filter(|layer| layer.texture == 0);
-            settings.options.layers = self.chosen.filtered(layers.cloned().collect(), 1);
+            settings.options.layers = self.beside.chosen.filtered(layers.cloned().collect(), 1);
             if !self.is_asked {
                 settings.options.forget_textures_beside();
             }
@@ -294,7 +284,7 @@ impl SurfaceScene {
     fn remove(&mut self, gone: impl IntoIterator<Item = Displayed>) {
         gone.into_iter().for_each(|gone| gone.remove(&mut self.textures));
         self.in_its_place = None;
-        self.beside.shortage_is_told = false;
+        self.beside.shortage_is_said = false;
         self.values = None;
         self.minimaps.clear();
         self.jumped();
@@ -372,7 +362,7 @@ impl SurfaceScene {
         if let Err(error) = self.textures.memory().set_picture(self.size) {
             // The pools are as they were: the picture is drawn all the same, if need be coarser.
             let said = format!("{}: the pools keep their size: {error}", self.name());
-            self.beside.say(said);
+            self.beside.log(said);
         }
     }
 
@@ -398,18 +388,18 @@ impl SurfaceScene {
         self.in_its_place.as_deref().or(displayed).or_else(opening).unwrap_or("vastex")
     }
 
-    /// Says something to the person at the window, in its title and on the host's own terms.
-    pub fn notify(&mut self, notice: &str) {
-        let said = format!("{}: {notice}", self.name());
-        self.beside.say(said);
+    /// Says something of what is shown: as a notice, and in the log.
+    pub fn announce(&mut self, notice: &str) {
+        let line = format!("{}: {notice}", self.name());
+        self.beside.log(line);
         self.beside.notify(notice);
     }
 
-    /// Says what went wrong of what is shown, on the host's own terms, and in the window until it is read.
-    pub fn say_wrong(&mut self, topic: &str, message: &str) {
-        let said = format!("error: {}: {message}", self.name());
-        self.beside.say(said);
-        self.beside.tell(topic, message);
+    /// Says what went wrong of what is shown: as an error, and in the log.
+    pub fn report_error(&mut self, topic: &str, message: &str) {
+        let line = format!("error: {}: {message}", self.name());
+        self.beside.log(line);
+        self.beside.show_error(topic, message);
     }
 
     /// Puts what is displayed on something else. It may not go there: a terrain needs heights.

@@ -67,7 +67,7 @@ impl SurfaceScene {
         let (before, free_before) = (panel.display.clone(), panel.free);
         let (opening, notice) = (beside.opening.as_ref(), beside.title.notice());
         beside.shown_notice = notice.map(str::to_owned);
-        let (minimaps, is_hidden) = (&mut self.minimaps, beside.window.is_hidden);
+        let (minimaps, is_hidden) = (&mut self.minimaps, beside.is_hidden);
         minimaps.resize_with(panes.count as usize, Minimap::default);
         let (hud, mut hud_changes) = (&mut beside.hud.panel, Vec::new());
         let messages = &mut beside.messages;

@@ -1,46 +1,20 @@
-//! What of a window is as it was when it was closed last, and what of it another device or another file has
-//! to have again; and textures that take the place of others.
+//! What of a window another device or another file has to have again, and textures that take the place of
+//! others.
 
 use vastex::{Region, Textures};
 
 use super::SurfaceScene;
 use super::displayed::{Blueprint, DisplaySettings, Displayed};
 use super::source::DisplayError;
-use crate::hud::ChosenPools;
-use crate::remembered::Remembered;
 
 impl SurfaceScene {
-    /// Shows what stands beside the picture as it was when the window was closed last.
-    pub fn show_as_before(&mut self, before: &Remembered) {
-        self.beside.panel.show_as_before(before);
-        self.beside.hud.show_as_before(before.hud_is_shown);
-    }
-
-    /// A window with what is shown beside the picture now, and what was chosen there.
-    pub fn remembered(&self, window: &Remembered) -> Remembered {
-        let panel = &self.beside.panel;
-        Remembered {
-            panel_is_open: panel.is_open(),
-            guides_are_hidden: !panel.guides_are_shown(),
-            values_are_hidden: !panel.values_are_shown(),
-            hud_is_shown: self.beside.hud.is_shown(),
-            ground: panel.ground,
-            ..self.chosen.remembered(window)
-        }
-    }
-
     /// Pools have the sizes and rules again that a person chose.
     pub(super) fn change_pools_again(&mut self) {
-        for (kind, error) in self.chosen.pools().give(&mut self.textures) {
+        for (kind, error) in self.beside.chosen.pools().give(&mut self.textures) {
             // It is said once.
-            self.chosen.give_size_up(&kind);
-            self.notify(&format!("a pool of {kind} keeps its size: {error}"));
+            self.beside.chosen.give_size_up(&kind);
+            self.announce(&format!("a pool of {kind} keeps its size: {error}"));
         }
-    }
-
-    /// What was chosen of pools, for textures that take the place of these.
-    pub fn chosen_pools(&self) -> &ChosenPools {
-        self.chosen.pools()
     }
 
     /// What the displayed source is made of, so that the same can be made in other textures; `None` if
@@ -79,16 +53,16 @@ impl SurfaceScene {
         drop((gone, before));
         self.beside.hud.forget_textures();
         self.to_tell.clear();
-        (self.values, self.beside.shortage_is_told) = (None, false);
+        (self.values, self.beside.shortage_is_said) = (None, false);
         self.minimaps.clear();
         self.change_pools_again();
         if self.textures.inspect().settings().picture != self.size {
             self.fit_pools();
         }
-        self.beside.messages.forget("feedback");
+        self.beside.forget("feedback");
         self.wanted_feedback = None;
         let mode = self.textures.inspect().feedback_mode();
-        self.chosen.set_feedback(mode);
+        self.beside.chosen.set_feedback(mode);
         self.beside.notify(&format!("feedback: {}", mode.name()));
         self.wake();
         self.beside.refresh();

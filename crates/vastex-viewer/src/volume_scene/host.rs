@@ -1,5 +1,6 @@
 //! What a scene asks of its host, and what the host brings: channels and labels at times, values at places.
 
+use glam::DVec3;
 use vastex::{Prepared, Region, TextureId};
 
 use super::channels::{Channels, LabelsPlace};
@@ -25,8 +26,17 @@ pub enum VolumeAsked {
     },
     /// The values at a place, for [`VolumeScene::tell`].
     Point(PointAsked),
-    /// The usual ranges of the channels that are shown, for [`VolumeScene::set_range`].
+    /// The usual ranges of these channels at the time that is seen, for [`VolumeScene::set_range`].
     Ranges(Vec<usize>),
+    /// A place that a label lies at, for [`VolumeScene::show_label`].
+    Label {
+        /// The number of the label.
+        label: i128,
+        /// Which of [`super::VolumeFacts::labels`].
+        nth: usize,
+        /// Which time, from 0.
+        time: u64,
+    },
 }
 
 /// What is shown of a set of channels and not asked for yet.
@@ -55,10 +65,26 @@ impl VolumeScene {
         }
         let labels = self.look.labels.shown;
         asked.extend(self.points.ask(self.current.time, labels).map(VolumeAsked::Point));
-        if std::mem::take(&mut self.wants_ranges) {
-            asked.push(VolumeAsked::Ranges(self.look.shown().collect()));
-        }
+        asked.append(&mut self.wanted);
         asked
+    }
+
+    /// Has the host find the usual ranges of channels.
+    pub fn ask_ranges(&mut self, channels: Vec<usize>) {
+        self.ask_host(VolumeAsked::Ranges(channels));
+    }
+
+    /// Has the host find where a label of a number lies, of the labels that are shown, or else of the first
+    /// ones, at the time that is seen.
+    pub fn ask_label(&mut self, label: i128) {
+        let nth = self.look.labels.shown.unwrap_or(0);
+        self.ask_host(VolumeAsked::Label { label, nth, time: self.seen_time() });
+    }
+
+    fn ask_host(&mut self, wanted: VolumeAsked) {
+        if !self.wanted.contains(&wanted) {
+            self.wanted.push(wanted);
+        }
     }
 
     /// The times of which anything is kept: the one that is seen, the one that comes, and those that are read
@@ -185,6 +211,15 @@ impl VolumeScene {
         }
     }
 
+    /// A label that was asked for lies at a place: the crosshair and the middle of 3-D go there, unless other
+    /// labels are shown by now.
+    pub fn show_label(&mut self, nth: usize, place: DVec3) {
+        if self.look.labels.shown == Some(nth) {
+            self.look.put_cross(&self.facts.of, place);
+            self.look.centre = self.look.cross;
+        }
+    }
+
     /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a
     /// click is selected, or none where there is none, unless other labels are shown by now.
     pub fn tell(&mut self, told: PointAnswer) {
@@ -206,6 +241,6 @@ impl VolumeScene {
 
     /// Returns true if the host is to ask [`VolumeScene::take_asked`], though nothing else is due.
     pub fn is_asking(&self) -> bool {
-        self.points.waits() || self.wants_ranges
+        self.points.waits() || !self.wanted.is_empty()
     }
 }

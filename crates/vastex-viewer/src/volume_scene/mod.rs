@@ -98,7 +98,8 @@ pub struct VolumeScene {
     under_way: Option<UnderWay>,
     /// What the device is asked of what views want: since when, and whether it has answered.
     asking: Option<(Duration, Arc<AtomicBool>)>,
-    wants_ranges: bool,
+    /// What was asked for since the host was told last, beside what is shown and places.
+    wanted: Vec<VolumeAsked>,
     faults: Vec<String>,
 }
 
@@ -163,10 +164,15 @@ impl VolumeScene {
             draws_parts: false,
             under_way: None,
             asking: None,
-            wants_ranges: false,
+            wanted: Vec::new(),
             faults: Vec::new(),
             facts,
         })
+    }
+
+    /// The device that draws.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
     }
 
     /// What is known of the volume.
@@ -240,7 +246,7 @@ impl VolumeScene {
             VolumeHeard::Click(pane, pixel) => self.ask_at(pane, pixel, Purpose::Click),
             VolumeHeard::Select(pane, pixel) => self.ask_at(pane, pixel, Purpose::Select),
             VolumeHeard::Play => self.play(!self.is_playing),
-            VolumeHeard::UsualRanges => self.wants_ranges = true,
+            VolumeHeard::UsualRanges => self.ask_ranges(self.look.shown().collect()),
             VolumeHeard::Taken if matches!(event, InputEvent::PointerMoved(_)) && !self.hands.is_held() => {
                 match self.hands.pointed(&panes) {
                     Some((pane, pixel)) if pane.pane.axis().is_some() => {

@@ -8,6 +8,8 @@ mod eframe_example;
 mod surface_scene;
 #[cfg(feature = "egui")]
 mod widget;
+#[cfg(feature = "egui")]
+mod window_scene;
 
 // What the example finds under the name of eframe.
 #[cfg(feature = "egui")]

@@ -6,32 +6,37 @@ use std::time::Duration;
 
 use egui::{Context, Pos2, RawInput, Rect};
 use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource};
+use vastex_viewer::beside::Wake;
 use vastex_viewer::hud::Chosen;
 use vastex_viewer::panels::{FileAbout, PanelPainter};
 use vastex_viewer::stage::{Canvas, TextureRead};
 use vastex_viewer::surface_scene::{
-    DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene, Wake,
+    DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene,
 };
+use vastex_viewer::window_scene::{ShownVolume, WindowScene};
 use vastex_viewer::{DisplayOptions, Gpu, Pose, Scene};
 
 /// Pixels of the window, and points as well.
-const SIZE: [u32; 2] = [128, 96];
+pub(crate) const SIZE: [u32; 2] = [128, 96];
 /// Columns and rows of the image.
 const IMAGE: [u32; 2] = [640, 480];
 /// From frame to frame.
 const STEP: u64 = 16;
 
-struct Window {
-    gpu: Gpu,
-    scene: SurfaceScene,
+pub(crate) struct Window {
+    pub(crate) gpu: Gpu,
+    pub(crate) scene: SurfaceScene,
+    /// What is shown in its place.
+    pub(crate) volume: Option<ShownVolume>,
+    pub(crate) formats: PictureFormats,
     context: Context,
     painter: PanelPainter,
     /// The host's clock, in milliseconds.
-    time: Arc<AtomicU64>,
+    pub(crate) time: Arc<AtomicU64>,
 }
 
 impl Window {
-    fn new() -> Window {
+    pub(crate) fn new() -> Window {
         use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let settings = Settings { fade: Duration::ZERO, ..Settings::default() };
@@ -50,13 +55,14 @@ impl Window {
             let time = time.clone();
             Arc::new(move || Duration::from_millis(time.load(Ordering::Relaxed)))
         };
-        let scene =
-            SurfaceScene::new((gpu.clone(), textures), (formats, SIZE), first, Chosen::default(), clock);
-        Window { gpu, scene, context: Context::default(), painter: PanelPainter::default(), time }
+        let pictures = (formats.clone(), SIZE);
+        let scene = SurfaceScene::new((gpu.clone(), textures), pictures, first, Chosen::default(), clock);
+        let (context, painter) = (Context::default(), PanelPainter::default());
+        Window { gpu, scene, volume: None, formats, context, painter, time }
     }
 
     /// An image of one colour, as a host hands it over; one that grows has so many of its rows.
-    fn source(&self, color: [u8; 3], rows: Option<Arc<AtomicU64>>) -> PreparedSource {
+    pub(crate) fn source(&self, color: [u8; 3], rows: Option<Arc<AtomicU64>>) -> PreparedSource {
         let [r, g, b] = color;
         let pixels = [r, g, b, 255].repeat((IMAGE[0] * IMAGE[1]) as usize);
         let image = ImageSource::new(LayerFormat::Rgba8, IMAGE, pixels, &ImageOptions::default()).unwrap();
@@ -75,38 +81,59 @@ impl Window {
         }
     }
 
-    /// A frame as a host draws it; gives back a pixel of the picture that nothing lies over, in the middle
-    /// near the top.
-    fn frame(&mut self) -> [u8; 4] {
+    /// What is shown.
+    pub(crate) fn shown(&mut self) -> WindowScene<'_> {
+        WindowScene::of(&mut self.scene, self.volume.as_mut())
+    }
+
+    /// A frame as a host draws it, whatever is shown; gives back a pixel of the picture, or `None` where the
+    /// frame need not be drawn.
+    pub(crate) fn pixel_of_frame(&mut self, [x, y]: [u32; 2]) -> Option<[u8; 4]> {
         self.time.fetch_add(STEP, Ordering::Relaxed);
         let pose = Pose::first(self.scene.settings().scene);
-        self.scene.begin_frame(pose, &mut self.painter).unwrap();
-        let format = self.scene.format().unwrap().clone();
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_mut());
+        if !shown.begin_frame((pose, false), &mut self.painter).unwrap() {
+            return None;
+        }
+        let format = shown.format().unwrap().clone();
         let canvas = Canvas::new(&self.gpu, SIZE, format.viewed, format.kind);
         let (context, painter) = (&self.context, &mut self.painter);
-        self.scene.show_panels(pose, (&[], &[]), |show| {
+        shown.show_panels(pose, (&[], &[]), |show| {
             let size = SIZE.map(|side| side as f32);
             let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
             let mut output = context.run_ui(RawInput { screen_rect, ..RawInput::default() }, show);
             painter.take(context, &mut output);
             output.textures_delta.clear();
         });
-        let mut encoder = self.scene.record(pose, &canvas.target(), &mut |_, _| {}).unwrap().unwrap();
+        let recorded = shown.record(pose, &canvas.target(), &mut |_, _| {}).unwrap();
+        let encoder = || self.gpu.device.create_command_encoder(&Default::default());
+        let mut encoder = recorded.unwrap_or_else(encoder);
         let view = canvas.picture().create_view(&Default::default());
         self.painter.paint(&self.gpu, &mut encoder, (&view, format.viewed), SIZE);
         let read = TextureRead::submit(&self.gpu, encoder, canvas.picture(), 4);
         let limit = Some(Duration::from_secs(300));
         self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
-        self.scene.end_frame();
+        shown.end_frame();
         let pixels = read.take().unwrap().unwrap();
-        pixels.as_chunks::<4>().0[(10 * SIZE[0] + SIZE[0] / 2) as usize]
+        Some(pixels.as_chunks::<4>().0[(y * SIZE[0] + x) as usize])
+    }
+
+    /// A frame of surfaces; gives back a pixel of the picture that nothing lies over, in the middle near the
+    /// top.
+    fn frame(&mut self) -> [u8; 4] {
+        self.pixel_of_frame([SIZE[0] / 2, 10]).unwrap()
+    }
+
+    /// When the next frame is due.
+    pub(crate) fn next_frame(&mut self, awake: bool) -> Wake {
+        self.shown().next_frame(awake, None)
     }
 
     /// Frames until none is due at once any more. Gives back that pixel of the last one.
-    fn settle(&mut self) -> [u8; 4] {
+    pub(crate) fn settle(&mut self) -> [u8; 4] {
         for _ in 0..2000 {
             let seen = self.frame();
-            if self.scene.next_frame(false, None, None) != Wake::Now {
+            if self.next_frame(false) != Wake::Now {
                 return seen;
             }
         }
@@ -118,29 +145,30 @@ impl Window {
 fn a_window_shows_a_source_and_what_is_said_and_rests() {
     let mut window = Window::new();
     assert!(window.scene.is_empty() && window.scene.format().is_none());
-    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
     let source = window.source([200, 100, 50], None);
     assert_eq!(window.scene.show_source(1, "a.png", source).unwrap(), Scene::Image);
-    assert_eq!(window.scene.next_frame(false, None, None), Wake::Now);
+    assert_eq!(window.next_frame(false), Wake::Now);
     assert_eq!(window.settle(), [200, 100, 50, 255]);
-    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
-    let title = window.scene.title(&window.scene.textures().stats(), Pose::first(Scene::Image));
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+    let stats = window.scene.textures().stats();
+    let title = window.shown().title(&stats, Pose::first(Scene::Image)).map(str::to_owned);
     assert!(title.is_some_and(|title| title.starts_with("a.png – ")));
     // What is said is seen in the next frame and for some seconds, and said elsewhere too.
-    window.scene.notify("it is so");
-    assert_eq!(window.scene.beside.take_said(), ["a.png: it is so"]);
+    window.scene.announce("it is so");
+    assert_eq!(window.scene.beside.take_log(), ["a.png: it is so"]);
     assert_eq!(window.settle(), [200, 100, 50, 255]);
-    let Wake::After(left) = window.scene.next_frame(false, None, None) else { panic!("it stays for good") };
+    let Wake::After(left) = window.next_frame(false) else { panic!("it stays for good") };
     assert!(left > Duration::from_secs(5));
     window.time.fetch_add(left.as_millis() as u64 + 1, Ordering::Relaxed);
-    assert_eq!(window.scene.next_frame(false, None, None), Wake::After(Duration::ZERO));
+    assert_eq!(window.next_frame(false), Wake::After(Duration::ZERO));
     window.settle();
-    assert_eq!(window.scene.next_frame(false, None, None), Wake::OnEvent);
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
     // A terrain needs heights, and what goes wrong leaves all as it was.
     assert!(window.scene.put_on(Scene::Terrain).is_err());
     assert_eq!((window.scene.settings().scene, window.settle()), (Scene::Image, [200, 100, 50, 255]));
-    window.scene.beside.window.is_hidden = true;
-    assert_eq!(window.scene.next_frame(true, None, None), Wake::SLOWLY);
+    window.scene.beside.set_hidden(true);
+    assert_eq!(window.next_frame(true), Wake::SLOWLY);
 }
 
 #[test]
@@ -167,7 +195,6 @@ fn a_source_takes_the_place_of_its_preview_and_gives_way_to_something_else() {
     window.scene.give_way(4, "head.zarr");
     assert!(window.scene.format().is_none() && !window.scene.is_empty());
     assert_eq!(window.scene.name(), "head.zarr");
-    assert_eq!(window.scene.next_frame(false, Some(Wake::SLOWLY), None), Wake::SLOWLY);
     let source = window.source([1, 2, 3], None);
     window.scene.show_source(5, "c.png", source).unwrap();
     assert_eq!((window.settle(), window.scene.name()), ([1, 2, 3, 255], "c.png"));

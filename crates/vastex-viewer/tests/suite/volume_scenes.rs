@@ -24,7 +24,7 @@ const SIZE: [u32; 3] = [40, 32, 24];
 const PATIENCE: usize = 1500;
 
 /// Voxels of one value, each level the same; counts what is read of it.
-struct Even {
+pub(crate) struct Even {
     description: Arc<Description>,
     /// Of a texel.
     bytes: Vec<u8>,
@@ -50,6 +50,40 @@ impl TileSource for Even {
     }
 }
 
+/// What is known of an even volume.
+pub(crate) fn facts(channels: usize, times: u64) -> VolumeFacts {
+    VolumeFacts {
+        name: "even".into(),
+        of: VolumeBox::new(SIZE, [1.0; 3]),
+        origin: [0.0; 3],
+        unit_length: 1.0,
+        unit: None,
+        channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
+        labels: vec!["things".into(), "parts".into()],
+        label_bounds: vec![[0, i128::from(u32::MAX)]; 2],
+        times,
+        base: 0.0,
+        gain: 255.0,
+        bounds: Some([0.0, 255.0]),
+        downsample: None,
+        brick: 16,
+    }
+}
+
+pub(crate) fn settings(pace: Pace) -> Settings {
+    let default_pool = PoolTuning { bytes: Some(8 << 20), ..PoolTuning::default() };
+    let pools = PoolSettings { default_pool, ..PoolSettings::default() };
+    Settings { pools, pace, whole_bytes: 0, ..Settings::default() }
+}
+
+/// The voxels of a channel at a time: `40 * (channel + 1) + time`.
+pub(crate) fn even((channel, time): (usize, u64)) -> Arc<Even> {
+    let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
+    let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
+    let value = (40 * (channel as u64 + 1) + time) as u8;
+    Arc::new(Even { description: Arc::new(description), bytes: vec![value], reads: AtomicU64::new(0) })
+}
+
 /// A scene, and who reads its channels: the value of one at a time is `40 * (channel + 1) + time`.
 pub(crate) struct Host {
     pub(crate) gpu: Gpu,
@@ -70,26 +104,7 @@ impl Host {
 
     pub(crate) fn with_clock(channels: usize, times: u64, pace: Pace, clock: VolumeClock) -> Host {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
-        let facts = VolumeFacts {
-            name: "even".into(),
-            of: VolumeBox::new(SIZE, [1.0; 3]),
-            origin: [0.0; 3],
-            unit_length: 1.0,
-            unit: None,
-            channels: vec![ChannelFacts { color: Some([255; 3]), ..ChannelFacts::default() }; channels],
-            labels: vec!["things".into(), "parts".into()],
-            label_bounds: vec![[0, i128::from(u32::MAX)]; 2],
-            times,
-            base: 0.0,
-            gain: 255.0,
-            bounds: Some([0.0, 255.0]),
-            downsample: None,
-            brick: 16,
-        };
-        let default_pool = PoolTuning { bytes: Some(8 << 20), ..PoolTuning::default() };
-        let pools = PoolSettings { default_pool, ..PoolSettings::default() };
-        let settings = Settings { pools, pace, whole_bytes: 0, ..Settings::default() };
-        let scene = VolumeScene::new(&gpu, facts, settings, clock).unwrap();
+        let scene = VolumeScene::new(&gpu, facts(channels, times), settings(pace), clock).unwrap();
         Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false, bare: Vec::new() }
     }
 
@@ -98,11 +113,7 @@ impl Host {
     }
 
     pub(crate) fn read(&mut self, (channel, time): (usize, u64)) {
-        let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
-        let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
-        let value = (40 * (channel as u64 + 1) + time) as u8;
-        let (description, bytes) = (Arc::new(description), vec![value]);
-        let source = Arc::new(Even { description, bytes, reads: AtomicU64::new(0) });
+        let source = even((channel, time));
         let preparer = self.scene.preparer();
         let prepared = preparer.read_blocking(source.clone(), TextureSettings::default()).unwrap();
         self.scene.add((channel, time), prepared, [0.0, 255.0]).unwrap();
@@ -135,7 +146,7 @@ impl Host {
                     self.scene.refuse_labels(nth, time);
                 }
                 VolumeAsked::Labels { nth, time } => self.read_labels((nth, time)),
-                VolumeAsked::Point(_) | VolumeAsked::Ranges(_) => {}
+                VolumeAsked::Point(_) | VolumeAsked::Ranges(_) | VolumeAsked::Label { .. } => {}
             }
         }
         self.scene.frame([128, 96], pictures).unwrap();

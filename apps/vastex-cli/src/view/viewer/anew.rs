@@ -157,7 +157,7 @@ impl Viewer {
             with: Settings { feedback: Some(mode), picture: size, ..before },
             settings: self.scene.settings().clone(),
             blueprint,
-            chosen: self.scene.chosen_pools().clone(),
+            chosen: self.scene.beside.chosen().pools().clone(),
             pose,
             size,
             longest_wait: LONGEST_WAIT,

@@ -1,8 +1,11 @@
 //! How a frame of the window comes about.
 
+use std::time::Instant;
+
 use anyhow::Result;
 use vastex_scenes::Pose;
 use vastex_viewer::stage::GpuTimer;
+use vastex_viewer::window_scene::WindowScene;
 
 use super::super::surface::SurfaceFrame;
 use super::Viewer;
@@ -12,60 +15,75 @@ impl Viewer {
     pub(in super::super) fn draw(&mut self, pose: Pose) -> Result<()> {
         self.look_at_window();
         #[cfg(feature = "volumes")]
-        if self.shows_volume() {
-            return self.draw_volume();
+        self.bring_to_volume();
+        let panels_are_due = self.shell.due_in(Instant::now()).is_some_and(|due| due.is_zero());
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let is_due = shown.begin_frame((pose, panels_are_due), &mut self.shell.painter)?;
+        if is_due {
+            shown.format().iter().for_each(|format| self.surface.set_format(format));
+            let (shell, kept) = (&mut self.shell, (self.recent.files(), self.bookmarks.views()));
+            shown.show_panels(pose, kept, |show| shell.run(show));
         }
-        self.scene.begin_frame(pose, &mut self.shell.painter)?;
-        self.scene.format().iter().for_each(|format| self.surface.set_format(format));
-        let (shell, kept) = (&mut self.shell, (self.recent.files(), self.bookmarks.views()));
-        self.scene.show_panels(pose, kept, |show| shell.run(show));
+        #[cfg(feature = "volumes")]
+        self.read_for_volume();
+        if !is_due {
+            return Ok(());
+        }
         let frame = self.surface.acquire();
         if !matches!(frame, Ok(Some(_))) {
-            self.scene.textures().inspect().check_device()?; // a lost one is the reason, whatever the window says
+            self.check_device()?; // a lost one is the reason, whatever the window says
         }
         let frame = frame?;
-        self.scene.beside.window.is_hidden = frame.is_none();
+        self.scene.beside.set_hidden(frame.is_none());
         let Some(frame) = frame else { return Ok(()) };
         self.draw_into(frame, pose)?;
-        self.scene.end_frame();
-        self.print_explained()?;
-        let stats = self.scene.textures().stats();
-        let is_source = self.scene.display().is_source();
+        self.shown().end_frame();
+        if !self.shows_volume() {
+            self.print_explained()?;
+        }
+        let shown = self.shown();
+        let (stats, is_source) = (shown.textures().stats(), shown.is_source());
+        let is_settled = shown.is_settled(&stats);
         self.frames += u64::from(is_source);
-        let (is_settled, is_busy) = (self.scene.is_settled(&stats), self.scene.beside.is_busy());
+        let is_busy = self.scene.beside.is_busy();
         if let Some(times) = self.times.as_mut().filter(|_| !self.scene.is_empty()) {
             times.note_frame(is_source, is_settled, is_busy);
         }
-        self.report_events(&stats);
-        if let Some(title) = self.scene.title(&stats, pose) {
+        if !self.shows_volume() {
+            self.report_events(&stats);
+        }
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        if let Some(title) = shown.title(&stats, pose) {
             self.window.set_title(title);
         }
         Ok(())
     }
 
-    /// Returns true if a volume is shown: without what reads them there is none.
-    #[cfg(not(feature = "volumes"))]
-    pub(in super::super) fn shows_volume(&self) -> bool {
-        false
+    /// Fails where the device is lost.
+    fn check_device(&mut self) -> Result<()> {
+        Ok(self.shown().textures().inspect().check_device()?)
     }
 
     /// Draws the scene, or nothing if it shows nothing, with the panels over it, and shows that.
     fn draw_into(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
         let gpu = self.scene.gpu().clone();
-        let is_timed = self.scene.beside.hud.is_shown() && !self.scene.is_empty();
+        let shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let (is_recorded, ground) = (shown.is_recorded(), shown.ground());
+        let is_timed = is_recorded && self.scene.beside.hud_is_shown();
         let mut timer = is_timed.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(&gpu)));
         let mut mark = |encoder: &mut wgpu::CommandEncoder, part: Option<&'static str>| {
             timer.iter_mut().for_each(|timer| timer.mark(encoder, part));
         };
         let target = self.surface.target(&frame.view);
-        let recorded = self.scene.record(pose, &target, &mut mark)?;
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let recorded = shown.record(pose, &target, &mut mark)?;
         let mut encoder = recorded.unwrap_or_else(|| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            self.surface.clear(&mut encoder, &frame, self.scene.beside.ground().beside());
+            self.surface.clear(&mut encoder, &frame, ground);
             encoder
         });
         // What is uploaded for the panel cannot say that the device is gone.
-        self.scene.textures().inspect().check_device()?;
+        shown.textures().inspect().check_device()?;
         mark(&mut encoder, Some("panels"));
         let over = (&frame.view, self.surface.viewed_format());
         self.shell.painter.paint(&gpu, &mut encoder, over, self.surface.size());
@@ -73,7 +91,7 @@ impl Viewer {
         gpu.queue.submit([encoder.finish()]);
         if let Some(timer) = timer {
             timer.end_frame();
-            self.scene.beside.hud.gpu_times = timer.is_able().then(|| timer.times().to_vec());
+            self.scene.beside.set_gpu_times(timer.is_able().then(|| timer.times().to_vec()));
         }
         self.surface.present(frame);
         Ok(())

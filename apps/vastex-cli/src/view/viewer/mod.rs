@@ -10,17 +10,20 @@ mod volume;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::Result;
+use anyhow::{Result, anyhow};
 use glam::DVec2;
 use vastex::{Event, Filter, Settings};
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::Remembered;
+use vastex_viewer::beside::{SceneClock, Wake, WindowState};
 use vastex_viewer::hud::{Chosen, NamedByHost};
+use vastex_viewer::input::InputEvent;
 use vastex_viewer::panels::Bookmark;
 use vastex_viewer::stage::GpuTimer;
 use vastex_viewer::surface_scene::{
-    DisplayError, DisplaySettings, FirstDisplay, PreparedSource, SceneClock, SurfaceScene, Wake,
+    DisplayError, DisplaySettings, FirstDisplay, PreparedSource, SurfaceScene,
 };
+use vastex_viewer::window_scene::{ShownVolume, WindowScene};
 use winit::event::WindowEvent;
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
@@ -31,6 +34,8 @@ use super::recent::Recent;
 use super::shell::{Heard, Shell};
 use super::surface::Surface;
 use super::times::Times;
+#[cfg(feature = "volumes")]
+use super::volume_work::VolumeWork;
 use crate::args::{SceneArgs, ViewArgs};
 use crate::commands::render;
 use anew::Anew;
@@ -38,6 +43,8 @@ pub(super) use anew::MadeAnew;
 
 /// What is said of the system's dialog for files, as a topic.
 pub(super) const DIALOG: &str = "dialog";
+/// What there is to know of a file, as a topic.
+pub(super) const OF_FILE: &str = "file";
 
 /// A window, and what is displayed in it.
 pub(super) struct Viewer {
@@ -46,9 +53,10 @@ pub(super) struct Viewer {
     shell: Shell,
     /// What is seen, and what stands beside it.
     pub(super) scene: SurfaceScene,
-    /// A volume in its place.
+    /// A volume in its place, and the threads that read it.
+    volume: Option<Box<ShownVolume>>,
     #[cfg(feature = "volumes")]
-    volume: Option<Box<volume::VolumeShown>>,
+    volume_work: Option<VolumeWork>,
     pub(super) recent: Recent,
     pub(super) bookmarks: Bookmarks,
     /// Textures that are wanted in the place of those of the scene.
@@ -59,7 +67,6 @@ pub(super) struct Viewer {
     frames: u64,
     /// That a pool is too small, until the view has settled and it is said.
     shortage: Option<Event>,
-    clock: SceneClock,
     /// What is measured, if that is asked for.
     pub(super) times: Option<Times>,
 }
@@ -91,16 +98,16 @@ impl Viewer {
         let first = first_display(args, scene, may_be_crisp);
         Ok(Viewer {
             shell: Shell::new(window.clone()),
-            scene: SurfaceScene::new((gpu, textures), pictures, first, chosen, clock.clone()),
-            #[cfg(feature = "volumes")]
+            scene: SurfaceScene::new((gpu, textures), pictures, first, chosen, clock),
             volume: None,
+            #[cfg(feature = "volumes")]
+            volume_work: None,
             recent: Recent::load(),
             bookmarks: Bookmarks::load(),
             anew: Anew::default(),
             timer: None,
             frames: 0,
             shortage: None,
-            clock,
             times: None,
             window,
             surface,
@@ -131,8 +138,21 @@ impl Viewer {
         Ok(scene)
     }
 
-    #[cfg(not(feature = "volumes"))]
-    fn forget_volume(&mut self) {}
+    fn forget_volume(&mut self) {
+        self.volume = None;
+        #[cfg(feature = "volumes")]
+        self.volume_work.take();
+    }
+
+    /// Returns true if a volume is shown.
+    pub(super) fn shows_volume(&self) -> bool {
+        self.volume.is_some()
+    }
+
+    /// What the window shows.
+    pub(super) fn shown(&mut self) -> WindowScene<'_> {
+        WindowScene::of(&mut self.scene, self.volume.as_deref_mut())
+    }
 
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp
     /// again as soon as it is uploaded.
@@ -146,10 +166,11 @@ impl Viewer {
         let mut surface = Surface::new(&gpu, window.clone(), surface)?;
         let scene = scene.restored(&gpu, surface.formats().clone())?;
         scene.format().iter().for_each(|format| surface.set_format(format));
-        #[cfg_attr(not(feature = "volumes"), expect(unused_mut, reason = "nothing else is made anew"))]
         let mut restored = Viewer { window, surface, scene, timer: None, ..self };
-        #[cfg(feature = "volumes")]
-        restored.restore_volume()?;
+        if let Some(volume) = &mut restored.volume {
+            let restored = volume.restore(&gpu, restored.surface.formats());
+            restored.map_err(|error| anyhow!("{}: {error}", volume.name()))?;
+        }
         Ok(restored)
     }
 
@@ -173,37 +194,54 @@ impl Viewer {
     pub(super) fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
         self.scene.resize(self.surface.size());
+        self.volume.iter_mut().for_each(|volume| volume.resize(self.surface.size()));
     }
 
     /// Hears an event before the picture does.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
         let heard = self.shell.hear(event);
-        #[cfg(feature = "volumes")]
         if heard.is_stale {
-            self.refresh_volume();
+            self.volume.iter_mut().for_each(|volume| volume.refresh());
         }
         heard
     }
 
-    /// The scene knows how the window is now.
+    /// Hears keys and the pointer before surfaces do. Returns true if that was all there is to it.
+    pub(super) fn hear_in_volume(&mut self, event: InputEvent) -> bool {
+        let Some(volume) = &mut self.volume else { return false };
+        let is_taken = volume.on_event(&self.scene.beside, event);
+        if volume.is_stale() {
+            self.window.request_redraw();
+        }
+        is_taken
+    }
+
+    /// The volume that is shown, if one is.
+    pub(super) fn volume(&mut self) -> Option<&mut ShownVolume> {
+        self.volume.as_deref_mut()
+    }
+
+    /// What is shown knows how the window is now.
     fn look_at_window(&mut self) {
-        let window = &mut self.scene.beside.window;
-        window.is_over_panel = self.shell.is_over_panel();
-        window.fills_screen = self.window.fullscreen().is_some();
-        window.is_dark = self.shell.is_dark();
+        self.scene.beside.set_window(WindowState {
+            is_over_panel: self.shell.is_over_panel(),
+            fills_screen: self.window.fullscreen().is_some(),
+            is_dark: self.shell.is_dark(),
+        });
     }
 
     /// The pointer is there, in pixels of the view, or not over it.
     pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
         self.look_at_window();
-        if let Some(title) = self.scene.set_pointer(pointer, pose) {
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        if let Some(title) = shown.set_pointer(pointer, pose) {
             self.window.set_title(title);
         }
     }
 
     /// Opens the panel, and gives its first control the keys.
     pub(super) fn enter_panel(&mut self) {
-        self.scene.beside.panel.open();
+        self.scene.beside.open_panel();
         self.shell.focus_next();
     }
 
@@ -216,23 +254,20 @@ impl Viewer {
 
     /// The window is as it was when it was closed last.
     pub(super) fn show_as_before(&mut self, before: &Remembered) {
-        self.scene.show_as_before(before);
+        self.scene.beside.show_as_before(before);
         self.shell.set_theme(before.theme);
     }
 
     /// A window with what is shown in this one now, and what was chosen there.
     pub(super) fn remembered(&self, window: &Remembered) -> Remembered {
-        Remembered { theme: self.shell.theme(), ..self.scene.remembered(window) }
+        Remembered { theme: self.shell.theme(), ..self.scene.beside.remembered(window) }
     }
 
     /// When the next frame is due; `awake` says that the view will change by itself.
     pub(super) fn next_frame(&mut self, awake: bool) -> Wake {
-        self.say_said();
-        #[cfg(feature = "volumes")]
-        let of_volume = self.volume.as_ref().map(|volume| self.next_frame_of_volume(volume));
-        #[cfg(not(feature = "volumes"))]
-        let of_volume = None;
-        self.scene.next_frame(awake, of_volume, self.shell.due_in(Instant::now()))
+        self.write_log();
+        let panels = self.shell.due_in(Instant::now());
+        self.shown().next_frame(awake, panels)
     }
 }
 

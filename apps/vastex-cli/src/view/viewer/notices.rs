@@ -8,7 +8,7 @@ use vastex::diagnostics::{ExplainedPixel, FrameStats};
 use vastex_core::Dims;
 use vastex_viewer::panels::Shapes;
 
-use super::{DIALOG, Viewer};
+use super::{DIALOG, OF_FILE, Viewer};
 use crate::explained::Explained;
 #[cfg(feature = "build")]
 use crate::open::Mending;
@@ -19,30 +19,30 @@ const FILE: &str = "file that cannot be shown";
 
 impl Viewer {
     /// Says on stderr what there is to say there.
-    pub(in super::super) fn say_said(&mut self) {
-        self.scene.beside.take_said().iter().for_each(|said| report::say(said));
+    pub(in super::super) fn write_log(&mut self) {
+        self.scene.beside.take_log().iter().for_each(|line| report::say(line));
     }
 
     /// A file cannot be shown: that takes the place of what was said of another one, of which nothing is
     /// counted.
     pub(in super::super) fn tell_of_file(&mut self, message: &str) {
-        self.scene.beside.messages.forget(FILE);
-        self.scene.beside.tell(FILE, message);
+        self.scene.beside.forget(FILE);
+        self.scene.beside.show_error(FILE, message);
     }
 
     /// There is no dialog for files: opens the panel with the keys in the field for a path, and says so until
     /// that is read or a file is opened.
     pub(in super::super) fn offer_path_field(&mut self) {
-        self.scene.beside.panel.ask_for_path();
+        self.scene.beside.ask_for_path();
         let said = "This system shows no dialog for files. Write the path of one into the field \"Path\" of the panel.";
-        self.scene.say_wrong(DIALOG, said);
+        self.scene.report_error(DIALOG, said);
     }
 
     /// Tells what of the window before could not be had.
     pub(in super::super) fn note_left_out(&mut self, notes: &[String]) {
         for note in notes {
             report::say(&format!("note: {note}"));
-            self.scene.beside.note(note);
+            self.scene.beside.show_note(OF_FILE, note);
         }
     }
 
@@ -56,13 +56,13 @@ impl Viewer {
                     let pos = page.pos(Dims::D2);
                     let message = format!("{name}: {pos} failed, a coarser one is shown instead: {why}");
                     report::say(&message);
-                    scene.beside.messages.add("tiles", message);
+                    scene.beside.show_error_later("tiles", &message);
                 }
                 // A view that moves wants for a moment what it leaves as well as what it comes to.
                 Event::Oversubscribed { .. } => self.shortage = Some(event),
                 event => {
                     if let Some(shortage) = shortage::text(event, scene.textures()) {
-                        scene.notify(&shortage);
+                        scene.announce(&shortage);
                     }
                 }
             }
@@ -72,16 +72,16 @@ impl Viewer {
         }
         // They may come after all, when they are tried again.
         if stats.pager.failed == 0 {
-            scene.beside.messages.forget("tiles");
+            scene.beside.forget("tiles");
         }
-        if !scene.beside.shortage_is_told {
+        if !scene.beside.shortage_is_said() {
             let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));
             if let Some(text) = event.and_then(|event| shortage::text(&event, scene.textures())) {
-                scene.beside.shortage_is_told = true;
+                scene.beside.note_shortage_said();
                 // What the machine does says the same, with the remedy beside it.
-                match scene.beside.hud.is_shown() {
+                match scene.beside.hud_is_shown() {
                     true => report::say(&format!("{}: {text}", scene.name())),
-                    false => scene.notify(&text),
+                    false => scene.announce(&text),
                 }
             }
         }
@@ -94,7 +94,7 @@ impl Viewer {
             Err(error) => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
-                self.scene.beside.tell("shapes", &message);
+                self.scene.beside.show_error("shapes", &message);
             }
         }
     }
@@ -105,10 +105,10 @@ impl Viewer {
     pub(in super::super) fn hear_of_mending(&mut self, mending: Mending) -> Result<()> {
         let beside = &mut self.scene.beside;
         match mending {
-            Mending::Begun(text) => beside.messages.note("cache", &text),
-            Mending::Failed(text) => beside.tell("cache", &text),
+            Mending::Begun(text) => beside.show_note("cache", &text),
+            Mending::Failed(text) => beside.show_error("cache", &text),
             Mending::Done => {
-                beside.messages.forget("cache");
+                beside.forget("cache");
                 self.scene.read_again()?;
             }
         }
@@ -123,7 +123,7 @@ impl Viewer {
             self.scene.beside.notify(&explained.line());
             if let Err(error) = report::print(&explained.text()) {
                 let why = format!("an explanation cannot be written to stdout: {}", report::message(&error));
-                self.scene.say_wrong("explanation", &why);
+                self.scene.report_error("explanation", &why);
             }
         }
         Ok(())

@@ -31,18 +31,17 @@ impl Viewer {
             may_be_crisp: settings.may_be_crisp,
             size: self.surface.size().map(|side| side.saturating_mul(times)),
             pixels_per_point: self.window.scale_factor() as f32 * times as f32,
-            has_guides: beside.panel.guides_are_shown(),
-            measure: beside.panel.measure.clone(),
-            has_hud: beside.hud.is_shown() && !beside.panel.hides_machine(),
+            has_guides: beside.panel().guides_are_shown(),
+            measure: beside.panel().measure.clone(),
+            has_hud: beside.hud_is_shown() && !beside.panel().hides_machine(),
         })
     }
 
     /// What is shown, as a text; `None` if nothing is.
     pub(in super::super) fn view_text(&self, pose: Pose) -> Option<String> {
-        #[cfg(feature = "volumes")]
-        if let Some(text) = self.volume_text() {
-            return Some(text);
+        match &self.volume {
+            Some(volume) => Some(volume.view_text().to_string()),
+            None => self.scene.view_text(pose),
         }
-        self.scene.view_text(pose)
     }
 }

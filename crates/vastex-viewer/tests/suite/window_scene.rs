@@ -1,0 +1,211 @@
+//! Surfaces and a volume in their place, by the same calls: frames, titles, what is said, and what is changed
+//! of textures.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use vastex::{Pace, PoolId, TextureSettings};
+use vastex_viewer::beside::{Wake, WindowState};
+use vastex_viewer::hud::HudChange;
+use vastex_viewer::input::{Action, InputEvent, Key};
+use vastex_viewer::volume_scene::{VolumeAsked, VolumeLayout, VolumeLook, VolumePane};
+use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
+use vastex_viewer::{Pose, Remembered, Scene};
+
+use super::surface_scene::{SIZE, Window};
+use super::volume_scenes::{even, facts, settings};
+
+/// A pixel of the picture beside the crosshair.
+const MIDDLE: [u32; 2] = [SIZE[0] / 2 + 3, SIZE[1] / 2 + 3];
+
+impl Window {
+    /// Shows a volume of one channel, in one picture, in the place of surfaces.
+    fn show_volume(&mut self) {
+        let facts = facts(1, 2);
+        let mut look = VolumeLook::first(&facts);
+        look.layout = VolumeLayout::One(VolumePane::Z);
+        let (name, rows) = ("head.zarr".to_owned(), Arc::from([]));
+        let settings = settings(Pace::LockStep { latency_frames: 1 });
+        let shown = VolumeToShow { name, facts, look, settings, rows };
+        let on = (&self.gpu, &self.scene.beside);
+        self.volume = Some(ShownVolume::new(on, shown, (&self.formats, SIZE)).unwrap());
+        self.scene.give_way(2, "head.zarr");
+    }
+
+    /// Reads what the volume asks for. Gives back what is asked for beside channels.
+    fn read(&mut self) -> Vec<VolumeAsked> {
+        let scene = &mut self.volume.as_mut().unwrap().scene;
+        let mut others = Vec::new();
+        for asked in scene.take_asked() {
+            let VolumeAsked::Channel { channel, time } = asked else {
+                others.push(asked);
+                continue;
+            };
+            let source = even((channel, time));
+            let prepared = scene.preparer().read_blocking(source, TextureSettings::default()).unwrap();
+            scene.add((channel, time), prepared, [0.0, 255.0]).unwrap();
+        }
+        others
+    }
+
+    /// Frames of the volume until none is due by itself. Gives back the last pixel that was drawn, and how
+    /// many frames were.
+    fn settle_volume(&mut self) -> ([u8; 4], usize) {
+        let (mut seen, mut drawn) = ([0; 4], 0);
+        for _ in 0..2000 {
+            let pixel = self.pixel_of_frame(MIDDLE);
+            assert_eq!(self.read(), []);
+            (seen, drawn) = (pixel.unwrap_or(seen), drawn + usize::from(pixel.is_some()));
+            // What need not be drawn is looked at again soon.
+            let soon = [Wake::Now, Wake::After(Duration::from_millis(2))];
+            if !soon.contains(&self.next_frame(false)) {
+                return (seen, drawn);
+            }
+        }
+        panic!("the volume does not settle");
+    }
+
+    fn title(&mut self) -> Option<String> {
+        let stats = self.shown().textures().stats();
+        self.shown().title(&stats, Pose::first(Scene::Image)).map(str::to_owned)
+    }
+
+    fn pool(&mut self) -> PoolId {
+        self.shown().textures().stats().pools[0].pool
+    }
+}
+
+#[test]
+fn a_volume_is_shown_by_the_calls_that_show_surfaces_and_rests_as_they_do() {
+    let mut window = Window::new();
+    window.show_volume();
+    assert_eq!(window.next_frame(false), Wake::Now);
+    let (seen, drawn) = window.settle_volume();
+    assert_eq!(seen, [40, 40, 40, 255]);
+    assert!(drawn > 1 && window.shown().is_source());
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+    assert_eq!(window.title(), Some("head.zarr".into()));
+    // What is said is seen in the next frame, which is drawn for it, and gone some seconds later.
+    window.scene.announce("it is so");
+    assert_eq!(window.scene.beside.take_log(), ["head.zarr: it is so"]);
+    assert_eq!(window.next_frame(false), Wake::Now);
+    assert!(window.pixel_of_frame(MIDDLE).is_some());
+    assert_eq!(window.title(), Some("head.zarr – it is so".into()));
+    let Wake::After(left) = window.next_frame(false) else { panic!("it stays for good") };
+    assert!(left > Duration::from_secs(5));
+    window.time.fetch_add(left.as_millis() as u64 + 1, Ordering::Relaxed);
+    window.settle_volume();
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+    // An error is seen at once, and levels that the host makes are looked after.
+    window.scene.beside.show_error("volume", "a channel cannot be read");
+    assert_eq!(window.next_frame(false), Wake::Now);
+    window.settle_volume();
+    window.volume.as_mut().unwrap().set_being_made(true);
+    assert_eq!(window.next_frame(false), Wake::SLOWLY);
+    window.volume.as_mut().unwrap().set_being_made(false);
+    window.scene.beside.set_hidden(true);
+    assert_eq!(window.next_frame(true), Wake::SLOWLY);
+    window.scene.beside.set_hidden(false);
+    // Surfaces come back.
+    window.volume = None;
+    let source = window.source([1, 2, 3], None);
+    window.scene.show_source(3, "c.png", source).unwrap();
+    assert_eq!(window.settle(), [1, 2, 3, 255]);
+    assert!(window.title().is_some_and(|title| title.starts_with("c.png – ")));
+}
+
+#[test]
+fn what_is_heard_over_a_volume_is_shown_and_asked_of_the_host() {
+    let mut window = Window::new();
+    window.show_volume();
+    window.settle_volume();
+    let hear = |window: &mut Window, event| {
+        let volume = window.volume.as_mut().unwrap();
+        let is_taken = volume.on_event(&window.scene.beside, event);
+        (is_taken, volume.is_stale())
+    };
+    let key = |key| InputEvent::Key { key, is_pressed: true, is_repeat: false };
+    // Another time, whose channel is read then.
+    assert_eq!(hear(&mut window, key(Key::Char('.'))), (true, true));
+    assert_eq!(window.settle_volume().0, [41, 41, 41, 255]);
+    // Of the pointer over a panel the pictures hear nothing.
+    let at = InputEvent::PointerMoved(glam::DVec2::new(64.0, 48.0));
+    assert!(hear(&mut window, at).1);
+    let [VolumeAsked::Point(asked)] = window.read()[..] else { panic!("a place is asked for") };
+    window.volume.as_mut().unwrap().scene.tell_nothing(asked.number);
+    window.scene.beside.set_window(WindowState { is_over_panel: true, ..WindowState::default() });
+    hear(&mut window, at);
+    assert_eq!(window.read(), []);
+    // What the panel asks for is the host's to find.
+    let scene = &mut window.volume.as_mut().unwrap().scene;
+    scene.ask_ranges(vec![0]);
+    scene.ask_label(7);
+    let asked = window.read();
+    let label = VolumeAsked::Label { label: 7, nth: 0, time: 1 };
+    assert_eq!(asked, [VolumeAsked::Ranges(vec![0]), label]);
+    let scene = &mut window.volume.as_mut().unwrap().scene;
+    let (before, place) = (scene.look.cross, glam::DVec3::new(3.5, 4.5, 5.5));
+    scene.show_label(0, place);
+    assert_eq!(scene.look.cross, before, "no labels are shown");
+    scene.look.labels.shown = Some(0);
+    scene.show_label(0, place);
+    assert_eq!((scene.look.cross, scene.look.centre), (place, place));
+    // Actions of surfaces alone are left out, and those of what stands beside are carried out.
+    assert!(window.shown().ignores(&Action::Overlay) && !window.shown().ignores(&Action::Hud));
+    assert!(window.shown().perform(&Action::Hud) && window.scene.beside.hud_is_shown());
+    assert!(!window.shown().perform(&Action::Reset));
+    assert_eq!(window.next_frame(false), Wake::Now);
+}
+
+/// One answer for both: what is changed, what is remembered, and what is said of what cannot be.
+#[test]
+fn what_is_changed_of_textures_is_changed_alike_for_surfaces_and_a_volume() {
+    let mut window = Window::new();
+    let source = window.source([1, 2, 3], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.settle();
+    let mut bytes = Vec::new();
+    for name in ["a.png", "head.zarr"] {
+        let is_volume = name == "head.zarr";
+        if is_volume {
+            window.show_volume();
+            window.settle_volume();
+        }
+        let pool = window.pool();
+        let (uploads, in_flight) = if is_volume { (3 << 20, 5 << 20) } else { (1 << 20, 7 << 20) };
+        for change in [
+            HudChange::Budgets { uploads, in_flight },
+            HudChange::Rule(pool, None),
+            HudChange::PoolBytes(pool, Some(2 << 20)),
+        ] {
+            window.shown().change(&change);
+        }
+        let shown = window.shown();
+        let inspect = shown.textures().inspect();
+        let settings = inspect.settings();
+        assert_eq!(
+            (settings.upload_bytes_per_frame, settings.in_flight_bytes),
+            (uploads, in_flight),
+            "{name}"
+        );
+        assert!(inspect.bias_rule(pool).is_none(), "{name}");
+        bytes.push(shown.textures().stats().pools[0].bytes);
+        assert_eq!(window.scene.beside.take_log(), [""; 0]);
+        // A pool that is not there.
+        let before = window.scene.beside.remembered(&Remembered::default());
+        assert_eq!(before.upload_bytes_per_frame, Some(uploads), "{name}");
+        assert_eq!(before.pools.len(), 1, "a volume's pools go with it");
+        window.shown().change(&HudChange::PoolBytes(PoolId::new(9), None));
+        let said = window.scene.beside.take_log();
+        assert!(said.len() == 1 && said[0].starts_with(&format!("{name}: ")), "{said:?}");
+        assert!(window.scene.beside.forget("change"), "it is said in the window, too");
+        assert_eq!(window.scene.beside.remembered(&Remembered::default()), before);
+        // How it is sampled.
+        window.shown().change(&HudChange::Filter(Some(vastex::Filter::Nearest)));
+        let title = window.title().unwrap_or_default();
+        assert_eq!(title.contains("volumes are sampled and asked in one way"), is_volume, "{title}");
+    }
+    assert!(bytes.iter().all(|bytes| *bytes <= 2 << 20), "{bytes:?}");
+    assert_eq!(window.scene.beside.remembered(&Remembered::default()).filter, Some(vastex::Filter::Nearest));
+}
