@@ -211,7 +211,8 @@ mod encode {
                     Quality::Normal => bc7f::cPackBC7FlagDefault,
                     Quality::Best => bc7f::cPackBC7FlagDefaultNonAnalytical,
                 };
-                ctt_bc7f::compress_blocks_into(&block_by_block(strip), out, flags);
+                let texels = block_by_block(strip);
+                ctt_bc7f::compress_blocks_into(texels.as_flattened().as_flattened(), out, flags);
             }
             R8 | Rg8 | Rgba8 | Rgba8Srgb | R16 | Rgba16 | R16Float | Rgba16Float | R32Float | R32Uint
             | Rg32Uint => {}
@@ -228,13 +229,9 @@ mod encode {
     }
 
     /// The texels of each block, of four bytes each, one block after the other.
-    fn block_by_block(strip: &Strip<'_>) -> Vec<u8> {
+    fn block_by_block(strip: &Strip<'_>) -> Vec<[[u8; SIDE * 4]; SIDE]> {
         let [a, b, c, d] = strip.rows.map(|row| row.as_chunks::<{ SIDE * 4 }>().0);
-        let mut texels = Vec::with_capacity(SIDE * strip.rows[0].len());
-        for (((a, b), c), d) in a.iter().zip(b).zip(c).zip(d) {
-            texels.extend_from_slice([*a, *b, *c, *d].as_flattened());
-        }
-        texels
+        a.iter().zip(b).zip(c).zip(d).map(|(((a, b), c), d)| [*a, *b, *c, *d]).collect()
     }
 
     /// Four channels with an alpha of 255: a block with alpha has fewer colours.

@@ -14,6 +14,8 @@ mod meaning;
 mod mixing;
 mod quad;
 mod separable;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
 use std::fmt;
 use std::str::FromStr;

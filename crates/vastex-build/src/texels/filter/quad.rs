@@ -65,14 +65,11 @@ impl Quad {
             Quad::Mean16 { .. } => mean::<2, 4>(coarse, upper, lower, mean16),
             Quad::LinearColor => color(coarse, upper, lower, u32::from, |mean| mean as u8),
             Quad::SrgbColor => {
-                let srgb = &*SRGB;
-                color(
-                    coarse,
-                    upper,
-                    lower,
-                    |v| u32::from(srgb.linear_from_srgb[usize::from(v)]),
-                    |mean| srgb.srgb_from_linear[mean as u16 as usize],
-                );
+                #[cfg(target_arch = "x86_64")]
+                if super::wide::srgb_means(coarse, upper, lower, srgb_color) {
+                    return;
+                }
+                srgb_color(coarse, upper, lower);
             }
             Quad::Majority { bytes: 1, missing } => majority::<1>(coarse, upper, lower, missing),
             Quad::Majority { bytes: 2, missing } => majority::<2>(coarse, upper, lower, missing),
@@ -159,6 +156,12 @@ fn mean<const B: usize, const C: usize>(
 fn mean16(four: [[u8; 2]; 4]) -> [u8; 2] {
     let sum: u32 = four.iter().map(|&v| u32::from(u16::from_le_bytes(v))).sum();
     (((sum + 2) >> 2) as u16).to_le_bytes()
+}
+
+fn srgb_color(coarse: &mut [u8], upper: &[u8], lower: &[u8]) {
+    let srgb = &*SRGB;
+    let decode = |v| u32::from(srgb.linear_from_srgb[usize::from(v)]);
+    color(coarse, upper, lower, decode, |mean| srgb.srgb_from_linear[mean as u16 as usize]);
 }
 
 /// Where the alphas of two texels stand in a word.
@@ -302,6 +305,43 @@ mod tests {
                 assert_eq!(stored, if i % 4 == 3 { 255 } else { expected }, "{filter:?} {i}");
             }
         }
+    }
+
+    /// Wherever the processor makes several at once: rows of every length, every value, and texels that are
+    /// not opaque between others.
+    #[test]
+    fn means_of_srgb_colours_are_the_same_however_many_are_made_at_once() {
+        let byte = |i: u32| (i.wrapping_mul(2_654_435_761) >> 13) as u8;
+        for texels in (0..40).chain([1000]) {
+            for every in [1, 2, 5, 23, 1000] {
+                // Alphas of most texels are 255, of every so many-th what comes.
+                let value = |at: u32| match at % 4 == 3 && at / 4 % every != every / 2 {
+                    true => 255,
+                    false => byte(at + 77 * every),
+                };
+                let row = |from: u32| (from..from + 8 * texels).map(value).collect::<Vec<u8>>();
+                let (upper, lower) = (row(0), row(4000));
+                let [mut at_once, mut one_by_one] =
+                    [vec![1; 4 * texels as usize], vec![2; 4 * texels as usize]];
+                Quad::SrgbColor.row(&mut at_once, &upper, &lower);
+                srgb_color(&mut one_by_one, &upper, &lower);
+                assert_eq!(at_once, one_by_one, "{texels} texels, every {every}");
+            }
+        }
+    }
+
+    /// All pairs of values, two of each, and each value beside black.
+    #[test]
+    fn every_two_values_have_one_mean() {
+        let row = |of: fn(u8, u8) -> u8| {
+            let pairs = (0..=255u8).flat_map(|a| (0..=255u8).map(move |b| (a, b)));
+            pairs.flat_map(|(a, b)| [of(a, b), of(b, a), of(a, 0), 255]).collect::<Vec<u8>>()
+        };
+        let (upper, lower) = (row(|a, _| a), row(|_, b| b));
+        let [mut at_once, mut one_by_one] = [vec![0; upper.len() / 2], vec![0; upper.len() / 2]];
+        Quad::SrgbColor.row(&mut at_once, &upper, &lower);
+        srgb_color(&mut one_by_one, &upper, &lower);
+        assert!(at_once == one_by_one);
     }
 
     #[test]
