@@ -84,6 +84,8 @@ const CONTENDERS: &[Contender] = &[
 struct Options {
     runs: usize,
     write: bool,
+    /// Only the section about block compression.
+    blocks: bool,
 }
 
 pub(crate) fn build(options: &[&str]) -> Result<()> {
@@ -91,10 +93,16 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
     setup::ensure(&setup::C_COMPILER)?;
     setup::ensure(&setup::NASM)?;
     setup::ensure(&setup::VIPS)?;
-    setup::ensure(&setup::GNU_TIME)?;
-    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
     let directory = shell::root().join("target/bench");
     std::fs::create_dir_all(&directory).with_context(|| format!("cannot create {}", directory.display()))?;
+    if options.blocks {
+        let stamp = measure::stamp()?;
+        let section = block_speed::compare(&BLOCKS.make(&directory)?, options.runs, &stamp)?;
+        println!("{section}");
+        return if options.write { write_section(&section) } else { Ok(()) };
+    }
+    setup::ensure(&setup::GNU_TIME)?;
+    shell::run(shell::cargo("build").args(["--release", "-p", "vastex-cli"]))?;
     let mut page = introduction()?;
     for &(input, every_round) in INPUTS {
         println!("\n{}", input.name());
@@ -105,7 +113,7 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
         page.push_str(&table);
     }
     let parts = [
-        block_speed::compare(&BLOCKS.make(&directory)?, options.runs)?,
+        block_speed::compare(&BLOCKS.make(&directory)?, options.runs, "")?,
         block_speed::encoders_at_work(&BLOCKS.make(&directory)?)?,
         shapes::compare(&directory, &vastex())?,
         land_mask::measure(&directory, &vastex(), options.runs)?,
@@ -115,19 +123,40 @@ pub(crate) fn build(options: &[&str]) -> Result<()> {
         println!("{part}");
         page.push_str(&part);
     }
-    if options.write {
-        let path = shell::root().join(REPORT);
-        std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
-        println!("written to {REPORT}");
-    }
+    if options.write { write(&page) } else { Ok(()) }
+}
+
+fn write(page: &str) -> Result<()> {
+    let path = shell::root().join(REPORT);
+    std::fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
+    println!("written to {REPORT}");
     Ok(())
 }
 
+/// Writes one section of the page in the place of the one that has the same heading.
+fn write_section(section: &str) -> Result<()> {
+    let path = shell::root().join(REPORT);
+    let page = std::fs::read_to_string(&path).with_context(|| format!("cannot read {}", path.display()))?;
+    let replaced = with_section(&page, section);
+    write(&replaced.with_context(|| format!("{REPORT} has no such section; write all of it first"))?)
+}
+
+/// A page with this section, which begins with an empty line and its heading, in the place of the one that
+/// has the same heading; `None` if the page has none.
+fn with_section(page: &str, section: &str) -> Option<String> {
+    let heading = section.lines().find(|line| !line.is_empty())?;
+    let start = page.find(&format!("\n{heading}\n"))?;
+    let after = start + 1 + heading.len();
+    let end = page[after..].find("\n## ").map_or(page.len(), |next| after + next);
+    Some(format!("{}{}{}", &page[..start], section, &page[end..]))
+}
+
 fn parse(options: &[&str]) -> Result<Options> {
-    let mut parsed = Options { runs: 5, write: false };
+    let mut parsed = Options { runs: 5, write: false, blocks: false };
     let mut rest = options.iter();
     while let Some(option) = rest.next() {
         match *option {
+            "blocks" => parsed.blocks = true,
             "--write" => parsed.write = true,
             "--runs" => {
                 let runs = rest
@@ -299,6 +328,15 @@ fn ratio(rounds: &[Vec<Run>], within: impl Fn(&[Run]) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_section_is_written_in_the_place_of_the_old_one() {
+        let page = "# Page\n\nText.\n\n## One\n\n1\n\n## Two\n\n2\n";
+        let with = |section| with_section(page, section);
+        assert_eq!(with("\n## One\n\none\n").unwrap(), page.replace("\n1\n", "\none\n"));
+        assert_eq!(with("\n## Two\n\ntwo\n").unwrap(), page.replace("\n2\n", "\ntwo\n"));
+        assert_eq!(with("\n## Three\n\n3\n"), None);
+    }
 
     #[test]
     fn a_ratio_is_taken_within_each_round() {

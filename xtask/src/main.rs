@@ -53,6 +53,7 @@ Commands:
   shaders DIR              every shader text that the project can hand to a device, one file each
   demo                     the real Earth as a virtual texture: in a window where there is a display, else as pictures
   bench build [OPTIONS]    preparing data beside libvips, in the same run
+      blocks                 only builds in blocks beside the bare encoders
       --runs N               interleaved runs of each program [default: 5]
       --write                put the figures into docs/bench-build.md
   bench fetch [--write]    reading and decoding tiles beside bare reads and decoders; into docs/bench-fetch.md
