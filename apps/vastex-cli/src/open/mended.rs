@@ -326,7 +326,9 @@ mod tests {
 
     /// As another program does that builds the same: nothing is built until it is dropped.
     fn hold_up(directory: &tempfile::TempDir) -> File {
-        let file = File::options().append(true).open(file_ending_with(directory, "lock")).unwrap();
+        let container = file_ending_with(directory, "vastex");
+        let name = format!(".{}.lock", container.file_name().unwrap().to_str().unwrap());
+        let file = File::options().create(true).append(true).open(directory.path().join(name)).unwrap();
         file.lock().unwrap();
         file
     }

@@ -10,9 +10,9 @@
 //! - **Nothing is lost.** What an interrupted build made stays, and the next one goes on with it; so it does
 //!   after a crash. Only a fault of the image itself ends that.
 //! - **Several programs** may share the directory. A lock for each image keeps them apart, `.KEY.lock`: who
-//!   has it builds, and whoever else wants the image waits. What a lock protects nobody else removes. On a
-//!   file system without locks two programs may build one image twice, and nothing unfinished is ever
-//!   removed.
+//!   has it builds, and whoever else wants the image waits. What a lock protects nobody else removes; one
+//!   that nobody holds goes when room is made. On a file system without locks two programs may build one
+//!   image twice, and nothing unfinished is ever removed.
 //! - **The budget** bounds the containers and the unfinished builds together, before and after each build,
 //!   but for the container that is opened, which may be larger: those that were not opened for longest go. On
 //!   a full disk all others go. A program that has one open goes on reading it.

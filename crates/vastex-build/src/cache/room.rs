@@ -1,8 +1,12 @@
 //! What lies in a cache's directory, who may change it, and which of it goes where there is too much.
 //!
 //! `KEY.vastex` is a container, `.KEY.vastex.partial` and `.KEY.vastex.journal` are what a build has made so
-//! far of one, and `.KEY.vastex.lock`, which is empty and stays, keeps programs apart; KEY has 32 hexadecimal
-//! digits. Files of other names are nobody's business here.
+//! far of one, and `.KEY.vastex.lock`, which is empty, keeps programs apart; KEY has 32 hexadecimal digits.
+//! Files of other names are nobody's business here.
+//!
+//! A lock that nobody holds goes when room is made. Only who holds a lock removes its file, and who has got
+//! one looks whether the file still lies there: else another program has removed it meanwhile, and a third
+//! one may hold the next one by the same name.
 
 use std::collections::HashMap;
 use std::fs::{self, DirEntry, File, TryLockError};
@@ -38,12 +42,49 @@ pub(super) enum Lock {
 
 /// Asks for the right to a container.
 pub(super) fn lock(directory: &Path, name: &str) -> io::Result<Lock> {
-    let file = File::options().create(true).append(true).open(beside(directory, name, LOCK))?;
-    Ok(match file.try_lock() {
-        Ok(()) => Lock::Ours(file),
-        Err(TryLockError::WouldBlock) => Lock::Taken,
-        Err(TryLockError::Error(_)) => Lock::Unknown(file),
-    })
+    let place = beside(directory, name, LOCK);
+    loop {
+        let file = File::options().create(true).append(true).open(&place)?;
+        match file.try_lock() {
+            // One that was removed since it was opened keeps nobody out.
+            Ok(()) if !lies_at(&file, &place) => {}
+            Ok(()) => return Ok(Lock::Ours(file)),
+            Err(TryLockError::WouldBlock) => return Ok(Lock::Taken),
+            Err(TryLockError::Error(_)) => return Ok(Lock::Unknown(file)),
+        }
+    }
+}
+
+/// Returns true if an open file is the one that lies at a place.
+#[cfg(unix)]
+fn lies_at(file: &File, place: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+
+    let number = |found: fs::Metadata| (found.dev(), found.ino());
+    let [open, there] = [file.metadata(), fs::metadata(place)].map(|found| found.ok().map(number));
+    open.is_some() && open == there
+}
+
+/// Where files have no numbers that can be asked for, no lock is removed.
+#[cfg(not(unix))]
+fn lies_at(_: &File, _: &Path) -> bool {
+    true
+}
+
+/// Removes the locks that nobody holds.
+fn remove_locks(directory: &Path) {
+    if cfg!(not(unix)) {
+        return;
+    }
+    let Ok(entries) = fs::read_dir(directory) else { return };
+    for entry in entries.flatten() {
+        if let Some((name, LOCK)) = parts_of(&entry).as_ref().map(|(name, ending)| (name, &**ending))
+            // Held until its file is gone.
+            && let Ok(Lock::Ours(_lock)) = lock(directory, name)
+        {
+            remove(&entry.path());
+        }
+    }
 }
 
 /// What there is of one container.
@@ -56,8 +97,14 @@ struct Kept {
 /// Removes what was not used for longest, until the rest fits into a budget; but not the container `but`, nor
 /// what another program has a lock on.
 ///
-/// What cannot be listed or removed stays: the next program tries again.
+/// Locks that nobody holds go in any case. What cannot be listed or removed stays: the next program tries
+/// again.
 pub(super) fn make(directory: &Path, budget: u64, but: &str) {
+    make_room(directory, budget, but);
+    remove_locks(directory);
+}
+
+fn make_room(directory: &Path, budget: u64, but: &str) {
     let mut kept: Vec<(String, Kept)> = list(directory).into_iter().collect();
     let mut bytes: u64 = kept.iter().map(|(_, kept)| kept.bytes).sum();
     kept.sort_by_key(|(_, kept)| kept.used);
@@ -91,18 +138,21 @@ fn list(directory: &Path) -> HashMap<String, Kept> {
     kept
 }
 
-/// The name of the container that a file is, or belongs to.
+/// The name of the container that a file is, or whose build it belongs to.
 fn container_of(entry: &DirEntry) -> Option<String> {
+    let (container, ending) = parts_of(entry)?;
+    (ending.is_empty() || UNFINISHED.contains(&&*ending)).then_some(container)
+}
+
+/// The name of the container that a file belongs to, and its own ending; none for a container.
+fn parts_of(entry: &DirEntry) -> Option<(String, String)> {
     let name = entry.file_name();
     let name = name.to_str()?;
     let hidden = name.strip_prefix('.').and_then(|name| name.rsplit_once('.'));
-    let container = match hidden {
-        Some((container, ending)) if UNFINISHED.contains(&ending) => container,
-        _ => name,
-    };
+    let (container, ending) = hidden.unwrap_or((name, ""));
     let key = container.strip_suffix(ENDING)?;
     let is_key = key.len() == DIGITS && key.bytes().all(|byte| byte.is_ascii_hexdigit());
-    is_key.then(|| container.to_owned())
+    is_key.then(|| (container.to_owned(), ending.to_owned()))
 }
 
 /// Removes a container, if it is there.

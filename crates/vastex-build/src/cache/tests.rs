@@ -221,6 +221,76 @@ fn what_another_program_makes_is_waited_for_and_never_removed() {
     assert_eq!(place.count(), [1, 1]);
 }
 
+/// Locks that lie in the cache.
+#[cfg(unix)]
+fn locks(cache: &BuildCache) -> Vec<PathBuf> {
+    let paths = fs::read_dir(cache.directory()).unwrap().map(|entry| entry.unwrap().path());
+    paths.filter(|path| path.extension().is_some_and(|ending| ending == "lock")).collect()
+}
+
+#[cfg(unix)]
+#[test]
+fn of_locks_those_stay_that_somebody_holds() {
+    let place = Place::new();
+    let cache = place.cache(PLENTY);
+    assert!(is_built(&cache, &place.write("a.png", 20, 15)));
+    assert!(locks(&cache).is_empty(), "nobody builds any more");
+    let lie = |name: &str| {
+        let path = cache.directory().join(name);
+        fs::write(&path, b"").unwrap();
+        path
+    };
+    let keys = ["0", "1"].map(|digit| digit.repeat(32));
+    let [held, left] = keys.map(|key| lie(&format!(".{key}.vastex.lock")));
+    let others = [lie("somebody.lock"), lie(".short.vastex.lock")];
+    let lock = File::options().append(true).open(&held).unwrap();
+    lock.lock().unwrap();
+    assert!(is_built(&cache, &place.write("b.png", 20, 16)));
+    assert_eq!(
+        (held.exists(), left.exists(), others.iter().all(|other| other.exists())),
+        (true, false, true)
+    );
+    drop(lock);
+    assert!(is_built(&cache, &place.write("c.png", 20, 17)));
+    assert!(!held.exists());
+}
+
+/// One program has opened a lock's file, and another removes that before the first one has the lock.
+#[cfg(unix)]
+#[test]
+fn a_lock_that_was_removed_keeps_nobody_out_and_two_never_have_it_at_once() {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    let place = Place::new();
+    let directory = place.directory.path();
+    let name = room::name_of(7);
+    let (is_held, is_over) = (AtomicBool::new(false), AtomicBool::new(false));
+    let take = || {
+        let mut taken = 0;
+        while taken < 100 {
+            let Lock::Ours(lock) = room::lock(directory, &name).unwrap() else { continue };
+            assert!(!is_held.swap(true, Ordering::SeqCst), "two have it at once");
+            std::thread::yield_now();
+            is_held.store(false, Ordering::SeqCst);
+            drop(lock);
+            taken += 1;
+        }
+    };
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            while !is_over.load(Ordering::SeqCst) {
+                room::make(directory, PLENTY, "");
+            }
+        });
+        let takers = [0; 2].map(|_| scope.spawn(take));
+        let taken = takers.map(|taker| taker.join().is_ok());
+        is_over.store(true, Ordering::SeqCst);
+        assert_eq!(taken, [true; 2]);
+    });
+    room::make(directory, PLENTY, "");
+    assert_eq!(fs::read_dir(directory).unwrap().count(), 0);
+}
+
 #[test]
 fn a_mask_is_part_of_the_image() {
     let place = Place::new();
