@@ -31,6 +31,12 @@ impl Offscreen {
         self.renderer.set_view(view);
     }
 
+    /// Which part of pictures panes share from the next frame on, as
+    /// [`set_room`](vastex_viewer::SceneRenderer::set_room) of their renderer has it.
+    pub fn set_room(&mut self, room: Option<PicturePart>) {
+        self.renderer.set_room(room);
+    }
+
     /// Of layers side by side shows that of one pane alone from the next frame on, in pictures of a pane.
     /// Gives back the layers that are hidden for it.
     pub fn show_pane_alone(&mut self, pane: u32) -> Result<Vec<usize>, OffscreenError> {

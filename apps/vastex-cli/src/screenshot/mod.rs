@@ -177,8 +177,15 @@ impl Shot {
         let gpu = headless_gpu()?;
         let said = || args.scene.pose(sources.image);
         let panes = parts::panes(&self.options, 1 + sources.over.len());
-        let pane = [(self.size[0] / panes).max(1), self.size[1]];
-        let free = free_in_panes(&Panes { count: panes, width: pane[0] }, self.size[1], self.free());
+        let most = gpu.device.limits().max_texture_dimension_2d.min(MOST_SIDE);
+        let most = args.scene.part_side.map_or(most, |side| side.min(most));
+        let is_whole = self.size.iter().all(|side| *side <= most);
+        let free = self.free();
+        // Panes of a picture in parts share all of it.
+        let [first, last] = if is_whole { free.map(|corner| corner.x) } else { [0.0, self.size[0].into()] };
+        let places = Panes::sharing(panes, self.size[0], [first, last]);
+        let pane = [places.width, self.size[1]];
+        let free = free_in_panes(&places, self.size[1], free);
         let fitted = || match self.scene {
             Scene::Image => Pose::fitted(pane, sources.image, free),
             scene => Pose::first(scene),
@@ -188,9 +195,6 @@ impl Shot {
             ShotCamera::Fitted => fitted(),
             ShotCamera::At(pose) => pose,
         };
-        let most = gpu.device.limits().max_texture_dimension_2d.min(MOST_SIDE);
-        let most = args.scene.part_side.map_or(most, |side| side.min(most));
-        let is_whole = self.size.iter().all(|side| *side <= most);
         let has_clouds = self.scene == Scene::Planet && self.options.planet.clouds.is_some();
         let parts = Parts::new(self.size, panes, most, has_clouds);
         if !is_whole {
@@ -199,6 +203,11 @@ impl Shot {
         let drawn_size = if is_whole { self.size } else { parts.drawn_size() };
         let mut drawn = self.offscreen(args, &gpu, sources, (&pose, pane, drawn_size))?;
         drawn.lay_on(self.ground);
+        drawn.set_room(Some(PicturePart {
+            whole: self.size,
+            at: [first as i64, 0],
+            size: [(last - first) as u32, self.size[1]],
+        }));
         drawn.set_view(Some(PicturePart::around(pane, free)));
         if self.range_is_free {
             self.take_first_ranges(&mut drawn)?;
@@ -207,8 +216,12 @@ impl Shot {
         let mut over = Over::new(self, &gpu, &drawn, pose, sources);
         let outcome = match is_whole {
             true => {
-                let watch = |_: &Textures, events| troubles.note(events);
+                let watch = |_: &Textures, events| {
+                    troubles.note(events);
+                    patience.flow()
+                };
                 let outcome = drawn.run_along(1, |_| pose, Until::Converged, watch)?;
+                patience.check()?;
                 let mut picture = match self.overlay {
                     None => drawn.picture(),
                     Some(overlay) => drawn.overlay(overlay)?,

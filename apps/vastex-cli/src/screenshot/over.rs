@@ -41,7 +41,7 @@ impl<'a> Over<'a> {
         sources: &'a Sources,
     ) -> Over<'a> {
         let layers = drawn.renderer().layers();
-        let panes = Panes { count: layers.panes(), width: layers.pane_size(shot.size)[0] };
+        let panes = drawn.renderer().panes_in(shot.size);
         let name = |layer: vastex::LayerId| {
             let texture = drawn.textures().texture(layer.texture()).ok();
             texture.and_then(|texture| texture.name().map(str::to_owned)).unwrap_or_default()
@@ -52,7 +52,12 @@ impl<'a> Over<'a> {
         };
         Over {
             painter: OverPainter::new(gpu, shot.size, shot.pixels_per_point),
-            view: ImageView { pose, picture: [panes.width, shot.size[1]], image: sources.image, left: 0 },
+            view: ImageView {
+                pose,
+                picture: [panes.width, shot.size[1]],
+                image: sources.image,
+                left: panes.left,
+            },
             can_compare: layers.can_compare(),
             panes,
             titles,
@@ -104,7 +109,7 @@ impl<'a> Over<'a> {
             for (measure, pane) in
                 shot.measure.iter().flat_map(|measure| (0..panes.count).map(move |n| (measure, n)))
             {
-                let view = ImageView { left: pane * panes.width, ..*view };
+                let view = ImageView { left: panes.first(pane), ..*view };
                 measure.paint(ui.painter(), free(pane), &view, sources.about.texel_size.as_ref());
             }
         });

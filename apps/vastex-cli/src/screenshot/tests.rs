@@ -2,6 +2,7 @@
 
 use clap::Parser as _;
 use vastex_scenes::Picture;
+use vastex_viewer::layers::CompareMode;
 
 use super::*;
 use crate::args::{Args, Command};
@@ -103,4 +104,24 @@ fn a_globe_lies_beside_the_figures_of_the_machine() {
     let [first, last] = globe(true);
     assert!((first + last + 1).abs_diff(348 + 448) <= 1, "{first}..{last}");
     assert!((78..82).contains(&(last - first)), "{first}..{last}");
+}
+
+/// Two images side by side share what the figures leave free, so that all of each is seen.
+#[test]
+fn images_side_by_side_lie_beside_the_figures_of_the_machine() {
+    let picture = taken(|shot| {
+        shot.over = vec![shot.source.clone()];
+        shot.options.compare_mode = CompareMode::Beside;
+        (shot.has_hud, shot.size) = (true, [348 + 280, 96]);
+    });
+    let is_image = |x: &u32| pixel(&picture, *x, 48)[..3].iter().all(|value| value.abs_diff(90) < 3);
+    for pane in [348..488, 488..628] {
+        let seen: Vec<u32> = pane.clone().filter(is_image).collect();
+        let [first, last] = [seen[0], seen[seen.len() - 1]];
+        assert!(first - pane.start < 8 && pane.end - last < 9, "{first}..{last} of {pane:?}");
+        // As wide as its pane, and a quarter as high, beside its title and the scale.
+        let column = pane.start + 9;
+        let rows = (0..96).filter(|y| pixel(&picture, column, *y)[..3].iter().all(|v| v.abs_diff(90) < 3));
+        assert!((28..38).contains(&rows.count()), "{pane:?}");
+    }
 }

@@ -3,7 +3,7 @@
 use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Sampled, Textures};
 
 use super::text::{LayersText, MOST_LAYERS, PlanetText, member};
-use super::{ColorMap, CompareMode, LayerUniform};
+use super::{ColorMap, CompareMode, LayerUniform, Panes};
 
 /// An id that names no texture, so that nothing is wanted by it.
 const NO_TEXTURE: u32 = u32::MAX;
@@ -260,10 +260,10 @@ impl Layers {
         if is_beside { seen().count() as u32 } else { 1 }
     }
 
-    /// Width and height of each pane of a picture, in pixels; what is left at its right edge shows the
-    /// background.
-    pub fn pane_size(&self, [width, height]: [u32; 2]) -> [u32; 2] {
-        [(width / self.panes()).max(1), height]
+    /// Where the panes of a picture of so many columns are, of which no panel covers those between `free`.
+    /// What is left beside them shows the background.
+    pub fn panes_in(&self, width: u32, free: [f64; 2]) -> Panes {
+        Panes::sharing(self.panes(), width, free)
     }
 
     /// The layers in the order of the panes, the leftmost first: one for each pane, the layer that is

@@ -180,7 +180,8 @@ impl OverlayRenderer {
                     let texture = shown.layer.texture();
                     let slots = textures.inspect().slots_beside(texture);
                     let [width, height, _] = textures.texture(texture)?.description().geometry.tile();
-                    let columns = columns(slots.len(), layers.pane_size(picture), [width, height]);
+                    let pane = [renderer.panes_in(picture).width, picture[1]];
+                    let columns = columns(slots.len(), pane, [width, height]);
                     slots_texture(device, queue, &slots, columns)
                 }
             };

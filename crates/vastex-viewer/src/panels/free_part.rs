@@ -12,7 +12,7 @@ pub fn free_in_panes(panes: &Panes, height: u32, [first, last]: [DVec2; 2]) -> [
     let whole = [DVec2::ZERO, DVec2::new(panes.width.into(), height.into())];
     let [mut low, mut high] = whole;
     for pane in 0..panes.count {
-        let left = DVec2::new(f64::from(pane) * f64::from(panes.width), 0.0);
+        let left = DVec2::new(panes.first(pane).into(), 0.0);
         let (begin, end) = ((first - left).max(DVec2::ZERO), (last - left).min(whole[1]));
         if (end - begin).min_element() > 0.0 {
             (low, high) = (low.max(begin), high.min(end));
@@ -28,12 +28,12 @@ mod tests {
     #[test]
     fn what_a_panel_covers_of_one_pane_is_left_out_of_all() {
         let at = |x: f64, y: f64| DVec2::new(x, y);
-        let one = Panes { count: 1, width: 1280 };
+        let one = Panes { count: 1, left: 0, width: 1280, whole: 1280 };
         assert_eq!(
             free_in_panes(&one, 800, [at(0.0, 0.0), at(960.0, 800.0)]),
             [at(0.0, 0.0), at(960.0, 800.0)]
         );
-        let two = Panes { count: 2, width: 640 };
+        let two = Panes { count: 2, width: 640, ..one };
         let free = [at(100.0, 0.0), at(960.0, 800.0)];
         assert_eq!(free_in_panes(&two, 800, free), [at(100.0, 0.0), at(320.0, 800.0)]);
         // The second pane lies under the panel.

@@ -37,6 +37,7 @@ mod volume_panes;
 mod volume_words;
 mod window;
 
+pub use crate::layers::Panes;
 pub use bookmarks::{Bookmark, BookmarksChange, BookmarksPanel};
 pub use compare::swipe_line;
 pub use display::{DisplayPanel, PanelTexture, ShownTextures};
@@ -51,7 +52,6 @@ pub use measure::{Measure, Measured};
 pub use messages::Messages;
 pub use minimap::Minimap;
 pub use painter::PanelPainter;
-pub use panes::Panes;
 pub use planet::planet_controls;
 pub use position::{PositionChange, PositionPanel};
 pub use shapes::{GeoJson, Shapes, ShapesError};

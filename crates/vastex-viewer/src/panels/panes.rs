@@ -5,40 +5,16 @@ use egui::{Color32, FontId, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::DVec2;
 
 use super::Minimap;
+use crate::layers::Panes;
 
 /// Points between the edge of a pane and its title, and of half a cross.
 const MARGIN: f32 = 8.0;
 const CROSS: f32 = 7.0;
 
-/// Where a picture's panes are: all of one width, from its left edge on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Panes {
-    /// How many there are, at least one.
-    pub count: u32,
-    /// The width of each, in physical pixels.
-    pub width: u32,
-}
-
 impl Panes {
-    /// The pane in which a pixel of the picture lies, the first or the last where it lies in none.
-    pub fn at(&self, pixel: DVec2) -> u32 {
-        let pane = (pixel.x / f64::from(self.width.max(1))).floor();
-        pane.clamp(0.0, f64::from(self.count.max(1) - 1)) as u32
-    }
-
-    /// A pixel of the picture as one of a pane, from the pane's own corner.
-    pub fn within(&self, pane: u32, pixel: DVec2) -> DVec2 {
-        pixel - DVec2::new(f64::from(pane) * f64::from(self.width), 0.0)
-    }
-
-    /// A pixel of a pane where feedback has it, which has one pane, as wide as all of the picture.
-    pub fn stretched(&self, within: DVec2) -> DVec2 {
-        DVec2::new(within.x * f64::from(self.count), within.y)
-    }
-
     /// The part of `free`, in points, that a pane covers.
     pub fn rect(&self, pane: u32, free: Rect, pixels_per_point: f32) -> Rect {
-        let edge = |n: u32| n as f32 * self.width as f32 / pixels_per_point;
+        let edge = |n: u32| self.first(n) as f32 / pixels_per_point;
         let own = Rect::from_min_max(pos2(edge(pane), free.min.y), pos2(edge(pane + 1), free.max.y));
         own.intersect(free)
     }
@@ -64,7 +40,7 @@ impl Panes {
             }
             paint_title(&painter, rect, title);
             if let Some((_, within)) = pointed.filter(|(own, _)| *own != pane) {
-                let left = pane as f32 * self.width as f32;
+                let left = self.first(pane) as f32;
                 paint_cross(&painter, pos2((left + within.x as f32) / scale, within.y as f32 / scale));
             }
         }
@@ -112,18 +88,12 @@ mod tests {
     }
 
     #[test]
-    fn a_pixel_lies_in_one_pane_at_the_place_that_it_has_in_all() {
-        let panes = Panes { count: 3, width: 100 };
-        for (x, pane, within) in
-            [(0.0, 0, 0.0), (99.5, 0, 99.5), (100.0, 1, 0.0), (250.0, 2, 50.0), (301.0, 2, 101.0)]
-        {
-            let pixel = DVec2::new(x, 7.0);
-            assert_eq!(panes.at(pixel), pane);
-            assert_eq!(panes.within(pane, pixel), DVec2::new(within, 7.0));
-        }
-        assert_eq!(panes.at(DVec2::new(-5.0, 0.0)), 0);
+    fn a_pane_covers_its_part_of_what_is_free() {
+        let panes = Panes { count: 3, left: 0, width: 100, whole: 300 };
         let free = Rect::from_min_max(pos2(0.0, 0.0), pos2(120.0, 80.0));
         assert_eq!(panes.rect(1, free, 1.0), Rect::from_min_max(pos2(100.0, 0.0), pos2(120.0, 80.0)));
         assert_eq!(panes.rect(1, free, 2.0), Rect::from_min_max(pos2(50.0, 0.0), pos2(100.0, 80.0)));
+        let beside = Panes { left: 30, width: 40, ..panes };
+        assert_eq!(beside.rect(1, free, 1.0), Rect::from_min_max(pos2(70.0, 0.0), pos2(110.0, 80.0)));
     }
 }

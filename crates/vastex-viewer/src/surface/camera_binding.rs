@@ -12,7 +12,7 @@ use super::fixed_relief::{FixedReliefView, GridUniform};
 use super::patches::{MOST_PATCHES, Patch};
 use super::planet::PlanetUniform;
 use super::relief::{ReliefUniform, ReliefView};
-use crate::layers::{ColorMap, Ground, MOST_LAYERS, PaletteUniform};
+use crate::layers::{ColorMap, Ground, MOST_LAYERS, PaletteUniform, Panes};
 use crate::picture::PicturePart;
 use crate::stage::Uniform;
 
@@ -68,8 +68,8 @@ pub struct CameraBinding {
     /// The number by which shaders know its view.
     view: u32,
     is_fixed: AtomicBool,
-    /// Width and height of a pane, in pixels.
-    pane: [AtomicU32; 2],
+    /// The left edge of the first pane, and width and height of each, in pixels.
+    pane: [AtomicU32; 3],
 }
 
 impl CameraBinding {
@@ -87,7 +87,7 @@ impl CameraBinding {
         });
         let uniform = Uniform::new::<SceneUniform>(device, layout);
         let (patch_count, is_fixed) = (AtomicU32::new(0), AtomicBool::new(false));
-        let pane = [1, 1].map(AtomicU32::new);
+        let pane = [0, 1, 1].map(AtomicU32::new);
         CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane }
     }
 
@@ -100,14 +100,14 @@ impl CameraBinding {
     /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
     /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
     /// become colours; which part of a pane of the picture is drawn, which part of what the camera sees, and
-    /// how many panes there are; and what is seen around and through the surface.
+    /// where panes are; and what is seen around and through the surface.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
         (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
-        (part, seen, panes, ground): (PicturePart, PicturePart, u32, Ground),
+        (part, seen, panes, ground): (PicturePart, PicturePart, &Panes, Ground),
     ) {
         let [background, ground] = color_map.ground(ground);
         let pane = part.whole;
@@ -122,8 +122,8 @@ impl CameraBinding {
             nodata: color_map.nodata(),
             nodata_color: color_map.nodata_color(),
             part: scale.as_vec2().extend(offset.x as f32).extend(offset.y as f32),
-            origin: part.at.map(|at| at as f32),
-            panes: panes as f32,
+            origin: [part.at[0] as f32 - panes.left as f32, part.at[1] as f32],
+            panes: panes.stretch() as f32,
             ids: [all, color, height, self.view],
             places,
             planet: planet.unwrap_or(Zeroable::zeroed()),
@@ -143,6 +143,7 @@ impl CameraBinding {
             }
         }
         self.uniform.set(queue, &told);
+        let pane = [panes.left, pane[0], pane[1]];
         self.pane.iter().zip(pane).for_each(|(told, side)| told.store(side, Relaxed));
         self.is_fixed.store(matches!(placed, Placed::Fixed(_) | Placed::FixedRelief(_)), Relaxed);
     }
@@ -156,9 +157,9 @@ impl CameraBinding {
         &self.uniform.group
     }
 
-    /// Width and height of a pane, in pixels.
-    pub(crate) fn pane(&self) -> [f32; 2] {
-        [0, 1].map(|axis: usize| self.pane[axis].load(Relaxed) as f32)
+    /// The left edge of the first pane, and width and height of each, in pixels.
+    pub(crate) fn pane(&self) -> [f32; 3] {
+        [0, 1, 2].map(|axis: usize| self.pane[axis].load(Relaxed) as f32)
     }
 
     /// Returns true if it sees the surface in fixed point.

@@ -55,6 +55,8 @@ pub struct SceneRenderer {
     part: Option<PicturePart>,
     /// What pictures of its size are of what a camera sees.
     view: Option<PicturePart>,
+    /// Which part of pictures panes share.
+    room: Option<PicturePart>,
     ground: Ground,
     /// Texels of the first layer's texture.
     size: [u32; 2],
@@ -115,6 +117,7 @@ impl SceneRenderer {
             relief,
             part: None,
             view: None,
+            room: None,
             ground: Ground::default(),
             layers: layers.clone(),
         };
@@ -237,8 +240,8 @@ impl SceneRenderer {
     /// What is drawn next is in a pane, where there are several.
     fn turn_to_pane(&self, camera: &CameraBinding, pass: &mut wgpu::RenderPass<'_>, pane: u32) {
         if self.layers.panes() > 1 {
-            let [width, height] = camera.pane();
-            pass.set_viewport(pane as f32 * width, 0.0, width, height, 0.0, 1.0);
+            let [left, width, height] = camera.pane();
+            pass.set_viewport(left + pane as f32 * width, 0.0, width, height, 0.0, 1.0);
         }
     }
 
@@ -412,15 +415,15 @@ impl StageScene for SceneRenderer {
     ) {
         // Panes beside each other are seen through one camera; what feedback has of the picture is all of one
         // pane.
-        let pane = self.layers.pane_size(picture);
-        let part = self.part_of(pane);
+        let panes = self.panes_in(picture);
+        let part = self.part_of([panes.width, picture[1]]);
         let (placed, middle, seen) = self.placed(textures, pose, &part);
         let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
         let view = self.view_in(part.whole);
         let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, &view, relief.sea()));
-        let seen = (part, seen, self.layers.panes(), self.ground());
+        let seen = (part, seen, &panes, self.ground());
         camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), seen);
     }
 

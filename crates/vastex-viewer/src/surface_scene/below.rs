@@ -123,7 +123,7 @@ impl SurfaceScene {
         // Of a preview that grows, much is not there yet.
         let source = self.display.displayed().filter(|source| source.is_whole())?;
         let (picture, panes) = (self.size(), self.panes());
-        let shown = source.renderer.layers().inspected_at(pointer.x / f64::from(picture[0].max(1)));
+        let shown = source.renderer.layers().inspected_at(panes.across(pointer));
         let pixel = panes.within(panes.at(pointer), pointer);
         let asked = (&source.renderer, shown.layer);
         inspect::texel_at(&self.textures, asked, pose, (picture, source.size), pixel)

@@ -49,7 +49,7 @@ impl SurfaceScene {
         let below = self.line_below(&pose);
         self.below.show(below.clone(), now);
         let titles = self.pane_titles(&panes, &pose);
-        let view = ImageView { pose, picture: self.size(), image: self.image_size(), left: 0 };
+        let view = ImageView { pose, picture: self.size(), image: self.image_size(), left: panes.left };
         let (settings, textures) = (&self.settings, &self.textures);
         let beside = &mut self.beside;
         let panel = &mut beside.panel;
@@ -122,7 +122,7 @@ impl SurfaceScene {
             // What is measured, and what panes are called, is read over values of texels and a map.
             if let Some(measure) = panel.measure.as_ref().filter(|_| guided.is_some()) {
                 for pane in seen() {
-                    let view = ImageView { left: pane * panes.width, ..view };
+                    let view = ImageView { left: panes.first(pane), ..view };
                     measure.paint(ui.painter(), free(pane), &view, texel_size);
                 }
             }

@@ -16,11 +16,8 @@ use crate::picture::PicturePart;
 impl SurfaceScene {
     /// How the picture is divided.
     pub(super) fn panes(&self) -> Panes {
-        let [width, _] = self.size;
-        let layers = self.display.displayed().map(|source| source.renderer.layers());
-        let count = layers.map_or(1, |layers| layers.panes());
-        let [width, _] = layers.map_or([width, 1], |layers| layers.pane_size([width, 1]));
-        Panes { count, width }
+        let alone = || Panes::sharing(1, self.size[0], [0.0; 2]);
+        self.display.displayed().map_or_else(alone, |source| source.renderer.panes_in(self.size))
     }
 
     /// Width and height of what a camera sees in pixels: of a pane, where layers are side by side.
@@ -42,11 +39,18 @@ impl SurfaceScene {
         displayed.map_or(PicturePart::all(size), |source| source.renderer.view_in(size))
     }
 
-    /// Has cameras with perspective look at the middle of what no panel covers from here on.
+    /// Has panes share what no panel covers, and cameras with perspective look at its middle, from here on.
     pub(super) fn look_beside_panels(&mut self) {
-        let (before, view) = (self.view(), PicturePart::around(self.size(), self.free()));
+        let before = (self.panes(), self.view());
+        let room = self.beside.panel.free.map(|[first, last]| PicturePart {
+            whole: self.size,
+            at: [first.x as i64, 0],
+            size: [(last.x - first.x).max(0.0) as u32, self.size[1]],
+        });
+        self.display.each_mut().for_each(|source| source.renderer.set_room(room));
+        let view = PicturePart::around(self.size(), self.free());
         self.display.each_mut().for_each(|source| source.renderer.set_view(Some(view)));
-        if self.view() != before {
+        if (self.panes(), self.view()) != before {
             self.wake();
         }
     }

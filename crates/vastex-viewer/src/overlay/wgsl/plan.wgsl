@@ -8,7 +8,8 @@ fn fill(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 // Where a pixel lies in its pane.
 fn plan_at(at: vec4<f32>) -> vec2<f32> {
-    return vec2<f32>(at.x - (floor(at.x / scene.picture.x) * scene.picture.x), at.y);
+    let x = at.x + scene.origin.x;
+    return vec2<f32>(x - (floor(x / scene.picture.x) * scene.picture.x), at.y);
 }
 
 const PLAN_PAPER: vec3<f32> = vec3<f32>(0.008, 0.010, 0.014);

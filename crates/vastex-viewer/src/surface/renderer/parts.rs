@@ -2,6 +2,7 @@
 //! which has a place of its own in them.
 
 use super::SceneRenderer;
+use crate::layers::Panes;
 use crate::picture::PicturePart;
 use crate::scene::Scene;
 
@@ -26,6 +27,19 @@ impl SceneRenderer {
     /// What [`SceneRenderer::set_view`] was told last.
     pub fn view(&self) -> Option<PicturePart> {
         self.view
+    }
+
+    /// From the next pose on, panes of pictures of `room.whole` pixels share that part of them, which panels
+    /// leave free ([`Panes::sharing`]); those of other pictures share all of them.
+    pub fn set_room(&mut self, room: Option<PicturePart>) {
+        self.room = room;
+    }
+
+    /// Where the panes of a picture of so many pixels are.
+    pub fn panes_in(&self, picture: [u32; 2]) -> Panes {
+        let room = self.room.filter(|room| room.whole == picture).unwrap_or(PicturePart::all(picture));
+        let [first, width] = [room.at[0] as f64, room.size[0].into()];
+        self.layers.panes_in(picture[0], [first, first + width])
     }
 
     /// Which part a picture of so many pixels, or a pane of it, is of what a camera sees.

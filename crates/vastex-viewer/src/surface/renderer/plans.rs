@@ -32,15 +32,10 @@ impl SceneRenderer {
     ) {
         // What was removed has no id; shaders show what they show for any texture that is not there.
         let id = textures.shader_id(shown.layer).unwrap_or(u32::MAX);
-        let pane = PicturePart::all(self.layers.pane_size(picture));
+        let panes = self.panes_in(picture);
+        let pane = PicturePart::all([panes.width, picture[1]]);
         let placed = (&Placed::Mesh(glam::Mat4::IDENTITY), bytemuck::Zeroable::zeroed(), None);
-        camera.set(
-            queue,
-            placed,
-            [id; 3],
-            &shown.color_map,
-            (pane, pane, self.layers.panes(), self.ground()),
-        );
+        camera.set(queue, placed, [id; 3], &shown.color_map, (pane, pane, &panes, self.ground()));
     }
 
     /// Draws a plan in a pane, through a camera that was told of it. The bind group is that of the plan's
