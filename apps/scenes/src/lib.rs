@@ -28,7 +28,9 @@ pub use descent::Descent;
 pub use error::OffscreenError;
 pub use estimate::{Estimate, Estimating};
 pub use levels::LevelError;
-pub use offscreen::{CostsBeside, DrawCosts, Offscreen, Outcome, PATIENCE_FRAMES, ReferenceKind, Until};
+pub use offscreen::{
+    CostsBeside, DrawCosts, Offscreen, Outcome, PATIENCE_FRAMES, ReferenceKind, Until, Watched,
+};
 pub use planet::{Part, Planet};
 pub use planet_image::{PlanetImageError, planet_image};
 pub use reference::{Reference, ReferenceError, Taps};

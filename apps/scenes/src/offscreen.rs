@@ -5,7 +5,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use vastex::diagnostics::{Explanation, FrameStats};
+use vastex::diagnostics::Explanation;
 use vastex::prefetch::PrefetchSets;
 use vastex::{
     BindGroups, CpuTexture, Event, Feedback, Settings, Textures, TileSource, Urgency, ViewId, ViewSettings,
@@ -27,26 +27,16 @@ use vastex_viewer::{
 
 mod costs;
 mod parts;
+mod until;
 
 pub use costs::{CostsBeside, DrawCosts};
-
-/// Frames after the end of a path within which a view must converge.
-pub const PATIENCE_FRAMES: u64 = 10_000;
+pub use until::{Outcome, PATIENCE_FRAMES, Until, Watched};
 
 /// How long is waited for what every pixel wants.
 const MOST_LOADING: Duration = Duration::from_secs(60);
 
 /// Frames after which feedback acts.
 const FEEDBACK_FRAMES: u64 = 2;
-
-/// When a run ends.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Until {
-    /// After so many frames.
-    Frames(u64),
-    /// When the path is at its end, all is there and faded in; given up [`PATIENCE_FRAMES`] after the end.
-    Converged,
-}
 
 /// How the picture to compare with was drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,15 +46,6 @@ pub enum ReferenceKind {
     /// By the CPU twin of the shaders, where the texture is beyond the device's limits or 1 GiB, of a format
     /// that the device does not filter, or lacks tiles.
     Cpu,
-}
-
-/// How a run ended.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// True if the last view had converged, with all its tiles there.
-    pub converged: bool,
-    /// The loop at the end.
-    pub stats: FrameStats,
 }
 
 /// A scene without a window, whose frames are drawn into pictures that can be read.
@@ -213,12 +194,12 @@ impl Offscreen {
         [width, height]
     }
 
-    /// Plays a path; `watch` sees the textures after every frame, and every event in it.
-    pub fn run(
+    /// Plays a path; `watch` sees the textures after every frame, and every event in it, and may end the run.
+    pub fn run<W: Watched>(
         &mut self,
         path: Path,
         until: Until,
-        watch: impl FnMut(&Textures, Vec<Event>),
+        watch: impl FnMut(&Textures, Vec<Event>) -> W,
     ) -> Result<Outcome, OffscreenError> {
         let (scene, image) = (self.renderer.scene(), self.renderer.image_aspect());
         let still = self.still.filter(|_| path == Path::Still);
@@ -228,12 +209,12 @@ impl Offscreen {
 
     /// The same with a camera that has a pose in each frame, counted from 0, and is at its last place after
     /// `frames` of them. Poses must be of this scene ([`Pose::scene`]).
-    pub fn run_along(
+    pub fn run_along<W: Watched>(
         &mut self,
         frames: u64,
         pose: impl Fn(u64) -> Pose,
         until: Until,
-        mut watch: impl FnMut(&Textures, Vec<Event>),
+        mut watch: impl FnMut(&Textures, Vec<Event>) -> W,
     ) -> Result<Outcome, OffscreenError> {
         let mut frame = 0;
         loop {
@@ -253,7 +234,9 @@ impl Offscreen {
             }
             self.frame(pose(frame))?;
             let events = std::iter::from_fn(|| self.textures.poll_event()).collect();
-            watch(&self.textures, events);
+            if watch(&self.textures, events).ends() {
+                return Ok(Outcome { converged: false, stats: self.textures.stats() });
+            }
             frame += 1;
         }
     }

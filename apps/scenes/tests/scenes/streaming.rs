@@ -1,5 +1,6 @@
 //! The loop under pressure: small pools, small budgets, broken tiles, moving cameras.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use crate::common::{Image, gpu, settings, settle};
@@ -196,4 +197,15 @@ fn an_open_window_may_change_its_size_in_any_frame() {
         }
     }
     assert_eq!(textures.stats().frame, 16);
+}
+
+#[test]
+fn who_watches_a_run_may_end_it() {
+    let mut offscreen = Offscreen::new(gpu(), huge(), Scene::Plane, [64, 48], pool(4)).unwrap();
+    let mut frames = 0;
+    let outcome = offscreen.run(Path::Still, Until::Converged, |_, _| {
+        frames += 1;
+        if frames < 3 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    assert_eq!((outcome.unwrap().converged, frames), (false, 3));
 }

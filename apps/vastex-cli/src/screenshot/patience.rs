@@ -26,6 +26,11 @@ impl Patience {
         self.is_over.store(true, Ordering::Relaxed);
     }
 
+    /// `Break` where nobody waits for the picture any more.
+    pub(super) fn flow(&self) -> ControlFlow<()> {
+        if self.check().is_err() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
     /// Fails where nobody waits for the picture any more.
     pub(crate) fn check(&self) -> Result<()> {
         if self.is_over.load(Ordering::Relaxed) {
