@@ -38,7 +38,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     }
     let container = Container::open_file(&args.file).or_else(|error| refuse(&args.file, error))?;
     let info = container.info();
-    let mut summary = Summary::new(&info, container.filters());
+    let mut summary = Summary::new(&info, &container);
     let estimate = args.estimate.map(|picture| PoolEstimate::new(&info.description, picture));
     summary.estimate = estimate.as_ref().map(Estimate::new);
     if args.json {
@@ -72,7 +72,9 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     }
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
-        if let Some((_, summary)) = super::tiff_info::of(file, looked)? {
+        // What is built before it is shown is not read for what is said of it.
+        let is_built = looked.tiff(file).is_some_and(|tiff| tiff.lacks_levels());
+        if !is_built && let Some((_, summary)) = super::tiff_info::of(file, looked)? {
             return Ok(summary.rows());
         }
         if let Some(summary) = super::image_info::of(file, looked)? {
@@ -80,7 +82,8 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
         }
     }
     let container = Container::open_file(file)?;
-    Ok(named(Summary::new(&container.info(), container.filters()).rows()))
+    let rows = Summary::new(&container.info(), &container).all_rows();
+    Ok(rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect())
 }
 
 /// The same of what lies there ready to be shown, though it is no container.
@@ -189,6 +192,10 @@ struct Summary {
     saved_bytes: SavedBytes,
     /// Every tile begins at a multiple of so many bytes.
     align: u32,
+    /// What the file that it was built of says of its texels.
+    #[cfg(feature = "build")]
+    #[serde(flatten)]
+    about: super::about_info::AboutSummary,
     /// With `--estimate`.
     #[serde(skip_serializing_if = "Option::is_none")]
     estimate: Option<Estimate>,
@@ -279,8 +286,9 @@ struct Codecs {
 }
 
 impl Summary {
-    /// `filters` has a name for each layer, or none.
-    fn new(info: &Info, filters: &[String]) -> Summary {
+    fn new(info: &Info, container: &Container) -> Summary {
+        // A name for each layer, or none.
+        let filters = container.filters();
         let geometry = &info.description.geometry;
         let [x, y, _] = geometry.address();
         let layer = |(number, layer): (usize, &vastex_core::Layer)| LayerSummary {
@@ -325,13 +333,26 @@ impl Summary {
             raw_bytes: info.raw_bytes,
             saved_bytes: SavedBytes { absent, constant, shared, compression },
             align: info.align,
+            #[cfg(feature = "build")]
+            about: super::about_info::AboutSummary::new(
+                &vastex_build::TiffAbout::of_container(container),
+                None,
+            ),
             estimate: None,
         }
     }
 
     fn text(&self) -> String {
-        let rows = self.rows().into_iter();
+        let rows = self.all_rows().into_iter();
         rows.map(|(name, value)| format!("  {name:<12}{value}")).collect::<Vec<_>>().join("\n")
+    }
+
+    /// With what the file that it was built of says of its texels.
+    fn all_rows(&self) -> Vec<(String, String)> {
+        let rows = self.rows().into_iter().map(|(name, value)| (name.to_owned(), value));
+        #[cfg(feature = "build")]
+        let rows = rows.chain(self.about.rows(self.size));
+        rows.collect()
     }
 
     /// What there is to say, by names.

@@ -17,7 +17,12 @@ use super::looked::Looked;
 pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String)>) -> FileAbout {
     let about =
         FileAbout { rows: rows.into(), is_generated: super::is_generated(path), ..FileAbout::default() };
-    let Some(tiff) = looked.tiff(path) else { return about };
+    let Some(tiff) = looked.tiff(path) else {
+        return match container_about(path) {
+            Some(kept) => placed(about, &kept),
+            None => about,
+        };
+    };
     let named = vastex_build::image_in_file(path);
     let file = named.map_or(path, |(file, _)| file);
     let mut images: Vec<(String, OsString)> = Vec::new();
@@ -33,13 +38,31 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String
     // What is said of the first image is not said of others.
     let is_first = named.is_none_or(|(_, name)| name.starts_with("bands="));
     let of_first = Some(tiff.about()).filter(|_| is_first);
-    let map = of_first.and_then(map_place);
-    let texel_size = of_first.and_then(texel_size);
+    let about = FileAbout { images, bands: bands_of(path, tiff), ..about };
+    match of_first {
+        Some(of_first) => placed(about, of_first),
+        None => about,
+    }
+}
+
+/// What a container keeps of the file that it was built of; `None` if a path is none that can be opened.
+#[cfg(feature = "build")]
+fn container_about(path: &Path) -> Option<vastex_build::TiffAbout> {
+    let is_container = path.is_file() && super::what_lies_at(path).ok()? == super::Lies::Container;
+    let container = is_container.then(|| vastex_tiles::Container::open_file(path).ok())??;
+    Some(vastex_build::TiffAbout::of_container(&container))
+}
+
+/// With how large texels are, and where they lie.
+#[cfg(feature = "build")]
+fn placed(about: FileAbout, said: &vastex_build::TiffAbout) -> FileAbout {
+    let map = map_place(said);
+    let texel_size = texel_size(said);
     let texel_size = match &map {
         Some(map) => texel_size.map(|size| size.on_globe(map)),
         None => texel_size,
     };
-    FileAbout { texel_size, map, images, bands: bands_of(path, tiff), ..about }
+    FileAbout { texel_size, map, ..about }
 }
 
 /// Without the readers of `vastex build` nothing is known of it but what `vastex info` says.

@@ -94,6 +94,45 @@ fn what_a_file_says_in_words_is_told_whole() {
     assert_eq!((&told["nodata"], &told["words"][0]["name"]), (&"5".into(), &"samples".into()));
 }
 
+/// Sizes, places and the magnification stay where a file is built, and where a container is changed.
+#[test]
+fn a_container_keeps_how_large_texels_are_and_where_they_lie() {
+    let sandbox = Sandbox::new();
+    for (name, keys) in [
+        ("cog-deflate-u16.tif", &["pixel_size", "place"][..]),
+        ("slide-jpeg.svs", &["pixel_size", "magnification"]),
+        ("ome-slide.ome.tif", &["pixel_size"]),
+    ] {
+        copy(&sandbox, name);
+        let said = sandbox.run(&["info", name, "--json"]).expect_code(0).json();
+        for (levels, output) in [(&[][..], "a.vastex"), (&["--levels", "keep"], "b.vastex")] {
+            let build = [&["build", name, "-o", output, "--quiet"], levels].concat();
+            sandbox.run(&build).expect_code(0);
+            let kept = sandbox.run(&["info", output, "--json"]).expect_code(0).json();
+            for key in keys {
+                assert!(!said[key].is_null() && kept[key] == said[key], "{name}: {kept} for {said}");
+            }
+            let text = sandbox.run(&["info", output]).expect_code(0).stdout;
+            assert!(text.contains("  texel       "), "{text}");
+        }
+    }
+    sandbox.run(&["build", "cog-deflate-u16.tif", "-o", "c.vastex", "--quiet"]).expect_code(0);
+    let said = |output: &str| sandbox.run(&["info", output, "--json"]).expect_code(0).json()["place"].clone();
+    let before = said("c.vastex");
+    assert_eq!(before["epsg"], 32633);
+    for part in ["1/2", "2/2"] {
+        let output = format!("{}.part", &part[..1]);
+        let build = ["build", "cog-deflate-u16.tif", "--shard", part, "-o", &output, "--quiet"];
+        sandbox.run(&build).expect_code(0);
+    }
+    sandbox.run(&["merge", "1.part", "2.part", "-o", "d.vastex", "--quiet"]).expect_code(0);
+    assert_eq!(said("d.vastex"), before);
+    // Of a file that says nothing nothing is kept.
+    sandbox.write_png("image.png", [30, 20]);
+    sandbox.run(&["build", "image.png", "-o", "e.vastex", "--quiet"]).expect_code(0);
+    assert!(said("e.vastex").is_null());
+}
+
 #[test]
 fn other_images_of_a_file_are_opened_by_their_names() {
     let sandbox = Sandbox::new();

@@ -8,7 +8,7 @@ use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer,
 
 use super::{BuildError, BuildOptions, LayerReport, fingerprint, place};
 use crate::image::tiff::file::pyramid::bands_in_path;
-use crate::image::{Notice, Opened, RowReader, in_srgb, open_with_files};
+use crate::image::{Notice, Opened, RowReader, TiffAbout, in_srgb, open_with_files};
 use crate::pyramid::stack::LayerPlan;
 use crate::texels::LayerInput;
 use crate::texels::blocks;
@@ -124,6 +124,14 @@ impl OpenLayer {
             border_color: options.border_color,
         })
     }
+}
+
+/// What is known of the texels of a texture of that size, as its container keeps it: what the first of the
+/// files says that say something and have its resolution.
+pub(crate) fn about(layers: &[OpenLayer], [width, height, _]: [u32; 3]) -> String {
+    let whole = layers.iter().filter(|layer| layer.layer.scale == 1);
+    let mut said = whole.map(|layer| TiffAbout::kept_of_file(&layer.path, [width, height]));
+    said.find(|said| !said.is_empty()).unwrap_or_default()
 }
 
 /// Bytes that the readers of all layers hold besides, where so many pieces of each image are decoded ahead.

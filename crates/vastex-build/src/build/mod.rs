@@ -110,7 +110,7 @@ pub(crate) fn run(
         notices.iter().for_each(|notice| progress.note(&layer.path, notice));
     }
     let filters: Vec<String> = plans.iter().map(|plan| plan.filter.to_string()).collect();
-    let writer_options = options.writer_options(filters);
+    let writer_options = options.writer_options(filters, layers::about(layers, geometry.size()));
     let rows = u64::from(geometry.size()[1]);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };

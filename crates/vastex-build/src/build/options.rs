@@ -184,9 +184,10 @@ impl BuildOptions {
         lines.map(|(name, value)| format!("{name} {}\n", value.to_lowercase())).concat()
     }
 
-    pub(crate) fn writer_options(&self, filters: Vec<String>) -> WriterOptions {
+    /// With what is known of the texels.
+    pub(crate) fn writer_options(&self, filters: Vec<String>, about: String) -> WriterOptions {
         let (compression, durable, align) = (self.compression, self.durable, self.align);
-        WriterOptions { compression, durable, align, filters, volume: None }
+        WriterOptions { compression, durable, align, filters, volume: None, about }
     }
 }
 

@@ -41,7 +41,8 @@ pub(crate) fn build(
     let insets = check(&options.insets, &texture, &filters, output, options)?;
     // Whoever works for hours should know first whether there can be an output; and nobody else builds there
     // meanwhile.
-    let writer_options = options.writer_options(filters);
+    let about = layers::about(&layers, texture.geometry.size());
+    let writer_options = options.writer_options(filters, about);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
     let same = unfinished::fingerprint(&layers, &texture, options)?;
     let mut unfinished = Unfinished::find(output, same, options.resume)?;

@@ -13,7 +13,7 @@ use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
 use crate::build::error::BuildError;
 use crate::build::{BuildOptions, BuildReport, LayerReport, NodataRule, leftovers, place};
-use crate::image::{InputFault, Notice, open_with_files};
+use crate::image::{InputFault, Notice, TiffAbout, open_with_files};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, Shape, SourceError, TiffSource};
 use crate::texels::blocks;
@@ -52,7 +52,9 @@ pub(crate) fn build(
         nodata: texture.layers[0].nodata,
         ..LayerFilter::for_layer(&input.name, described.layers[0].format, options.linear)
     };
-    let writer_options = options.writer_options(vec![filter.to_string()]);
+    let [width, height, _] = texture.geometry.size();
+    let about = TiffAbout::kept_of_file(&input.path, [width, height]);
+    let writer_options = options.writer_options(vec![filter.to_string()], about);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
     leftovers::remove(output);
     let encoder = TileEncoder::new(texture.clone(), options.compression, options.quality);

@@ -37,6 +37,7 @@ pub struct Container {
     filters: Vec<String>,
     align: u32,
     volume: Option<ContainerVolume>,
+    about: String,
     index: Index,
     numbering: PageNumbering,
     /// The pages that have tiles, or `None` if all have.
@@ -74,7 +75,7 @@ impl Container {
         header: Header,
         opening: &Bytes,
     ) -> Result<Container, ContainerError> {
-        let Contents { description, filters, align, volume } =
+        let Contents { description, filters, align, volume, about } =
             read_description(&*store, &header, opening).await?;
         let numbering = PageNumbering::new(&description.geometry);
         let textures = volume.as_ref().map_or(1, ContainerVolume::textures);
@@ -91,6 +92,7 @@ impl Container {
             filters,
             align,
             volume,
+            about,
             index,
             numbering,
             present,
@@ -172,6 +174,12 @@ impl Container {
     /// volume. As a source of tiles the container is the first texture.
     pub fn volume(&self) -> Option<&ContainerVolume> {
         self.volume.as_ref()
+    }
+
+    /// What else is known of the texels, in lines of words that are the builder's business: how large they
+    /// are, and where they lie. Empty if the file says nothing.
+    pub fn about(&self) -> &str {
+        &self.about
     }
 
     /// How many textures there are.

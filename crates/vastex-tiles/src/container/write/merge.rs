@@ -88,11 +88,11 @@ pub fn merge(
     if let Some(part) = readers.iter().find(|reader| same_file(&reader.path, output)) {
         return Err(MergeError::SameFile(part.path.clone()));
     }
-    let Contents { description, filters, align, volume } = readers[0].contents()?;
+    let Contents { description, filters, align, volume, about } = readers[0].contents()?;
     if volume.is_some() {
         return Err(readers[0].damaged("it is of a volume, which is not made in parts".into()));
     }
-    let options = WriterOptions { compression: Compression::None, durable, filters, align, volume };
+    let options = WriterOptions { compression: Compression::None, durable, filters, align, volume, about };
     let mut writer = ContainerWriter::create(output, description.clone(), options)?;
     let numbering = PageNumbering::new(&description.geometry);
     let (mut done, total) = (0, numbering.pages());

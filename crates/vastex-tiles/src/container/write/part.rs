@@ -150,7 +150,8 @@ impl PartWriter {
         let numbering = PageNumbering::new(&description.geometry);
         let run = of.run(numbering.pages());
         let tiles = run.end - run.start;
-        let description_bytes = description::encode(&description, &options.filters, options.align, None);
+        let WriterOptions { filters, align, about, .. } = options;
+        let description_bytes = description::encode(&description, filters, *align, None, about);
         let head = Head { of, fingerprint: checksum(fingerprint), tiles, description: description_bytes };
         let (durable, written) = (options.durable, Written::default());
         let mut part =

@@ -64,6 +64,7 @@ pub fn reorder(
         filters: container.filters().to_vec(),
         align: container.align(),
         volume: None,
+        about: container.about().to_owned(),
     };
     let writer = ContainerWriter::create(output, description, options)?;
     let raw_len = container.description().tile_bytes();

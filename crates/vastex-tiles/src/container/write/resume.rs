@@ -257,8 +257,8 @@ fn other_options(before: &str, now: &str) -> String {
 /// What decides the bytes of a build. [`WriterOptions::durable`] changes no byte; all else does.
 fn head_of(description: &Description, options: &WriterOptions, origin: Origin<'_>) -> Head {
     let deciding = WriterOptions { durable: false, ..options.clone() };
-    let description =
-        description::encode(description, &options.filters, options.align, options.volume.as_ref());
+    let WriterOptions { filters, align, volume, about, .. } = options;
+    let description = description::encode(description, filters, *align, volume.as_ref(), about);
     let all = format!("{} {deciding:?} {description:?} {}", env!("CARGO_PKG_VERSION"), origin.options);
     Head {
         input: checksum(origin.input),

@@ -39,6 +39,9 @@ pub struct WriterOptions {
     pub align: u32,
     /// Which volume the container is of: then it has a texture for each of the volume's channels and times.
     pub volume: Option<ContainerVolume>,
+    /// What else is known of the texels, for [`Container::about`](crate::Container::about): lines of words,
+    /// which the container does not interpret; or empty.
+    pub about: String,
 }
 
 impl Default for WriterOptions {
@@ -49,6 +52,7 @@ impl Default for WriterOptions {
             durable: false,
             align: 1,
             volume: None,
+            about: String::new(),
         }
     }
 }
@@ -59,6 +63,7 @@ impl WriterOptions {
         description::check(description)?;
         description::check_filters(description, &self.filters)?;
         self.volume.as_ref().map_or(Ok(()), |volume| volume.check(description))?;
+        description::check_about(&self.about)?;
         description::check_align(self.align)
     }
 }
@@ -188,7 +193,8 @@ impl<W: Write + Seek> ContainerWriter<W> {
         }
         pages.resize(count as usize, NO_RECORD);
         let volume = options.volume.as_ref();
-        let description_bytes = description::encode(&description, &options.filters, options.align, volume);
+        let WriterOptions { filters, align, about, .. } = &options;
+        let description_bytes = description::encode(&description, filters, *align, volume, about);
         let mut writer = ContainerWriter {
             out,
             name,

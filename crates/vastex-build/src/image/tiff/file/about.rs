@@ -5,6 +5,7 @@
 //! the first image; others say how many texels make a centimetre. Nothing is reprojected; what makes no
 //! sense is left out.
 
+mod kept;
 mod ome;
 mod words;
 

@@ -32,6 +32,10 @@ const ALIGN: u32 = OPTIONAL | 4;
 const MIXING: u32 = OPTIONAL | 5;
 /// The section that says of each layer which value stands for no data. Left out if the filters say the same.
 const NODATA: u32 = OPTIONAL | 6;
+/// The section with what else is known of the texels, in words. Left out if nothing is.
+const ABOUT: u32 = OPTIONAL | 7;
+/// The most bytes that it may have.
+const MAX_ABOUT_BYTES: usize = 64 << 10;
 /// The filters of layers whose values may not be mixed.
 const PICKING_FILTERS: [&str; 2] = ["majority", "nearest"];
 /// The most layers that a texture may have.
@@ -77,12 +81,14 @@ pub(crate) struct Contents {
     pub(crate) align: u32,
     /// Which volume the textures are of, if they are of one.
     pub(crate) volume: Option<ContainerVolume>,
+    /// What else is known of the texels; empty if nothing is.
+    pub(crate) about: String,
 }
 
 /// A description as bytes that are the same in every run.
 #[cfg(not(target_family = "wasm"))]
 pub(crate) fn bytes(description: &Description) -> Vec<u8> {
-    encode(description, &[], 1, None)
+    encode(description, &[], 1, None, "")
 }
 
 /// A description as bytes; `filters` has one name for each layer, or none at all.
@@ -91,6 +97,7 @@ pub(crate) fn encode(
     filters: &[String],
     align: u32,
     volume: Option<&ContainerVolume>,
+    about: &str,
 ) -> Vec<u8> {
     let mut sections =
         vec![(GEOMETRY, description.geometry.shape_bytes()), (LAYERS, layer_bytes(&description.layers))];
@@ -109,6 +116,9 @@ pub(crate) fn encode(
         sections.push((MIXING, mixable.into_iter().map(u8::from).collect()));
     }
     sections.extend(nodata::section(description, filters).map(|section| (NODATA, section)));
+    if !about.is_empty() {
+        sections.push((ABOUT, about.into()));
+    }
     let mut bytes = Vec::new();
     for (number, section) in sections {
         bytes.extend(number.to_le_bytes());
@@ -188,7 +198,7 @@ fn format_number(format: LayerFormat) -> u32 {
 pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
     let (mut geometry, mut layers, mut more, mut last) = (None, None, None, None);
     let (mut filters, mut align, mut mixing, mut nodata) = (Vec::new(), 1, None, None);
-    let mut volume = None;
+    let (mut volume, mut about) = (None, String::new());
     let mut fields = Fields::new(bytes);
     while !fields.is_empty() {
         let (number, len) = (fields.u32()?, fields.u32()?);
@@ -206,6 +216,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
             ALIGN => align = decode_align(section)?,
             MIXING => mixing = Some(decode_mixing(section)?),
             NODATA => nodata = Some(nodata::decode(section)?),
+            ABOUT => about = decode_about(section)?,
             _ if number & OPTIONAL != 0 => {}
             _ => {
                 return Err(DescriptionFault::Unsupported(format!(
@@ -235,7 +246,7 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Contents, DescriptionFault> {
                 );
             }
             description.layers.iter_mut().zip(nodata).for_each(|(layer, nodata)| layer.nodata = nodata);
-            Ok(Contents { description, filters, align, volume })
+            Ok(Contents { description, filters, align, volume, about })
         }
         _ => Err("the geometry or the layers are missing".to_string().into()),
     }
@@ -336,6 +347,20 @@ fn decode_mixing(section: &[u8]) -> Result<Vec<bool>, DescriptionFault> {
         }
     };
     section.iter().map(decoded).collect()
+}
+
+fn decode_about(section: &[u8]) -> Result<String, DescriptionFault> {
+    let about = std::str::from_utf8(section).map_err(|error| format!("what it says of texels: {error}"))?;
+    check_about(about)?;
+    Ok(about.to_owned())
+}
+
+/// Fails if there is more to say of texels than a container keeps.
+pub(crate) fn check_about(about: &str) -> Result<(), String> {
+    match about.len() > MAX_ABOUT_BYTES {
+        true => Err(format!("{} bytes about the texels: at most {MAX_ABOUT_BYTES} are allowed", about.len())),
+        false => Ok(()),
+    }
 }
 
 fn decode_align(section: &[u8]) -> Result<u32, DescriptionFault> {

@@ -10,12 +10,12 @@ fn description() -> Description {
 
 fn contents(filters: &[&str]) -> Contents {
     let filters = filters.iter().map(ToString::to_string).collect();
-    Contents { description: description(), filters, align: 1, volume: None }
+    Contents { description: description(), filters, align: 1, volume: None, about: String::new() }
 }
 
 fn bytes(filters: &[&str]) -> Vec<u8> {
-    let Contents { description, filters, align, volume } = contents(filters);
-    encode(&description, &filters, align, volume.as_ref())
+    let Contents { description, filters, align, volume, about } = contents(filters);
+    encode(&description, &filters, align, volume.as_ref(), &about)
 }
 
 #[test]
@@ -34,10 +34,10 @@ fn what_is_unusual_is_read_as_it_was_written() {
     ];
     let description =
         Description { border_color: [1, 2, 3, 4], ..Description::new(Geometry::new(spec).unwrap(), layers) };
-    assert_eq!(decode(&encode(&description, &[], 1, None)).map(|c| c.description), Ok(description));
+    assert_eq!(decode(&encode(&description, &[], 1, None, "")).map(|c| c.description), Ok(description));
     let spec = GeometrySpec { positions: TexelPositions::Kept, ..GeometrySpec::image(1000, 777) };
     let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
-    assert_eq!(decode(&encode(&description, &[], 1, None)).map(|c| c.description), Ok(description));
+    assert_eq!(decode(&encode(&description, &[], 1, None, "")).map(|c| c.description), Ok(description));
 }
 
 #[test]
@@ -46,10 +46,29 @@ fn unknown_sections_are_passed_over_only_if_they_say_so() {
     bytes.extend([9, 0, 0, 0x80, 2, 0, 0, 0, 1, 2]);
     assert_eq!(decode(&bytes), Ok(contents(&["box"])));
     // The same section without the bit stands before the filters, since sections ascend.
-    let mut bytes = encode(&description(), &[], 1, None);
+    let mut bytes = encode(&description(), &[], 1, None, "");
     bytes.extend([9, 0, 0, 0, 2, 0, 0, 0, 1, 2]);
     let fault = decode(&bytes).unwrap_err();
     assert_eq!(fault, DescriptionFault::Unsupported("section 9 of the description is not known".into()));
+}
+
+#[test]
+fn what_is_known_of_texels_is_kept_as_it_is_said() {
+    let about = "texel 0.5 0.5 µm\nmagnification 20";
+    let bytes = encode(&description(), &[], 1, None, about);
+    assert_eq!(decode(&bytes), Ok(Contents { about: about.into(), ..contents(&[]) }));
+    // A reader that does not know the section passes over it.
+    let number = ABOUT.to_le_bytes();
+    let at = bytes.windows(4).position(|bytes| bytes == number).unwrap();
+    assert!(number[3] == 0x80 && at + 8 + about.len() == bytes.len());
+    let mut damaged = bytes.clone();
+    damaged[at + 8] = 0xff;
+    assert!(matches!(decode(&damaged), Err(DescriptionFault::Damaged(_))));
+    let long = "x".repeat(MAX_ABOUT_BYTES + 1);
+    assert!(matches!(
+        decode(&encode(&description(), &[], 1, None, &long)),
+        Err(DescriptionFault::Damaged(_))
+    ));
 }
 
 #[test]
@@ -78,16 +97,16 @@ fn a_value_that_stands_for_no_data_is_known_by_the_filter_or_by_a_section() {
             .collect(),
         ..expected
     };
-    assert_eq!(read(&encode(&expected, &filters, 1, None)), Ok(expected.clone()));
+    assert_eq!(read(&encode(&expected, &filters, 1, None, "")), Ok(expected.clone()));
     // What the filters say takes no byte more.
-    assert!(!encode(&expected, &filters, 1, None).windows(4).any(|bytes| *bytes == NODATA.to_le_bytes()));
+    assert!(!encode(&expected, &filters, 1, None, "").windows(4).any(|bytes| *bytes == NODATA.to_le_bytes()));
     for values in [[None, None], [Some(0.0), None], [None, Some(f32::INFINITY)]] {
         for filters in [&filters[..], &[]] {
             let layers = layers(values);
-            assert_eq!(read(&encode(&layers, filters, 1, None)), Ok(layers), "{filters:?}");
+            assert_eq!(read(&encode(&layers, filters, 1, None, "")), Ok(layers), "{filters:?}");
         }
     }
-    let mut bytes = encode(&layers([None, Some(1.0)]), &[], 1, None);
+    let mut bytes = encode(&layers([None, Some(1.0)]), &[], 1, None, "");
     let flag = bytes.len() - 5;
     bytes[flag] = 2;
     assert!(matches!(decode(&bytes), Err(DescriptionFault::Damaged(_))));
@@ -105,24 +124,24 @@ fn a_layer_that_may_not_be_mixed_is_known_by_its_filter_or_by_a_section() {
     let read = |bytes: &[u8]| decode(bytes).map(|c| c.description);
     let filters = ["majority", "box", "nearest"].map(String::from);
     // What the filters say takes no byte, and files from before say it.
-    let by_filters = encode(&layers([false, true, false]), &filters, 1, None);
-    let before = encode(&layers([true; 3]), &[], 1, None);
+    let by_filters = encode(&layers([false, true, false]), &filters, 1, None, "");
+    let before = encode(&layers([true; 3]), &[], 1, None, "");
     assert_eq!(by_filters.len() - before.len(), 8 + 3 * 4 + "majorityboxnearest".len());
     assert_eq!(read(&by_filters), Ok(layers([false, true, false])));
     // Whatever else is said is read as it was written.
     for mixable in [[true; 3], [false; 3], [true, false, true]] {
         for filters in [&filters[..], &[]] {
             assert_eq!(
-                read(&encode(&layers(mixable), filters, 4096, None)),
+                read(&encode(&layers(mixable), filters, 4096, None, "")),
                 Ok(layers(mixable)),
                 "{filters:?}"
             );
         }
     }
-    let mut bytes = encode(&layers([false; 3]), &[], 1, None);
+    let mut bytes = encode(&layers([false; 3]), &[], 1, None, "");
     *bytes.last_mut().unwrap() = 2;
     assert!(matches!(decode(&bytes), Err(DescriptionFault::Damaged(_))));
-    let mut short = encode(&layers([true; 3]), &[], 1, None);
+    let mut short = encode(&layers([true; 3]), &[], 1, None, "");
     short.extend([5, 0, 0, 0x80, 2, 0, 0, 0, 1, 1]);
     assert!(matches!(decode(&short), Err(DescriptionFault::Damaged(_))));
 }
@@ -130,13 +149,13 @@ fn a_layer_that_may_not_be_mixed_is_known_by_its_filter_or_by_a_section() {
 #[test]
 fn only_alignments_that_disks_ask_for_are_stated() {
     for align in [4096, 1 << 16] {
-        let bytes = encode(&description(), &[], align, None);
+        let bytes = encode(&description(), &[], align, None, "");
         assert_eq!(decode(&bytes), Ok(Contents { align, ..contents(&[]) }));
     }
     for align in [0, 2, 2048, 5000, 1 << 17, u32::MAX] {
         assert!(check_align(align).is_err());
         assert!(matches!(
-            decode(&encode(&description(), &[], align, None)),
+            decode(&encode(&description(), &[], align, None, "")),
             Err(DescriptionFault::Damaged(_))
         ));
     }
@@ -144,7 +163,7 @@ fn only_alignments_that_disks_ask_for_are_stated() {
 
 #[test]
 fn every_truncation_is_refused() {
-    let (bytes, required) = (bytes(&["box"]), encode(&description(), &[], 1, None).len());
+    let (bytes, required) = (bytes(&["box"]), encode(&description(), &[], 1, None, "").len());
     for len in (0..bytes.len()).filter(|&len| len != required) {
         assert!(decode(&bytes[..len]).is_err(), "{len}");
     }
