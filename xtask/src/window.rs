@@ -23,7 +23,7 @@ use crate::{setup, shell};
 
 /// What goes on beside each other: much of each is waiting, and the second has what the third was.
 const PARTS: [Part; 3] =
-    [("image", hands::use_window), ("planet", planet_and_starts), ("volume", hands::use_volume)];
+    [("image", hands::use_window), ("planet", planet_and_starts), ("volume", volume_and_dense_screen)];
 
 /// A part's name, and what it does in a directory of its own.
 type Part = (&'static str, fn(&Path) -> Result<()>);
@@ -66,6 +66,18 @@ pub(crate) fn check() -> Result<Outcome> {
 fn planet_and_starts(place: &Path) -> Result<()> {
     hands::use_planet(place)?;
     starts::check(place)
+}
+
+fn volume_and_dense_screen(place: &Path) -> Result<()> {
+    hands::use_volume(place)?;
+    hands::use_dense_screen(&inner(place, "dense")?)
+}
+
+/// A directory within another, with room for pictures of steps.
+fn inner(place: &Path, name: &str) -> Result<PathBuf> {
+    let inner = place.join(name);
+    fs::create_dir_all(inner.join("steps"))?;
+    Ok(inner)
 }
 
 fn program() -> PathBuf {

@@ -17,6 +17,8 @@ pub(super) const SIZE: [usize; 2] = [960, 640];
 pub(super) struct Display {
     server: Child,
     pub(super) name: String,
+    /// Pixels of a point of whoever is on it.
+    pub(super) scale: usize,
     pixels: PathBuf,
 }
 
@@ -34,8 +36,12 @@ impl Display {
         if let Some(output) = server.stdout.take() {
             BufReader::new(output).read_line(&mut number)?;
         }
-        let display =
-            Display { server, name: format!(":{}", number.trim()), pixels: place.join("Xvfb_screen0") };
+        let display = Display {
+            server,
+            name: format!(":{}", number.trim()),
+            scale: 1,
+            pixels: place.join("Xvfb_screen0"),
+        };
         ensure!(!number.trim().is_empty(), "Xvfb has not started");
         Ok(display)
     }
@@ -104,4 +110,9 @@ impl Drop for Display {
         drop(self.server.kill());
         drop(self.server.wait());
     }
+}
+
+/// The mean of bytes of pixels.
+pub(super) fn mean(bytes: &[u8]) -> f64 {
+    bytes.iter().map(|&byte| f64::from(byte)).sum::<f64>() / bytes.len().max(1) as f64
 }

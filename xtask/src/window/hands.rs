@@ -2,6 +2,7 @@
 //! title and its pixels say what came of them.
 
 mod changes;
+mod dense;
 mod planet;
 mod rest;
 mod volume;
@@ -14,8 +15,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::display::{Display, SIZE};
+use super::display::{Display, SIZE, mean};
 use crate::{shaders, shell};
+pub(super) use dense::use_dense_screen;
 pub(super) use planet::{PLANET, use_planet};
 use rest::Threads;
 pub(super) use volume::use_volume;
@@ -66,6 +68,7 @@ pub(super) fn says_built(said: &str) -> bool {
 /// A program on a display, with a cache and a memory of its own in a place.
 pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+    command.env("WINIT_X11_SCALE_FACTOR", display.scale.to_string());
     command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
 }
@@ -491,8 +494,4 @@ impl Drop for Window<'_> {
         drop(self.program.kill());
         drop(self.program.wait());
     }
-}
-
-fn mean(bytes: &[u8]) -> f64 {
-    bytes.iter().map(|&byte| f64::from(byte)).sum::<f64>() / bytes.len().max(1) as f64
 }

@@ -93,7 +93,7 @@ impl Window<'_> {
         self.until("a planet again", |window| window.title().filter(|title| title.contains("planet")))?;
         self.settled()?;
         self.keep("04-small")?;
-        self.take_picture()?;
+        self.take_picture("F5", SMALL, "05-picture")?;
         self.key("F1")?;
         self.resize(WINDOW)?;
         self.until("the image as it was", |window| {
@@ -104,9 +104,9 @@ impl Window<'_> {
         Ok(())
     }
 
-    /// A picture of the window has its pixels, and stays beside the others.
-    fn take_picture(&mut self) -> Result<()> {
-        self.key("F5")?;
+    /// A picture of the window that a key asks for has so many pixels, and stays beside the others.
+    pub(super) fn take_picture(&mut self, key: &str, size: [usize; 2], step: &str) -> Result<()> {
+        self.key(key)?;
         let place = self.place.clone();
         let picture = self.until("a picture of the window", |window| {
             let title = window.title()?;
@@ -114,12 +114,9 @@ impl Window<'_> {
             fs::read(place.join(name)).ok()
         })?;
         let side = |at: usize| Some(u32::from_be_bytes(picture.get(at..at + 4)?.try_into().ok()?) as usize);
-        ensure!(
-            [side(16), side(20)] == SMALL.map(Some),
-            "the picture has {:?} pixels, the window {SMALL:?}",
-            [side(16), side(20)]
-        );
-        fs::write(place.join("steps/05-picture.png"), picture).context("the picture cannot be kept")
+        let sides = [side(16), side(20)];
+        ensure!(sides == size.map(Some), "the picture has {sides:?} pixels, not {size:?}");
+        fs::write(self.place.join(format!("steps/{step}.png")), picture).context("the picture cannot be kept")
     }
 
     /// What there is of each colour in the window's pixels.
