@@ -150,6 +150,36 @@ mod tests {
     }
 
     #[test]
+    fn every_part_of_the_text_of_a_planet_counts() {
+        use clap::Parser as _;
+
+        use crate::args::{Args, Command};
+
+        let view = "globe:lon=10,lat=30,alt=9000000m;on=planet;layer=:gamma=1.4;height=:file=2:scale=0.01:zero=0;\
+                    sun=-60,10;exaggeration=7;atmosphere=0.5;lights=1;night=:file=3;clouds=:file=4:opacity=0.7";
+        let shown = |view: &str| {
+            let over = ["--over", "b", "--over", "c", "--over", "d", "--view", view, "-o", "out.png"];
+            let args = Args::parse_from([&["vastex", "render", "a"][..], &over].concat());
+            let Command::Render(args) = args.command else { panic!("is another command") };
+            (args.scene.scene(), args.scene.shown())
+        };
+        for (part, other) in [
+            ("on=planet", "on=globe"),
+            ("sun=-60,10", "sun=off"),
+            ("exaggeration=7", "exaggeration=40"),
+            ("atmosphere=0.5", "atmosphere=0"),
+            ("lights=1", "lights=20"),
+            ("night=:file=3", "night=:file=3:hidden"),
+            ("file=4:opacity=0.7", "file=4:hidden"),
+            ("gamma=1.4", "gamma=2"),
+            ("scale=0.01", "scale=0.1"),
+        ] {
+            assert!(view.contains(part), "{part}");
+            assert_ne!(shown(view), shown(&view.replace(part, other)), "{other}");
+        }
+    }
+
+    #[test]
     fn a_layer_is_told_by_its_settings() {
         assert_eq!(parse_layer(""), Ok(LayerOptions::default()));
         assert_eq!(parse_layer(":file=2"), Ok(LayerOptions { texture: 1, ..LayerOptions::default() }));

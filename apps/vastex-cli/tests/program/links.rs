@@ -51,22 +51,9 @@ fn a_planet_is_what_its_text_says() {
         options.split_whitespace().chain(["clouds of today.vastex", "--view", PLACE]).collect();
     assert_eq!(draw(&options), draw(&[&over[..], &["--view", &clouds]].concat()));
     assert_ne!(draw(&options), of_text, "clouds are thinner");
-    // Every part counts.
-    for (part, other) in [
-        ("on=planet", "on=globe"),
-        ("sun=-60,10", "sun=off"),
-        ("exaggeration=7", "exaggeration=40"),
-        ("atmosphere=0.5", "atmosphere=0"),
-        ("lights=1", "lights=20"),
-        ("night=:file=3", "night=:file=3:hidden"),
-        ("file=4:opacity=0.7", "file=4:hidden"),
-        ("gamma=1.4", "gamma=2"),
-        ("scale=0.01", "scale=0.1"),
-    ] {
-        assert!(view.contains(part), "{part}");
-        let changed = draw(&[&over[..], &["--view", &view.replace(part, other)]].concat());
-        assert_ne!(changed, of_text, "{other}");
-    }
+    // That every part of it counts is tested beside the arguments.
+    let changed = draw(&[&over[..], &["--view", &view.replace("lights=1", "lights=20")]].concat());
+    assert_ne!(changed, of_text);
     // A link says the same, from anywhere, and files that it names are no layers by themselves.
     let link = |view: &str| {
         format!(

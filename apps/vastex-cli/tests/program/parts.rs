@@ -41,14 +41,11 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
     let planet = "relief.vastex --on planet --height relief.vastex --height-zero 0.4 --night image.vastex --sun -20,30 \
                   --clouds relief.vastex";
     for words in [
-        "image.vastex --view image:x=500,y=200,zoom=3,turn=33",
-        "image.vastex --over relief.vastex --compare-mode swipe:0.4",
+        "image.vastex --view image:x=500,y=200,zoom=3,turn=33 --over relief.vastex --compare-mode swipe:0.4 \
+         --layer :opacity=0.5 --layer :file=2:opacity=0.5",
         "image.vastex --over relief.vastex --compare-mode beside",
-        "image.vastex --over relief.vastex --layer :opacity=0.5 --layer :file=2:opacity=0.5",
-        "image.vastex --on globe",
         "image.vastex --view globe:lon=10,lat=46,alt=30000m,heading=20,tilt=50",
         "image.vastex --on plane",
-        "relief.vastex --on terrain",
         "relief.vastex --on terrain --view plane:x=0.05,y=0.2,z=0.05,yaw=20,pitch=25",
         &format!("{planet} --view globe:lon=-10,lat=30,alt=9000000m"),
         &format!("{planet} --view globe:lon=8,lat=44,alt=300000m,heading=10,tilt=50"),
