@@ -35,7 +35,8 @@ pub(super) struct ImageSummary {
 
 /// Of an image that was looked at; `None` if the file is something else.
 pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<ImageSummary>> {
-    if !path.is_file() || open::is_directory_of_tiles(path) {
+    let is_file = path.is_file() || vastex_build::image_in_file(path).is_some();
+    if !is_file || open::is_directory_of_tiles(path) {
         return Ok(None);
     }
     match vastex_build::open(path) {

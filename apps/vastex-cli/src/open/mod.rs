@@ -250,6 +250,14 @@ pub(crate) fn is_volume(_: &Path) -> bool {
 /// The same of whatever is drawn.
 fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
+        if let Some(options) = image.filter(|options| is_better_built(path, options.observer)) {
+            match open_image(path, options) {
+                Ok(Some(tiles)) => return Ok(tiles),
+                Err(error) if is_of_image(&error) => return Err(error),
+                // Where there is no place to build it, its tiles are read where they lie.
+                Ok(None) | Err(_) => {}
+            }
+        }
         let refused = match in_place(path, image.map(|image| image.observer)) {
             Ok(Some(tiles)) => return Ok(tiles),
             Ok(None) => None,
@@ -309,6 +317,34 @@ fn is_unsupported(error: &anyhow::Error) -> bool {
 /// Without the readers of `vastex build` nothing is known of files.
 #[cfg(not(feature = "build"))]
 fn is_unsupported(_: &anyhow::Error) -> bool {
+    false
+}
+
+/// Returns true if a file can be shown where it lies, but all of it would have to be read first, with nothing
+/// to look at meanwhile.
+#[cfg(feature = "build")]
+fn is_better_built(path: &Path, observer: &dyn OpenObserver) -> bool {
+    let lacks_levels = |looked: &Looked| looked.tiff(path).is_some_and(|tiff| tiff.lacks_levels());
+    observer.looked().map_or_else(|| lacks_levels(&Looked::at(path)), lacks_levels)
+}
+
+/// Without the readers of `vastex build` nothing can be built.
+#[cfg(not(feature = "build"))]
+fn is_better_built(_: &Path, _: &dyn OpenObserver) -> bool {
+    false
+}
+
+/// Returns true if an error is about an image itself, or about a build that was broken off, and not about
+/// where it would be kept.
+#[cfg(feature = "build")]
+fn is_of_image(error: &anyhow::Error) -> bool {
+    (error.is::<vastex_build::CacheError>() || error.is::<vastex_build::BuildError>())
+        && !is_unsupported(error)
+}
+
+/// Without the readers of `vastex build` nothing is known of images.
+#[cfg(not(feature = "build"))]
+fn is_of_image(_: &anyhow::Error) -> bool {
     false
 }
 
@@ -400,74 +436,4 @@ fn open_image(_: &Path, _: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>>
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::args::{Args, Command};
-    use clap::Parser as _;
-
-    #[test]
-    fn a_generated_planet_is_drawn_in_fixed_point_wherever_it_is_named() {
-        let is_fixed = |words: &str| {
-            let words = format!("vastex render {words} -o a.png");
-            let Command::Render(args) = Args::parse_from(words.split(' ')).command else {
-                panic!("{words}: is another command")
-            };
-            shown(&args.scene).always_fixed
-        };
-        assert!(is_fixed("planet:12") && is_fixed("planet:12:earth.vastex"));
-        assert!(is_fixed("earth.vastex --over planet:12") && is_fixed("a.tif --over b.tif --over planet:9"));
-        assert!(is_fixed("planet:12 --over earth.vastex"));
-        assert!(!is_fixed("earth.vastex") && !is_fixed("planet.tif --over earth.vastex"));
-    }
-
-    /// Whoever opens what is called a picture hears what is wrong with the picture, and of no container.
-    #[cfg(feature = "build")]
-    #[test]
-    fn nonsense_that_is_called_a_picture_is_refused_as_one() {
-        let directory = tempfile::tempdir().unwrap();
-        let (text, noise) = (&b"no picture"[..], &b"\x3e\xa7\x67\xa2\xc8\x01\xc8\x1c"[..]);
-        for ending in ["jpg", "tif", "png"] {
-            // What each begins with, and nothing after it.
-            let begun: &[u8] = match ending {
-                "jpg" => b"\xff\xd8\xff\xe0",
-                "tif" => b"II\x2a\0\x08\0\0\0",
-                _ => b"\x89PNG\r\n\x1a\n",
-            };
-            let cases = [
-                (text, "is a text file, not an image"),
-                (noise, "is of no known image format"),
-                (begun, "truncated"),
-            ];
-            for (bytes, why) in cases {
-                let path = directory.path().join(format!("nonsense.{ending}"));
-                std::fs::write(&path, bytes).unwrap();
-                for cache in ["off".into(), directory.path().join("cache")] {
-                    let cache = CacheArgs { cache: Some(cache), cache_gib: 1 };
-                    let image = OpenImage { cache: &cache, wraps: false, observer: &() };
-                    let error = open_tiles(&path, false, Some(image)).err().unwrap();
-                    let said = format!("{error:#}");
-                    assert!(said.contains(&format!("nonsense.{ending}")) && said.contains(why), "{said}");
-                    assert!(!said.contains("ontainer"), "{said}");
-                }
-                // Where nothing may be built, too.
-                let said = format!("{:#}", open_tiles(&path, false, None).err().unwrap());
-                assert!(said.contains(&format!("nonsense.{ending}")), "{said}");
-            }
-        }
-        // By its name it may be a container that is damaged.
-        let path = directory.path().join("nonsense.vastex");
-        std::fs::write(&path, noise).unwrap();
-        let said = format!("{:#}", open_tiles(&path, false, None).err().unwrap());
-        assert!(said.contains("not a Vastex container"), "{said}");
-    }
-
-    /// The window goes by the file that it displays, not by the one that the command line names first.
-    #[cfg(feature = "view")]
-    #[test]
-    fn a_file_that_comes_later_may_be_a_generated_planet() {
-        let is_generated =
-            |path: &str| file_about(Path::new(path), &Looked::default(), Vec::new()).is_generated;
-        assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
-        assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
-    }
-}
+mod tests;

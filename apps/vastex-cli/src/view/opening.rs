@@ -353,4 +353,43 @@ mod tests {
         assert!(is_same(&here.join("a.tif"), Path::new("a.tif")));
         assert!(!is_same(Path::new("a.tif"), Path::new("b/a.tif")));
     }
+
+    /// What was built by then is taken over when the image is opened again.
+    #[cfg(feature = "build")]
+    #[test]
+    fn a_window_that_closes_while_an_image_is_built_loses_nothing_of_it() {
+        use crate::args::{Args, Command};
+        use clap::Parser as _;
+
+        let directory = tempfile::tempdir().unwrap();
+        let (image, cache) = (directory.path().join("a.png"), directory.path().join("cache"));
+        let side = 1400;
+        let noise = |n: u32| (n ^ (n >> 7)).wrapping_mul(0x9e37_79b9).to_le_bytes()[3];
+        let texels: Vec<u8> = (0..side * side * 4).map(noise).collect();
+        let mut encoder = png::Encoder::new(std::fs::File::create(&image).unwrap(), side, side);
+        encoder.set_color(png::ColorType::Rgba);
+        encoder.set_compression(png::Compression::NoCompression);
+        encoder.write_header().unwrap().write_image_data(&texels).unwrap();
+        let line = ["vastex", "view", "--cache", cache.to_str().unwrap(), image.to_str().unwrap()];
+        let Command::View(args) = Args::parse_from(line).command else { panic!() };
+        let gpu = vastex_scenes::headless_gpu().unwrap();
+        let textures = vastex::Textures::new(&gpu.device, &gpu.queue, vastex::Settings::default()).unwrap();
+        let (send, events) = std::sync::mpsc::channel();
+        let mut openings = Openings::default();
+        openings.begin((&image, true, false), Arc::new(*args), textures.preparer(), move |report: Report| {
+            let _ = send.send(report.event);
+        });
+        let is_far = |event: OpeningEvent| match event {
+            OpeningEvent::Progress(share) => share > 0.5,
+            OpeningEvent::Opened(_) => true,
+            OpeningEvent::Failed(error) => panic!("{error:#}"),
+            _ => false,
+        };
+        let patience = Duration::from_secs(300);
+        while !is_far(events.recv_timeout(patience).unwrap()) {}
+        drop(openings);
+        let cache = vastex_build::BuildCache::new(cache, 1 << 30);
+        let built = cache.open(&image, &vastex_build::BuildOptions::default(), &()).unwrap().built;
+        assert!(built.is_none_or(|built| built.resumed_tiles > 0));
+    }
 }

@@ -7,7 +7,8 @@ use vastex_tiles::raw_file;
 use super::fault::InputFault;
 use super::header::RowReader;
 use super::picture::{
-    files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_picture, open_stored_picture,
+    files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_bands, open_reduced_picture,
+    open_stored_picture,
 };
 use super::stored_as::StoredAs;
 use super::tiff::file::pyramid::{bands_in_path, image_in_file};
@@ -46,10 +47,16 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 ///   most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest
 ///   strip that is. `None` where that leaves fewer than 32 strips, as in a file of one: rows of that come as
 ///   they are decoded.
+/// - TIFF of tiles, and bands of one: some texels of all tiles, or of every few columns and rows of tiles, so
+///   that no more than 1024 tiles and 96 MiB are decoded (6 MiB of JPEG 2000), by several threads; texels
+///   between them are of the nearest tile that is. `None` where that leaves fewer than 32 tiles.
 ///
 /// Fails where [`open`] does. A file that is damaged may fail while rows are read; those before are sound.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
-    if bands_in_path(path).is_some() || !std::fs::metadata(path)?.is_file() {
+    if let Some((file, bands)) = bands_in_path(path) {
+        return open_reduced_bands(file, bands, side);
+    }
+    if !std::fs::metadata(path)?.is_file() {
         return Ok(None);
     }
     open_reduced_picture(path, side)

@@ -51,7 +51,7 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
         [0x89, b'P', b'N', b'G'] => {
             png::PngReader::new(file)?.reduced(side).map(|reader| Box::new(reader) as Box<dyn RowReader>)
         }
-        [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tiff::open_sparse(file, side)?,
+        [b'I', b'I', 42 | 43, 0] | [b'M', b'M', 0, 42 | 43] => tiff::open_sparse(file, side, None)?,
         _ => None,
     };
     Ok(reduced.map(oriented::upright))
@@ -80,6 +80,16 @@ pub(super) fn open_stored_picture(path: &Path) -> Result<Option<Stored>, InputFa
         _ => None,
     };
     Ok(found.map(|(reader, of)| (oriented::upright(reader), of)))
+}
+
+/// Opens bands of a TIFF file at a share of its size, and turns them upright; `None` if that is not quicker.
+pub(super) fn open_reduced_bands(
+    path: &Path,
+    bands: &str,
+    side: u32,
+) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    let reduced = tiff::open_sparse(open_file(path)?, side, Some(bands))?;
+    Ok(reduced.map(oriented::upright))
 }
 
 /// Opens bands of a TIFF file, as in `5,4,3`, and turns them upright.

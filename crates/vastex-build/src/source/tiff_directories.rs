@@ -14,6 +14,11 @@ use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, image_in_file};
 use crate::image::{InputFault, TiffAbout};
 
+/// Texels of an image without coarser levels that are read at opening without making a person wait.
+const MOST_READ_AT_ONCE: u64 = 1 << 23;
+/// How names of bands begin, after a file's path and a colon.
+const BANDS: &str = "bands=";
+
 /// A TIFF file whose directories were read. Whoever asks several things of a file asks this instead of the
 /// file; its tiles are opened once, however often they are asked for.
 pub struct TiffDirectories {
@@ -59,6 +64,17 @@ impl TiffDirectories {
     /// chosen, as in `landsat.tif:bands=5,4,3`.
     pub fn bands_to_choose(&self) -> Option<u16> {
         self.all.first().and_then(TiffImage::bands_to_choose)
+    }
+
+    /// Returns true if the path means a first image of tiles, or bands of it, that has no coarser levels and
+    /// more texels than most screens have pixels: [`TiffDirectories::open`] reads all of it, and a build
+    /// takes about as long, but can be watched and broken off, and is needed once.
+    pub fn lacks_levels(&self) -> bool {
+        let names_bands = |name: &String| name.starts_with(BANDS);
+        let is_first = self.name.as_ref().is_none_or(names_bands);
+        let texels = |image: &TiffImage| image.size.map(u64::from).iter().product::<u64>();
+        let is_large = |image: &TiffImage| image.is_tiled && texels(image) > MOST_READ_AT_ONCE;
+        is_first && self.all.levels.len() == 1 && self.all.first().is_some_and(is_large)
     }
 
     /// The tiles of what the path means, as [`TiffSource::open`] opens them: the same source at every call.

@@ -103,3 +103,81 @@ fn a_file_that_is_as_quickly_read_whole_has_no_share() {
         assert!(reader.read_rows(&mut rows).is_err());
     }
 }
+
+/// A file of tiles of 16x16 texels, whose values say which column and row they are of.
+fn tiles(size: [u32; 2]) -> HandmadeTiff {
+    let texels: Vec<u8> = (0..size[1])
+        .flat_map(|y| (0..size[0]).flat_map(move |x| [x as u8, y as u8, (x / 256 * 16 + y / 256) as u8]))
+        .collect();
+    let mut file = HandmadeTiff::new(size, &[8, 8, 8], 2, [16; 2], true);
+    file.cut(size, 3, [16; 2], &texels);
+    file
+}
+
+#[test]
+fn tiles_are_read_at_a_share_of_their_size() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    // How far a texel may be from where it is shown: all tiles of a small file are decoded, and of one of
+    // 1102 tiles every second column and row.
+    for (size, off) in [([333, 250], 0), ([600, 450], 16)] {
+        std::fs::write(&path, tiles(size).bytes()).unwrap();
+        let mut reader = open_reduced(&path, 100).unwrap().unwrap();
+        let header = reader.header().clone();
+        let step = size[0] / 100;
+        assert_eq!([header.width, header.height], size.map(|side: u32| side.div_ceil(step)));
+        let mut texels = vec![0; header.image_bytes() as usize];
+        for rows in texels.chunks_mut(7 * header.row_bytes()) {
+            reader.read_rows(rows).unwrap();
+        }
+        let mut is_exact = 0;
+        for (n, texel) in (0..).zip(texels.as_chunks::<3>().0) {
+            let shown = [n % header.width, n / header.width];
+            let wanted = [0, 1].map(|axis| (shown[axis] * step + step / 2).min(size[axis] - 1));
+            let there = place(*texel);
+            for axis in [0, 1] {
+                assert!(there[axis].abs_diff(wanted[axis]) <= off, "{size:?}: {there:?} for {wanted:?}");
+            }
+            is_exact += usize::from(there == wanted);
+        }
+        let share = texels.len() / 3 / if off == 0 { 1 } else { 5 };
+        assert!(is_exact >= share, "{is_exact} of {}", texels.len() / 3);
+    }
+    // Tiles of which too few can be decoded, and an image that is not much larger.
+    let mut large = HandmadeTiff::new([20_000, 9000], &[8, 8, 8], 2, [16_384, 8192], true);
+    large.chunks = vec![Vec::new(); 4];
+    std::fs::write(&path, large.bytes()).unwrap();
+    assert!(open_reduced(&path, 100).unwrap().is_none());
+    std::fs::write(&path, tiles([150, 100]).bytes()).unwrap();
+    assert!(open_reduced(&path, 100).unwrap().is_none());
+    // What is damaged is an error where it is read, not before.
+    let mut damaged = tiles([333, 250]);
+    damaged.set(259, 8);
+    std::fs::write(&path, damaged.bytes()).unwrap();
+    let mut reader = open_reduced(&path, 100).unwrap().unwrap();
+    let mut rows = vec![0; reader.header().row_bytes()];
+    assert!(reader.read_rows(&mut rows).is_err());
+}
+
+/// Bands that a path names have a share, too.
+#[test]
+fn bands_of_tiles_are_read_at_a_share_of_their_size() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let (size, bands) = ([320, 256], 5);
+    let texels: Vec<u8> =
+        (0..size[0] * size[1] * bands).map(|n| (n % bands * 40 + n / bands % 40) as u8).collect();
+    let mut file = HandmadeTiff::new(size, &[8; 5], 1, [64; 2], true);
+    file.cut(size, 5, [64; 2], &texels);
+    std::fs::write(&path, file.bytes()).unwrap();
+    let named = format!("{}:bands=4", path.display());
+    let mut reader = open_reduced(named.as_ref(), 80).unwrap().unwrap();
+    let header = reader.header().clone();
+    assert_eq!([header.width, header.height], [80, 64]);
+    let mut rows = vec![0; header.image_bytes() as usize];
+    reader.read_rows(&mut rows).unwrap();
+    for (n, value) in (0..).zip(rows) {
+        let texel = (n / 80 * 4 + 2) * 320 + n % 80 * 4 + 2;
+        assert_eq!(u32::from(value), 3 * 40 + texel % 40, "texel {n}");
+    }
+}

@@ -12,6 +12,7 @@ mod chunks;
 pub(crate) mod file;
 mod samples;
 mod sparse;
+mod sparse_tiles;
 mod streamed;
 mod ycbcr;
 
@@ -31,6 +32,7 @@ use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use file::{TiffFile, TiffImage, codecs};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
+use sparse_tiles::SparseTiles;
 use streamed::StreamedRows;
 
 /// Bytes that one tag of the header may have: the largest are colour profiles, and the list of the strips.
@@ -49,12 +51,22 @@ pub(super) fn open(file: File, bands: Option<&str>) -> Result<Box<dyn RowReader>
     }
 }
 
-/// Opens the first image of a TIFF file at a share of its size; `None` where that is no quicker than all of
-/// it.
-pub(super) fn open_sparse(file: File, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+/// Opens the first image of a TIFF file, or bands of it, at a share of its size; `None` where that is no
+/// quicker than all of it.
+pub(super) fn open_sparse(
+    file: File,
+    side: u32,
+    bands: Option<&str>,
+) -> Result<Option<Box<dyn RowReader>>, InputFault> {
     let file = Arc::new(file);
-    let first = TiffFile::first_image(file.clone(), None);
-    if first.as_ref().is_ok_and(|image| image.has_pick() || image.is_converted()) {
+    let first = match TiffFile::first_image(file.clone(), bands) {
+        Ok(image) if image.is_tiled => {
+            let sparse = SparseTiles::new(image, side)?;
+            return Ok(sparse.map(|reader| Box::new(reader) as Box<dyn RowReader>));
+        }
+        first => first,
+    };
+    if bands.is_some() || first.as_ref().is_ok_and(|image| image.has_pick() || image.is_converted()) {
         return Ok(None);
     }
     let sparse = TiffReader::new(file, first)?.sparse(side);
