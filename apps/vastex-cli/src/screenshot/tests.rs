@@ -2,6 +2,7 @@
 
 use clap::Parser as _;
 use vastex_scenes::Picture;
+use vastex_viewer::LayerOptions;
 use vastex_viewer::layers::CompareMode;
 
 use super::*;
@@ -111,6 +112,8 @@ fn a_globe_lies_beside_the_figures_of_the_machine() {
 fn images_side_by_side_lie_beside_the_figures_of_the_machine() {
     let picture = taken(|shot| {
         shot.over = vec![shot.source.clone()];
+        shot.options.layers =
+            [0, 1].map(|texture| LayerOptions { texture, ..LayerOptions::default() }).to_vec();
         shot.options.compare_mode = CompareMode::Beside;
         (shot.has_hud, shot.size) = (true, [348 + 280, 96]);
     });
