@@ -129,16 +129,23 @@ pub(super) struct World {
 
 impl World {
     pub(super) fn new(side: u32) -> World {
-        World::with_uploads(side, 64 << 20)
+        World::with_uploads(side, 64 << 20, Settings::default().in_flight_bytes)
     }
 
-    /// The same with so many bytes uploaded in a frame: memory for these is held, too.
-    pub(super) fn with_uploads(side: u32, upload_bytes_per_frame: u64) -> World {
+    /// The same with so many bytes uploaded in a frame, and so many on their way: memory for these is
+    /// held, too.
+    pub(super) fn with_uploads(side: u32, upload_bytes_per_frame: u64, in_flight_bytes: u64) -> World {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let pace = Pace::LockStep { latency_frames: 1 };
         let pools = PoolSettings::of_bytes(POOL);
-        let settings =
-            Settings { pools, pace, whole_bytes: 0, upload_bytes_per_frame, ..Settings::default() };
+        let settings = Settings {
+            pools,
+            pace,
+            whole_bytes: 0,
+            upload_bytes_per_frame,
+            in_flight_bytes,
+            ..Settings::default()
+        };
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
         let formulas: Vec<Arc<Formula>> = (0..CHANNELS).map(|n| Arc::new(Formula::new(side, n))).collect();
         let colors = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::splat(0.4)];
@@ -158,22 +165,61 @@ impl World {
 
     /// The converged picture of a march.
     pub(super) fn drawn(&mut self, mode: VolumeMode, density: f64, view: VolumeView) -> Vec<[u8; 4]> {
+        let (renderer, canvas) = self.renderer(mode, density);
+        match self.looked(&renderer, &canvas, view, u64::MAX) {
+            Some(encoder) => read(&self.gpu, encoder, &canvas),
+            None => unreachable!("no volume has as many bricks"),
+        }
+    }
+
+    /// Looks from one place after the other, until so many bricks have been loaded; whether that came about.
+    pub(super) fn explored(
+        &mut self,
+        (mode, density): (VolumeMode, f64),
+        views: impl Iterator<Item = VolumeView>,
+        bricks: u64,
+    ) -> bool {
+        let (renderer, canvas) = self.renderer(mode, density);
+        for view in views {
+            match self.looked(&renderer, &canvas, view, bricks) {
+                Some(encoder) => drop(read(&self.gpu, encoder, &canvas)),
+                None => return true,
+            }
+        }
+        false
+    }
+
+    fn renderer(&mut self, mode: VolumeMode, density: f64) -> (VolumeRenderer, Canvas) {
         (self.desc.mode, self.desc.density) = (mode, density);
         let renderer =
             VolumeRenderer::new(&self.gpu, &mut self.textures, self.desc.clone(), PICTURE).unwrap();
-        let canvas = Canvas::new(&self.gpu, SIZE, PICTURE, TargetKind::Direct);
+        (renderer, Canvas::new(&self.gpu, SIZE, PICTURE, TargetKind::Direct))
+    }
+
+    /// Looks from a place until that has converged, and gives the commands that draw it; or until so many
+    /// bricks have been loaded.
+    fn looked(
+        &mut self,
+        renderer: &VolumeRenderer,
+        canvas: &Canvas,
+        view: VolumeView,
+        bricks: u64,
+    ) -> Option<wgpu::CommandEncoder> {
         // Of what was drawn before nothing is to be waited for.
         self.textures.view_mut(ViewId::MAIN).unwrap().cut();
         for _ in 0..PATIENCE {
-            let is_last = self.textures.stats().converged;
+            let stats = self.textures.stats();
+            if stats.pager.loaded >= bricks {
+                return None;
+            }
             let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: view }];
-            let pictures = if is_last { Pictures::Always } else { Pictures::ForFeedback };
+            let pictures = if stats.converged { Pictures::Always } else { Pictures::ForFeedback };
             let frame = Frame { views: &views, expected: None, picture: SIZE, has_feedback: true, pictures };
             let target = canvas.target();
             let encoder =
-                frame.record(&self.gpu, &mut self.textures, &renderer, &target, |_, _| Ok(())).unwrap();
-            if is_last {
-                return read(&self.gpu, encoder, &canvas);
+                frame.record(&self.gpu, &mut self.textures, renderer, &target, |_, _| Ok(())).unwrap();
+            if stats.converged {
+                return Some(encoder);
             }
             self.gpu.queue.submit([encoder.finish()]);
         }
@@ -236,7 +282,6 @@ fn marches_from_the_whole_box_to_a_voxel_are_the_formula() {
             let within = differences.iter().filter(|d| **d <= 2.0).count() as f64 / drawn.len() as f64;
             assert!(within >= 0.999, "march {nth}: {within} within 2");
         }
-        // In perspective levels change where rays enter bricks, which the reference does not know.
         let squares: f64 = drawn
             .iter()
             .zip(&expected)
