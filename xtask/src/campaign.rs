@@ -13,8 +13,9 @@ use crate::shell::{self, Usage};
 const CRATES: &[&str] = &["vastex-core", "vastex-tiles", "vastex-build"];
 /// The crate of the scenes, and the test of it that is random.
 const PICTURES: [&str; 2] = ["vastex-scenes", "matrix::"];
-/// The crate that draws marches and slices through a volume of 10^15 voxels, and the tests that do.
-const MARCHES: [&str; 2] = ["vastex-viewer", "are_the_formula"];
+/// The crate that draws marches and slices through a volume of 10^15 voxels, and real volumes from
+/// anywhere; and the tests that do.
+const MARCHES: [&str; 3] = ["vastex-viewer", "are_the_formula", "in_perspective_is_the_reference"];
 const DEFAULT_MINUTES: u64 = 10;
 const FIRST_WORLDS: u64 = 10_000;
 const FIRST_CASES: u64 = 2048;
@@ -61,8 +62,8 @@ fn run_round(round: u32) -> Result<()> {
     shell::run(&mut test).with_context(fault)?;
     let mut test = shell::cargo("test");
     let slices_drawn = SLICES_A_MARCH * marches_drawn;
-    marches(&mut test).arg(MARCHES[1]).env("VASTEX_MARCHES", marches_drawn.to_string());
-    test.env("VASTEX_SLICES", slices_drawn.to_string());
+    marches(&mut test).arg("--").args(&MARCHES[1..]).env("VASTEX_MARCHES", marches_drawn.to_string());
+    test.env("VASTEX_SLICES", slices_drawn.to_string()).env("VASTEX_AROUND", marches_drawn.to_string());
     shell::run(&mut test).with_context(fault)
 }
 

@@ -104,6 +104,16 @@ fn the_head_glows_alike_at_every_step_and_level() {
             assert!((two[1] / two[0] - 1.0).abs() < 0.05, "density {density}: {of_levels:?}");
         }
     }
+    // On level 2 an opaque head is brighter, which is none of the march's doing: the reference says the same.
+    let of_reference = |size: [u32; 2]| {
+        let pixels = picture(&desc, &world.arrays(&desc), &face, size);
+        let sum: f64 = pixels.iter().flatten().map(|code| light_of(code / 255.0)).sum();
+        sum * face.rays(&world.of, size).pixel.powi(2)
+    };
+    let reference = of_reference(levels[2]) / of_reference(levels[1]);
+    let drawn = light(face, levels[2], 1.0, 1.0) / light(face, levels[1], 1.0, 1.0);
+    println!("level 2 beside level 1: {drawn:.4} as bright, {reference:.4} by the reference");
+    assert!((drawn / reference - 1.0).abs() < 0.01, "{drawn} as bright, {reference} by the reference");
 }
 
 /// A box that is bright in its first half and dark in the other one, seen along it in perspective: the middle

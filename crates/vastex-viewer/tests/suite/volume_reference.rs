@@ -143,12 +143,11 @@ pub(crate) fn bricks_met(
         let pixel = |way: f64| rays.pixel + rays.growth * way;
         let density = desc.density * 100.0 / desc.of.extent().max_element();
         let mut through = 1.0;
-        for Sample { way, length, .. } in samples(desc, channels[0].1, &ray, &pixel) {
+        for Sample { way, level, length, .. } in samples(desc, channels[0].1, &ray, &pixel) {
             if desc.mode == VolumeMode::Emission && through <= 1.0 / 256.0 {
                 break;
             }
             let place = (ray.origin + ray.direction * way) / desc.of.voxel;
-            let level = level_of(&desc.of, channels[0].1, pixel(way));
             let side = f64::from(page) * channels[0].1[level].scale[0];
             met.insert((level as u8, std::array::from_fn(|a| (place[a] / side) as u32)));
             let mut is_surface = false;
@@ -227,40 +226,58 @@ fn of_map(map: Palette, x: f64) -> DVec3 {
 struct Sample {
     /// How far along the ray it lies.
     way: f64,
-    /// How far samples of its level are apart.
-    step: f64,
-    /// How long its part of the ray is: those of all samples are together as long as the ray.
+    /// Which level it is of.
+    level: usize,
+    /// How long its part of the ray is: from where the part before ends to half of a step behind it.
+    part: f64,
+    /// The same of parts that end with the ray: those of all samples are together as long as that.
     length: f64,
 }
 
-/// The samples of a ray.
+/// The samples of a ray: those of a level are all counted from where the ray begins, and the first of
+/// them is the one in whose part the level is first wanted.
 fn samples(desc: &VolumeDesc, levels: &[ArrayLevel], ray: &Ray, pixel: &dyn Fn(f64) -> f64) -> Vec<Sample> {
+    let voxel = |level: usize, a: usize| desc.of.voxel[a] * levels[level].scale[a];
+    let step_of = |level: usize| {
+        desc.step / (0..3).map(|a| ray.direction[a].abs() / voxel(level, a)).fold(0.0, f64::max)
+    };
+    // Where pixels have become as large as a level's voxels.
+    let growth = pixel(1.0) - pixel(0.0);
+    let wanted_from = |level: usize| {
+        let larger = (0..3).filter(|a| voxel(level, *a) > 1.00001 * desc.of.voxel[*a]);
+        let least = larger.map(|a| voxel(level, a) / 1.00001).fold(0.0, f64::max);
+        (least - pixel(0.0)) / growth
+    };
+    let coarser_than = |level: usize| {
+        let all = (level + 1..levels.len()).filter(|_| growth > 0.0);
+        let all = all.map(|level| (wanted_from(level), level)).filter(|(way, _)| *way < ray.end);
+        // Of those that are wanted from one place on, the coarsest.
+        all.min_by(|one, other| one.0.total_cmp(&other.0).then(other.1.cmp(&one.1)))
+    };
     let mut found: Vec<Sample> = Vec::new();
-    let (mut base, mut nth, mut level, mut step) = (ray.begin, 0.0, usize::MAX, 0.0);
-    // Where the part of the last sample begins.
-    let mut last = ray.begin;
+    let (mut level, mut from, mut front) =
+        (level_of(&desc.of, levels, pixel(ray.begin)), ray.begin, ray.begin);
     loop {
-        let front = base + nth * step;
-        let wanted = level_of(&desc.of, levels, pixel(front));
-        if wanted != level {
-            let voxel: [f64; 3] = std::array::from_fn(|a| desc.of.voxel[a] * levels[wanted].scale[a]);
-            let most = (0..3).map(|a| ray.direction[a].abs() / voxel[a]).fold(0.0, f64::max);
-            let length = ray.end - ray.begin;
-            let of_level = desc.step / most;
-            let step_of_ray = if 0.5 * of_level >= length { length } else { of_level };
-            (base, nth, level, step) = (front, 0.0, wanted, step_of_ray);
+        let (step, coarser) = (step_of(level), coarser_than(level));
+        let begins = |(way, level): (f64, usize)| {
+            ray.begin + ((way - ray.begin) / step_of(level)).floor() * step_of(level)
+        };
+        let until = coarser.map_or(ray.end, begins).max(from);
+        let mut nth = ((from - ray.begin) / step - 0.5).ceil().max(0.0);
+        while ray.begin + (nth + 0.5) * step < until {
+            let (way, end) = (ray.begin + (nth + 0.5) * step, ray.begin + (nth + 1.0) * step);
+            found.push(Sample { way, level, part: end - front, length: end - front });
+            (front, nth) = (end, nth + 1.0);
         }
-        let middle = base + (nth + 0.5) * step;
-        if middle >= ray.end {
-            // The last one stands for all that is left of the ray.
-            if let Some(sample) = found.last_mut() {
-                sample.length = ray.end - last;
-            }
-            return found;
-        }
-        found.push(Sample { way: middle, step, length: step });
-        (last, nth) = (base + nth * step, nth + 1.0);
+        let Some((_, next)) = coarser else { break };
+        (level, from) = (next, until);
     }
+    let length = ray.end - ray.begin;
+    match found.last_mut() {
+        Some(sample) => sample.length += ray.end - front,
+        None => found.push(Sample { way: ray.begin + length / 2.0, level, part: length, length }),
+    }
+    found
 }
 
 /// What lies along a ray, sampled as far as anybody asks.
@@ -298,7 +315,9 @@ impl<'a> Sampled<'a> {
     /// That of a sample.
     fn sample(&self, channel: usize, nth: usize) -> f64 {
         let known = &self.values[channel][nth];
-        let value = known.get().unwrap_or_else(|| self.value(channel, self.steps[nth].way));
+        let Sample { way, level, .. } = self.steps[nth];
+        let place = (self.ray.origin + self.ray.direction * way) / self.of.voxel;
+        let value = known.get().unwrap_or_else(|| self.levels[channel][level].sample(place));
         known.set(Some(value));
         value
     }
@@ -318,8 +337,8 @@ impl<'a> Sampled<'a> {
             VolumeMode::Mip => reduced(&|values| values.iter().copied().fold(f64::MIN, f64::max)),
             VolumeMode::Minip => reduced(&|values| values.iter().copied().fold(f64::MAX, f64::min)),
             VolumeMode::Average => reduced(&|values| {
-                let weighed = values.iter().zip(&self.steps).map(|(value, sample)| value * sample.step);
-                weighed.sum::<f64>() / self.steps.iter().map(|sample| sample.step).sum::<f64>()
+                let weighed = values.iter().zip(&self.steps).map(|(value, sample)| value * sample.part);
+                weighed.sum::<f64>() / self.steps.iter().map(|sample| sample.part).sum::<f64>()
             }),
             VolumeMode::Emission => self.emission(desc),
             VolumeMode::Iso => self.surface(desc),

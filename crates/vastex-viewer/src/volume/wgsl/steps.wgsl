@@ -1,4 +1,7 @@
-// Where along a ray of volume.wgsl, which stands before this, samples lie.
+// Where along a ray of volume.wgsl, which stands before this, samples lie: those of a level at begin + (k
+// + 1/2) step. They are counted from where the ray begins, not from where the level changes, so that no
+// rounding there moves those that follow. A level begins with that of its parts in which it is first
+// wanted, so that parts of two levels meet where the sides of both are.
 
 // Where in its part of a ray a sample lies: 0 to 1.
 fn volume_within() -> f32 {
@@ -13,47 +16,131 @@ fn volume_noise(pixel: vec2<f32>) -> f32 {
     return f32((word ^ (word >> 16u)) >> 8u) / 16777216.0;
 }
 
-// How far samples of a level are apart [world]. A ray whose way through the box is shorter than half of that has one sample, in the middle; where
-// samples jitter one that is shorter than all of it, anywhere.
-fn volume_step(ray: VolumeRay, id: u32, level: u32) -> f32 {
-    let voxels = abs(ray.direction) / vastex_volume_scale(id, level);
-    let step = volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
-    let length = ray.end - ray.begin;
-    let shortest = select(0.5, 1.0, VOLUME_JITTERS);
-    return select(step, length, shortest * step >= length);
+// How far samples of a level are apart [world].
+fn volume_step(ray: VolumeRay, id: u32, whole: u32) -> f32 {
+    let voxels = abs(ray.direction) / vastex_volume_scale(id, whole);
+    return volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
 }
 
-// Where samples of a ray lie: the `nth` of those that are `step` apart after `base`, in the middle of its part if nothing jitters.
+// The samples of a level, from one of them on.
 struct VolumeSteps {
-    base: f32,
-    nth: u32,
-    level: u32,
-    step: f32,
+    nth: u32,       // the next one, counted from the ray's beginning
+    end: u32,       // the first one that is no longer of this level, or not of the ray
+    level: f32,     // as vastex_volume_level gives it for one of them
+    step: f32,      // how far they are apart [world]; 0 before all samples
+    longer: f32,    // what the next one's part of the ray is longer, where the level has just changed [world]
+    rest: f32,      // where those of the next level begin
+    until: f32,     // where that is wanted
 }
 
-fn volume_front(steps: VolumeSteps) -> f32 {
-    return steps.base + f32(steps.nth) * steps.step;
+// Before the samples of a ray: volume_steps_on leads to the first ones.
+fn volume_steps(ray: VolumeRay) -> VolumeSteps {
+    return VolumeSteps(0u, 0u, 0.0, 0.0, 0.0, ray.begin, ray.begin);
 }
 
-fn volume_middle(steps: VolumeSteps) -> f32 {
-    return steps.base + (f32(steps.nth) + volume_within()) * steps.step;
+// Where the sample so many after the next one lies.
+fn volume_way(steps: VolumeSteps, ray: VolumeRay, after: u32) -> f32 {
+    return ray.begin + (f32(steps.nth + after) + volume_within()) * steps.step;
 }
 
-// Where samples in a brick end. In perspective the level is chosen anew after some of them, however large the brick is.
-fn volume_exit(ray: VolumeRay, brick: VastexBrick, middle: f32, step: f32) -> f32 {
-    let exit = min(ray.end, middle + vastex_brick_exit(brick, volume_at(ray, middle), ray.direction));
-    return select(exit, min(exit, middle + f32(VOLUME_STRETCH) * step), volume_scene.pixel_growth > 0.0);
+// Where the next sample's part of the ray begins, which is where that of the last one ends.
+fn volume_front(steps: VolumeSteps, ray: VolumeRay) -> f32 {
+    return ray.begin + f32(steps.nth) * steps.step - steps.longer;
 }
 
-// How many samples of a ray lie before `exit`, the next one in any case.
-fn volume_samples_to(steps: VolumeSteps, exit: f32) -> u32 {
-    return u32(max(ceil((exit - steps.base) / steps.step - volume_within()) - f32(steps.nth), 1.0));
+// The first sample that does not lie before a way.
+fn volume_first_from(ray: VolumeRay, step: f32, way: f32) -> u32 {
+    return u32(clamp(ceil((way - ray.begin) / step - volume_within()), 0.0, 16777216.0));
 }
 
-// Where samples go on at the level that is wanted there.
-fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, level: u32) -> VolumeSteps {
-    if level == before.level {
-        return before;
+// How many samples of a level lie in a brick, which the next one is in.
+fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, brick: VastexBrick) -> u32 {
+    let way = volume_way(steps, ray, 0u);
+    let exit = min(ray.end, way + vastex_brick_exit(brick, volume_at(ray, way), ray.direction));
+    return clamp(volume_first_from(ray, steps.step, exit), steps.nth + 1u, steps.end) - steps.nth;
+}
+
+// The level that is wanted at a way along a ray.
+struct VolumeReach {
+    level: f32,     // as vastex_volume_level gives it
+    whole: u32,
+    until: f32,     // where another one is wanted
+    next: u32,      // which
+}
+
+// Pixels grow along a ray, so that levels become coarser, and never finer.
+fn volume_reach(ray: VolumeRay, id: u32, begin: f32) -> VolumeReach {
+    var reach = VolumeReach(0.0, 0u, 1e30, 0u);
+    var low = begin;
+    var high = ray.end;
+    var way = begin;
+    var is_first = true;
+    loop {
+        let level = vastex_volume_level(id, volume_pixel(way));
+        let whole = vastex_volume_whole_level(id, level);
+        if is_first {
+            reach.level = level;
+            reach.whole = whole;
+            if volume_scene.pixel_growth <= 0.0 {
+                break;
+            }
+            way = ray.end;
+            is_first = false;
+            continue;
+        }
+        if whole != reach.whole {
+            high = way;
+            reach.next = whole;
+        } else if way >= ray.end {
+            break;
+        } else {
+            low = way;
+        }
+        // As near as numbers lie.
+        way = 0.5 * (low + high);
+        if !(way > low && way < high) {
+            reach.until = high;
+            break;
+        }
     }
-    return VolumeSteps(volume_front(before), 0u, level, volume_step(ray, id, level));
+    return reach;
+}
+
+// What comes after so many samples: the next ones of their level, else those of the next level that has
+// any. At the ray's end none is left, and the front is where the last one's part ends. A ray that has
+// none at all, since it is shorter than half of a step, has one in the middle; where samples jitter a ray
+// shorter than a step has one anywhere.
+fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, samples: u32) -> VolumeSteps {
+    var steps = before;
+    if samples > 0u {
+        steps.nth += samples;
+        steps.longer = 0.0;
+    }
+    let length = ray.end - ray.begin;
+    let is_begin = steps.step == 0.0;
+    while steps.nth >= steps.end && steps.until < ray.end {
+        let reach = volume_reach(ray, id, steps.until);
+        let step = volume_step(ray, id, reach.whole);
+        var next = ray.end;
+        if reach.until < ray.end {
+            let coarser = volume_step(ray, id, reach.next);
+            let parts = floor((reach.until - ray.begin) / coarser);
+            next = min(max(ray.begin + parts * coarser, steps.rest), ray.end);
+        }
+        let nth = volume_first_from(ray, step, steps.rest);
+        let end = volume_first_from(ray, step, next);
+        let is_one = VOLUME_JITTERS && is_begin && step >= length;
+        if nth < end && !is_one {
+            let longer = ray.begin + f32(nth) * step - volume_front(steps, ray);
+            steps = VolumeSteps(nth, end, reach.level, step, longer, next, reach.until);
+        } else {
+            steps.level = reach.level;
+            steps.rest = next;
+            steps.until = select(reach.until, 1e30, is_one);
+        }
+    }
+    if is_begin && steps.step == 0.0 {
+        return VolumeSteps(0u, select(0u, 1u, length > 0.0), steps.level, length, 0.0, ray.end, 1e30);
+    }
+    return steps;
 }

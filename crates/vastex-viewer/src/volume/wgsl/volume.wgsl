@@ -14,8 +14,6 @@ const VOLUME_SLICE: u32 = 5u;
 const VOLUME_SAMPLES: u32 = 65536u;
 // Samples that are blended together, for which each channel is looked up once.
 const VOLUME_CHUNK: u32 = 16u;
-// Samples in perspective for which the level is chosen once, at most.
-const VOLUME_STRETCH: u32 = 32u;
 // What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
 const VOLUME_OPAQUE: f32 = 0.003;
 
@@ -158,50 +156,39 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
     // In steps of the first level: where a ray has that alone, this is the number of samples.
     var length = 0.0;
     var first_step = 0.0;
-    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
+    var steps = volume_steps(ray);
+    var samples = 0u;
     var count = 0u;
-    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end {
-        let level = vastex_volume_level(id, volume_pixel(volume_front(steps)));
-        steps = volume_steps_on(steps, ray, id, vastex_volume_whole_level(id, level));
-        var middle = volume_middle(steps);
-        if middle >= ray.end {
+    loop {
+        steps = volume_steps_on(steps, ray, id, samples);
+        if steps.nth >= steps.end || count >= VOLUME_SAMPLES {
             break;
         }
         first_step = select(first_step, steps.step, count == 0u);
+        let middle = volume_at(ray, volume_way(steps, ray, 0u));
         // A quotient of equals need not be 1 exactly.
         let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
-        let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
-        let exit = volume_exit(ray, brick, middle, steps.step);
+        let longer = steps.longer / first_step;
+        let brick = vastex_brick(id, volume_scene.anchor, middle, steps.level);
+        samples = min(volume_samples_in(steps, ray, brick), VOLUME_SAMPLES - count);
         // What changes nothing is leapt over, and what is the same everywhere is sampled once.
         let range = vastex_brick_range(brick);
         let is_even = range.x == range.y;
         let is_idle = (VOLUME_MODE == VOLUME_MIP && range.y <= most) || (VOLUME_MODE == VOLUME_MINIP && range.x >= least);
-        if is_even || is_idle {
-            let samples = min(volume_samples_to(steps, exit), VOLUME_SAMPLES - count);
-            if is_even {
-                most = max(most, range.y);
-                least = min(least, range.x);
-                sum += range.x * (f32(samples) * weight);
-            }
-            length += f32(samples) * weight;
-            count += samples;
-            steps.nth += samples;
-            continue;
-        }
-        // At least one, also where rounding puts it beyond the brick.
-        loop {
-            let value = volume_sample(brick, volume_at(ray, middle));
-            most = max(most, value);
-            least = min(least, value);
-            sum += value * weight;
-            length += weight;
-            count++;
-            steps.nth++;
-            middle = volume_middle(steps);
-            if !(middle < exit) || count >= VOLUME_SAMPLES {
-                break;
+        if is_even {
+            most = max(most, range.y);
+            least = min(least, range.x);
+            sum += range.x * (f32(samples) * weight + longer);
+        } else if !is_idle {
+            for (var sample = 0u; sample < samples; sample++) {
+                let value = volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample)));
+                most = max(most, value);
+                least = min(least, value);
+                sum += value * (weight + select(0.0, longer, sample == 0u));
             }
         }
+        length += f32(samples) * weight + longer;
+        count += samples;
     }
     if VOLUME_MODE == VOLUME_MIP {
         return vec2<f32>(most, f32(count));
@@ -230,74 +217,67 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
     var light = before.rgb;
     var through = before.a;
     let first = volume_scene.of_channel[0].id;
-    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
+    var steps = volume_steps(ray);
+    var samples = 0u;
     var count = 0u;
     // Tau and light of the last sample.
     var last = vec4<f32>(0.0);
-    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end && through > 0.0001 {
-        let level = vastex_volume_level(first, volume_pixel(volume_front(steps)));
-        steps = volume_steps_on(steps, ray, first, vastex_volume_whole_level(first, level));
-        let middle = volume_middle(steps);
-        if middle >= ray.end {
+    loop {
+        steps = volume_steps_on(steps, ray, first, samples);
+        if steps.nth >= steps.end || count >= VOLUME_SAMPLES || through <= 0.0001 {
             break;
         }
+        let middle = volume_at(ray, volume_way(steps, ray, 0u));
         // Of each sample, tau and the light of all channels times theirs.
         var gathered: array<vec4<f32>, VOLUME_CHUNK>;
         for (var nth = 0u; nth < VOLUME_CHUNK; nth++) {
             gathered[nth] = vec4<f32>(0.0);
         }
-        var samples = VOLUME_CHUNK;
-        var all_exit = ray.end;
+        var all_samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
+        samples = VOLUME_CHUNK;
         var shows = false;
         for (var nth = 0u; nth < volume_scene.channels; nth++) {
             let channel = volume_scene.of_channel[nth];
-            let brick = vastex_brick(channel.id, volume_scene.anchor, volume_at(ray, middle), level);
-            let exit = volume_exit(ray, brick, middle, steps.step);
-            all_exit = min(all_exit, exit);
+            let brick = vastex_brick(channel.id, volume_scene.anchor, middle, steps.level);
+            all_samples = min(all_samples, volume_samples_in(steps, ray, brick));
+            samples = min(samples, all_samples);
             // Of what is invisible wherever it is, no sample is taken.
             let range = vastex_brick_range(brick);
             if channel.opacity * max(volume_x(channel, range.x), volume_x(channel, range.y)) <= 0.0 {
-                samples = min(samples, volume_samples_to(steps, exit));
                 continue;
             }
             shows = true;
             var color = light_from_display(channel.color);
-            var sample = 0u;
-            loop {
-                let way = middle + f32(sample) * steps.step;
-                let x = volume_x(channel, volume_sample(brick, volume_at(ray, way)));
+            for (var sample = 0u; sample < samples; sample++) {
+                let at = volume_at(ray, volume_way(steps, ray, sample));
+                let x = volume_x(channel, volume_sample(brick, at));
                 if channel.map != 0u {
                     color = light_from_display(volume_mapped(nth, x));
                 }
                 let tau = -log(1.0 - min(channel.opacity * x, 0.999)) * volume_scene.density;
                 gathered[sample] += vec4<f32>(color * tau, tau);
-                sample++;
-                if sample >= samples || !(middle + f32(sample) * steps.step < exit) {
-                    break;
-                }
             }
-            samples = min(samples, sample);
         }
         if !shows {
-            samples = min(volume_samples_to(steps, all_exit), VOLUME_SAMPLES - count);
-            steps.nth += samples;
+            samples = all_samples;
             count += samples;
             last = vec4<f32>(0.0);
             continue;
         }
         for (var sample = 0u; sample < samples; sample++) {
+            let longer = select(0.0, steps.longer, sample == 0u);
+            let front = ray.begin + f32(steps.nth + sample) * steps.step - longer;
             // The last part ends where the ray does.
-            let length = min(steps.step, ray.end - volume_front(steps));
-            let over = volume_glowing(gathered[sample], length, through);
+            let over = volume_glowing(gathered[sample], min(steps.step + longer, ray.end - front), through);
             light += over.rgb;
             through *= over.a;
             last = gathered[sample];
-            steps.nth++;
         }
         count += samples;
     }
-    // What is left is too short for a sample in the middle of its part: the last one stands for it.
-    let over = volume_glowing(last, clamp(ray.end - volume_front(steps), 0.0, steps.step), through);
+    // Where what is left has no sample of its own, the last one stands for it.
+    let rest = select(0.0, max(ray.end - volume_front(steps, ray), 0.0), steps.nth >= steps.end);
+    let over = volume_glowing(last, rest, through);
     return vec4<f32>(light + over.rgb, through * over.a);
 }
 
@@ -328,46 +308,38 @@ fn volume_value(ray: VolumeRay, id: u32, way: f32) -> f32 {
 
 // The first way along a ray at which a channel reaches the value of the surface; beyond its end where it never does.
 fn volume_crossing(ray: VolumeRay, id: u32) -> f32 {
-    var steps = VolumeSteps(ray.begin, 0u, 0xffffffffu, 0.0);
-    var count = 0u;
     var last = ray.begin;
     var last_value = volume_value(ray, id, ray.begin);
     if last_value >= volume_scene.iso {
         return ray.begin;
     }
-    while count < VOLUME_SAMPLES && volume_front(steps) < ray.end {
-        let level = vastex_volume_level(id, volume_pixel(volume_front(steps)));
-        steps = volume_steps_on(steps, ray, id, vastex_volume_whole_level(id, level));
-        var middle = volume_middle(steps);
-        if middle >= ray.end {
+    var steps = volume_steps(ray);
+    var samples = 0u;
+    var count = 0u;
+    loop {
+        steps = volume_steps_on(steps, ray, id, samples);
+        if steps.nth >= steps.end || count >= VOLUME_SAMPLES {
             break;
         }
-        let brick = vastex_brick(id, volume_scene.anchor, volume_at(ray, middle), level);
-        let exit = volume_exit(ray, brick, middle, steps.step);
+        let middle = volume_at(ray, volume_way(steps, ray, 0u));
+        let brick = vastex_brick(id, volume_scene.anchor, middle, steps.level);
+        samples = min(volume_samples_in(steps, ray, brick), VOLUME_SAMPLES - count);
         if vastex_brick_range(brick).y < volume_scene.iso {
             // No surface in all of it.
-            let samples = min(volume_samples_to(steps, exit), VOLUME_SAMPLES - count);
-            count += samples;
-            steps.nth += samples - 1u;
-            last = volume_middle(steps);
+            last = volume_way(steps, ray, samples - 1u);
             last_value = volume_sample(brick, volume_at(ray, last));
-            steps.nth++;
-            continue;
-        }
-        loop {
-            let value = volume_sample(brick, volume_at(ray, middle));
-            if value >= volume_scene.iso {
-                return volume_refined(ray, id, vec2<f32>(last, middle), vec2<f32>(last_value, value));
-            }
-            last = middle;
-            last_value = value;
-            count++;
-            steps.nth++;
-            middle = volume_middle(steps);
-            if !(middle < exit) || count >= VOLUME_SAMPLES {
-                break;
+        } else {
+            for (var sample = 0u; sample < samples; sample++) {
+                let way = volume_way(steps, ray, sample);
+                let value = volume_sample(brick, volume_at(ray, way));
+                if value >= volume_scene.iso {
+                    return volume_refined(ray, id, vec2<f32>(last, way), vec2<f32>(last_value, value));
+                }
+                last = way;
+                last_value = value;
             }
         }
+        count += samples;
     }
     return 1e30;
 }
