@@ -92,10 +92,16 @@ impl Window<'_> {
         let before = self.around(ALONE[1])?;
         self.click(EMISSION)?;
         self.until("another mode", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
+        self.costs_nothing()?;
         self.keep("06-emission")?;
-        let before = self.around(ALONE[1])?;
+        // The first channel is white, and what lies below it dark in one colour at least.
+        let bright = self.bright_at(ALONE[1])?;
+        ensure!(bright > 8 * MORE_THAN_LINES, "in emission {bright} pixels are bright");
         self.click(FIRST_CHANNEL)?;
-        self.until("one channel fewer", |window| (window.around(ALONE[1]).ok()? != before).then_some(()))?;
+        self.until("one channel fewer", |window| {
+            (window.bright_at(ALONE[1]).ok()? < MORE_THAN_LINES).then_some(())
+        })?;
+        self.costs_nothing()?;
         self.keep("07-channels")?;
         let ended = self.quit()?;
         ensure!(ended.success(), "it ended with {ended}");
