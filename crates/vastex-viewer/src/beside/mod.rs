@@ -1,17 +1,17 @@
 //! What stands beside a picture and over it, whether it is one of surfaces or of a volume (feature `egui`):
 //! the panel, messages, the title, and what the machine does; and what there is to say and to do about it.
 //!
-//! There are four ways to say something. [`Beside::notify`] shows a notice at the foot of the picture and in
+//! There are five ways to say something. [`Beside::notify`] shows a notice at the foot of the picture and in
 //! the title, for some seconds. [`Beside::show_error`] and [`Beside::show_note`] show a message over the
-//! picture that stays until it is dismissed or no longer holds. [`Beside::log`] says a line outside the
-//! window, where the host writes such lines; what concerns a script as well as a person is said by it and by
-//! one of the others.
+//! picture that stays until it is dismissed or no longer holds, and [`Beside::show_error_later`] one that
+//! waits for a frame that is due for something else. [`Beside::log`] says a line outside the window, where
+//! the host writes such lines; what concerns a script as well as a person is said by it and by one of the
+//! others.
 
 mod hud;
 mod tuning;
 mod wake;
 
-use std::sync::Arc;
 use std::time::Duration;
 
 use crate::hud::Chosen;
@@ -19,14 +19,16 @@ use crate::input::Action;
 use crate::layers::Ground;
 use crate::panels::{Messages, WindowAsked, WindowPanel};
 use crate::remembered::Remembered;
-use crate::stage::PartTime;
+use crate::stage::{Clock, PartTime};
 use crate::title::Title;
 pub(crate) use hud::{SceneHud, SmallOverlays};
 pub(crate) use tuning::{Sampling, Tuned};
 pub use wake::Wake;
 
-/// A clock: the time since the host began.
-pub type SceneClock = Arc<dyn Fn() -> Duration + Send + Sync>;
+/// What is said of tiles and bricks that cannot be read, as a topic.
+pub const TILES: &str = "tiles";
+/// What else is said of a volume, as a topic.
+pub const VOLUME: &str = "volume";
 
 /// How a window is at the moment, as its host says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -60,7 +62,7 @@ pub struct Beside {
     pub(crate) shortage_is_said: bool,
     /// What was asked for in the panel and is the host's to do.
     pub(crate) asked: Vec<WindowAsked>,
-    clock: SceneClock,
+    clock: Clock,
     logged: Vec<String>,
     is_stale: bool,
     /// When the last frame was drawn, and whether the next follows without a pause.
@@ -69,7 +71,7 @@ pub struct Beside {
 }
 
 impl Beside {
-    pub(crate) fn new(chosen: Chosen, clock: SceneClock) -> Beside {
+    pub(crate) fn new(chosen: Chosen, clock: Clock) -> Beside {
         Beside {
             panel: WindowPanel::default(),
             messages: Messages::default(),
@@ -96,7 +98,7 @@ impl Beside {
     }
 
     /// The host's clock.
-    pub(crate) fn clock(&self) -> SceneClock {
+    pub(crate) fn clock(&self) -> Clock {
         self.clock.clone()
     }
 

@@ -10,6 +10,9 @@ mod target;
 mod timer;
 mod uniform;
 
+use std::sync::Arc;
+use std::time::Duration;
+
 pub use canvas::Canvas;
 pub use frame::{Frame, PartTime, Pictures, StageScene, StageView, draw_again};
 pub use linear::{LinearTarget, TargetKind, encode_text, takes_light};
@@ -18,3 +21,6 @@ pub use target::{DEPTH_FORMAT, Target, depth_view, filled_buffer};
 #[cfg(feature = "gpu-times")]
 pub use timer::GpuTimer;
 pub use uniform::Uniform;
+
+/// A clock: the time since the host began.
+pub type Clock = Arc<dyn Fn() -> Duration + Send + Sync>;

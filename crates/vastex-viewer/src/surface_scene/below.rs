@@ -59,19 +59,24 @@ impl SurfaceScene {
     /// picture say which texel is below it, and its value.
     /// Gives back the title of the window, if it is another.
     pub fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) -> Option<&str> {
-        self.pointer = pointer;
-        let panes = self.panes();
-        let pointed = pointer.filter(|_| !self.beside.window.is_over_panel);
-        self.beside
-            .hud
-            .pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
-        if panes.count > 1 {
+        self.note_pointer(pointer);
+        if self.panes().count > 1 {
             // The other panes show where it is.
             self.beside.refresh();
         }
         let line = self.line_below(&pose);
         self.below.note(line.as_deref());
         self.title(&self.textures.stats(), pose)
+    }
+
+    /// The pointer is there, or not over the view, whatever is shown: what is displayed next is asked there.
+    pub(crate) fn note_pointer(&mut self, pointer: Option<DVec2>) {
+        self.pointer = pointer;
+        let panes = self.panes();
+        let pointed = pointer.filter(|_| !self.beside.window.is_over_panel);
+        self.beside
+            .hud
+            .pointer_moved(pointed.map(|pixel| panes.stretched(panes.within(panes.at(pixel), pixel))));
     }
 
     /// The title of the window after a frame, if it should change now.

@@ -31,7 +31,7 @@ use glam::DVec2;
 use vastex::diagnostics::{FrameStats, PoolStats};
 use vastex::{FeedbackMode, Preparer, Textures, ViewId};
 
-use crate::beside::{Beside, SceneClock};
+use crate::beside::Beside;
 use crate::camera::{Aspects, Pose};
 use crate::gpu::Gpu;
 use crate::hud::Chosen;
@@ -39,6 +39,7 @@ use crate::inspect;
 use crate::overlay::Overlay;
 use crate::panels::{DisplayPanel, Measure, Minimap, Shapes};
 use crate::scene::Scene;
+use crate::stage::Clock;
 use crate::surface::LayerOptions;
 use below::Below;
 pub use display::Display;
@@ -113,7 +114,7 @@ impl SurfaceScene {
         (formats, size): (PictureFormats, [u32; 2]),
         first: FirstDisplay,
         chosen: Chosen,
-        clock: SceneClock,
+        clock: Clock,
     ) -> SurfaceScene {
         SurfaceScene {
             gpu,

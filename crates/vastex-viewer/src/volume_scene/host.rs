@@ -74,10 +74,10 @@ impl VolumeScene {
         self.ask_host(VolumeAsked::Ranges(channels));
     }
 
-    /// Has the host find where a label of a number lies, of the labels that are shown, or else of the first
-    /// ones, at the time that is seen.
+    /// Has the host find where a label of a number lies, of the labels that are shown, at the time that is
+    /// seen. Asks for nothing where none are shown.
     pub fn ask_label(&mut self, label: i128) {
-        let nth = self.look.labels.shown.unwrap_or(0);
+        let Some(nth) = self.look.labels.shown else { return };
         self.ask_host(VolumeAsked::Label { label, nth, time: self.seen_time() });
     }
 
@@ -211,13 +211,17 @@ impl VolumeScene {
         }
     }
 
-    /// A label that was asked for lies at a place: the crosshair and the middle of 3-D go there, unless other
-    /// labels are shown by now.
-    pub fn show_label(&mut self, nth: usize, place: DVec3) {
-        if self.look.labels.shown == Some(nth) {
-            self.look.put_cross(&self.facts.of, place);
-            self.look.centre = self.look.cross;
+    /// A label that was asked for lies at a place, or nowhere: the crosshair and the middle of 3-D go there,
+    /// unless other labels are shown by now. Returns false if somebody is to be told that there is no such
+    /// label.
+    pub fn show_label(&mut self, nth: usize, place: Option<DVec3>) -> bool {
+        if self.look.labels.shown != Some(nth) {
+            return true;
         }
+        let Some(place) = place else { return false };
+        self.look.put_cross(&self.facts.of, place);
+        self.look.centre = self.look.cross;
+        true
     }
 
     /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a

@@ -30,6 +30,7 @@ use vastex::{Preparer, Settings, Textures, ViewId, ViewSettings};
 
 use crate::gpu::Gpu;
 use crate::input::InputEvent;
+use crate::stage::Clock;
 use crate::volume::{QUIET_FRAMES, VolumeCameraBinding, VolumeDesc, VolumeView};
 
 use ahead::{BricksAhead, TimesAhead};
@@ -49,9 +50,6 @@ use picture::{Key, PanePicture};
 use point::Purpose;
 pub use point::{PointAnswer, PointAsked, PointPlace, PointValue, Points};
 pub use sight::{PaneRect, PaneSight, pane_rects};
-
-/// A clock: the time since the host began.
-pub type VolumeClock = Arc<dyn Fn() -> Duration + Send + Sync>;
 
 /// A volume in a window.
 pub struct VolumeScene {
@@ -75,7 +73,7 @@ pub struct VolumeScene {
     /// Times that will come after these.
     ahead: TimesAhead,
     area: [u32; 2],
-    clock: VolumeClock,
+    clock: Clock,
     /// What the last frame was told to show.
     looked: Option<VolumeLook>,
     /// What it drew: what of the volume, by a number that changes with it, and from where.
@@ -127,7 +125,7 @@ impl VolumeScene {
         gpu: &Gpu,
         facts: VolumeFacts,
         settings: Settings,
-        clock: VolumeClock,
+        clock: Clock,
     ) -> Result<VolumeScene, vastex::Error> {
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let mut views = [ViewId::MAIN; 4];

@@ -3,6 +3,18 @@
 //!
 //! A host keeps a [`SurfaceScene`], which is there as long as the window, and a [`ShownVolume`] while one is
 //! shown, and asks [`WindowScene`] for frames of whichever it is. Nothing here waits.
+//!
+//! A volume comes by [`ShownVolume::new`]; once it is there, the surfaces are told that they give way to it
+//! ([`SurfaceScene::give_way`]), under the volume's name. Once [`SurfaceScene::show_preview`] or
+//! [`SurfaceScene::show_source`] has displayed something again, the host drops the volume: surfaces are shown
+//! only where there is none. After a lost device both are restored, surfaces first.
+//!
+//! For each frame a host calls [`WindowScene::begin_frame`]; then, unless that says that no frame is due,
+//! [`WindowScene::show_panels`], [`WindowScene::record`], whose commands it submits with the panels over
+//! them, [`WindowScene::end_frame`] and [`WindowScene::title`]; and in the end [`WindowScene::next_frame`],
+//! whether or not a frame was due. What was read for a volume is handed to its scene before a frame begins;
+//! what the scene asks for ([`crate::volume_scene::VolumeScene::take_asked`]) is taken after the panels were
+//! shown, and where no frame is due as well.
 
 mod volume;
 mod volume_panels;
@@ -14,7 +26,7 @@ use glam::{DVec2, Vec4};
 use vastex::Textures;
 use vastex::diagnostics::FrameStats;
 
-use crate::beside::{Beside, Wake};
+use crate::beside::Wake;
 use crate::camera::Pose;
 use crate::hud::HudChange;
 use crate::input::Action;
@@ -27,15 +39,15 @@ pub use volume::{ShownVolume, VolumeToShow};
 pub enum WindowScene<'a> {
     /// Sources on surfaces, or nothing yet.
     Surfaces(&'a mut SurfaceScene),
-    /// A volume in their place.
-    Volume(&'a mut ShownVolume, &'a mut Beside),
+    /// A volume, and the surfaces in whose place it is.
+    Volume(&'a mut ShownVolume, &'a mut SurfaceScene),
 }
 
 impl WindowScene<'_> {
     /// A volume, if there is one, in the place of surfaces.
     pub fn of<'a>(surfaces: &'a mut SurfaceScene, volume: Option<&'a mut ShownVolume>) -> WindowScene<'a> {
         match volume {
-            Some(volume) => WindowScene::Volume(volume, &mut surfaces.beside),
+            Some(volume) => WindowScene::Volume(volume, surfaces),
             None => WindowScene::Surfaces(surfaces),
         }
     }
@@ -59,7 +71,9 @@ impl WindowScene<'_> {
     ) -> Result<bool, vastex::Error> {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.begin_frame(pose, painter).map(|()| true),
-            WindowScene::Volume(volume, beside) => volume.begin_frame(beside, panels_are_due, painter),
+            WindowScene::Volume(volume, surfaces) => {
+                volume.begin_frame(&mut surfaces.beside, panels_are_due, painter)
+            }
         }
     }
 
@@ -83,7 +97,7 @@ impl WindowScene<'_> {
         let kept = (recent, bookmarks);
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.show_panels(pose, kept, run),
-            WindowScene::Volume(volume, beside) => volume.show_panels(beside, kept, run),
+            WindowScene::Volume(volume, surfaces) => volume.show_panels(&mut surfaces.beside, kept, run),
         }
     }
 
@@ -98,11 +112,8 @@ impl WindowScene<'_> {
     ) -> Result<Option<wgpu::CommandEncoder>, DisplayError> {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.record(pose, target, mark),
-            WindowScene::Volume(volume, beside) => {
-                // The pictures of a volume are drawn already; panels show them.
-                volume.count_frame(beside);
-                Ok(None)
-            }
+            // The pictures of a volume are drawn already; panels show them.
+            WindowScene::Volume(..) => Ok(None),
         }
     }
 
@@ -124,7 +135,7 @@ impl WindowScene<'_> {
     pub fn end_frame(&mut self) {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.end_frame(),
-            WindowScene::Volume(volume, beside) => volume.end_frame(beside),
+            WindowScene::Volume(volume, surfaces) => volume.end_frame(&mut surfaces.beside),
         }
     }
 
@@ -148,7 +159,7 @@ impl WindowScene<'_> {
     pub fn title(&mut self, stats: &FrameStats, pose: Pose) -> Option<&str> {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.title(stats, pose),
-            WindowScene::Volume(volume, beside) => volume.title(beside, stats),
+            WindowScene::Volume(volume, surfaces) => volume.title(&mut surfaces.beside, stats),
         }
     }
 
@@ -157,8 +168,12 @@ impl WindowScene<'_> {
     pub fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) -> Option<&str> {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.set_pointer(pointer, pose),
-            // What is below the pointer is asked for where the event is heard.
-            WindowScene::Volume(..) => None,
+            // What is below the pointer is asked for where the event is heard; surfaces that come back know
+            // where the pointer is.
+            WindowScene::Volume(_, surfaces) => {
+                surfaces.note_pointer(pointer);
+                None
+            }
         }
     }
 
@@ -167,7 +182,8 @@ impl WindowScene<'_> {
     pub fn next_frame(&mut self, awake: bool, panels: Option<Duration>) -> Wake {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.next_frame(awake, panels),
-            WindowScene::Volume(volume, beside) => {
+            WindowScene::Volume(volume, surfaces) => {
+                let beside = &mut surfaces.beside;
                 let wake = if awake { Wake::Now } else { volume.next_frame(beside) };
                 beside.next_frame(wake, panels, [])
             }
@@ -190,7 +206,7 @@ impl WindowScene<'_> {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.beside.perform(action, false),
             // A line at the foot of a volume has its place whatever else is shown.
-            WindowScene::Volume(_, beside) => beside.perform(action, true),
+            WindowScene::Volume(_, surfaces) => surfaces.beside.perform(action, true),
         }
     }
 
@@ -199,7 +215,7 @@ impl WindowScene<'_> {
     pub fn change(&mut self, change: &HudChange) {
         match self {
             WindowScene::Surfaces(surfaces) => surfaces.change(change),
-            WindowScene::Volume(volume, beside) => volume.change(beside, change),
+            WindowScene::Volume(volume, surfaces) => volume.change(&mut surfaces.beside, change),
         }
     }
 }

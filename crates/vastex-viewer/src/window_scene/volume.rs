@@ -9,7 +9,7 @@ use glam::DVec2;
 use vastex::Settings;
 use vastex::diagnostics::FrameStats;
 
-use crate::beside::{Beside, Tuned, Wake};
+use crate::beside::{Beside, TILES, Tuned, VOLUME, Wake};
 use crate::gpu::Gpu;
 use crate::hud::HudChange;
 use crate::input::InputEvent;
@@ -18,16 +18,14 @@ use crate::surface_scene::{PictureFormat, PictureFormats};
 use crate::title::TitleParts;
 use crate::view_text::{VolumeFlight, VolumeViewError, VolumeViewText};
 use crate::volume::VolumeError;
-use crate::volume_scene::{VolumeFacts, VolumeHeard, VolumeLook, VolumePane, VolumePictures, VolumeScene};
+use crate::volume_scene::{
+    PointAnswer, VolumeFacts, VolumeHeard, VolumeLook, VolumePane, VolumePictures, VolumeScene,
+};
 
 /// Between two frames that are shown while bricks are asked for and nothing else changes, and between two
 /// that are not shown.
 const EVERY: Duration = Duration::from_millis(250);
 const REST: Duration = Duration::from_millis(2);
-/// What is said of bricks that cannot be read, as a topic.
-const TILES: &str = "tiles";
-/// What is said of the volume else.
-const VOLUME: &str = "volume";
 
 /// A volume that is to be shown.
 pub struct VolumeToShow {
@@ -46,7 +44,9 @@ pub struct VolumeToShow {
 /// A volume as a window shows it.
 pub struct ShownVolume {
     pub(super) name: String,
-    /// The volume and its pictures, apart from what stands beside them.
+    /// The volume and its pictures, apart from what stands beside them. A frame is due for what is changed of
+    /// its look; for what else a host changes by this that lies over the pictures, or in the panels, it calls
+    /// [`ShownVolume::refresh`].
     pub scene: VolumeScene,
     pub(super) panel: VolumePanel,
     pub(super) rows: Arc<[(String, String)]>,
@@ -70,6 +70,8 @@ pub struct ShownVolume {
     is_led: bool,
     /// True if the host makes levels, of which it is to be asked now and then.
     is_being_made: bool,
+    /// Why the last frame could draw nothing: each one fails alike until another thing is shown.
+    fault: Option<String>,
 }
 
 impl ShownVolume {
@@ -100,6 +102,7 @@ impl ShownVolume {
             rests: false,
             is_led: false,
             is_being_made: false,
+            fault: None,
         })
     }
 
@@ -107,6 +110,7 @@ impl ShownVolume {
     pub fn restore(&mut self, gpu: &Gpu, formats: &PictureFormats) -> Result<(), vastex::Error> {
         self.scene.restore(gpu)?;
         (self.of, self.format) = (None, format_of(formats));
+        self.is_stale = true;
         Ok(())
     }
 
@@ -122,6 +126,7 @@ impl ShownVolume {
 
     /// The window's pictures have another size.
     pub fn resize(&mut self, size: [u32; 2]) {
+        self.is_stale |= size != self.size;
         self.size = size;
     }
 
@@ -155,6 +160,13 @@ impl ShownVolume {
     pub fn set_values(&mut self, channel: usize, values: Option<VolumeValues>) {
         self.values.resize(self.values.len().max(channel + 1), None);
         self.values[channel] = values;
+        self.is_stale = true;
+    }
+
+    /// What lies at a place that was asked for ([`VolumeScene::tell`]): it is seen in the next frame.
+    pub fn tell(&mut self, told: PointAnswer) {
+        self.scene.tell(told);
+        self.is_stale = true;
     }
 
     /// True from here on if the host makes levels of the volume: frames are due in which it says what has
@@ -216,9 +228,19 @@ impl ShownVolume {
         let mut is_other = std::mem::take(&mut self.is_stale) | beside.take_stale();
         is_other |= beside.hud.is_shown() || beside.has_another_notice() || panels_are_due;
         match self.scene.frame(self.area.1, VolumePictures::Parts) {
-            Ok(is_drawn) => is_other |= is_drawn,
+            Ok(is_drawn) => {
+                is_other |= is_drawn;
+                self.fault = None;
+            }
             Err(VolumeError::Textures(error)) => return Err(error),
-            Err(error) => beside.show_error(VOLUME, &format!("{}: {error}", self.name)),
+            Err(error) => {
+                let said = format!("{}: {error}", self.name);
+                if self.fault.as_ref() != Some(&said) {
+                    beside.show_error(VOLUME, &said);
+                    beside.log(said.clone());
+                    self.fault = Some(said);
+                }
+            }
         }
         let now = beside.now();
         let is_due = self.is_led || self.scene.is_due();
@@ -250,15 +272,11 @@ impl ShownVolume {
         self.of = Some((self.scene.painted(), painter));
     }
 
-    /// A frame is being painted.
-    pub(super) fn count_frame(&mut self, beside: &mut Beside) {
+    /// A frame is on its way, and counts, whether or not the host had anything recorded for it.
+    pub(super) fn end_frame(&mut self, beside: &mut Beside) {
         if let Some(since) = beside.count_frame() {
             self.scene.pass_time(since);
         }
-    }
-
-    /// A frame is on its way.
-    pub(super) fn end_frame(&mut self, beside: &mut Beside) {
         self.shown = Some((beside.now(), self.size));
         if self.scene.is_settled() && self.scene.share_at_wanted().1.failed == 0 {
             beside.forget(TILES);
@@ -294,4 +312,31 @@ impl ShownVolume {
 /// Pictures in which panels are drawn straight, and the pictures of a volume with them.
 fn format_of(formats: &PictureFormats) -> PictureFormat {
     formats.straight(wgpu::TextureFormat::Rgba8Unorm)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use super::*;
+    use crate::hud::Chosen;
+    use crate::volume_scene::facts_for_tests;
+
+    #[test]
+    fn a_frame_counts_where_it_ends_whether_or_not_anything_was_recorded_for_it() {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let time = Arc::new(AtomicU64::new(1000));
+        let told = time.clone();
+        let clock = Arc::new(move || Duration::from_millis(told.load(Ordering::Relaxed)));
+        let mut beside = Beside::new(Chosen::default(), clock);
+        let facts = facts_for_tests();
+        let (name, look, rows) = ("cells.zarr".to_owned(), VolumeLook::first(&facts), Arc::from([]));
+        let shown = VolumeToShow { name, facts, look, settings: Settings::default(), rows };
+        let format = wgpu::TextureFormat::Rgba8Unorm;
+        let formats = PictureFormats::new(&gpu.adapter, vec![format], format);
+        let mut volume = ShownVolume::new((&gpu, &beside), shown, (&formats, [64, 48])).unwrap();
+        volume.end_frame(&mut beside);
+        time.fetch_add(16, Ordering::Relaxed);
+        assert_eq!(beside.count_frame(), Some(Duration::from_millis(16)));
+    }
 }

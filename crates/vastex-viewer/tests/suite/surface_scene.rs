@@ -33,6 +33,8 @@ pub(crate) struct Window {
     painter: PanelPainter,
     /// The host's clock, in milliseconds.
     pub(crate) time: Arc<AtomicU64>,
+    /// True if egui wants to run.
+    pub(crate) panels_are_due: bool,
 }
 
 impl Window {
@@ -58,7 +60,17 @@ impl Window {
         let pictures = (formats.clone(), SIZE);
         let scene = SurfaceScene::new((gpu.clone(), textures), pictures, first, Chosen::default(), clock);
         let (context, painter) = (Context::default(), PanelPainter::default());
-        Window { gpu, scene, volume: None, formats, context, painter, time }
+        Window { gpu, scene, volume: None, formats, context, painter, time, panels_are_due: false }
+    }
+
+    /// The window goes on with another device, as after the loss of this one.
+    pub(crate) fn on_another_device(mut self) -> Window {
+        self.scene.leave_device();
+        self.painter.forget_device();
+        self.gpu = pollster::block_on(Gpu::headless()).unwrap();
+        self.scene = self.scene.restored(&self.gpu, self.formats.clone()).unwrap();
+        self.volume.iter_mut().for_each(|volume| volume.restore(&self.gpu, &self.formats).unwrap());
+        self
     }
 
     /// An image of one colour, as a host hands it over; one that grows has so many of its rows.
@@ -92,7 +104,7 @@ impl Window {
         self.time.fetch_add(STEP, Ordering::Relaxed);
         let pose = Pose::first(self.scene.settings().scene);
         let mut shown = WindowScene::of(&mut self.scene, self.volume.as_mut());
-        if !shown.begin_frame((pose, false), &mut self.painter).unwrap() {
+        if !shown.begin_frame((pose, self.panels_are_due), &mut self.painter).unwrap() {
             return None;
         }
         let format = shown.format().unwrap().clone();

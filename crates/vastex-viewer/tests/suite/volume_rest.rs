@@ -5,13 +5,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use vastex::Pace;
+use vastex_viewer::stage::Clock;
 use vastex_viewer::volume::VolumeMode;
-use vastex_viewer::volume_scene::{VolumeClock, VolumePane, VolumePictures};
+use vastex_viewer::volume_scene::{VolumePane, VolumePictures};
 
 use super::volume_scenes::Host;
 
 /// A clock that goes on by so much whenever it is looked at.
-fn steady(step: Duration) -> VolumeClock {
+fn steady(step: Duration) -> Clock {
     let looks = AtomicU64::new(0);
     Arc::new(move || step * looks.fetch_add(1, Ordering::Relaxed) as u32)
 }

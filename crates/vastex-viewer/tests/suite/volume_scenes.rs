@@ -12,11 +12,11 @@ use vastex::{
 };
 use vastex_viewer::Gpu;
 use vastex_viewer::input::{InputEvent, Key};
-use vastex_viewer::stage::TextureRead;
+use vastex_viewer::stage::{Clock, TextureRead};
 use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox};
 use vastex_viewer::volume_scene::{
-    ChannelFacts, LabelsPlace, PaneRect, PointAnswer, PointPlace, VolumeAsked, VolumeClock, VolumeFacts,
-    VolumeHeard, VolumeLayout, VolumeOrbit, VolumePane, VolumePictures, VolumeScene,
+    ChannelFacts, LabelsPlace, PaneRect, PointAnswer, PointPlace, VolumeAsked, VolumeFacts, VolumeHeard,
+    VolumeLayout, VolumeOrbit, VolumePane, VolumePictures, VolumeScene,
 };
 
 const SIZE: [u32; 3] = [40, 32, 24];
@@ -77,8 +77,13 @@ pub(crate) fn settings(pace: Pace) -> Settings {
 }
 
 /// The voxels of a channel at a time: `40 * (channel + 1) + time`.
-pub(crate) fn even((channel, time): (usize, u64)) -> Arc<Even> {
-    let spec = GeometrySpec { page: 16, border: 1, ..GeometrySpec::volume(SIZE) };
+pub(crate) fn even(of: (usize, u64)) -> Arc<Even> {
+    even_in_bricks_of(16, of)
+}
+
+/// The same in bricks of so many voxels along an axis.
+pub(crate) fn even_in_bricks_of(page: u32, (channel, time): (usize, u64)) -> Arc<Even> {
+    let spec = GeometrySpec { page, border: 1, ..GeometrySpec::volume(SIZE) };
     let description = Description::one_layer(Geometry::new(spec).unwrap(), LayerFormat::R8);
     let value = (40 * (channel as u64 + 1) + time) as u8;
     Arc::new(Even { description: Arc::new(description), bytes: vec![value], reads: AtomicU64::new(0) })
@@ -102,7 +107,7 @@ impl Host {
         Host::with_clock(channels, times, pace, Arc::new(move || begun.elapsed()))
     }
 
-    pub(crate) fn with_clock(channels: usize, times: u64, pace: Pace, clock: VolumeClock) -> Host {
+    pub(crate) fn with_clock(channels: usize, times: u64, pace: Pace, clock: Clock) -> Host {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let scene = VolumeScene::new(&gpu, facts(channels, times), settings(pace), clock).unwrap();
         Host { gpu, scene, sources: Vec::new(), held: Vec::new(), holds: false, bare: Vec::new() }

@@ -6,23 +6,25 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use vastex::{Pace, PoolId, TextureSettings};
-use vastex_viewer::beside::{Wake, WindowState};
+use vastex_viewer::beside::{VOLUME, Wake, WindowState};
 use vastex_viewer::hud::HudChange;
 use vastex_viewer::input::{Action, InputEvent, Key};
-use vastex_viewer::volume_scene::{VolumeAsked, VolumeLayout, VolumeLook, VolumePane};
+use vastex_viewer::volume_scene::{PointAnswer, VolumeAsked, VolumeLayout, VolumeLook, VolumePane};
 use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
-use vastex_viewer::{Pose, Remembered, Scene};
+use vastex_viewer::{CameraPath, Pose, Remembered, Scene, VolumeFlight, VolumeViewText};
 
 use super::surface_scene::{SIZE, Window};
-use super::volume_scenes::{even, facts, settings};
+use super::volume_scenes::{even, even_in_bricks_of, facts, settings};
 
+/// When a frame is due after one that was left out.
+const SOON: Wake = Wake::After(Duration::from_millis(2));
 /// A pixel of the picture beside the crosshair.
 const MIDDLE: [u32; 2] = [SIZE[0] / 2 + 3, SIZE[1] / 2 + 3];
 
 impl Window {
-    /// Shows a volume of one channel, in one picture, in the place of surfaces.
-    fn show_volume(&mut self) {
-        let facts = facts(1, 2);
+    /// Shows a volume of so many channels, in one picture, in the place of surfaces.
+    fn show_volume(&mut self, channels: usize) {
+        let facts = facts(channels, 2);
         let mut look = VolumeLook::first(&facts);
         look.layout = VolumeLayout::One(VolumePane::Z);
         let (name, rows) = ("head.zarr".to_owned(), Arc::from([]));
@@ -50,17 +52,19 @@ impl Window {
     }
 
     /// Frames of the volume until none is due by itself. Gives back the last pixel that was drawn, and how
-    /// many frames were.
-    fn settle_volume(&mut self) -> ([u8; 4], usize) {
-        let (mut seen, mut drawn) = ([0; 4], 0);
+    /// many frames were drawn and left out.
+    fn settle_volume(&mut self) -> ([u8; 4], [usize; 2]) {
+        let (mut seen, mut frames) = ([0; 4], [0; 2]);
         for _ in 0..2000 {
             let pixel = self.pixel_of_frame(MIDDLE);
             assert_eq!(self.read(), []);
-            (seen, drawn) = (pixel.unwrap_or(seen), drawn + usize::from(pixel.is_some()));
-            // What need not be drawn is looked at again soon.
-            let soon = [Wake::Now, Wake::After(Duration::from_millis(2))];
-            if !soon.contains(&self.next_frame(false)) {
-                return (seen, drawn);
+            seen = pixel.unwrap_or(seen);
+            frames[usize::from(pixel.is_none())] += 1;
+            match self.next_frame(false) {
+                Wake::Now => {}
+                // What need not be drawn is looked at again soon.
+                wake if pixel.is_none() => assert_eq!(wake, SOON),
+                _ => return (seen, frames),
             }
         }
         panic!("the volume does not settle");
@@ -79,11 +83,12 @@ impl Window {
 #[test]
 fn a_volume_is_shown_by_the_calls_that_show_surfaces_and_rests_as_they_do() {
     let mut window = Window::new();
-    window.show_volume();
+    window.show_volume(1);
     assert_eq!(window.next_frame(false), Wake::Now);
-    let (seen, drawn) = window.settle_volume();
+    let (seen, [drawn, left_out]) = window.settle_volume();
     assert_eq!(seen, [40, 40, 40, 255]);
     assert!(drawn > 1 && window.shown().is_source());
+    assert!(left_out > 0, "{drawn} frames are drawn, and none is left out");
     assert_eq!(window.next_frame(false), Wake::OnEvent);
     assert_eq!(window.title(), Some("head.zarr".into()));
     // What is said is seen in the next frame, which is drawn for it, and gone some seconds later.
@@ -98,7 +103,7 @@ fn a_volume_is_shown_by_the_calls_that_show_surfaces_and_rests_as_they_do() {
     window.settle_volume();
     assert_eq!(window.next_frame(false), Wake::OnEvent);
     // An error is seen at once, and levels that the host makes are looked after.
-    window.scene.beside.show_error("volume", "a channel cannot be read");
+    window.scene.beside.show_error(VOLUME, "a channel cannot be read");
     assert_eq!(window.next_frame(false), Wake::Now);
     window.settle_volume();
     window.volume.as_mut().unwrap().set_being_made(true);
@@ -107,18 +112,22 @@ fn a_volume_is_shown_by_the_calls_that_show_surfaces_and_rests_as_they_do() {
     window.scene.beside.set_hidden(true);
     assert_eq!(window.next_frame(true), Wake::SLOWLY);
     window.scene.beside.set_hidden(false);
-    // Surfaces come back.
+    // Surfaces come back, and say what lies below the pointer, which has moved meanwhile.
+    let middle = glam::DVec2::new(f64::from(SIZE[0]) / 2.0, f64::from(SIZE[1]) / 2.0);
+    assert_eq!(window.shown().set_pointer(Some(middle), Pose::first(Scene::Image)), None);
     window.volume = None;
     let source = window.source([1, 2, 3], None);
     window.scene.show_source(3, "c.png", source).unwrap();
     assert_eq!(window.settle(), [1, 2, 3, 255]);
-    assert!(window.title().is_some_and(|title| title.starts_with("c.png – ")));
+    assert!(window.scene.pointed().is_some_and(|pointed| pointed.length() < 1e-6));
+    let title = window.title().unwrap();
+    assert!(title.starts_with("c.png – ") && title.contains(": 1"), "{title}");
 }
 
 #[test]
 fn what_is_heard_over_a_volume_is_shown_and_asked_of_the_host() {
     let mut window = Window::new();
-    window.show_volume();
+    window.show_volume(1);
     window.settle_volume();
     let hear = |window: &mut Window, event| {
         let volume = window.volume.as_mut().unwrap();
@@ -141,21 +150,132 @@ fn what_is_heard_over_a_volume_is_shown_and_asked_of_the_host() {
     let scene = &mut window.volume.as_mut().unwrap().scene;
     scene.ask_ranges(vec![0]);
     scene.ask_label(7);
-    let asked = window.read();
-    let label = VolumeAsked::Label { label: 7, nth: 0, time: 1 };
-    assert_eq!(asked, [VolumeAsked::Ranges(vec![0]), label]);
+    assert_eq!(window.read(), [VolumeAsked::Ranges(vec![0])], "no labels are shown");
     let scene = &mut window.volume.as_mut().unwrap().scene;
     let (before, place) = (scene.look.cross, glam::DVec3::new(3.5, 4.5, 5.5));
-    scene.show_label(0, place);
-    assert_eq!(scene.look.cross, before, "no labels are shown");
+    assert!(scene.show_label(0, Some(place)) && scene.show_label(0, None), "nobody asks any more");
+    assert_eq!(scene.look.cross, before);
     scene.look.labels.shown = Some(0);
-    scene.show_label(0, place);
+    scene.ask_label(7);
+    let label = VolumeAsked::Label { label: 7, nth: 0, time: 1 };
+    assert_eq!(window.read(), [VolumeAsked::Labels { nth: 0, time: 1 }, label]);
+    let scene = &mut window.volume.as_mut().unwrap().scene;
+    assert!(!scene.show_label(0, None) && scene.show_label(0, Some(place)));
     assert_eq!((scene.look.cross, scene.look.centre), (place, place));
     // Actions of surfaces alone are left out, and those of what stands beside are carried out.
     assert!(window.shown().ignores(&Action::Overlay) && !window.shown().ignores(&Action::Hud));
     assert!(window.shown().perform(&Action::Hud) && window.scene.beside.hud_is_shown());
     assert!(!window.shown().perform(&Action::Reset));
     assert_eq!(window.next_frame(false), Wake::Now);
+}
+
+/// Whatever a host brings is seen in the next frame, and frames in which nothing is to be seen are left out.
+#[test]
+fn a_frame_is_due_for_what_a_host_brings_and_for_panels() {
+    let mut window = Window::new();
+    window.show_volume(1);
+    window.settle_volume();
+    let settle = |window: &mut Window| {
+        assert_eq!(window.next_frame(false), Wake::Now);
+        window.settle_volume();
+        assert_eq!(window.next_frame(false), Wake::OnEvent);
+    };
+    let shown = |window: &mut Window, change: &dyn Fn(&mut ShownVolume)| {
+        change(window.volume.as_mut().unwrap());
+    };
+    shown(&mut window, &|volume| volume.set_values(0, None));
+    settle(&mut window);
+    shown(&mut window, &|volume| volume.resize(SIZE));
+    assert_eq!(window.next_frame(false), Wake::OnEvent, "the size is the same");
+    shown(&mut window, &|volume| volume.resize([64, 48]));
+    settle(&mut window);
+    let volume = window.volume.as_mut().unwrap();
+    volume.on_event(&window.scene.beside, InputEvent::PointerMoved(glam::DVec2::new(64.0, 48.0)));
+    let [VolumeAsked::Point(asked)] = window.read()[..] else { panic!("a place is asked for") };
+    window.settle_volume();
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+    let place = Some(glam::DVec3::new(3.5, 4.5, 5.5));
+    let told = PointAnswer { number: asked.number, place, voxel: [3, 4, 5], values: Vec::new(), label: None };
+    shown(&mut window, &|volume| volume.tell(told.clone()));
+    settle(&mut window);
+    assert_eq!(window.volume.as_ref().unwrap().scene.points().below(), Some(&told));
+    // At rest a frame that egui wants is drawn, and while bricks come, of which nothing is seen, only such
+    // a one is.
+    window.panels_are_due = true;
+    assert!(window.pixel_of_frame(MIDDLE).is_some());
+    for panels_are_due in [false, true, false] {
+        shown(&mut window, &|volume| volume.scene.expect_changes(true));
+        window.panels_are_due = panels_are_due;
+        assert_eq!(window.pixel_of_frame(MIDDLE).is_some(), panels_are_due);
+        assert_eq!(window.next_frame(false), if panels_are_due { Wake::Now } else { SOON });
+    }
+}
+
+#[test]
+fn a_volume_goes_on_with_another_device_and_goes_where_a_view_or_a_path_says() {
+    let mut window = Window::new();
+    window.show_volume(1);
+    assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);
+    let mut window = window.on_another_device();
+    assert_eq!(window.next_frame(false), Wake::Now);
+    assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);
+    // A view, and one that the volume does not have.
+    let volume = window.volume.as_mut().unwrap();
+    let before = volume.view_text();
+    let later = VolumeViewText { time: Some(1), ..before.clone() };
+    volume.show_view(&later).unwrap();
+    assert_eq!(window.next_frame(false), Wake::Now);
+    assert_eq!(window.settle_volume().0, [41, 41, 41, 255]);
+    let volume = window.volume.as_mut().unwrap();
+    assert!(volume.show_view(&VolumeViewText { time: Some(9), ..before }).is_err());
+    assert_eq!(volume.view_text(), later);
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+    // A path: frames are due while it is played, also where it stays.
+    let text = "vastex path 1\n0 volume:x=8,y=8,z=8,zoom=1,yaw=30,pitch=20;time=1\n\
+                1 volume:x=8,y=8,z=8,zoom=1,yaw=30,pitch=20;time=0\n";
+    let (begin, mut flight) = (Duration::from_secs(5), VolumeFlight::default());
+    flight.set_path(CameraPath::of_volume(text).unwrap());
+    assert!(flight.play(begin, &mut window.volume.as_mut().unwrap().scene).unwrap());
+    let is_settled = (0..2000).any(|_| {
+        window.volume.as_mut().unwrap().lead(begin, &mut flight);
+        window.pixel_of_frame(MIDDLE);
+        window.read();
+        window.volume.as_ref().unwrap().scene.is_settled()
+    });
+    assert!(is_settled && flight.is_playing());
+    assert!([Wake::Now, SOON].contains(&window.next_frame(false)));
+    window.volume.as_mut().unwrap().lead(begin + Duration::from_secs(2), &mut flight);
+    assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);
+    assert_eq!(window.next_frame(false), Wake::OnEvent);
+}
+
+/// Each frame fails as the one before, until something else is shown.
+#[test]
+fn why_nothing_can_be_drawn_of_a_volume_is_said_once_in_the_window_and_outside() {
+    let mut window = Window::new();
+    window.show_volume(2);
+    let scene = &mut window.volume.as_mut().unwrap().scene;
+    assert_eq!(scene.take_asked().len(), 2);
+    for (channel, brick) in [(0, 16), (1, 8)] {
+        let source = even_in_bricks_of(brick, (channel, 0));
+        let prepared = scene.preparer().read_blocking(source, TextureSettings::default()).unwrap();
+        scene.add((channel, 0), prepared, [0.0, 255.0]).unwrap();
+    }
+    for _ in 0..2 {
+        for _ in 0..20 {
+            window.pixel_of_frame(MIDDLE);
+        }
+        let said = window.scene.beside.take_log();
+        assert!(said.len() == 1 && said[0].starts_with("head.zarr: the channels do not lie"), "{said:?}");
+        assert!(window.scene.beside.forget(VOLUME));
+        let show = |window: &mut Window, is_shown| {
+            window.volume.as_mut().unwrap().scene.look.channels[1].is_shown = is_shown;
+        };
+        show(&mut window, false);
+        assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);
+        assert_eq!(window.scene.beside.take_log(), [""; 0]);
+        show(&mut window, true);
+    }
 }
 
 /// One answer for both: what is changed, what is remembered, and what is said of what cannot be.
@@ -169,7 +289,7 @@ fn what_is_changed_of_textures_is_changed_alike_for_surfaces_and_a_volume() {
     for name in ["a.png", "head.zarr"] {
         let is_volume = name == "head.zarr";
         if is_volume {
-            window.show_volume();
+            window.show_volume(1);
             window.settle_volume();
         }
         let pool = window.pool();

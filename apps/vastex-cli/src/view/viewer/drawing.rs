@@ -52,9 +52,9 @@ impl Viewer {
         if !self.shows_volume() {
             self.report_events(&stats);
         }
-        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
-        if let Some(title) = shown.title(&stats, pose) {
-            self.window.set_title(title);
+        let window = self.window.clone();
+        if let Some(title) = self.shown().title(&stats, pose) {
+            window.set_title(title);
         }
         Ok(())
     }
@@ -67,7 +67,7 @@ impl Viewer {
     /// Draws the scene, or nothing if it shows nothing, with the panels over it, and shows that.
     fn draw_into(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
         let gpu = self.scene.gpu().clone();
-        let shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let shown = self.shown();
         let (is_recorded, ground) = (shown.is_recorded(), shown.ground());
         let is_timed = is_recorded && self.scene.beside.hud_is_shown();
         let mut timer = is_timed.then(|| self.timer.get_or_insert_with(|| GpuTimer::new(&gpu)));

@@ -15,11 +15,11 @@ use glam::DVec2;
 use vastex::{Event, Filter, Settings};
 use vastex_scenes::{Pose, Scene};
 use vastex_viewer::Remembered;
-use vastex_viewer::beside::{SceneClock, Wake, WindowState};
+use vastex_viewer::beside::{Wake, WindowState};
 use vastex_viewer::hud::{Chosen, NamedByHost};
 use vastex_viewer::input::InputEvent;
 use vastex_viewer::panels::Bookmark;
-use vastex_viewer::stage::GpuTimer;
+use vastex_viewer::stage::{Clock, GpuTimer};
 use vastex_viewer::surface_scene::{
     DisplayError, DisplaySettings, FirstDisplay, PreparedSource, SurfaceScene,
 };
@@ -53,8 +53,9 @@ pub(super) struct Viewer {
     shell: Shell,
     /// What is seen, and what stands beside it.
     pub(super) scene: SurfaceScene,
-    /// A volume in its place, and the threads that read it.
+    /// A volume in its place.
     volume: Option<Box<ShownVolume>>,
+    /// The threads that read that volume: they come and go with it, in `show_volume` and `forget_volume`.
     #[cfg(feature = "volumes")]
     volume_work: Option<VolumeWork>,
     pub(super) recent: Recent,
@@ -94,7 +95,7 @@ impl Viewer {
         let pictures = (surface.formats().clone(), surface.size());
         let may_be_crisp = args.filter() == Filter::default();
         let begun = Instant::now();
-        let clock: SceneClock = Arc::new(move || begun.elapsed());
+        let clock: Clock = Arc::new(move || begun.elapsed());
         let first = first_display(args, scene, may_be_crisp);
         Ok(Viewer {
             shell: Shell::new(window.clone()),
@@ -157,6 +158,8 @@ impl Viewer {
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp
     /// again as soon as it is uploaded.
     pub(super) fn restored(mut self, display: OwnedDisplayHandle) -> Result<Viewer> {
+        // What was said stays said where there is no other device.
+        self.write_log();
         self.scene.leave_device();
         self.shell.painter.forget_device();
         let Viewer { window, surface, scene, .. } = self;
@@ -233,9 +236,9 @@ impl Viewer {
     /// The pointer is there, in pixels of the view, or not over it.
     pub(super) fn set_pointer(&mut self, pointer: Option<DVec2>, pose: Pose) {
         self.look_at_window();
-        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
-        if let Some(title) = shown.set_pointer(pointer, pose) {
-            self.window.set_title(title);
+        let window = self.window.clone();
+        if let Some(title) = self.shown().set_pointer(pointer, pose) {
+            window.set_title(title);
         }
     }
 

@@ -6,6 +6,7 @@ use anyhow::Result;
 use vastex::Event;
 use vastex::diagnostics::{ExplainedPixel, FrameStats};
 use vastex_core::Dims;
+use vastex_viewer::beside::TILES;
 use vastex_viewer::panels::Shapes;
 
 use super::{DIALOG, OF_FILE, Viewer};
@@ -56,7 +57,7 @@ impl Viewer {
                     let pos = page.pos(Dims::D2);
                     let message = format!("{name}: {pos} failed, a coarser one is shown instead: {why}");
                     report::say(&message);
-                    scene.beside.show_error_later("tiles", &message);
+                    scene.beside.show_error_later(TILES, &message);
                 }
                 // A view that moves wants for a moment what it leaves as well as what it comes to.
                 Event::Oversubscribed { .. } => self.shortage = Some(event),
@@ -72,7 +73,7 @@ impl Viewer {
         }
         // They may come after all, when they are tried again.
         if stats.pager.failed == 0 {
-            scene.beside.forget("tiles");
+            scene.beside.forget(TILES);
         }
         if !scene.beside.shortage_is_said() {
             let event = self.shortage.take().and_then(|event| shortage::at_rest(event, &stats.pools));

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use anyhow::{Error, Result, anyhow};
 use vastex::Settings;
+use vastex_viewer::beside::{Beside, VOLUME};
 use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook};
 use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
 
@@ -12,9 +13,6 @@ use super::Viewer;
 use crate::report;
 use crate::screenshot::VolumeShot;
 use crate::volumes::OpenedVolume;
-
-/// What went wrong with a volume, as a topic.
-const TOPIC: &str = "volume";
 
 impl Viewer {
     /// Shows a volume in the place of what is displayed.
@@ -52,11 +50,7 @@ impl Viewer {
         work.keep(&times, seen, |texture| textures.texture(texture).is_ok());
         errors.extend(work.take_faults().into_iter().map(Error::from));
         volume.set_being_made(work.is_making());
-        for error in errors {
-            let said = report::message(&error);
-            self.scene.beside.show_error(TOPIC, &said);
-            self.scene.beside.log(said);
-        }
+        errors.iter().for_each(|error| say(&mut self.scene.beside, error));
     }
 
     /// Has threads begin what a volume asks for.
@@ -80,7 +74,7 @@ impl Viewer {
                 VolumeAsked::Point(asked) => volume.scene.tell_nothing(asked.number),
                 VolumeAsked::Ranges(_) | VolumeAsked::Label { .. } => {}
             }
-            self.scene.beside.show_error(TOPIC, &report::message(&error));
+            say(&mut self.scene.beside, &error);
         }
     }
 
@@ -96,6 +90,13 @@ impl Viewer {
             has_hud: self.scene.beside.hud_is_shown(),
         })
     }
+}
+
+/// Says what went wrong with a volume, in the window and outside.
+fn say(beside: &mut Beside, error: &Error) {
+    let said = report::message(error);
+    beside.show_error(VOLUME, &said);
+    beside.log(said);
 }
 
 /// Hands a volume what a thread has read, and has the levels made that it lacks.
@@ -123,7 +124,7 @@ fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<
             Err(error)
         }
         Done::Point(Ok(told), _) => {
-            scene.tell(told);
+            volume.tell(told);
             Ok(())
         }
         Done::Point(Err(error), number) => {
@@ -134,13 +135,10 @@ fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<
             volume.set_values(channel, values?);
             Ok(())
         }
-        // Others are shown by now.
-        Done::Label { nth, .. } if scene.look.labels.shown != Some(nth) => Ok(()),
-        Done::Label { label, nth, found } => {
-            let place = found?.ok_or_else(|| anyhow!("{}: has no label {label}", volume.name()))?;
-            volume.scene.show_label(nth, place);
-            Ok(())
-        }
+        Done::Label { label, nth, found } => match scene.show_label(nth, found?) {
+            true => Ok(()),
+            false => Err(anyhow!("{}: has no label {label}", volume.name())),
+        },
         Done::Range { channel, range } => {
             scene.set_range(channel, range?);
             Ok(())
