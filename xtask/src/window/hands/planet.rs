@@ -136,7 +136,7 @@ impl Window<'_> {
         Ok(colours)
     }
 
-    fn resize(&self, [width, height]: [usize; 2]) -> Result<()> {
+    pub(super) fn resize(&self, [width, height]: [usize; 2]) -> Result<()> {
         let (width, height) = (width.to_string(), height.to_string());
         self.xdotool(&["windowsize", "--sync", &self.id, &width, &height]).map(drop)
     }
