@@ -49,7 +49,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 ///   they are decoded.
 /// - TIFF of tiles, and bands of one: some texels of all tiles, or of every few columns and rows of tiles, so
 ///   that no more than 1024 tiles and 96 MiB are decoded (6 MiB of JPEG 2000), by several threads; texels
-///   between them are of the nearest tile that is. `None` where that leaves fewer than 32 tiles.
+///   between them are of the nearest tile that is. `None` where that leaves fewer than 8 tiles.
 ///
 /// Fails where [`open`] does. A file that is damaged may fail while rows are read; those before are sound.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {

@@ -3,7 +3,7 @@
 use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
-    ("image", &[]),
+    ("image", &["threads"]),
     ("threads", &[]),
     ("progress", &["image"]),
     ("new_directory", &[]),

@@ -4,22 +4,20 @@
 //! Of every few columns and rows of tiles one is decoded, so few that this stays quick, several at once; the
 //! texels between them are those of the nearest.
 
-use std::panic::resume_unwind;
-use std::thread;
+use std::cmp::Reverse;
 
 use super::file::{TiffImage, codecs};
 use crate::image::{ImageHeader, InputFault, PixelFormat, RowReader};
+use crate::threads;
 
-/// Bytes of tiles that a thread decodes, at most. That many are some tenths of a second.
+/// Bytes of tiles that are decoded, by all threads together, at most. That many are some tenths of a second.
 const DECODED: u64 = 96 << 20;
 /// How many times as long as others JPEG 2000 takes, about.
 const JPEG_2000_TIMES: u64 = 16;
 /// Tiles that are read, at most: on some disks each takes a while to find.
 const MOST_TILES: u64 = 1024;
 /// Tiles of which fewer are too few for a picture, unless they are all.
-const LEAST_TILES: u64 = 32;
-/// Threads that decode, at most.
-const MOST_THREADS: usize = 4;
+const LEAST_TILES: u64 = 8;
 
 /// Rows of an image of tiles, one of every few.
 pub(super) struct SparseTiles {
@@ -29,7 +27,7 @@ pub(super) struct SparseTiles {
     /// Rows and columns of the image for one of these.
     step: u32,
     /// Of so many columns and of so many rows of tiles one is decoded.
-    every: u32,
+    every: [u32; 2],
     next_row: u32,
     /// Rows of these that are put together, and the first of them.
     held: Vec<u8>,
@@ -70,7 +68,8 @@ impl SparseTiles {
         let middle = u64::from(at) * u64::from(self.step) + u64::from(self.step) / 2;
         let middle = middle.min(u64::from(side) - 1) as u32;
         let number = middle / tile;
-        let decoded = (number - number % self.every + self.every / 2).min((side - 1) / tile);
+        let every = self.every[axis];
+        let decoded = (number - number % every + every / 2).min((side - 1) / tile);
         // In the tile that is decoded the texel that is nearest.
         let first = decoded * tile;
         let last = first + (tile - 1).min(side - 1 - first);
@@ -100,13 +99,13 @@ impl SparseTiles {
             }
             Ok(shown)
         };
-        let parts = each_made(cells.len(), &|n| shown(cells[n]));
+        let parts = threads::try_map(cells.iter().copied(), shown)?;
         self.held.clear();
         self.held.resize(rows.len() * self.header.width as usize * texel, 0);
         self.first_held = row;
         let (mut first, row_bytes) = (0, self.header.row_bytes());
         for (cell, part) in cells.iter().zip(parts) {
-            let (part, bytes) = (part?, cell.len() * texel);
+            let bytes = cell.len() * texel;
             for (to, from) in self.held.chunks_exact_mut(row_bytes).zip(part.chunks_exact(bytes)) {
                 to[first..first + bytes].copy_from_slice(from);
             }
@@ -116,39 +115,27 @@ impl SparseTiles {
     }
 }
 
-/// What `make` makes of each of so many, in their order, several at once.
-fn each_made<R: Send>(count: usize, make: &(dyn Fn(usize) -> R + Sync)) -> Vec<R> {
-    let threads = thread::available_parallelism().map_or(1, usize::from).min(MOST_THREADS).min(count);
-    if threads < 2 {
-        return (0..count).map(make).collect();
-    }
-    let made: Vec<Vec<R>> = thread::scope(|scope| {
-        let share = |first: usize| (first..count).step_by(threads).map(make).collect();
-        // What no thread can be started for, this one makes.
-        let begin = |first: usize| {
-            thread::Builder::new().spawn_scoped(scope, move || share(first)).map_err(|_| first)
-        };
-        let begun: Vec<_> = (1..threads).map(begin).collect();
-        let own = share(0);
-        let rest = begun.into_iter().map(|share_of| match share_of {
-            Ok(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic)),
-            Err(first) => share(first),
-        });
-        std::iter::once(own).chain(rest).collect()
-    });
-    let mut shares: Vec<_> = made.into_iter().map(Vec::into_iter).collect();
-    (0..count).filter_map(|n| shares[n % threads].next()).collect()
-}
-
-/// Of how many columns, and of how many rows of tiles one is decoded; `None` if there are too few of them.
-fn every(image: &TiffImage) -> Option<u32> {
+/// Of how many columns and of how many rows of tiles one is decoded; `None` if there are too few of them.
+fn every(image: &TiffImage) -> Option<[u32; 2]> {
     let times = if codecs::is_jpeg_2000(image.compression) { JPEG_2000_TIMES } else { 1 };
     let most = (DECODED / image.chunk_bytes().saturating_mul(times).max(1)).min(MOST_TILES);
-    let decoded =
-        |every: u32| [image.columns(), image.rows()].map(|n| u64::from(n.div_ceil(every))).iter().product();
-    let every = (1..=image.columns().max(image.rows())).find(|every| decoded(*every) <= most)?;
-    let count: u64 = decoded(every);
-    (every == 1 || count >= LEAST_TILES).then_some(every)
+    every_of([image.columns(), image.rows()], image.chunk, most)
+}
+
+/// The same of so many columns and rows of tiles of a size, of which at most so many are decoded: those that
+/// are decoded lie as near to each other as they can, and of as many ways to that the one with most tiles is
+/// taken.
+fn every_of([columns, rows]: [u32; 2], tile: [u32; 2], most: u64) -> Option<[u32; 2]> {
+    let count =
+        |[across, down]: [u32; 2]| u64::from(columns.div_ceil(across)) * u64::from(rows.div_ceil(down));
+    let ways = (1..=most.min(columns.into())).map(|decoded| {
+        let across = columns.div_ceil(decoded as u32);
+        let rows_of_them = most / u64::from(columns.div_ceil(across));
+        [across, u64::from(rows).div_ceil(rows_of_them) as u32]
+    });
+    let farthest = |every: [u32; 2]| (0..2).map(|axis| u64::from(every[axis]) * u64::from(tile[axis])).max();
+    let every = ways.min_by_key(|every| (farthest(*every), Reverse(count(*every))))?;
+    (every == [1, 1] || count(every) >= LEAST_TILES).then_some(every)
 }
 
 impl RowReader for SparseTiles {
@@ -168,5 +155,35 @@ impl RowReader for SparseTiles {
             self.next_row += 1;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// As many as tiles of 1024x1024 texels leave, of RGB in 8 and in 16 bits.
+    #[test]
+    fn every_grid_of_tiles_has_a_quick_picture() {
+        let count = |[columns, rows]: [u32; 2], every: [u32; 2]| {
+            u64::from(columns.div_ceil(every[0]) * rows.div_ceil(every[1]))
+        };
+        for most in [16, 24, 32] {
+            for grid in (1..=58).flat_map(|columns| (1..=58).map(move |rows| [columns, rows])) {
+                let every = every_of(grid, [256; 2], most).unwrap_or_else(|| panic!("{grid:?} of {most}"));
+                let decoded = count(grid, every);
+                assert!(decoded <= most, "{grid:?}: {decoded} of {most}");
+                let [near, far] = [every[0].min(every[1]), every[0].max(every[1])];
+                let is_narrow = grid[0].min(grid[1]) < 2 * far;
+                assert!(far <= 2 * near || is_narrow, "{grid:?}: of {every:?} one");
+            }
+        }
+        assert_eq!(every_of([4, 8], [256; 2], 32), Some([1, 1]));
+        assert_eq!(every_of([33, 33], [256; 2], 32), Some([7, 6]));
+        assert_eq!(every_of([8, 32], [512, 128], 64), Some([1, 4]), "as near across as down");
+        // Of few tiles all are decoded, or there are too few.
+        assert_eq!(every_of([2, 2], [4096; 2], 4), Some([1, 1]));
+        assert_eq!(every_of([3, 3], [4096; 2], 4), None);
+        assert_eq!(every_of([3, 3], [4096; 2], 0), None);
     }
 }
