@@ -209,7 +209,8 @@ fn geo(file: &TiffFile, first: &Directory, about: &mut TiffAbout) -> Result<(), 
         let (from, len) = (key[3] as usize, key[2] as usize);
         let found = texts.get(from..from.checked_add(len)?.min(texts.len()))?;
         let found = found.trim_end_matches('|').trim();
-        (!found.is_empty()).then(|| found.to_owned())
+        let plain: String = found.chars().filter(|letter| !letter.is_control()).collect();
+        (!plain.is_empty()).then_some(plain)
     };
     const IS_POINT: u64 = 2;
     let is_point = key(1025) == Some(IS_POINT);

@@ -37,9 +37,9 @@ impl TiffAbout {
             match word {
                 "texel" => {
                     let size = [number(), number()].map(|side| side.and_then(positive));
-                    let unit = rest.splitn(3, ' ').nth(2).filter(|unit| !unit.is_empty());
+                    let unit = rest.splitn(3, ' ').nth(2).map(name).filter(|unit| !unit.is_empty());
                     if let ([Some(width), Some(height)], Some(unit)) = (size, unit) {
-                        about.pixel_size = Some(PixelSize { size: [width, height], unit: unit.into() });
+                        about.pixel_size = Some(PixelSize { size: [width, height], unit });
                     }
                 }
                 "magnification" => about.magnification = number().and_then(positive),
@@ -57,7 +57,7 @@ impl TiffAbout {
             let Some(place) = &mut about.place else { continue };
             match word {
                 "epsg" => place.epsg = rest.parse().ok(),
-                "system" => place.name = Some(rest.to_owned()),
+                "system" => place.name = Some(name(rest)).filter(|name| !name.is_empty()),
                 "radius" => place.radius = rest.parse().ok().and_then(positive),
                 _ => {}
             }
@@ -86,10 +86,10 @@ impl TiffAbout {
     }
 }
 
-/// A name in one line.
+/// A name in one line, without what controls a terminal.
 fn name(name: &str) -> String {
     let words = name.split_whitespace().collect::<Vec<_>>().join(" ");
-    words.chars().take(MOST_NAME).collect()
+    words.chars().filter(|letter| !letter.is_control()).take(MOST_NAME).collect()
 }
 
 fn kept_of_file(path: &Path, texture: [u32; 2]) -> Option<String> {
@@ -131,6 +131,13 @@ mod tests {
         let finer = TiffAbout::of_kept(&about.kept(2));
         assert_eq!(finer.pixel_size.unwrap().size[1], 2.5);
         assert_eq!(finer.place.unwrap().from_texels, [2.5, 0.0, 500_000.25, 0.0, -2.5, 5_200_000.0]);
+        // Neither what is kept nor who reads it takes over what controls a terminal.
+        let hostile = TiffAbout::of_kept("texel 1 1 \u{1b}[2Jm\nplace 1 0 0 0 1 0\nsystem a\u{1b}]0;b\u{7}");
+        assert_eq!(hostile.pixel_size.as_ref().unwrap().unit, "[2Jm");
+        assert_eq!(hostile.place.unwrap().name.unwrap(), "a]0;b");
+        let unit = "\u{1b}[31mm\u{9b}".to_owned();
+        let pixel_size = Some(PixelSize { size: [1.0; 2], unit });
+        assert_eq!(TiffAbout { pixel_size, ..TiffAbout::default() }.kept(0), "texel 1 1 [31mm");
         // A line more does no harm, and nonsense is left out.
         let name = TiffAbout { magnification: None, pixel_size: None, ..about };
         let lines = format!("{}\nof later 1\n\ntexel 0 1 m\ntexel 1 1\nmagnification inf\n", name.kept(0));

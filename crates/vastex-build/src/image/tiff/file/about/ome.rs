@@ -118,7 +118,8 @@ fn pixel_size(pixels: &BytesStart<'_>) -> Option<PixelSize> {
     let unit = attribute(pixels, "PhysicalSizeXUnit").unwrap_or_else(|| "µm".into());
     let y_unit = attribute(pixels, "PhysicalSizeYUnit").unwrap_or_else(|| "µm".into());
     let size = [side("PhysicalSizeX")?, side("PhysicalSizeY")?];
-    (unit == y_unit).then_some(PixelSize { size, unit })
+    let plain = |unit: String| unit.chars().filter(|letter| !letter.is_control()).collect();
+    (unit == y_unit).then(|| PixelSize { size, unit: plain(unit) })
 }
 
 fn shortened(name: &str) -> String {
@@ -151,6 +152,15 @@ mod tests {
         assert_eq!(role(6), Some((None, Some("labels of nuclei".into()))));
         let pixel = about.pixel_size.unwrap();
         assert_eq!((pixel.size, pixel.unit.as_str(), about.magnification), ([0.25, 0.5], "µm", Some(40.0)));
+    }
+
+    #[test]
+    fn a_unit_controls_no_terminal() {
+        let mut about = TiffAbout::default();
+        let text = "<OME><Image><Pixels PhysicalSizeX='1' PhysicalSizeY='1' PhysicalSizeXUnit='\u{1b}m' \
+                    PhysicalSizeYUnit='\u{1b}m'/></Image></OME>";
+        read(text, &mut about);
+        assert_eq!(about.pixel_size.unwrap().unit, "m");
     }
 
     #[test]
