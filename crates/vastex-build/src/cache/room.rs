@@ -40,10 +40,14 @@ pub(super) enum Lock {
     Unknown(File),
 }
 
-/// Asks for the right to a container.
+/// How often a lock is asked for that others remove meanwhile.
+const TRIES: usize = 8;
+
+/// Asks for the right to a container. Where others remove its file again and again it counts as taken, so
+/// that who waits for it asks again later.
 pub(super) fn lock(directory: &Path, name: &str) -> io::Result<Lock> {
     let place = beside(directory, name, LOCK);
-    loop {
+    for _ in 0..TRIES {
         let file = File::options().create(true).append(true).open(&place)?;
         match file.try_lock() {
             // One that was removed since it was opened keeps nobody out.
@@ -53,6 +57,7 @@ pub(super) fn lock(directory: &Path, name: &str) -> io::Result<Lock> {
             Err(TryLockError::Error(_)) => return Ok(Lock::Unknown(file)),
         }
     }
+    Ok(Lock::Taken)
 }
 
 /// Returns true if an open file is the one that lies at a place.
