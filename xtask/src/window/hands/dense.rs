@@ -96,9 +96,8 @@ impl Window<'_> {
     /// The panel is as wide as its points are, and hides itself again.
     fn open_wide_panel(&mut self) -> Result<()> {
         let edge = SIZE[0] - PANEL;
-        let parts = [100..edge - 8, edge + 8..edge + 60];
         let look = |window: &Self| -> Option<Vec<u8>> {
-            let columns = parts[1].clone();
+            let columns = edge + 8..edge + 60;
             let seen = window.display.look(columns.clone()).ok()?;
             Some(
                 seen.chunks_exact(4 * columns.len())
