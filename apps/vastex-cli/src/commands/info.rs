@@ -73,8 +73,9 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
         // What is built before it is shown is not read for what is said of it.
-        let is_built = looked.tiff(file).is_some_and(|tiff| tiff.lacks_levels());
-        if !is_built && let Some((_, summary)) = super::tiff_info::of(file, looked)? {
+        if !looked.is_built_first(file)
+            && let Some((_, summary)) = super::tiff_info::of(file, looked)?
+        {
             return Ok(summary.rows());
         }
         if let Some(summary) = super::image_info::of(file, looked)? {

@@ -36,7 +36,7 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String
         (other.name.clone(), path)
     }));
     // What is said of the first image is not said of others.
-    let is_first = named.is_none_or(|(_, name)| name.starts_with("bands="));
+    let is_first = named.is_none_or(|(_, name)| vastex_build::bands_in_name(name).is_some());
     let of_first = Some(tiff.about()).filter(|_| is_first);
     let about = FileAbout { images, bands: bands_of(path, tiff), ..about };
     match of_first {
@@ -77,7 +77,7 @@ pub(crate) fn file_about(path: &Path, _: &Looked, rows: Vec<(String, String)>) -
 fn bands_of(path: &Path, tiff: &vastex_build::TiffDirectories) -> Option<FileBands> {
     let (file, name) =
         vastex_build::image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
-    let shown = match name.map(|name| name.strip_prefix("bands=")) {
+    let shown = match name.map(vastex_build::bands_in_name) {
         None => Some(vec![1, 2, 3]),
         Some(words) => words?.split(',').map(|word| word.parse().ok()).collect(),
     };

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, anyhow, bail};
 use vastex::{AddressMode, TileSource};
 use vastex_build::{
     BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, InputFault,
-    MemoryImage, Notice, Progress, WriteError,
+    MemoryImage, Notice, Progress, TiffDirectories, WriteError,
 };
 
 use super::OpenImage;
@@ -94,10 +94,14 @@ fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSou
             match at_a_share(&path, &progress, [needed, limit], options.wraps) {
                 Some(image) => Ok(Some(image)),
                 None => Err(anyhow!(
-                    "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or convert it to a TIFF of tiles",
+                    "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or {}",
                     path.display(),
                     report::bytes(needed),
-                    report::bytes(limit)
+                    report::bytes(limit),
+                    match is_tiled(&path) {
+                        true => "add coarser levels to it (`gdaladdo FILE`)",
+                        false => "convert it to a TIFF of tiles",
+                    }
                 )),
             }
         }
@@ -105,8 +109,14 @@ fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSou
     }
 }
 
+/// Returns true if a path is that of a TIFF file of tiles.
+fn is_tiled(path: &Path) -> bool {
+    TiffDirectories::read(path).is_ok_and(|tiff| tiff.is_tiled())
+}
+
 /// An image at the share of its size that is read without the memory that all of it needs, with a note that
-/// says so; `None` where there is none, or where it is damaged. Of two numbers of bytes the first is what all
+/// says so; `None` where there is none, where it is damaged, and of a TIFF file of tiles, whose share has the
+/// texels of a few of them. Of two numbers of bytes the first is what all
 /// of it needs, and the second what is allowed.
 fn at_a_share(
     path: &Path,
@@ -114,6 +124,9 @@ fn at_a_share(
     [needed, limit]: [u64; 2],
     wraps: bool,
 ) -> Option<Arc<MemoryImage>> {
+    if is_tiled(path) {
+        return None;
+    }
     let whole = vastex_build::open(path).ok()?.header().clone();
     let mut reader = vastex_build::in_srgb(vastex_build::open_reduced(path, SHARE_SIDE).ok()??);
     let header = reader.header().clone();
@@ -249,5 +262,25 @@ impl Progress for ImageProgress<'_> {
     fn note(&self, image: &Path, notice: &Notice) {
         self.bar.suspend(|| report::say_of_image(image, notice));
         self.observer.note(&format!("{}: {notice}", image.display()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::CacheArgs;
+    use crate::open::tests::tiled_tiff;
+
+    /// What is seen of a few tiles is a first picture, and not what stands for the image.
+    #[test]
+    fn an_image_of_tiles_is_not_shown_at_a_share_for_good() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("tiles.tif");
+        std::fs::write(&path, tiled_tiff(64, 64)).unwrap();
+        assert!(vastex_build::open_reduced(&path, SHARE_SIDE).unwrap().is_some());
+        let cache = CacheArgs { cache: Some("off".into()), cache_gib: 1 };
+        let progress =
+            ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &() }, None);
+        assert!(at_a_share(&path, &progress, [2, 1], false).is_none());
     }
 }

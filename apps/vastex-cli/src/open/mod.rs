@@ -250,12 +250,19 @@ pub(crate) fn is_volume(_: &Path) -> bool {
 /// The same of whatever is drawn.
 fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<Arc<dyn TileSource>> {
     if what_lies_at(path)? == Lies::Other {
+        let mut built = None;
         if let Some(options) = image.filter(|options| is_better_built(path, options.observer)) {
             match open_image(path, options) {
                 Ok(Some(tiles)) => return Ok(tiles),
                 Err(error) if is_of_image(&error) => return Err(error),
-                // Where there is no place to build it, its tiles are read where they lie.
-                Ok(None) | Err(_) => {}
+                // Where there is no place to build it, or no memory, its tiles are read where they lie.
+                Err(error) if !is_unsupported(&error) => {
+                    let note = format!("{error:#}");
+                    report::say(&format!("note: {note}"));
+                    options.observer.note(&note);
+                    built = Some(Err(error));
+                }
+                other => built = Some(other),
             }
         }
         let refused = match in_place(path, image.map(|image| image.observer)) {
@@ -264,7 +271,7 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
             Err(error) => Some(error),
         };
         // What cannot be shown where it lies may be built.
-        match (image.map(|options| open_image(path, options)), refused) {
+        match (built.or_else(|| image.map(|options| open_image(path, options))), refused) {
             (Some(Ok(Some(tiles))), _) => return Ok(tiles),
             // It is of a kind that is built, and damaged.
             (Some(Err(error)), Some(refusal))
@@ -324,8 +331,11 @@ fn is_unsupported(_: &anyhow::Error) -> bool {
 /// to look at meanwhile.
 #[cfg(feature = "build")]
 fn is_better_built(path: &Path, observer: &dyn OpenObserver) -> bool {
-    let lacks_levels = |looked: &Looked| looked.tiff(path).is_some_and(|tiff| tiff.lacks_levels());
-    observer.looked().map_or_else(|| lacks_levels(&Looked::at(path)), lacks_levels)
+    match observer.looked().filter(|looked| looked.is_of(path)) {
+        Some(looked) => looked.is_built_first(path),
+        // Another file was looked at, as where this one lies over it.
+        None => Looked::at(path).is_built_first(path),
+    }
 }
 
 /// Without the readers of `vastex build` nothing can be built.
@@ -335,11 +345,20 @@ fn is_better_built(_: &Path, _: &dyn OpenObserver) -> bool {
 }
 
 /// Returns true if an error is about an image itself, or about a build that was broken off, and not about
-/// where it would be kept.
+/// where it would be kept or the memory that it takes.
 #[cfg(feature = "build")]
 fn is_of_image(error: &anyhow::Error) -> bool {
-    (error.is::<vastex_build::CacheError>() || error.is::<vastex_build::BuildError>())
-        && !is_unsupported(error)
+    use vastex_build::{BuildError, CacheError};
+
+    let is_of_build = |error: &BuildError| matches!(error, BuildError::Input { .. } | BuildError::Cancelled);
+    let is_of_cache = |error: &CacheError| match error {
+        CacheError::Build(error) => is_of_build(error),
+        CacheError::Changed(_) => true,
+        _ => false,
+    };
+    let is_of_either =
+        error.downcast_ref().is_some_and(is_of_cache) || error.downcast_ref().is_some_and(is_of_build);
+    is_of_either && !is_unsupported(error)
 }
 
 /// Without the readers of `vastex build` nothing is known of images.

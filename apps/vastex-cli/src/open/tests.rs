@@ -63,7 +63,7 @@ fn nonsense_that_is_called_a_picture_is_refused_as_one() {
 
 /// A grey TIFF file of tiles of 256x256 texels and no coarser levels. All of its tiles are one.
 #[cfg(feature = "build")]
-fn tiled_tiff(columns: u32, rows: u32) -> Vec<u8> {
+pub(super) fn tiled_tiff(columns: u32, rows: u32) -> Vec<u8> {
     let count = columns * rows;
     let lists = 8 + 65_536;
     let mut file = b"II\x2a\0".to_vec();
@@ -148,7 +148,54 @@ fn tiles_without_levels_are_seen_at_once_and_can_be_broken_off() {
     // Where nothing can be kept it is shown where it lies.
     std::fs::write(&path, tiled_tiff(13, 10)).unwrap();
     let nowhere = path.join("cache");
-    assert_eq!(open(&nowhere, &()).unwrap().description().geometry.size(), [3328, 2560, 1]);
+    let hears = Hears::default();
+    assert_eq!(open(&nowhere, &hears).unwrap().description().geometry.size(), [3328, 2560, 1]);
+    let said = hears.notes.take();
+    let of_cache = said.iter().filter(|note| note.contains("cannot hold built images"));
+    assert_eq!(of_cache.count(), 1, "{said:?}");
+    // One that lies over another file, too, which was looked at.
+    let other = Looked::at(&directory.path().join("other.tif"));
+    assert!(is_better_built(&path, &Looked::at(&path)) && is_better_built(&path, &other));
+}
+
+/// What hinders a build of an image that can be read where it lies, and what is wrong with the image itself.
+#[cfg(feature = "build")]
+#[test]
+fn only_faults_of_an_image_keep_it_from_being_read_where_it_lies() {
+    use vastex_build::{BuildError, CacheError, InputFault, WriteError};
+
+    fn path() -> PathBuf {
+        PathBuf::from("a.tif")
+    }
+    let input: fn() -> BuildError =
+        || BuildError::Input { path: path(), fault: InputFault::Truncated { place: "here".into() } };
+    let memory = || BuildError::Memory { path: path(), needed: 2, limit: 1, remedy: "split it" };
+    let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+    let output = || BuildError::Output(WriteError::Io { name: "a".into(), error: full() });
+    let cancelled: fn() -> BuildError = || BuildError::Cancelled;
+    for of_image in [input, cancelled] {
+        assert!(is_of_image(&of_image().into()) && is_of_image(&CacheError::from(of_image()).into()));
+    }
+    assert!(is_of_image(&CacheError::Changed(path()).into()));
+    for (n, of_place) in [memory(), output()].into_iter().enumerate() {
+        assert!(!is_of_image(&of_place.into()), "{n}");
+    }
+    assert!(!is_of_image(&CacheError::from(memory()).into()));
+    assert!(!is_of_image(&CacheError::Unusable { directory: path(), error: full() }.into()));
+}
+
+/// Keeps what it is told.
+#[cfg(feature = "build")]
+#[derive(Default)]
+struct Hears {
+    notes: std::cell::RefCell<Vec<String>>,
+}
+
+#[cfg(feature = "build")]
+impl OpenObserver for Hears {
+    fn note(&self, note: &str) {
+        self.notes.borrow_mut().push(note.to_owned());
+    }
 }
 
 /// The window goes by the file that it displays, not by the one that the command line names first.

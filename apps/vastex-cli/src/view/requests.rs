@@ -23,8 +23,15 @@ use crate::open;
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 
 /// Returns true if a path names bands of a file.
+#[cfg(feature = "build")]
 fn is_bands(path: &Path) -> bool {
-    path.to_str().is_some_and(|path| path.rsplit(':').next().is_some_and(|name| name.starts_with("bands=")))
+    vastex_build::image_in_file(path).is_some_and(|(_, name)| vastex_build::bands_in_name(name).is_some())
+}
+
+/// Without the readers of `vastex build` no file has bands to choose.
+#[cfg(not(feature = "build"))]
+fn is_bands(_: &Path) -> bool {
+    false
 }
 
 impl App {

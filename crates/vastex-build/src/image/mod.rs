@@ -46,4 +46,4 @@ pub(crate) use open::{Opened, open_stored, open_with_files};
 pub use open::{files_of_image, open, open_reduced};
 pub use pixel::{PixelFormat, Sample};
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
-pub use tiff::file::pyramid::{TiffOther, bands_to_choose, image_in_file};
+pub use tiff::file::pyramid::{TiffOther, bands_in_name, bands_to_choose, image_in_file};

@@ -11,13 +11,11 @@ use super::identity::identity_of_file;
 use super::pages::Shape;
 use super::pyramid::TiffSource;
 use crate::image::tiff::file::TiffImage;
-use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, image_in_file};
+use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, bands_in_name, image_in_file};
 use crate::image::{InputFault, TiffAbout};
 
 /// Texels of an image without coarser levels that are read at opening without making a person wait.
 const MOST_READ_AT_ONCE: u64 = 1 << 23;
-/// How names of bands begin, after a file's path and a colon.
-const BANDS: &str = "bands=";
 
 /// A TIFF file whose directories were read. Whoever asks several things of a file asks this instead of the
 /// file; its tiles are opened once, however often they are asked for.
@@ -70,11 +68,16 @@ impl TiffDirectories {
     /// more texels than most screens have pixels: [`TiffDirectories::open`] reads all of it, and a build
     /// takes about as long, but can be watched and broken off, and is needed once.
     pub fn lacks_levels(&self) -> bool {
-        let names_bands = |name: &String| name.starts_with(BANDS);
-        let is_first = self.name.as_ref().is_none_or(names_bands);
+        let is_first = self.name.as_ref().is_none_or(|name| bands_in_name(name).is_some());
         let texels = |image: &TiffImage| image.size.map(u64::from).iter().product::<u64>();
-        let is_large = |image: &TiffImage| image.is_tiled && texels(image) > MOST_READ_AT_ONCE;
-        is_first && self.all.levels.len() == 1 && self.all.first().is_some_and(is_large)
+        let is_large = |image: &TiffImage| texels(image) > MOST_READ_AT_ONCE;
+        let is_alone = self.all.levels.len() == 1;
+        is_first && is_alone && self.is_tiled() && self.all.first().is_some_and(is_large)
+    }
+
+    /// Returns true if the first image of the file is stored in tiles, and not in strips.
+    pub fn is_tiled(&self) -> bool {
+        self.all.first().is_some_and(|image| image.is_tiled)
     }
 
     /// The tiles of what the path means, as [`TiffSource::open`] opens them: the same source at every call.

@@ -83,6 +83,12 @@ pub fn bands_to_choose(path: &Path) -> Option<u16> {
     TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?.bands_to_choose()
 }
 
+/// The bands that a name after a file's path and a colon means ([`image_in_file`]): `5,4,3` of
+/// `bands=5,4,3`; `None` if it is the name of another image.
+pub fn bands_in_name(name: &str) -> Option<&str> {
+    bands::in_name(name)
+}
+
 /// The file and the bands of it that a path means, as in `landsat.tif:bands=5,4,3`.
 pub(crate) fn bands_in_path(path: &Path) -> Option<(&Path, &str)> {
     let (file, name) = image_in_file(path)?;
