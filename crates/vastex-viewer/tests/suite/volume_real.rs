@@ -140,8 +140,8 @@ fn every_mode_of_the_real_volumes_is_the_reference() {
     }
 }
 
-/// A camera anywhere around a volume, as far away as sees all of it, or down to half as far; and the
-/// pixels of its picture.
+/// A camera anywhere around a volume, as far away as sees all of it, or down to a twentieth as far, which is
+/// within it; and the pixels of its picture.
 fn camera_by_chance(of: &VolumeBox, nth: u64) -> (VolumeCamera, [u32; 2]) {
     let mut state = nth;
     let mut share = || {
@@ -150,7 +150,7 @@ fn camera_by_chance(of: &VolumeBox, nth: u64) -> (VolumeCamera, [u32; 2]) {
     };
     let [toward, down] = [(); 2].map(|()| [(); 3].map(|()| share() - 0.5));
     let camera = VolumeCamera::around(of, toward, down);
-    let nearer = 0.5 + 0.5 * share();
+    let nearer = 0.05 + 0.95 * share();
     let eye = camera.target + (camera.eye - camera.target) * nearer;
     let size = [(); 2].map(|()| 40 + (70.0 * share()) as u32);
     (VolumeCamera { eye, ..camera }, size)
@@ -170,7 +170,8 @@ fn every_mode_of_the_real_volumes_in_perspective_is_the_reference() {
         let mut renderers = [true, false].map(of_filter);
         world.load_all();
         let by_chance = (0..more).map(|nth| camera_by_chance(&world.of, nth));
-        for (camera, size) in sizes.iter().map(|size| (usual, *size)).chain(by_chance) {
+        for (nth, (camera, size)) in sizes.iter().map(|size| (usual, *size)).chain(by_chance).enumerate() {
+            let is_usual = nth < sizes.len();
             let view = VolumeView::Around(camera);
             let expected = pictures(&descs, &world.levels(), &view, size);
             for renderer in &mut renderers {
@@ -180,7 +181,8 @@ fn every_mode_of_the_real_volumes_in_perspective_is_the_reference() {
                     let db = psnr(&world.shot(renderer, view, size), expected);
                     println!("{name}, {size:?}, {:?}, exact: {is_exact}: {db:.1} dB", desc.mode);
                     let what = format!("{name}, {view:?}, {size:?}, {:?}, exact: {is_exact}", desc.mode);
-                    assert!(db >= 40.0, "{what}: {db:.1} dB");
+                    let least = if is_usual { 50.0 } else { 40.0 };
+                    assert!(db >= least, "{what}: {db:.1} dB");
                 }
             }
         }

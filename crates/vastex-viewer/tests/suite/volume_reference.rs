@@ -234,8 +234,9 @@ struct Sample {
     length: f64,
 }
 
-/// The samples of a ray: those of a level are all counted from where the ray begins, and the first of
-/// them is the one in whose part the level is first wanted.
+/// The samples of a ray: those of a level are all counted from where the ray begins. The first of a coarser
+/// level is the first that does not lie before the place where the level is wanted, if the ray is so long;
+/// those of the finer level go on to that place, or to where the part of that first one begins.
 fn samples(desc: &VolumeDesc, levels: &[ArrayLevel], ray: &Ray, pixel: &dyn Fn(f64) -> f64) -> Vec<Sample> {
     let voxel = |level: usize, a: usize| desc.of.voxel[a] * levels[level].scale[a];
     let step_of = |level: usize| {
@@ -260,16 +261,20 @@ fn samples(desc: &VolumeDesc, levels: &[ArrayLevel], ray: &Ray, pixel: &dyn Fn(f
     loop {
         let (step, coarser) = (step_of(level), coarser_than(level));
         let begins = |(way, level): (f64, usize)| {
-            ray.begin + ((way - ray.begin) / step_of(level)).floor() * step_of(level)
+            let (step, wanted) = (step_of(level), way.max(from));
+            let first = ((wanted - ray.begin) / step - 0.5).ceil().max(0.0);
+            let side = (ray.begin + first * step).min(way + step / 2.0);
+            (ray.begin + (first + 0.5) * step < ray.end).then(|| (level, wanted.max(side)))
         };
-        let until = coarser.map_or(ray.end, begins).max(from);
+        let next = coarser.and_then(begins);
+        let until = next.map_or(ray.end, |(_, until)| until);
         let mut nth = ((from - ray.begin) / step - 0.5).ceil().max(0.0);
         while ray.begin + (nth + 0.5) * step < until {
             let (way, end) = (ray.begin + (nth + 0.5) * step, ray.begin + (nth + 1.0) * step);
             found.push(Sample { way, level, part: end - front, length: end - front });
             (front, nth) = (end, nth + 1.0);
         }
-        let Some((_, next)) = coarser else { break };
+        let Some((next, until)) = next else { break };
         (level, from) = (next, until);
     }
     let length = ray.end - ray.begin;

@@ -1,7 +1,9 @@
 // Where along a ray of volume.wgsl, which stands before this, samples lie: those of a level at begin + (k
 // + 1/2) step. They are counted from where the ray begins, not from where the level changes, so that no
-// rounding there moves those that follow. A level begins with that of its parts in which it is first
-// wanted, so that parts of two levels meet where the sides of both are.
+// rounding there moves those that follow. The first sample of a coarser level is the first that does not
+// lie before the place where that level is wanted; those of the finer level go on up to that place, and
+// beyond it where that sample's own part begins, which is half of its step farther at most. So no sample is
+// coarser than wanted, and nothing is left out where levels meet.
 
 // Where in its part of a ray a sample lies: 0 to 1.
 fn volume_within() -> f32 {
@@ -16,21 +18,23 @@ fn volume_noise(pixel: vec2<f32>) -> f32 {
     return f32((word ^ (word >> 16u)) >> 8u) / 16777216.0;
 }
 
-// How far samples of a level are apart [world].
-fn volume_step(ray: VolumeRay, id: u32, whole: u32) -> f32 {
-    let voxels = abs(ray.direction) / vastex_volume_scale(id, whole);
+// How far samples of a level are apart, even where that is longer than the ray [world].
+fn volume_step(ray: VolumeRay, id: u32, level: u32) -> f32 {
+    let voxels = abs(ray.direction) / vastex_volume_scale(id, level);
     return volume_scene.step / max(max(voxels.x, voxels.y), voxels.z);
 }
 
 // The samples of a level, from one of them on.
 struct VolumeSteps {
-    nth: u32,       // the next one, counted from the ray's beginning
-    end: u32,       // the first one that is no longer of this level, or not of the ray
-    level: f32,     // as vastex_volume_level gives it for one of them
-    step: f32,      // how far they are apart [world]; 0 before all samples
-    longer: f32,    // what the next one's part of the ray is longer, where the level has just changed [world]
-    rest: f32,      // where those of the next level begin
-    until: f32,     // where that is wanted
+    nth: u32,           // the next one, counted from the ray's beginning
+    end: u32,           // the first one that is no longer of this level, or not of the ray
+    level: f32,         // as vastex_volume_level gives it for one of them
+    step: f32,          // how far they are apart [world]; 0 before all samples
+    // By what the next one's part of the ray is longer where the level has just changed; less than 0 where it
+    // is shorter [world].
+    lengthened: f32,
+    next_begin: f32,    // where those of the next level begin
+    next_wanted: f32,   // where that level is wanted; 1e30: never
 }
 
 // Before the samples of a ray: volume_steps_on leads to the first ones.
@@ -45,7 +49,7 @@ fn volume_way(steps: VolumeSteps, ray: VolumeRay, after: u32) -> f32 {
 
 // Where the next sample's part of the ray begins, which is where that of the last one ends.
 fn volume_front(steps: VolumeSteps, ray: VolumeRay) -> f32 {
-    return ray.begin + f32(steps.nth) * steps.step - steps.longer;
+    return ray.begin + f32(steps.nth) * steps.step - steps.lengthened;
 }
 
 // The first sample that does not lie before a way.
@@ -64,7 +68,7 @@ fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, brick: VastexBrick) -> 
 struct VolumeReach {
     level: f32,     // as vastex_volume_level gives it
     whole: u32,
-    until: f32,     // where another one is wanted
+    until: f32,     // where another one is wanted; 1e30: nowhere on the ray
     next: u32,      // which
 }
 
@@ -75,7 +79,9 @@ fn volume_reach(ray: VolumeRay, id: u32, begin: f32) -> VolumeReach {
     var high = ray.end;
     var way = begin;
     var is_first = true;
-    loop {
+    // Two turns for the ends of the ray, and as many halvings as bring two numbers beside each other that are
+    // not next to nothing.
+    for (var turn = 0u; turn < 48u; turn++) {
         let level = vastex_volume_level(id, volume_pixel(way));
         let whole = vastex_volume_whole_level(id, level);
         if is_first {
@@ -90,6 +96,7 @@ fn volume_reach(ray: VolumeRay, id: u32, begin: f32) -> VolumeReach {
         }
         if whole != reach.whole {
             high = way;
+            reach.until = way;
             reach.next = whole;
         } else if way >= ray.end {
             break;
@@ -99,7 +106,6 @@ fn volume_reach(ray: VolumeRay, id: u32, begin: f32) -> VolumeReach {
         // As near as numbers lie.
         way = 0.5 * (low + high);
         if !(way > low && way < high) {
-            reach.until = high;
             break;
         }
     }
@@ -114,29 +120,37 @@ fn volume_steps_on(before: VolumeSteps, ray: VolumeRay, id: u32, samples: u32) -
     var steps = before;
     if samples > 0u {
         steps.nth += samples;
-        steps.longer = 0.0;
+        steps.lengthened = 0.0;
     }
     let length = ray.end - ray.begin;
     let is_begin = steps.step == 0.0;
-    while steps.nth >= steps.end && steps.until < ray.end {
-        let reach = volume_reach(ray, id, steps.until);
+    while steps.nth >= steps.end && steps.next_wanted < ray.end {
+        let reach = volume_reach(ray, id, steps.next_wanted);
         let step = volume_step(ray, id, reach.whole);
         var next = ray.end;
+        var next_wanted = 1e30;
         if reach.until < ray.end {
             let coarser = volume_step(ray, id, reach.next);
-            let parts = floor((reach.until - ray.begin) / coarser);
-            next = min(max(ray.begin + parts * coarser, steps.rest), ray.end);
+            let wanted = max(reach.until, steps.next_begin);
+            let first = f32(volume_first_from(ray, coarser, wanted));
+            // Where the coarser level has no sample any more, this one goes on to the ray's end.
+            if ray.begin + (first + volume_within()) * coarser < ray.end {
+                // Samples that jitter go on no farther beyond than those that do not.
+                let side = min(ray.begin + first * coarser, reach.until + 0.5 * coarser);
+                next = min(max(wanted, side), ray.end);
+                next_wanted = reach.until;
+            }
         }
-        let nth = volume_first_from(ray, step, steps.rest);
+        let nth = volume_first_from(ray, step, steps.next_begin);
         let end = volume_first_from(ray, step, next);
         let is_one = VOLUME_JITTERS && is_begin && step >= length;
         if nth < end && !is_one {
-            let longer = ray.begin + f32(nth) * step - volume_front(steps, ray);
-            steps = VolumeSteps(nth, end, reach.level, step, longer, next, reach.until);
+            let lengthened = ray.begin + f32(nth) * step - volume_front(steps, ray);
+            steps = VolumeSteps(nth, end, reach.level, step, lengthened, next, next_wanted);
         } else {
             steps.level = reach.level;
-            steps.rest = next;
-            steps.until = select(reach.until, 1e30, is_one);
+            steps.next_begin = next;
+            steps.next_wanted = select(next_wanted, 1e30, is_one);
         }
     }
     if is_begin && steps.step == 0.0 {

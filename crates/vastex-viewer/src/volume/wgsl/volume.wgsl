@@ -168,7 +168,7 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
         let middle = volume_at(ray, volume_way(steps, ray, 0u));
         // A quotient of equals need not be 1 exactly.
         let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
-        let longer = steps.longer / first_step;
+        let lengthened = steps.lengthened / first_step;
         let brick = vastex_brick(id, volume_scene.anchor, middle, steps.level);
         samples = min(volume_samples_in(steps, ray, brick), VOLUME_SAMPLES - count);
         // What changes nothing is leapt over, and what is the same everywhere is sampled once.
@@ -178,16 +178,16 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
         if is_even {
             most = max(most, range.y);
             least = min(least, range.x);
-            sum += range.x * (f32(samples) * weight + longer);
+            sum += range.x * (f32(samples) * weight + lengthened);
         } else if !is_idle {
             for (var sample = 0u; sample < samples; sample++) {
                 let value = volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample)));
                 most = max(most, value);
                 least = min(least, value);
-                sum += value * (weight + select(0.0, longer, sample == 0u));
+                sum += value * (weight + select(0.0, lengthened, sample == 0u));
             }
         }
-        length += f32(samples) * weight + longer;
+        length += f32(samples) * weight + lengthened;
         count += samples;
     }
     if VOLUME_MODE == VOLUME_MIP {
@@ -265,10 +265,10 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
             continue;
         }
         for (var sample = 0u; sample < samples; sample++) {
-            let longer = select(0.0, steps.longer, sample == 0u);
-            let front = ray.begin + f32(steps.nth + sample) * steps.step - longer;
+            let lengthened = select(0.0, steps.lengthened, sample == 0u);
+            let front = ray.begin + f32(steps.nth + sample) * steps.step - lengthened;
             // The last part ends where the ray does.
-            let over = volume_glowing(gathered[sample], min(steps.step + longer, ray.end - front), through);
+            let over = volume_glowing(gathered[sample], min(steps.step + lengthened, ray.end - front), through);
             light += over.rgb;
             through *= over.a;
             last = gathered[sample];

@@ -81,7 +81,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
         return nothing;
     }
     let next = volume_next_brick(ray, first, way, end);
-    let level = vastex_volume_level(first, volume_pixel(way));
+    let level = volume_level_asked(ray, first, way);
     return vastex_weighted(
         vastex_volume_feedback(volume_scene.wants, volume_scene.anchor, volume_at(ray, 0.5 * (way + next)), level),
         through.a * nearness);
@@ -135,7 +135,7 @@ fn volume_image_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
     // Once at least: a surface may be where the ray begins.
     loop {
         let next = volume_next_brick(ray, first, way, end);
-        let level = vastex_volume_level(first, volume_pixel(way));
+        let level = volume_level_asked(ray, first, way);
         let at = volume_at(ray, 0.5 * (way + next));
         if volume_lacks(at, level) {
             found = vastex_weighted(
@@ -157,9 +157,21 @@ fn volume_image_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
     return found;
 }
 
-// Where a ray leaves the brick that it is in, of the level that is wanted there at mip bias 0.
-fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
+// The level that feedback names for the brick that a ray enters at a way: the one that is wanted there, or
+// half of a step before, since samples of a finer level go on so far; near the ray's end a whole step, since
+// there the coarser level may have no sample any more (steps.wgsl).
+fn volume_level_asked(ray: VolumeRay, id: u32, way: f32) -> f32 {
     let level = vastex_volume_level(id, volume_pixel(way));
+    let step = volume_step(ray, id, vastex_volume_whole_level(id, level));
+    let before = select(0.5, 1.0, way + step > ray.end) * step;
+    return vastex_volume_level(id, volume_pixel(max(way - before, ray.begin)));
+}
+
+// Where a ray leaves the brick that it is in, of the level that feedback names at mip bias 0. That level is
+// chosen where the ray enters a brick, and not sample by sample: what the picture samples within the brick is
+// of it, or coarser and so of a brick above it, and bricks above what is named are loaded, too.
+fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
+    let level = volume_level_asked(ray, id, way);
     // A little within, where rounding does not put it before its beginning.
     let step = volume_step(ray, id, u32(floor(level)));
     let within = min(way + 0.01 * step, end);
