@@ -24,7 +24,7 @@ pub enum VolumeAsked {
         /// Which time, from 0.
         time: u64,
     },
-    /// The values at a place, for [`VolumeScene::tell`].
+    /// The values at a place, for [`VolumeScene::report`].
     Point(PointAsked),
     /// The usual ranges of these channels at the time that is seen, for [`VolumeScene::set_range`].
     Ranges(Vec<usize>),
@@ -226,8 +226,8 @@ impl VolumeScene {
 
     /// What lies at a place that was asked for. After a click in 3-D the crosshair goes there; the label of a
     /// click is selected, or none where there is none, unless other labels are shown by now.
-    pub fn tell(&mut self, told: PointAnswer) {
-        let heard = self.points.tell(told);
+    pub fn report(&mut self, answer: PointAnswer) {
+        let heard = self.points.report(answer);
         if let Some(place) = heard.cross {
             self.look.put_cross(&self.facts.of, place);
         }
@@ -239,7 +239,7 @@ impl VolumeScene {
     }
 
     /// What lies at a place that was asked for cannot be found out.
-    pub fn tell_nothing(&mut self, number: u64) {
+    pub fn report_nothing(&mut self, number: u64) {
         self.points.give_up(number);
     }
 

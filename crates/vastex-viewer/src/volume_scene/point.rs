@@ -134,7 +134,7 @@ impl Points {
     }
 
     /// The answer. Says what follows from it: where a click along a ray has hit something, which label it is.
-    pub(super) fn tell(&mut self, told: PointAnswer) -> Heard {
+    pub(super) fn report(&mut self, told: PointAnswer) -> Heard {
         let Some((asked, purpose)) = self.out.take_if(|(out, _)| out.number == told.number) else {
             return Heard::default();
         };
@@ -165,13 +165,13 @@ mod tests {
         points.want(at(3.0), Purpose::Click);
         points.want(at(4.0), Purpose::Below);
         assert_eq!(points.ask(2, None), None, "one is out");
-        assert_eq!(points.tell(told(99, None)), Heard::default(), "another's");
+        assert_eq!(points.report(told(99, None)), Heard::default(), "another's");
         assert_eq!(points.ask(2, None), None);
-        points.tell(told(first.number, Some(DVec3::X)));
+        points.report(told(first.number, Some(DVec3::X)));
         assert!(points.below().is_some() && points.clicked().is_none());
         let click = points.ask(2, None).unwrap();
         assert_eq!(click.place, at(3.0), "the click before what came after it");
-        let heard = points.tell(told(click.number, Some(DVec3::X)));
+        let heard = points.report(told(click.number, Some(DVec3::X)));
         assert_eq!(heard, Heard::default(), "a slice's crosshair is there already");
         assert!(points.clicked().is_some());
         assert_eq!(points.ask(2, None).unwrap().place, at(4.0), "the newest of the others");
@@ -192,7 +192,7 @@ mod tests {
             let number = points.ask(0, Some(1)).unwrap().number;
             let told =
                 PointAnswer { number, place: Some(DVec3::Y), voxel: [0; 3], values: Vec::new(), label };
-            assert_eq!(points.tell(told), Heard { cross: Some(DVec3::Y), label: selected }, "{purpose:?}");
+            assert_eq!(points.report(told), Heard { cross: Some(DVec3::Y), label: selected }, "{purpose:?}");
         }
     }
 }

@@ -163,9 +163,9 @@ impl ShownVolume {
         self.is_stale = true;
     }
 
-    /// What lies at a place that was asked for ([`VolumeScene::tell`]): it is seen in the next frame.
-    pub fn tell(&mut self, told: PointAnswer) {
-        self.scene.tell(told);
+    /// What lies at a place that was asked for ([`VolumeScene::report`]): it is seen in the next frame.
+    pub fn report(&mut self, answer: PointAnswer) {
+        self.scene.report(answer);
         self.is_stale = true;
     }
 

@@ -75,6 +75,6 @@ fn a_selected_label_is_of_the_labels_that_are_shown() {
     host.scene.look.labels.shown = Some(1);
     let PointPlace::At(place) = asked.place else { panic!("{asked:?}") };
     let (number, place, values) = (asked.number, Some(place), Vec::new());
-    host.scene.tell(PointAnswer { number, place, voxel: [20, 16, 12], values, label: Some(7) });
+    host.scene.report(PointAnswer { number, place, voxel: [20, 16, 12], values, label: Some(7) });
     assert_eq!(labels(&host), (Some(1), None));
 }

@@ -314,7 +314,7 @@ fn a_click_selects_a_label_and_escape_or_a_click_on_nothing_clears_it() {
         let [VolumeAsked::Point(asked)] = asked[..] else { panic!("{asked:?}") };
         let PointPlace::At(place) = asked.place else { panic!("{asked:?}") };
         let (place, values) = (Some(place), Vec::new());
-        host.scene.tell(PointAnswer { number: asked.number, place, voxel: [20, 16, 12], values, label });
+        host.scene.report(PointAnswer { number: asked.number, place, voxel: [20, 16, 12], values, label });
     };
     let click = |host: &mut Host, label: Option<i128>| {
         host.scene.on_event(InputEvent::PointerMoved(DVec2::new(64.0, 48.0)));

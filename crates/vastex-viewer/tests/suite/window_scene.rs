@@ -142,7 +142,7 @@ fn what_is_heard_over_a_volume_is_shown_and_asked_of_the_host() {
     let at = InputEvent::PointerMoved(glam::DVec2::new(64.0, 48.0));
     assert!(hear(&mut window, at).1);
     let [VolumeAsked::Point(asked)] = window.read()[..] else { panic!("a place is asked for") };
-    window.volume.as_mut().unwrap().scene.tell_nothing(asked.number);
+    window.volume.as_mut().unwrap().scene.report_nothing(asked.number);
     window.scene.beside.set_window(WindowState { is_over_panel: true, ..WindowState::default() });
     hear(&mut window, at);
     assert_eq!(window.read(), []);
@@ -196,7 +196,7 @@ fn a_frame_is_due_for_what_a_host_brings_and_for_panels() {
     assert_eq!(window.next_frame(false), Wake::OnEvent);
     let place = Some(glam::DVec3::new(3.5, 4.5, 5.5));
     let told = PointAnswer { number: asked.number, place, voxel: [3, 4, 5], values: Vec::new(), label: None };
-    shown(&mut window, &|volume| volume.tell(told.clone()));
+    shown(&mut window, &|volume| volume.report(told.clone()));
     settle(&mut window);
     assert_eq!(window.volume.as_ref().unwrap().scene.points().below(), Some(&told));
     // At rest a frame that egui wants is drawn, and while bricks come, of which nothing is seen, only such

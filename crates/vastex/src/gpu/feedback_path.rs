@@ -7,7 +7,7 @@ use vastex_wgpu::{
 /// What gathers feedback on a device, whatever the view and its size.
 pub(super) struct FeedbackPipelines {
     pub(super) readback: ReadbackPipelines,
-    /// where the mode is to tell it.
+    /// There where feedback is inline.
     pub(super) inline: Option<InlinePipelines>,
 }
 

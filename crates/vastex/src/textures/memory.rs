@@ -68,7 +68,7 @@ impl Memory<'_> {
 
     /// Makes a pool as large as the settings say for the picture, as before [`Memory::resize_pool`], and has
     /// it follow the picture again. Fails and costs as [`Memory::resize_pool`] does; if it fails, the pool
-    /// keeps a size of its own if it had one.
+    /// keeps a size of its own if it had one. Bind groups are replaced as by [`Memory::resize_pool`].
     pub fn fit_pool(&mut self, pool: PoolId) -> Result<PoolResize, Error> {
         let Settings { pools, picture, .. } = self.textures.settings.clone();
         self.resize_as(pool, |state| state.planned(&pools, picture), false)

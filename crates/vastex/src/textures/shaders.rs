@@ -60,7 +60,7 @@ impl Textures {
     /// - by [`Textures::update`], [`Textures::add`] and [`Textures::add_group`], where page tables or records
     ///   need more memory than they have had;
     /// - by [`Textures::remove`] of a pool's last texture;
-    /// - by [`Memory::resize_pool`](crate::Memory::resize_pool),
+    /// - by [`Memory::resize_pool`](crate::Memory::resize_pool), [`Memory::fit_pool`](crate::Memory::fit_pool),
     ///   [`Memory::set_picture`](crate::Memory::set_picture) and [`Memory::restore`](crate::Memory::restore),
     ///   and by whatever is called first after an update that failed;
     /// - by [`ViewMut::main_pass`](crate::ViewMut::main_pass), where feedback is

@@ -106,11 +106,16 @@ impl Window<'_> {
 
     /// A picture of the window that a key asks for has so many pixels, and stays beside the others.
     pub(super) fn take_picture(&mut self, key: &str, size: [usize; 2], step: &str) -> Result<()> {
+        let name = |window: &mut Self| -> Option<String> {
+            let title = window.title()?;
+            Some(title.split("the picture is ").nth(1)?.split(" – ").next()?.trim().to_owned())
+        };
+        // The title may still name the picture before.
+        let before = name(self);
         self.key(key)?;
         let place = self.place.clone();
         let picture = self.until("a picture of the window", |window| {
-            let title = window.title()?;
-            let name = title.split("the picture is ").nth(1)?.split(" – ").next()?.trim().to_owned();
+            let name = name(window).filter(|name| Some(name) != before.as_ref())?;
             fs::read(place.join(name)).ok()
         })?;
         let side = |at: usize| Some(u32::from_be_bytes(picture.get(at..at + 4)?.try_into().ok()?) as usize);

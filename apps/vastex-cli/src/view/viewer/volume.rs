@@ -71,7 +71,7 @@ impl Viewer {
             match asked {
                 VolumeAsked::Channel { channel, time } => volume.scene.refuse(channel, time),
                 VolumeAsked::Labels { nth, time } => volume.scene.refuse_labels(nth, time),
-                VolumeAsked::Point(asked) => volume.scene.tell_nothing(asked.number),
+                VolumeAsked::Point(asked) => volume.scene.report_nothing(asked.number),
                 VolumeAsked::Ranges(_) | VolumeAsked::Label { .. } => {}
             }
             say(&mut self.scene.beside, &error);
@@ -124,11 +124,11 @@ fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<
             Err(error)
         }
         Done::Point(Ok(told), _) => {
-            volume.tell(told);
+            volume.report(told);
             Ok(())
         }
         Done::Point(Err(error), number) => {
-            scene.tell_nothing(number);
+            scene.report_nothing(number);
             Err(error)
         }
         Done::Values { channel, values } => {
