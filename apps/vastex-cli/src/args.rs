@@ -31,7 +31,7 @@ pub(crate) use render::{CameraMotion, PictureFormat, RenderArgs};
 pub(crate) use replace::ReplaceArgs;
 pub(crate) use replay::ReplayArgs;
 #[cfg(feature = "view")]
-pub(crate) use view::{NO_FILE, ViewArgs, of_link, parsed};
+pub(crate) use view::{Fault, NO_FILE, ViewArgs, of_link, parsed};
 #[cfg(feature = "volumes")]
 pub(crate) use volume::{AskedSlice, RenderVolumeArgs, Toward, VolumeFilter, VolumeScene, with_volume};
 #[cfg(all(feature = "build", feature = "volumes"))]

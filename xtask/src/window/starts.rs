@@ -12,6 +12,7 @@ use crate::shell;
 
 /// Opened for the first time: a person's hands have built the other one before.
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
+const VOLUME: &str = "assets/volumes/head.zip";
 /// Frames of the source itself.
 const FRAMES: &str = "12";
 /// A window that is quick to draw.
@@ -26,8 +27,30 @@ pub(super) fn check(place: &Path) -> Result<()> {
     for scene in ["image", "globe"] {
         shell::run(view(&display, place, &container).args(["--on", scene]))?;
     }
+    what_goes_wrong(&display, place, &container)?;
     images_that_nobody_built(&display, place)?;
     heights_of_a_file(&display, place)
+}
+
+/// A window goes on without its device, without its surface, and where the surface is refused for a frame;
+/// each time a line says so, and nothing else does. Of a volume that is being read nothing is left out.
+fn what_goes_wrong(display: &Display, place: &Path, container: &Path) -> Result<()> {
+    let lost = "the graphics device was lost; going on with a new one";
+    for (source, fault, line) in [
+        (container, "device", lost),
+        (container, "surface", "is asked again: its surface was lost"),
+        (container, "configuration", "is asked again: Validation Error"),
+        (Path::new(VOLUME), "device", lost),
+    ] {
+        let said = shell::run_with_stderr(view(display, place, source).args(["--fault", fault]))?;
+        let of_faults = ["lost", "asked again", "error"];
+        let is_of_fault = |said: &&String| {
+            said.starts_with("vastex: ") && of_faults.iter().any(|fault| said.contains(fault))
+        };
+        let told: Vec<_> = said.iter().filter(is_of_fault).collect();
+        ensure!(told.len() == 1 && told[0].contains(line), "a window with a fault, {fault}: {said:?}");
+    }
+    Ok(())
 }
 
 /// A PNG is shown while it is built, and opened at once the second time, as a JPEG is that was built before;

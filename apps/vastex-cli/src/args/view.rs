@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, Args as ClapArgs, CommandFactory, FromArgMatches};
+use clap::{Arg, Args as ClapArgs, CommandFactory, FromArgMatches, ValueEnum};
 use vastex_scenes::Scene;
 use vastex_viewer::input::CONTROLS;
 use vastex_viewer::layers::CompareMode;
@@ -120,10 +120,24 @@ pub(crate) struct ViewArgs {
     /// to be opened, for tests
     #[arg(long, value_name = "N", hide = true)]
     pub(crate) exit_after_frames: Option<u64>,
+    /// Have something go wrong after the first frame of the source itself, for tests
+    #[arg(long, value_enum, hide = true, requires = "exit_after_frames")]
+    pub(crate) fault: Option<Fault>,
     /// How a volume is shown at first. Last, since all that follows stands under its heading
     #[cfg(feature = "volumes")]
     #[command(flatten, next_help_heading = "Options of volumes")]
     pub(crate) volume: super::VolumeLookArgs,
+}
+
+/// What can go wrong with a window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Fault {
+    /// The device is lost.
+    Device,
+    /// The window's surface is lost.
+    Surface,
+    /// The surface cannot be configured in one frame.
+    Configuration,
 }
 
 /// What the program is told in these words; `view` may do without a file. Says what is wrong with them, and

@@ -163,6 +163,20 @@ impl Channels {
         }
     }
 
+    /// A channel that could not be had may be asked for once more.
+    pub(super) fn ask_again(&mut self, channel: usize) {
+        if let Some(held) = self.held.get_mut(channel).filter(|held| !matches!(held, Held::Here(_))) {
+            *held = Held::Absent;
+        }
+    }
+
+    /// Labels that could not be had may be asked for once more.
+    pub(super) fn ask_labels_again(&mut self, nth: usize) {
+        if let Some((held, _)) = self.labels.get_mut(nth).filter(|(held, _)| !matches!(held, Held::Here(_))) {
+            *held = Held::Absent;
+        }
+    }
+
     /// Returns true if every channel that is shown is here, or will never be.
     pub(super) fn is_complete(&self, look: &VolumeLook) -> bool {
         let is_there = |channel| matches!(self.held.get(channel), Some(Held::Here(_) | Held::Refused));

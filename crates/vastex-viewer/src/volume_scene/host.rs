@@ -168,6 +168,22 @@ impl VolumeScene {
         self.note_change_of(time);
     }
 
+    /// A channel, or labels, that were asked for could not be read or added since the device was lost: they
+    /// are asked for again.
+    pub fn ask_again(&mut self, asked: &VolumeAsked) {
+        match *asked {
+            VolumeAsked::Channel { channel, time } => {
+                self.channels_at(time).iter_mut().for_each(|channels| channels.ask_again(channel));
+                self.note_change_of(time);
+            }
+            VolumeAsked::Labels { nth, time } => {
+                self.channels_at(time).iter_mut().for_each(|channels| channels.ask_labels_again(nth));
+                self.note_change_of(time);
+            }
+            _ => {}
+        }
+    }
+
     fn channels_at(&mut self, time: u64) -> Option<&mut Channels> {
         match &mut self.next {
             Some(coming) if coming.channels.time == time => Some(&mut coming.channels),

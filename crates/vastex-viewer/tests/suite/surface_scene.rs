@@ -9,9 +9,9 @@ use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, 
 use vastex_viewer::beside::Wake;
 use vastex_viewer::hud::Chosen;
 use vastex_viewer::panels::{FileAbout, PanelPainter};
-use vastex_viewer::stage::{Canvas, TextureRead};
+use vastex_viewer::stage::{Canvas, TargetKind, TextureRead};
 use vastex_viewer::surface_scene::{
-    DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene,
+    DisplayError, DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene,
 };
 use vastex_viewer::window_scene::{ShownVolume, WindowScene};
 use vastex_viewer::{DisplayOptions, Gpu, Pose, Scene};
@@ -71,6 +71,19 @@ impl Window {
         self.scene = self.scene.restored(&self.gpu, self.formats.clone()).unwrap();
         self.volume.iter_mut().for_each(|volume| volume.restore(&self.gpu, &self.formats).unwrap());
         self
+    }
+
+    /// The device is lost: in the next frame nothing panics, and a host that asks hears of it.
+    pub(crate) fn lose_device(&mut self) {
+        self.gpu.device.destroy();
+        self.volume.iter_mut().for_each(ShownVolume::refresh);
+        let pose = Pose::first(self.scene.settings().scene);
+        let canvas = Canvas::new(&self.gpu, SIZE, wgpu::TextureFormat::Rgba8Unorm, TargetKind::Direct);
+        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_mut());
+        let begun = shown.begin_frame((pose, true), &mut self.painter).map_err(DisplayError::from);
+        let drawn = begun.and_then(|_| shown.record(pose, &canvas.target(), &mut |_, _| {}).map(drop));
+        assert!(drawn.err().is_none_or(|error| error.is_device_lost()));
+        assert!(shown.textures().inspect().check_device().is_err());
     }
 
     /// An image of one colour, as a host hands it over; one that grows has so many of its rows.
@@ -181,6 +194,22 @@ fn a_window_shows_a_source_and_what_is_said_and_rests() {
     assert_eq!((window.scene.settings().scene, window.settle()), (Scene::Image, [200, 100, 50, 255]));
     window.scene.beside.set_hidden(true);
     assert_eq!(window.next_frame(true), Wake::SLOWLY);
+}
+
+/// What was read is read no more, and what was chosen stays.
+#[test]
+fn surfaces_are_shown_as_they_were_after_their_device_was_lost() {
+    let mut window = Window::new();
+    let source = window.source([200, 100, 50], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.scene.expose(-1.0);
+    let before = window.settle();
+    assert_ne!(before, [200, 100, 50, 255]);
+    window.lose_device();
+    let mut window = window.on_another_device();
+    assert_eq!(window.next_frame(false), Wake::Now);
+    assert_eq!(window.settle(), before);
+    assert_ne!(window.next_frame(false), Wake::Now);
 }
 
 #[test]

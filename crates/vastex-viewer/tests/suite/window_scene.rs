@@ -215,7 +215,17 @@ fn a_frame_is_due_for_what_a_host_brings_and_for_panels() {
 fn a_volume_goes_on_with_another_device_and_goes_where_a_view_or_a_path_says() {
     let mut window = Window::new();
     window.show_volume(1);
+    // What is being read when the device is lost is asked for again.
+    assert!(window.pixel_of_frame(MIDDLE).is_some());
+    let asked = window.volume.as_mut().unwrap().scene.take_asked();
+    assert_eq!(asked, [VolumeAsked::Channel { channel: 0, time: 0 }]);
+    window.lose_device();
+    window.volume.as_mut().unwrap().scene.refuse(0, 0);
+    window.volume.as_mut().unwrap().scene.ask_again(&asked[0]);
+    let mut window = window.on_another_device();
+    assert_eq!(window.next_frame(false), Wake::Now);
     assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);
+    window.lose_device();
     let mut window = window.on_another_device();
     assert_eq!(window.next_frame(false), Wake::Now);
     assert_eq!(window.settle_volume().0, [40, 40, 40, 255]);

@@ -5,10 +5,10 @@ use std::time::Instant;
 use anyhow::Result;
 use vastex_scenes::Pose;
 use vastex_viewer::stage::GpuTimer;
-use vastex_viewer::window_scene::WindowScene;
 
 use super::super::surface::SurfaceFrame;
-use super::Viewer;
+use super::{Viewer, shown_of};
+use crate::args::Fault;
 
 impl Viewer {
     /// Draws and shows a frame, where the window shows any.
@@ -17,7 +17,7 @@ impl Viewer {
         #[cfg(feature = "volumes")]
         self.bring_to_volume();
         let panels_are_due = self.shell.due_in(Instant::now()).is_some_and(|due| due.is_zero());
-        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let mut shown = shown_of(&mut self.scene, &mut self.volume);
         let is_due = shown.begin_frame((pose, panels_are_due), &mut self.shell.painter)?;
         if is_due {
             shown.format().iter().for_each(|format| self.surface.set_format(format));
@@ -29,11 +29,12 @@ impl Viewer {
         if !is_due {
             return Ok(());
         }
+        // A lost one is the reason, whatever the window says, and gives no picture without a panic.
+        self.check_device()?;
         let frame = self.surface.acquire();
-        if !matches!(frame, Ok(Some(_))) {
-            self.check_device()?; // a lost one is the reason, whatever the window says
+        if frame.is_none() {
+            self.check_device()?;
         }
-        let frame = frame?;
         self.scene.beside.set_hidden(frame.is_none());
         let Some(frame) = frame else { return Ok(()) };
         self.draw_into(frame, pose)?;
@@ -45,6 +46,9 @@ impl Viewer {
         let (stats, is_source) = (shown.textures().stats(), shown.is_source());
         let is_settled = shown.is_settled(&stats);
         self.frames += u64::from(is_source);
+        if is_source && let Some(fault) = self.fault.take() {
+            self.suffer(fault);
+        }
         let is_busy = self.scene.beside.is_busy();
         if let Some(times) = self.times.as_mut().filter(|_| !self.scene.is_empty()) {
             times.note_frame(is_source, is_settled, is_busy);
@@ -64,6 +68,14 @@ impl Viewer {
         Ok(self.shown().textures().inspect().check_device()?)
     }
 
+    /// Has something go wrong once, for tests.
+    fn suffer(&mut self, fault: Fault) {
+        match fault {
+            Fault::Device => self.scene.gpu().device.destroy(),
+            fault => self.surface.suffer(fault),
+        }
+    }
+
     /// Draws the scene, or nothing if it shows nothing, with the panels over it, and shows that.
     fn draw_into(&mut self, frame: SurfaceFrame, pose: Pose) -> Result<()> {
         let gpu = self.scene.gpu().clone();
@@ -75,7 +87,7 @@ impl Viewer {
             timer.iter_mut().for_each(|timer| timer.mark(encoder, part));
         };
         let target = self.surface.target(&frame.view);
-        let mut shown = WindowScene::of(&mut self.scene, self.volume.as_deref_mut());
+        let mut shown = shown_of(&mut self.scene, &mut self.volume);
         let recorded = shown.record(pose, &target, &mut mark)?;
         let mut encoder = recorded.unwrap_or_else(|| {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());

@@ -36,7 +36,7 @@ use super::surface::Surface;
 use super::times::Times;
 #[cfg(feature = "volumes")]
 use super::volume_work::VolumeWork;
-use crate::args::{SceneArgs, ViewArgs};
+use crate::args::{Fault, SceneArgs, ViewArgs};
 use crate::commands::render;
 use anew::Anew;
 pub(super) use anew::MadeAnew;
@@ -54,10 +54,7 @@ pub(super) struct Viewer {
     /// What is seen, and what stands beside it.
     pub(super) scene: SurfaceScene,
     /// A volume in its place.
-    volume: Option<Box<ShownVolume>>,
-    /// The threads that read that volume: they come and go with it, in `show_volume` and `forget_volume`.
-    #[cfg(feature = "volumes")]
-    volume_work: Option<VolumeWork>,
+    volume: Option<Box<OpenVolume>>,
     pub(super) recent: Recent,
     pub(super) bookmarks: Bookmarks,
     /// Textures that are wanted in the place of those of the scene.
@@ -70,6 +67,21 @@ pub(super) struct Viewer {
     shortage: Option<Event>,
     /// What is measured, if that is asked for.
     pub(super) times: Option<Times>,
+    /// What is to go wrong after the first frame of a source, in tests.
+    fault: Option<Fault>,
+}
+
+/// A volume in the window.
+struct OpenVolume {
+    shown: ShownVolume,
+    /// The threads that read it.
+    #[cfg(feature = "volumes")]
+    work: VolumeWork,
+}
+
+/// What a window shows: a volume, or what lies on its scene where there is none.
+fn shown_of<'a>(scene: &'a mut SurfaceScene, volume: &'a mut Option<Box<OpenVolume>>) -> WindowScene<'a> {
+    WindowScene::of(scene, volume.as_deref_mut().map(|volume| &mut volume.shown))
 }
 
 impl Viewer {
@@ -82,6 +94,7 @@ impl Viewer {
         display: OwnedDisplayHandle,
     ) -> Result<Viewer> {
         let (gpu, surface) = device_for(&window, display)?;
+        let fault = args.fault;
         let (fade, args) = (args.fade_ms.map_or(default_fade(&gpu), Duration::from_millis), &args.scene);
         let settings = Settings { fade, ..render::settings(args)? };
         let named = NamedByHost {
@@ -101,8 +114,6 @@ impl Viewer {
             shell: Shell::new(window.clone()),
             scene: SurfaceScene::new((gpu, textures), pictures, first, chosen, clock),
             volume: None,
-            #[cfg(feature = "volumes")]
-            volume_work: None,
             recent: Recent::load(),
             bookmarks: Bookmarks::load(),
             anew: Anew::default(),
@@ -110,6 +121,7 @@ impl Viewer {
             frames: 0,
             shortage: None,
             times: None,
+            fault,
             window,
             surface,
         })
@@ -123,7 +135,7 @@ impl Viewer {
         source: PreparedSource,
     ) -> Result<Scene, DisplayError> {
         let scene = self.scene.show_preview(opening, name, source)?;
-        self.forget_volume();
+        self.volume = None;
         Ok(scene)
     }
 
@@ -135,14 +147,8 @@ impl Viewer {
         source: PreparedSource,
     ) -> Result<Scene, DisplayError> {
         let scene = self.scene.show_source(opening, name, source)?;
-        self.forget_volume();
-        Ok(scene)
-    }
-
-    fn forget_volume(&mut self) {
         self.volume = None;
-        #[cfg(feature = "volumes")]
-        self.volume_work.take();
+        Ok(scene)
     }
 
     /// Returns true if a volume is shown.
@@ -152,7 +158,7 @@ impl Viewer {
 
     /// What the window shows.
     pub(super) fn shown(&mut self) -> WindowScene<'_> {
-        WindowScene::of(&mut self.scene, self.volume.as_deref_mut())
+        shown_of(&mut self.scene, &mut self.volume)
     }
 
     /// Goes on with a device of its own after this one's was lost. What was read stays, and the view is sharp
@@ -170,7 +176,7 @@ impl Viewer {
         let scene = scene.restored(&gpu, surface.formats().clone())?;
         scene.format().iter().for_each(|format| surface.set_format(format));
         let mut restored = Viewer { window, surface, scene, timer: None, ..self };
-        if let Some(volume) = &mut restored.volume {
+        if let Some(OpenVolume { shown: volume, .. }) = restored.volume.as_deref_mut() {
             let restored = volume.restore(&gpu, restored.surface.formats());
             restored.map_err(|error| anyhow!("{}: {error}", volume.name()))?;
         }
@@ -197,21 +203,21 @@ impl Viewer {
     pub(super) fn resize(&mut self, size: [u32; 2]) {
         self.surface.resize(size);
         self.scene.resize(self.surface.size());
-        self.volume.iter_mut().for_each(|volume| volume.resize(self.surface.size()));
+        self.volume.iter_mut().for_each(|volume| volume.shown.resize(self.surface.size()));
     }
 
     /// Hears an event before the picture does.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
         let heard = self.shell.hear(event);
         if heard.is_stale {
-            self.volume.iter_mut().for_each(|volume| volume.refresh());
+            self.volume.iter_mut().for_each(|volume| volume.shown.refresh());
         }
         heard
     }
 
     /// Hears keys and the pointer before surfaces do. Returns true if that was all there is to it.
     pub(super) fn hear_in_volume(&mut self, event: InputEvent) -> bool {
-        let Some(volume) = &mut self.volume else { return false };
+        let Some(OpenVolume { shown: volume, .. }) = self.volume.as_deref_mut() else { return false };
         let is_taken = volume.on_event(&self.scene.beside, event);
         if volume.is_stale() {
             self.window.request_redraw();
@@ -221,7 +227,7 @@ impl Viewer {
 
     /// The volume that is shown, if one is.
     pub(super) fn volume(&mut self) -> Option<&mut ShownVolume> {
-        self.volume.as_deref_mut()
+        self.volume.as_deref_mut().map(|volume| &mut volume.shown)
     }
 
     /// What is shown knows how the window is now.

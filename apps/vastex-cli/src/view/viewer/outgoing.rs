@@ -40,7 +40,7 @@ impl Viewer {
     /// What is shown, as a text; `None` if nothing is.
     pub(in super::super) fn view_text(&self, pose: Pose) -> Option<String> {
         match &self.volume {
-            Some(volume) => Some(volume.view_text().to_string()),
+            Some(volume) => Some(volume.shown.view_text().to_string()),
             None => self.scene.view_text(pose),
         }
     }

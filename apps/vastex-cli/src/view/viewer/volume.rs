@@ -8,8 +8,9 @@ use vastex_viewer::beside::{Beside, VOLUME};
 use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook};
 use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
 
+use super::super::is_device_lost;
 use super::super::volume_work::{Done, VolumeWork};
-use super::Viewer;
+use super::{OpenVolume, Viewer};
 use crate::report;
 use crate::screenshot::VolumeShot;
 use crate::volumes::OpenedVolume;
@@ -25,17 +26,17 @@ impl Viewer {
     ) -> Result<()> {
         let shown = VolumeToShow { name: name.to_owned(), facts: opened.facts.clone(), look, settings, rows };
         let on = (self.scene.gpu(), &self.scene.beside);
-        let volume = ShownVolume::new(on, shown, (self.surface.formats(), self.surface.size()))?;
+        let shown = ShownVolume::new(on, shown, (self.surface.formats(), self.surface.size()))?;
         let window = self.window.clone();
-        self.volume_work = Some(VolumeWork::new(opened, Arc::new(move || window.request_redraw())));
+        let work = VolumeWork::new(opened, Arc::new(move || window.request_redraw()));
         self.scene.give_way(opening, name);
-        self.volume = Some(Box::new(volume));
+        self.volume = Some(Box::new(OpenVolume { shown, work }));
         Ok(())
     }
 
     /// Hands a volume what threads have read for it since the last frame.
     pub(super) fn bring_to_volume(&mut self) {
-        let (Some(volume), Some(work)) = (&mut self.volume, &mut self.volume_work) else { return };
+        let Some(OpenVolume { shown: volume, work }) = self.volume.as_deref_mut() else { return };
         work.want_levels(volume.scene.textures(), volume.scene.has_all());
         volume.scene.expect_changes(work.has_early_bricks());
         let (all, changes) = (work.take_done(), work.changes());
@@ -55,7 +56,7 @@ impl Viewer {
 
     /// Has threads begin what a volume asks for.
     pub(super) fn read_for_volume(&mut self) {
-        let (Some(volume), Some(work)) = (&mut self.volume, &mut self.volume_work) else { return };
+        let Some(OpenVolume { shown: volume, work }) = self.volume.as_deref_mut() else { return };
         for asked in volume.scene.take_asked() {
             let begun = match &asked {
                 &VolumeAsked::Channel { channel, time } => {
@@ -80,7 +81,7 @@ impl Viewer {
 
     /// What a picture shows of the volume, so many times as large as the window; `None` without one.
     pub(in super::super) fn volume_shot(&self, times: u32) -> Option<VolumeShot> {
-        let (volume, work) = self.volume.as_ref().zip(self.volume_work.as_ref())?;
+        let OpenVolume { shown: volume, work } = self.volume.as_deref()?;
         Some(VolumeShot {
             source: work.path().to_owned(),
             look: Some(volume.scene.look.clone()),
@@ -99,8 +100,25 @@ fn say(beside: &mut Beside, error: &Error) {
     beside.log(said);
 }
 
-/// Hands a volume what a thread has read, and has the levels made that it lacks.
+/// Hands a volume what a thread has read. What failed with a device that was lost is asked for again, for the
+/// one that takes its place.
 fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<()> {
+    let asked = match done {
+        Done::Channel { channel, time, .. } => Some(VolumeAsked::Channel { channel, time }),
+        Done::Labels { nth, time, .. } => Some(VolumeAsked::Labels { nth, time }),
+        _ => None,
+    };
+    match (bring_once(volume, work, done), asked) {
+        (Err(error), Some(asked)) if is_device_lost(&error) => {
+            volume.scene.ask_again(&asked);
+            Ok(())
+        }
+        (brought, _) => brought,
+    }
+}
+
+/// Hands a volume what a thread has read, and has the levels made that it lacks.
+fn bring_once(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<()> {
     let scene = &mut volume.scene;
     match done {
         Done::Channel { channel, time, read: Ok(read) } => {
