@@ -64,7 +64,7 @@ pub use image::{
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
-pub use source::{DirectorySource, SourceError, TiffDirectories, TiffLevel, TiffSource};
+pub use source::{DirectorySource, SourceError, TiffDirectories, TiffFacts, TiffLevel, TiffSource};
 pub use texels::{FilterError, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning, Quality};
 pub use threads::{ThreadsError, give_way};
 pub use tile::LayerFault;

@@ -28,8 +28,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     #[cfg(feature = "build")]
     if open::what_lies_at(&args.file)? == open::Lies::Other {
         let looked = open::Looked::at(&args.file);
-        if let Some((source, summary)) = super::tiff_info::of(&args.file, &looked)? {
-            return say_of_tiff(args, &source, &summary);
+        if let Some((description, summary)) = super::tiff_info::of(&args.file, &looked)? {
+            let said = format!("{}\n{}", args.file.display(), summary.text());
+            return say(args, &description, &summary, said);
         }
         if let Some(summary) = super::image_info::of(&args.file, &looked)? {
             return say_of_image(args, &summary);
@@ -72,10 +73,7 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     }
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
-        // What is built before it is shown is not read for what is said of it.
-        if !looked.is_built_first(file)
-            && let Some((_, summary)) = super::tiff_info::of(file, looked)?
-        {
+        if let Some((_, summary)) = super::tiff_info::of(file, looked)? {
             return Ok(summary.rows());
         }
         if let Some(summary) = super::image_info::of(file, looked)? {
@@ -85,17 +83,6 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     let container = Container::open_file(file)?;
     let rows = Summary::new(&container.info(), &container).all_rows();
     Ok(rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect())
-}
-
-/// The same of what lies there ready to be shown, though it is no container.
-#[cfg(feature = "build")]
-fn say_of_tiff(
-    args: &InfoArgs,
-    source: &vastex_build::TiffSource,
-    summary: &super::tiff_info::TiffSummary,
-) -> Result<ExitCode> {
-    let said = format!("{}\n{}", args.file.display(), summary.text());
-    say(args, vastex::TileSource::description(source), summary, said)
 }
 
 /// Says a summary as JSON or as text, with the estimate that was asked for.

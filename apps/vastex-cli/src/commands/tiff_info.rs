@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use serde::Serialize;
-use vastex::TileSource;
-use vastex_build::{InputFault, SourceError, TiffDirectories, TiffLevel, TiffSource, image_in_file};
+use vastex::Description;
+use vastex_build::{InputFault, SourceError, TiffDirectories, TiffFacts, TiffLevel, image_in_file};
 
 use super::about_info::{self, AboutSummary, Rows};
 use crate::open::Looked;
@@ -59,16 +59,13 @@ struct Image {
 }
 
 /// What there is to say of a TIFF file that was looked at; `None` if `path` is something else.
-pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<TiffSource>, TiffSummary)>> {
+pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<Description>, TiffSummary)>> {
     if !path.is_file() && image_in_file(path).is_none() {
         return Ok(None);
     }
-    let read = looked.tiff(path);
-    match read.map_or_else(|| TiffSource::open(path).map(Arc::new), TiffDirectories::open) {
-        Ok(source) => {
-            let summary = TiffSummary::new(&source);
-            Ok(Some((source, summary)))
-        }
+    let read = || TiffDirectories::read(path).and_then(|read| read.facts());
+    match looked.tiff(path).map_or_else(read, TiffDirectories::facts) {
+        Ok(facts) => Ok(Some((facts.description().clone(), TiffSummary::new(&facts)))),
         Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
         Err(error) => Err(truer(path, error)),
     }
@@ -88,12 +85,12 @@ fn truer(path: &Path, error: SourceError) -> anyhow::Error {
 }
 
 impl TiffSummary {
-    fn new(source: &TiffSource) -> TiffSummary {
-        let (description, about) = (source.description(), source.about());
+    fn new(facts: &TiffFacts) -> TiffSummary {
+        let (description, about) = (facts.description(), facts.about());
         let geometry = &description.geometry;
         let [width, height, _] = geometry.size();
-        let stored = |level: TiffLevel| {
-            let TiffLevel { level, size, tile, compression, .. } = level;
+        let stored = |level: &TiffLevel| {
+            let TiffLevel { level, size, tile, compression, .. } = level.clone();
             StoredLevel { level, size, tile, compression }
         };
         TiffSummary {
@@ -102,16 +99,16 @@ impl TiffSummary {
             format: description.layers[0].format.name(),
             page: geometry.page()[0],
             levels: geometry.levels().len(),
-            stored_levels: source.levels().into_iter().map(stored).collect(),
-            other_images: source
+            stored_levels: facts.levels().iter().map(stored).collect(),
+            other_images: facts
                 .others()
                 .iter()
                 .map(|o| Image { role: o.role, name: o.name.clone(), title: o.title.clone(), size: o.size })
                 .collect(),
-            about: AboutSummary::new(about, source.profile().map(str::to_owned)),
+            about: AboutSummary::new(about, facts.profile().map(str::to_owned)),
             bands: about.bands.clone(),
-            shown_bands: source.shown_bands(),
-            notices: source.notices().iter().map(ToString::to_string).collect(),
+            shown_bands: facts.shown_bands().to_vec(),
+            notices: facts.notices().iter().map(ToString::to_string).collect(),
         }
     }
 

@@ -25,7 +25,8 @@ pub(crate) fn is_described_as_volume(path: &Path) -> bool {
 
 #[cfg(feature = "build")]
 fn is_pyramid(path: &Path) -> bool {
-    path.is_file() && vastex_build::TiffSource::open(path).is_ok_and(|source| source.levels().len() > 1)
+    let facts = || vastex_build::TiffDirectories::read(path)?.facts();
+    path.is_file() && facts().is_ok_and(|facts| facts.levels().len() > 1)
 }
 
 /// Without the readers of `vastex build` no pyramid is known.

@@ -22,6 +22,8 @@ mod preview;
 mod shapes;
 
 use std::io::Read;
+#[cfg(feature = "build")]
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -40,7 +42,7 @@ pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
 #[cfg(all(feature = "view", feature = "build"))]
-pub(crate) use observer::{MendObserver, Mending};
+pub(crate) use observer::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "view")]
 pub(crate) use shapes::{check_shapes, shapes_over};
 
@@ -255,19 +257,23 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
             match open_image(path, options) {
                 Ok(Some(tiles)) => return Ok(tiles),
                 Err(error) if is_of_image(&error) => return Err(error),
-                // Where there is no place to build it, or no memory, its tiles are read where they lie.
-                Err(error) if !is_unsupported(&error) => {
-                    let note = format!("{error:#}");
-                    report::say(&format!("note: {note}"));
-                    options.observer.note(&note);
-                    built = Some(Err(error));
-                }
                 other => built = Some(other),
             }
         }
         let refused = match in_place(path, image.map(|image| image.observer)) {
-            Ok(Some(tiles)) => return Ok(tiles),
+            Ok(Some(tiles)) => {
+                // Where there is no place to build it, or no memory, its tiles are read where they lie.
+                if let (Some(Err(error)), Some(options)) = (&built, image)
+                    && !is_unsupported(error)
+                {
+                    let note = format!("{error:#}");
+                    report::say(&format!("note: {note}"));
+                    options.observer.note(&note);
+                }
+                return Ok(tiles);
+            }
             Ok(None) => None,
+            Err(error) if is_of_image(&error) => return Err(error),
             Err(error) => Some(error),
         };
         // What cannot be shown where it lies may be built.
@@ -344,12 +350,15 @@ fn is_better_built(_: &Path, _: &dyn OpenObserver) -> bool {
     false
 }
 
-/// Returns true if an error is about an image itself, or about a build that was broken off, and not about
-/// where it would be kept or the memory that it takes.
+/// Returns true if an error is about an image itself, or about a build or an opening that was broken off, and
+/// not about where it would be kept or the memory that it takes.
 #[cfg(feature = "build")]
 fn is_of_image(error: &anyhow::Error) -> bool {
-    use vastex_build::{BuildError, CacheError};
+    use vastex_build::{BuildError, CacheError, SourceError};
 
+    if matches!(error.downcast_ref(), Some(SourceError::BrokenOff { .. })) {
+        return true;
+    }
     let is_of_build = |error: &BuildError| matches!(error, BuildError::Input { .. } | BuildError::Cancelled);
     let is_of_cache = |error: &CacheError| match error {
         CacheError::Build(error) => is_of_build(error),
@@ -407,7 +416,7 @@ pub(crate) fn may_be_directory_of_tiles(_: &Path) -> bool {
 /// else.
 #[cfg(feature = "build")]
 fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<Arc<dyn TileSource>>> {
-    use vastex_build::{DirectorySource, InputFault, SourceError, TiffDirectories, TiffSource};
+    use vastex_build::{DirectorySource, InputFault, SourceError, TiffDirectories};
 
     let say = |notices: &[vastex_build::Notice]| {
         for note in notices.iter().map(|notice| format!("{}: {notice}", path.display())) {
@@ -415,20 +424,33 @@ fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<A
             observer.iter().for_each(|observer| observer.note(&note));
         }
     };
+    // What is found while tiles are read, on the threads that read them.
+    let tell = {
+        let (path, observer) = (path.to_owned(), observer.and_then(OpenObserver::later_notes));
+        move |notice: vastex_build::Notice| {
+            let note = format!("{}: {notice}", path.display());
+            report::say(&format!("note: {note}"));
+            observer.iter().for_each(|observer| observer(&note));
+        }
+    };
     let is_none =
         |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
     let read = observer.and_then(|observer| observer.looked()?.tiff(path));
-    match read.map_or_else(|| TiffSource::open(path).map(Arc::new), TiffDirectories::open) {
+    let watch = |share| observer.map_or(ControlFlow::Continue(()), |observer| observer.advance(share));
+    let anew = || TiffDirectories::read(path).and_then(|read| read.open_while(&watch));
+    match read.map_or_else(anew, |read| read.open_while(&watch)) {
         Ok(tiles) => {
             say(tiles.notices());
+            tiles.tell_losses(tell);
             return Ok(Some(tiles));
         }
         Err(error) if is_none(&error) || path.is_dir() => {}
         Err(error) => return Err(error.into()),
     }
-    match DirectorySource::open(path) {
+    match DirectorySource::open_while(path, &watch) {
         Ok(tiles) => {
             say(tiles.notices());
+            tiles.tell_losses(tell);
             Ok(Some(Arc::new(tiles)))
         }
         Err(error) if is_none(&error) => Ok(None),

@@ -25,6 +25,10 @@ pub(crate) enum Mending {
 #[cfg(feature = "build")]
 pub(crate) type MendObserver = Arc<dyn Fn(Mending) + Send + Sync>;
 
+/// Is told of what is found of a file while its tiles are read, from any thread and long after it was opened.
+#[cfg(feature = "build")]
+pub(crate) type NoteObserver = Arc<dyn Fn(&str) + Send + Sync>;
+
 /// Is told of a source that takes its time to open, and may have it broken off. Called on the thread that
 /// opens it.
 pub(crate) trait OpenObserver {
@@ -67,6 +71,12 @@ pub(crate) trait OpenObserver {
         let _ = note;
     }
 
+    /// Who is told of what is only found while tiles are read; stderr has it already.
+    #[cfg(feature = "build")]
+    fn later_notes(&self) -> Option<NoteObserver> {
+        None
+    }
+
     /// The image of `size` texels will be there at a share of its size, for the reason that `note` gives;
     /// stderr has it already.
     fn reduced(&self, size: [u32; 2], note: &str) {
@@ -103,5 +113,10 @@ impl OpenObserver for WithoutPreview<'_> {
 
     fn note(&self, note: &str) {
         self.0.note(note);
+    }
+
+    #[cfg(feature = "build")]
+    fn later_notes(&self) -> Option<NoteObserver> {
+        self.0.later_notes()
     }
 }

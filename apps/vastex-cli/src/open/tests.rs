@@ -66,10 +66,8 @@ fn nonsense_that_is_called_a_picture_is_refused_as_one() {
 pub(super) fn tiled_tiff(columns: u32, rows: u32) -> Vec<u8> {
     let count = columns * rows;
     let lists = 8 + 65_536;
-    let mut file = b"II\x2a\0".to_vec();
-    file.extend((lists + 8 * count).to_le_bytes());
-    file.extend((0..65_536u32).map(|n| (n % 256) as u8));
-    [8, 65_536].into_iter().for_each(|word: u32| file.extend(word.to_le_bytes().repeat(count as usize)));
+    let mut data: Vec<u8> = (0..65_536u32).map(|n| (n % 256) as u8).collect();
+    [8, 65_536].into_iter().for_each(|word: u32| data.extend(word.to_le_bytes().repeat(count as usize)));
     let entries = [
         (256, 4, 1, columns * 256),
         (257, 4, 1, rows * 256),
@@ -82,11 +80,39 @@ pub(super) fn tiled_tiff(columns: u32, rows: u32) -> Vec<u8> {
         (324, 4, count, lists),
         (325, 4, count, lists + 4 * count),
     ];
+    tiff_of(&data, &entries)
+}
+
+/// A TIFF file of one tile of 16x16 texels, of three floats of 32 bits each.
+#[cfg(feature = "build")]
+fn tiff_of_floats(value: f32) -> Vec<u8> {
+    let tile = value.to_le_bytes().repeat(16 * 16 * 3);
+    let (bytes, words) = (tile.len() as u32, 8 + tile.len() as u32);
+    let data = [tile, 32u16.to_le_bytes().repeat(3), 3u16.to_le_bytes().repeat(3)].concat();
+    let entries = [
+        (256, 4, 1, 16),
+        (257, 4, 1, 16),
+        (258, 3, 3, words),
+        (259, 3, 1, 1),
+        (262, 3, 1, 2),
+        (277, 3, 1, 3),
+        (322, 4, 1, 16),
+        (323, 4, 1, 16),
+        (324, 4, 1, 8),
+        (325, 4, 1, bytes),
+        (339, 3, 3, words + 6),
+    ];
+    tiff_of(&data, &entries)
+}
+
+/// A TIFF file of some data and, after that, its one directory: tags, kinds, counts and values.
+#[cfg(feature = "build")]
+fn tiff_of(data: &[u8], entries: &[(u16, u16, u32, u32)]) -> Vec<u8> {
+    let mut file = [b"II\x2a\0".as_slice(), &(8 + data.len() as u32).to_le_bytes(), data].concat();
     file.extend((entries.len() as u16).to_le_bytes());
     for (tag, kind, count, value) in entries {
-        let [tag, kind]: [u16; 2] = [tag, kind];
-        file.extend([tag, kind].map(u16::to_le_bytes).concat());
-        file.extend([count, value].map(u32::to_le_bytes).concat());
+        file.extend([tag, kind].map(|word| word.to_le_bytes()).concat());
+        file.extend([count, value].map(|word| word.to_le_bytes()).concat());
     }
     file.extend([0; 4]);
     file
@@ -153,9 +179,49 @@ fn tiles_without_levels_are_seen_at_once_and_can_be_broken_off() {
     let said = hears.notes.take();
     let of_cache = said.iter().filter(|note| note.contains("cannot hold built images"));
     assert_eq!(of_cache.count(), 1, "{said:?}");
+    // Where it is too large for that, the same words are the error, and said once.
+    let large = directory.path().join("large.tif");
+    std::fs::write(&large, tiled_tiff(64, 17)).unwrap();
+    let cache = CacheArgs { cache: Some(nowhere.clone()), cache_gib: 1 };
+    let refused =
+        open_tiles(&large, false, Some(OpenImage { cache: &cache, wraps: false, observer: &hears })).err();
+    assert!(format!("{:#}", refused.unwrap()).contains("cannot hold built images"));
+    assert_eq!(hears.notes.take(), Vec::<String>::new());
     // One that lies over another file, too, which was looked at.
     let other = Looked::at(&directory.path().join("other.tif"));
     assert!(is_better_built(&path, &Looked::at(&path)) && is_better_built(&path, &other));
+}
+
+/// Is told of two steps, and breaks off what is opened at the second.
+#[cfg(feature = "build")]
+#[derive(Default)]
+struct BreaksOff(std::cell::RefCell<Vec<f64>>);
+
+#[cfg(feature = "build")]
+impl OpenObserver for BreaksOff {
+    fn advance(&self, share: f64) -> std::ops::ControlFlow<()> {
+        self.0.borrow_mut().push(share);
+        match self.0.borrow().len() {
+            1 => std::ops::ControlFlow::Continue(()),
+            _ => std::ops::ControlFlow::Break(()),
+        }
+    }
+}
+
+/// Levels are made at opening of all that a small image has.
+#[cfg(feature = "build")]
+#[test]
+fn tiles_that_are_read_where_they_lie_can_be_broken_off() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("tiles.tif");
+    std::fs::write(&path, tiled_tiff(2, 4)).unwrap();
+    let cache = CacheArgs { cache: Some("off".into()), cache_gib: 1 };
+    let breaks_off = BreaksOff::default();
+    let image = OpenImage { cache: &cache, wraps: false, observer: &breaks_off };
+    let said = format!("{:#}", open_tiles(&path, false, Some(image)).err().unwrap());
+    assert!(said.contains("tiles.tif: opening it was broken off"), "{said}");
+    let heard = breaks_off.0.take();
+    assert!(heard.len() == 2 && heard[0] == 0.0 && (0.1..0.5).contains(&heard[1]), "{heard:?}");
 }
 
 /// What hinders a build of an image that can be read where it lies, and what is wrong with the image itself.
@@ -184,17 +250,40 @@ fn only_faults_of_an_image_keep_it_from_being_read_where_it_lies() {
     assert!(!is_of_image(&CacheError::Unusable { directory: path(), error: full() }.into()));
 }
 
+/// What floats of 16 bits cannot hold is said as a build says it.
+#[cfg(feature = "build")]
+#[test]
+fn what_is_lost_of_numbers_is_said_where_they_are_read_in_place() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("floats.tif");
+    let cache = CacheArgs { cache: Some("off".into()), cache_gib: 1 };
+    for (value, said) in [(0.1, Some("numbers are rounded")), (1e6, Some("became infinite")), (0.5, None)] {
+        std::fs::write(&path, tiff_of_floats(value)).unwrap();
+        let hears = Hears::default();
+        open_tiles(&path, false, Some(OpenImage { cache: &cache, wraps: false, observer: &hears })).unwrap();
+        let later = hears.later.lock().unwrap();
+        assert_eq!(later.len(), usize::from(said.is_some()), "{value}: {later:?}");
+        assert!(said.is_none_or(|said| later[0].contains("floats.tif: ") && later[0].contains(said)));
+    }
+}
+
 /// Keeps what it is told.
 #[cfg(feature = "build")]
 #[derive(Default)]
 struct Hears {
     notes: std::cell::RefCell<Vec<String>>,
+    later: Arc<std::sync::Mutex<Vec<String>>>,
 }
 
 #[cfg(feature = "build")]
 impl OpenObserver for Hears {
     fn note(&self, note: &str) {
         self.notes.borrow_mut().push(note.to_owned());
+    }
+
+    fn later_notes(&self) -> Option<observer::NoteObserver> {
+        let later = self.later.clone();
+        Some(Arc::new(move |note| later.lock().unwrap().push(note.to_owned())))
     }
 }
 

@@ -28,7 +28,7 @@ use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
 use crate::open::{self, Looked, OpenObserver};
 #[cfg(feature = "build")]
-use crate::open::{MendObserver, Mending};
+use crate::open::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "volumes")]
 use crate::volumes::{OpenHow, OpenedVolume, open_volume, opens_as_volume};
 
@@ -51,6 +51,9 @@ pub(super) enum OpeningEvent {
     Progress(f64),
     /// Something that a person should know.
     Note(String),
+    /// The same, found while its tiles are read.
+    #[cfg(feature = "build")]
+    LaterNote(String),
     /// What becomes of it where it lies in the cache and is damaged; it comes whenever that is found.
     #[cfg(feature = "build")]
     Mending(Mending),
@@ -120,9 +123,19 @@ impl Openings {
                 send(Report { opening: number, event: OpeningEvent::Mending(mending) });
             })
         };
+        #[cfg(feature = "build")]
+        let later_notes: NoteObserver = {
+            let send = Mutex::new(send.clone());
+            Arc::new(move |note| {
+                let send = send.lock().unwrap_or_else(PoisonError::into_inner);
+                send(Report { opening: number, event: OpeningEvent::LaterNote(note.to_owned()) });
+            })
+        };
         let mut reporter = Reporter {
             #[cfg(feature = "build")]
             mending,
+            #[cfg(feature = "build")]
+            later_notes,
             about: FileAbout::default(),
             looked: Looked::default(),
             send: Box::new(move |event| send(Report { opening: number, event })),
@@ -264,6 +277,8 @@ fn text_of(panic: &(dyn Any + Send)) -> &str {
 struct Reporter {
     #[cfg(feature = "build")]
     mending: MendObserver,
+    #[cfg(feature = "build")]
+    later_notes: NoteObserver,
     send: Box<dyn Fn(OpeningEvent) + Send>,
     preparer: Preparer,
     about: FileAbout,
@@ -339,6 +354,11 @@ impl OpenObserver for Reporter {
     #[cfg(feature = "build")]
     fn mending(&self) -> Option<MendObserver> {
         Some(self.mending.clone())
+    }
+
+    #[cfg(feature = "build")]
+    fn later_notes(&self) -> Option<NoteObserver> {
+        Some(self.later_notes.clone())
     }
 }
 

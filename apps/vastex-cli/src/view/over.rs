@@ -123,7 +123,7 @@ impl App {
                 return Ok(());
             }
             #[cfg(feature = "build")]
-            OpeningEvent::Mending(_) => return Ok(()),
+            OpeningEvent::Mending(_) | OpeningEvent::LaterNote(_) => return Ok(()),
             // Only what is there lies over something.
             OpeningEvent::Preview(_) => return Ok(()),
             OpeningEvent::Opened(source) => match viewer.scene.lay_over(&name, source) {

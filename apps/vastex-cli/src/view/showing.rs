@@ -76,6 +76,16 @@ impl App {
                 open.window.request_redraw();
                 return Ok(());
             }
+            #[cfg(feature = "build")]
+            (OpeningEvent::LaterNote(note), Some(open)) => {
+                // Of a file that gives way to another nobody wants to know more.
+                let current = self.openings.number().filter(|number| !self.over.is_of(*number));
+                if current.map_or_else(|| self.shown.is_before(number), |current| number >= current) {
+                    open.viewer.scene.beside.show_note(OF_FILE, &note);
+                    open.window.request_redraw();
+                }
+                return Ok(());
+            }
             (event, _) => event,
         };
         let is_measured = self.is_measured();
@@ -100,7 +110,7 @@ impl App {
         match event {
             OpeningEvent::Shapes(_) => {}
             #[cfg(feature = "build")]
-            OpeningEvent::Mending(_) => {}
+            OpeningEvent::Mending(_) | OpeningEvent::LaterNote(_) => {}
             OpeningEvent::Progress(share) => open.viewer.scene.set_opening(&name, share)?,
             OpeningEvent::Note(note) => open.viewer.scene.beside.show_note(OF_FILE, &note),
             OpeningEvent::Preview(source) => {

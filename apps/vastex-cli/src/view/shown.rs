@@ -28,6 +28,12 @@ impl Shown {
         self.opening == opening
     }
 
+    /// Returns true if an opening is that of what is seen, or came later: of what lies over it.
+    #[cfg(feature = "build")]
+    pub(super) fn is_before(&self, opening: u64) -> bool {
+        self.opening <= opening
+    }
+
     /// The source; `None` before anything is seen.
     pub(super) fn path(&self) -> Option<&Path> {
         (self.opening > 0).then_some(&*self.path)
@@ -56,6 +62,8 @@ mod tests {
         assert_eq!(shown.path(), None);
         assert!(shown.turn_to(1, Path::new("a")), "its preview");
         assert!(!shown.turn_to(1, Path::new("a")), "the source itself");
+        #[cfg(feature = "build")]
+        assert!(shown.is_before(1) && shown.is_before(2) && !shown.is_before(0));
         assert!(shown.is_of(1) && !shown.is_of(2) && shown.path() == Some(Path::new("a")));
         assert!(shown.turn_to(3, Path::new("c")), "2 brought nothing");
         assert_eq!(shown.path(), Some(Path::new("c")));

@@ -10,6 +10,53 @@ fn copy(sandbox: &Sandbox, name: &str) {
     sandbox.write(name, &std::fs::read(path).unwrap());
 }
 
+/// A grey TIFF of tiles of 256x256 texels without coarser levels, whose tiles are not there.
+fn tiff_without_its_tiles(columns: u32, rows: u32) -> Vec<u8> {
+    let count = columns * rows;
+    let mut file = [b"II\x2a\0".as_slice(), &(8 + 8 * count).to_le_bytes()].concat();
+    [1 << 30, 65_536]
+        .into_iter()
+        .for_each(|word: u32| file.extend(word.to_le_bytes().repeat(count as usize)));
+    let entries = [
+        (256, 1, columns * 256),
+        (257, 1, rows * 256),
+        (258, 1, 8),
+        (259, 1, 1),
+        (262, 1, 1),
+        (277, 1, 1),
+        (322, 1, 256),
+        (323, 1, 256),
+        (324, count, 8),
+        (325, count, 8 + 4 * count),
+    ];
+    file.extend((entries.len() as u16).to_le_bytes());
+    for (tag, count, value) in entries {
+        let [tag, kind]: [u16; 2] = [tag, 4];
+        file.extend([tag, kind].map(u16::to_le_bytes).concat());
+        file.extend([count, value].map(u32::to_le_bytes).concat());
+    }
+    file.extend([0; 4]);
+    file
+}
+
+/// Without levels all tiles would have to be read to show it, and one of many is not even shown so.
+#[test]
+fn of_an_image_of_tiles_without_levels_no_tile_is_read_to_describe_it() {
+    let sandbox = Sandbox::new();
+    for (columns, rows, levels) in [(3, 2, 11), (64, 64, 15)] {
+        sandbox.write("tiles.tif", &tiff_without_its_tiles(columns, rows));
+        let told = sandbox.run(&["info", "tiles.tif", "--json"]).expect_code(0).json();
+        assert_eq!(told["kind"], "tiff");
+        assert_eq!(told["size"], serde_json::json!([256 * columns, 256 * rows]));
+        assert_eq!(
+            (&told["levels"], &told["stored_levels"][0]["tile"]),
+            (&levels.into(), &serde_json::json!([256, 256]))
+        );
+        let text = sandbox.run(&["info", "tiles.tif", "--estimate", "640x480"]).expect_code(0).stdout;
+        assert!(text.contains("of which the file stores 1") && text.contains("640 x 480"), "{text}");
+    }
+}
+
 #[test]
 fn pyramids_are_described_and_drawn_without_a_build() {
     let sandbox = Sandbox::new();

@@ -166,6 +166,7 @@ impl Pyramid {
         };
         let failed = |error: SourceError| match error {
             SourceError::Geometry(error) => BuildError::Geometry(error),
+            SourceError::BrokenOff { .. } => BuildError::Cancelled,
             SourceError::Input { path, fault: InputFault::NoTiles } => {
                 BuildError::NoLevels { path, why: "is no pyramid of tiles".into() }
             }

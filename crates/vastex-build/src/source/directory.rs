@@ -2,6 +2,7 @@
 //!
 //! Where a level has no tile of its own, its ancestor's texels are interpolated.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, StoreCounter, Tiers, Tile, 
 use super::cells::{self, Cells};
 use super::identity::identity;
 use super::kept::Kept;
-use super::pages::{Pages, Shape};
+use super::pages::{OpeningWatch, Pages, Shape, unwatched};
 use super::{SourceError, read_error};
 use crate::image::grids::guess::may_be_tiles;
 use crate::image::grids::tile::Decoded;
@@ -34,7 +35,16 @@ impl DirectorySource {
     /// Opens a directory, or the `.dzi` or `.ctx` file that describes one. Reads headers and lists of files
     /// and, where the directory does not go down to one texel, its coarsest level.
     pub fn open(path: impl AsRef<Path>) -> Result<DirectorySource, SourceError> {
-        DirectorySource::open_as(path.as_ref(), &Shape::default())
+        DirectorySource::open_while(path.as_ref(), &unwatched)
+    }
+
+    /// Opens it as [`DirectorySource::open`] does as long as `watch`, which hears how much of what is read
+    /// for it is there, 0 to 1, does not break it off ([`SourceError::BrokenOff`]).
+    pub fn open_while(
+        path: &Path,
+        watch: &dyn Fn(f64) -> ControlFlow<()>,
+    ) -> Result<DirectorySource, SourceError> {
+        DirectorySource::open_watched(path, &Shape::default(), watch)
     }
 
     /// Returns true if a directory looks like one that can be opened, by the names of its first entries: for
@@ -46,6 +56,14 @@ impl DirectorySource {
 
     /// Opens it with pages of another shape.
     pub(crate) fn open_as(path: &Path, shape: &Shape) -> Result<DirectorySource, SourceError> {
+        DirectorySource::open_watched(path, shape, &unwatched)
+    }
+
+    fn open_watched(
+        path: &Path,
+        shape: &Shape,
+        watch: OpeningWatch<'_>,
+    ) -> Result<DirectorySource, SourceError> {
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
         let source = look(path).map_err(at_path)?;
         let [width, height] = source.grid.size();
@@ -58,7 +76,8 @@ impl DirectorySource {
         let kept = Kept::new(cell * cell * header.format.texel_bytes() as u64);
         let format = header.format;
         let levels = Levels { grid: source.grid, format, kept, reads: StoreCounter::default() };
-        let pages = Pages::new(levels, &header, source.wraps, shape).map_err(|error| error.at(path))?;
+        let pages = Pages::new(levels, &header, source.wraps, (shape, watch));
+        let pages = pages.map_err(|error| error.at(path))?;
         Ok(DirectorySource { directory: source.directory, pages, notices })
     }
 
@@ -96,6 +115,13 @@ impl DirectorySource {
     /// What is worth knowing of the directory.
     pub fn notices(&self) -> &[Notice] {
         &self.notices
+    }
+
+    /// Has told what numbers lose on their way into the layer of pages ([`Notice::HalfsRounded`] and
+    /// [`Notice::HalfsInfinite`]), once each: what was found already at once, the rest by whichever thread
+    /// reads the tile in which it is found. Only the first call counts.
+    pub fn tell_losses(&self, tell: impl Fn(Notice) + Send + Sync + 'static) {
+        self.pages.tell_losses(Box::new(tell));
     }
 
     /// What the texels that were read so far lost in a layer of a format.

@@ -4,13 +4,15 @@
 //! Both are [`cells`] on levels; [`pages`] puts pages and borders together from them and makes the levels
 //! that are missing. What a directory is, its layout's module of `image/grids` says ([`directory`]); which
 //! images of a TIFF file are levels, `image/tiff/file` ([`pyramid`]); they are found once for all who ask
-//! ([`tiff_directories`]). What is kept decoded is in [`kept`].
+//! ([`tiff_directories`]). What is kept decoded is in [`kept`], and
+//! what numbers lose on the way in [`losses`].
 
 mod cells;
 mod directory;
 mod identity;
 mod interpolate;
 mod kept;
+mod losses;
 mod pages;
 mod pyramid;
 mod tiff_directories;
@@ -24,7 +26,7 @@ use crate::image::InputFault;
 
 pub use directory::DirectorySource;
 pub(crate) use pages::Shape;
-pub use pyramid::{TiffLevel, TiffSource};
+pub use pyramid::{TiffFacts, TiffLevel, TiffSource};
 pub use tiff_directories::TiffDirectories;
 
 /// Why a tile directory or an image cannot be shown where it lies.
@@ -38,6 +40,12 @@ pub enum SourceError {
         /// What is wrong with the file.
         #[source]
         fault: InputFault,
+    },
+    /// Whoever was told how far its opening was had it broken off.
+    #[error("{path}: opening it was broken off", path = path.display())]
+    BrokenOff {
+        /// The directory, or the image.
+        path: PathBuf,
     },
     /// The source's levels have an impossible size.
     #[error(transparent)]

@@ -5,6 +5,7 @@
 //! when the source is opened, and kept; a finer one that is missing is filtered page by page. Which levels
 //! there are is [`Cells`]' business.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use vastex_core::{
@@ -14,10 +15,10 @@ use vastex_tiles::{Codec, ReadError, Tile};
 
 use super::SourceError;
 use super::cells::{Cells, rectangle};
+use super::losses::{LossListener, Losses};
 use crate::image::{ImageHeader, InputFault, Notice};
 use crate::texels::convert::{Conversion, layer_format};
 use crate::texels::filter::{Filter, LayerFilter};
-use crate::texels::halfs::HalfLoss;
 
 /// Texels of border of the pages.
 const BORDER: u32 = 4;
@@ -45,8 +46,17 @@ impl Default for Shape {
     }
 }
 
+/// Hears how much of what is read at opening is there, 0 to 1; `Break` breaks it off.
+pub(super) type OpeningWatch<'a> = &'a dyn Fn(f64) -> ControlFlow<()>;
+
+/// Lets it go on.
+pub(super) fn unwatched(_: f64) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
 /// Why there are no pages.
 pub(super) enum NoPages {
+    BrokenOff,
     Input(InputFault),
     Geometry(GeometryError),
 }
@@ -57,8 +67,32 @@ impl NoPages {
         match self {
             NoPages::Input(fault) => SourceError::Input { path: path.into(), fault },
             NoPages::Geometry(error) => SourceError::Geometry(error),
+            NoPages::BrokenOff => SourceError::BrokenOff { path: path.into() },
         }
     }
+}
+
+/// Pages of what the header describes, of cells that need not be read for that.
+pub(super) fn described(
+    cells: &impl Cells,
+    header: &ImageHeader,
+    wraps: bool,
+    shape: &Shape,
+) -> Result<Arc<Description>, GeometryError> {
+    let [x, y] = shape.address;
+    let x = if wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
+    let is_small = cells.cell(0).into_iter().min().is_some_and(|side| side < SMALL_CELL);
+    let geometry = Geometry::new(GeometrySpec {
+        dims: Dims::D2,
+        page: shape.page.unwrap_or(if is_small { 128 } else { 256 }),
+        border: shape.border,
+        address: [x, y, AddressMode::Clamp],
+        tail_align: shape.tail_align,
+        ..GeometrySpec::image(header.width, header.height)
+    })?;
+    let mut description = Description::one_layer(geometry, layer_format(header));
+    description.layers[0].nodata = header.nodata.and_then(|value| Conversion::usual(header).nodata(value));
+    Ok(Arc::new(description))
 }
 
 /// Cells as pages of 128 or 256 texels.
@@ -66,8 +100,7 @@ pub(super) struct Pages<C> {
     pub(super) cells: C,
     pub(super) description: Arc<Description>,
     conversion: Conversion,
-    /// What the texels that were read lost in it.
-    halfs: HalfLoss,
+    losses: Losses,
     address: [AddressMode; 2],
     filter: Filter,
     /// Bytes of a texel of the layer.
@@ -77,49 +110,41 @@ pub(super) struct Pages<C> {
 }
 
 impl<C: Cells> Pages<C> {
-    /// Pages of what the header describes. Reads the coarsest level where there must be coarser ones.
+    /// Pages of what the header describes. Reads the coarsest level where there must be coarser ones, as long
+    /// as nobody breaks that off.
     pub(super) fn new(
         cells: C,
         header: &ImageHeader,
         wraps: bool,
-        shape: &Shape,
+        (shape, watch): (&Shape, OpeningWatch<'_>),
     ) -> Result<Pages<C>, NoPages> {
-        let [x, y] = shape.address;
-        let x = if wraps && x == AddressMode::Clamp { AddressMode::Wrap } else { x };
-        let is_small = cells.cell(0).into_iter().min().is_some_and(|side| side < SMALL_CELL);
-        let geometry = Geometry::new(GeometrySpec {
-            dims: Dims::D2,
-            page: shape.page.unwrap_or(if is_small { 128 } else { 256 }),
-            border: shape.border,
-            address: [x, y, AddressMode::Clamp],
-            tail_align: shape.tail_align,
-            ..GeometrySpec::image(header.width, header.height)
-        });
-        let format = layer_format(header);
-        let conversion = Conversion::usual(header);
-        let nodata = header.nodata.and_then(|value| conversion.nodata(value));
-        let mut description = Description::one_layer(geometry.map_err(NoPages::Geometry)?, format);
-        description.layers[0].nodata = nodata;
-        let description = Arc::new(description);
+        let description = described(&cells, header, wraps, shape).map_err(NoPages::Geometry)?;
+        let (format, nodata) = (description.layers[0].format, description.layers[0].nodata);
+        let [x, y, _] = description.geometry.address();
         let filter = LayerFilter { nodata, ..LayerFilter::for_layer("color", format, true) };
         let filter = Filter::new(filter, format, 2);
         let mut pages = Pages {
             cells,
             description,
-            conversion,
-            halfs: HalfLoss::default(),
+            conversion: Conversion::usual(header),
+            losses: Losses::new(format),
             address: [x, y],
             filter,
             texel: format.texel_bytes(),
             made: Vec::new(),
         };
-        pages.make_levels().map_err(NoPages::Input)?;
+        pages.make_levels(watch)?;
         Ok(pages)
     }
 
     /// What there is to say of the texels that were read so far, as a layer of a format.
     pub(super) fn losses(&self, format: LayerFormat) -> Vec<Notice> {
-        self.halfs.notices(format).collect()
+        self.losses.notices(format)
+    }
+
+    /// Has told what texels lose in the layer, once each, as soon as it is read.
+    pub(super) fn tell_losses(&self, listener: LossListener) {
+        self.losses.listen(listener);
     }
 
     /// The tile of a page; `fault_at` says where a fault is.
@@ -155,7 +180,7 @@ impl<C: Cells> Pages<C> {
         if level < self.cells.levels() && !self.cells.is_reduced(level) {
             let image = rectangle(&self.cells, self.address, level, [x, y], [width, height])?;
             let image_row = width as usize * self.cells.format().texel_bytes();
-            self.halfs.look_at(&self.conversion, &image);
+            self.losses.look_at(&self.conversion, &image);
             for (row, image) in rows.zip(image.chunks_exact(image_row)) {
                 self.conversion.row(row, image);
             }
@@ -176,7 +201,7 @@ impl<C: Cells> Pages<C> {
             None => {
                 let image = rectangle(&self.cells, self.address, level, origin, size)?;
                 let mut texels = vec![0; size[0] as usize * size[1] as usize * self.texel];
-                self.halfs.look_at(&self.conversion, &image);
+                self.losses.look_at(&self.conversion, &image);
                 self.conversion.row(&mut texels, &image);
                 Ok(texels)
             }
@@ -278,24 +303,30 @@ impl<C: Cells> Pages<C> {
     }
 
     /// Makes the levels that are coarser than the source's, by the mean of 2x2 texels.
-    fn make_levels(&mut self) -> Result<(), InputFault> {
+    fn make_levels(&mut self, watch: OpeningWatch<'_>) -> Result<(), NoPages> {
         let count = self.description.geometry.levels().len() as u32;
+        let texels = |level: u32| self.level_size(level).map(f64::from).iter().product::<f64>();
+        let (mut done, all) = (0.0, (self.cells.levels()..count).map(texels).sum::<f64>());
         for level in self.cells.levels()..count {
             let ([width, height], finer) = (self.level_size(level), self.level_size(level - 1));
             let bytes = u64::from(width) * u64::from(height) * self.texel as u64;
             if bytes > MAX_MADE_BYTES {
-                return Err(InputFault::Unsupported {
+                return Err(NoPages::Input(InputFault::Unsupported {
                     what: format!("no level that is coarser than {}x{} texels", finer[0], finer[1]),
                     remedy: "add coarser levels, or make a container of it with `vastex build`",
-                });
+                }));
             }
             let mut coarse = Vec::with_capacity(bytes as usize);
             // As many rows at a time as a row of cells has; two of them make one.
             let strip = (self.cells.cell(self.cells.levels() - 1)[1] / 2).clamp(1, height);
             for top in (0..height).step_by(strip as usize) {
+                if watch(done / all).is_break() {
+                    return Err(NoPages::BrokenOff);
+                }
                 let rows = strip.min(height - top);
-                let fine = self.texels(level - 1, [0, (2 * top).into()], [2 * width, 2 * rows])?;
-                coarse.extend(self.filtered(&fine, width));
+                let fine = self.texels(level - 1, [0, (2 * top).into()], [2 * width, 2 * rows]);
+                coarse.extend(self.filtered(&fine.map_err(NoPages::Input)?, width));
+                done += f64::from(width) * f64::from(rows);
             }
             self.made.push(coarse);
         }

@@ -5,6 +5,8 @@
 //! levels away, and else interpolated from the next coarser one. Levels that are coarser than the file's
 //! coarsest are made at opening.
 
+mod facts;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -14,12 +16,13 @@ use vastex_tiles::{ReadFuture, ReadLimit, SourceKey, Tiers, Tile, TileSource};
 use super::cells::{self, Cells};
 use super::identity::identity_of_file;
 use super::kept::Kept;
-use super::pages::{Pages, Shape};
+use super::pages::{OpeningWatch, Pages, Shape, unwatched};
 use super::{SourceError, read_error};
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid};
-use crate::image::{InputFault, Notice, PixelFormat, Profile, TiffAbout};
+use crate::image::{InputFault, Notice, PixelFormat, TiffAbout};
 use crate::texels::missing::Missing;
+pub use facts::{TiffFacts, TiffLevel};
 
 /// Levels by which one that is missing may be coarser than what it is filtered from, whenever a page of it is
 /// asked for: a page reads 4^3 as many texels.
@@ -40,24 +43,7 @@ const MOST_COARSEST_TEXELS: u64 = 1 << 26;
 pub struct TiffSource {
     identity: Option<SourceKey>,
     pages: Pages<Levels>,
-    others: Vec<TiffOther>,
-    about: TiffAbout,
-    profile: Option<String>,
-    notices: Vec<Notice>,
-}
-
-/// A level as a TIFF file stores it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct TiffLevel {
-    /// By how many times level 0 was halved, about: the number of the level in Vastex.
-    pub level: u32,
-    /// The level's columns and rows.
-    pub size: [u32; 2],
-    /// Columns and rows of the level's tiles; strips are as wide as the level.
-    pub tile: [u32; 2],
-    /// The name of its compression.
-    pub compression: String,
+    facts: TiffFacts,
 }
 
 impl TiffSource {
@@ -73,37 +59,37 @@ impl TiffSource {
         // Of the file that is opened, whatever takes its place later.
         let identity = identity_of_file(path).ok();
         let found = TiffPyramid::open(path).map_err(at_path)?.ok_or(InputFault::NoTiles).map_err(at_path)?;
-        TiffSource::of(found, (path, identity), shape)
+        TiffSource::of(found, (path, identity), (shape, &unwatched))
     }
 
-    /// The tiles of images that were found in the file at a path, which `identity` names.
+    /// The tiles of images that were found in the file at a path, which `identity` names, as long as nobody
+    /// breaks that off.
     pub(super) fn of(
         found: TiffPyramid,
         (path, identity): (&Path, Option<SourceKey>),
-        shape: &Shape,
+        (shape, watch): (&Shape, OpeningWatch<'_>),
     ) -> Result<TiffSource, SourceError> {
-        let at_path = |fault| SourceError::Input { path: path.into(), fault };
-        let TiffPyramid { levels, others, about, .. } = found;
-        let Some(Some(first)) = levels.first() else { return Err(at_path(InputFault::NoTiles)) };
-        let header = first.header().map_err(at_path)?;
-        check_image(first).map_err(at_path)?;
-        let profile = first.profile.clone().map(|profile| Profile::icc(profile).name());
-        let mut notices = header.notices.clone();
-        let left = |profile: &Profile| profile.left(header.format, "tiles are shown as they are stored");
-        notices.extend(header.profile.as_ref().and_then(left));
-        let format = header.format;
-        let is_usable = |image: &TiffImage| check_image(image).is_ok();
-        let missing = header.nodata.map(|value| Missing::of_image(format, value));
-        let levels = levels.into_iter().map(|level| level.filter(is_usable)).collect();
-        let levels = Levels::new(levels, format, missing);
-        levels.check_coarsest().map_err(at_path)?;
-        let pages = Pages::new(levels, &header, false, shape).map_err(|error| error.at(path))?;
-        Ok(TiffSource { identity, pages, others, about, profile, notices })
+        let (levels, header, facts) = TiffFacts::of(found, path, shape)?;
+        levels.check_coarsest().map_err(|fault| SourceError::Input { path: path.into(), fault })?;
+        let pages = Pages::new(levels, &header, false, (shape, watch)).map_err(|error| error.at(path))?;
+        Ok(TiffSource { identity, pages, facts })
+    }
+
+    /// What the file has to show, and says of that.
+    pub fn facts(&self) -> &TiffFacts {
+        &self.facts
     }
 
     /// What is worth knowing of the file.
     pub fn notices(&self) -> &[Notice] {
-        &self.notices
+        self.facts.notices()
+    }
+
+    /// Has told what numbers lose on their way into the layer of pages ([`Notice::HalfsRounded`] and
+    /// [`Notice::HalfsInfinite`]), once each: what was found already at once, the rest by whichever thread
+    /// reads the tile in which it is found. Only the first call counts.
+    pub fn tell_losses(&self, tell: impl Fn(Notice) + Send + Sync + 'static) {
+        self.pages.tell_losses(Box::new(tell));
     }
 
     /// What the texels that were read so far lost in a layer of a format.
@@ -112,39 +98,18 @@ impl TiffSource {
     }
 
     /// The levels that the file stores, the finest first.
-    pub fn levels(&self) -> Vec<TiffLevel> {
-        let stored = (0..).zip(&self.pages.cells.levels);
-        stored.filter_map(|(level, image)| image.as_ref().map(|image| TiffLevel::new(level, image))).collect()
+    pub fn levels(&self) -> &[TiffLevel] {
+        self.facts.levels()
     }
 
     /// Images of the file that are no levels: thumbnails, labels, masks, further pages.
     pub fn others(&self) -> &[TiffOther] {
-        &self.others
-    }
-
-    /// The bands that are shown, counted from 1: one, or those that are red, green and blue, and perhaps
-    /// alpha.
-    pub fn shown_bands(&self) -> Vec<u16> {
-        let first = self.pages.cells.first();
-        let picked = first.and_then(|image| image.shown_bands());
-        picked.unwrap_or_else(|| (1..=u16::from(self.pages.cells.format.channels())).collect())
-    }
-
-    /// The name of the colour profile of the image, if it has one. Tiles do not follow it.
-    pub fn profile(&self) -> Option<&str> {
-        self.profile.as_deref()
+        self.facts.others()
     }
 
     /// What the file says of the size and place of its texels.
     pub fn about(&self) -> &TiffAbout {
-        &self.about
-    }
-}
-
-impl TiffLevel {
-    fn new(level: u32, image: &TiffImage) -> TiffLevel {
-        let compression = image.compression_name();
-        TiffLevel { level, size: image.size, tile: image.chunk, compression }
+        self.facts.about()
     }
 }
 
@@ -218,7 +183,7 @@ impl TileSource for TiffSource {
 }
 
 /// The levels that the file has, or that are made of its next ones.
-struct Levels {
+pub(super) struct Levels {
     /// By how many times level 0 was halved; the first and the last are there.
     levels: Vec<Option<TiffImage>>,
     format: PixelFormat,
@@ -227,7 +192,11 @@ struct Levels {
 }
 
 impl Levels {
-    fn new(mut levels: Vec<Option<TiffImage>>, format: PixelFormat, missing: Option<Missing>) -> Levels {
+    pub(super) fn new(
+        mut levels: Vec<Option<TiffImage>>,
+        format: PixelFormat,
+        missing: Option<Missing>,
+    ) -> Levels {
         while levels.last().is_some_and(Option::is_none) {
             levels.pop();
         }

@@ -1,6 +1,7 @@
 //! The directories of a TIFF file, read once for all that is asked of it: its tiles, its other images, and
 //! what it says of itself.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -8,8 +9,8 @@ use vastex_tiles::SourceKey;
 
 use super::SourceError;
 use super::identity::identity_of_file;
-use super::pages::Shape;
-use super::pyramid::TiffSource;
+use super::pages::{Shape, unwatched};
+use super::pyramid::{TiffFacts, TiffSource};
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, bands_in_name, image_in_file};
 use crate::image::{InputFault, TiffAbout};
@@ -82,22 +83,40 @@ impl TiffDirectories {
 
     /// The tiles of what the path means, as [`TiffSource::open`] opens them: the same source at every call.
     pub fn open(&self) -> Result<Arc<TiffSource>, SourceError> {
+        self.open_while(&unwatched)
+    }
+
+    /// Opens the tiles as [`TiffDirectories::open`] does as long as `watch`, which hears how much of what is
+    /// read for it is there, 0 to 1, does not break it off ([`SourceError::BrokenOff`]). Of an image without
+    /// coarser levels all of it is read.
+    pub fn open_while(&self, watch: &dyn Fn(f64) -> ControlFlow<()>) -> Result<Arc<TiffSource>, SourceError> {
         let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(opened) = &*opened {
             return Ok(opened.clone());
         }
-        let at_path = |fault| SourceError::Input { path: self.path.clone(), fault };
-        let meant = match &self.name {
-            Some(name) => self.all.clone().named(name).map_err(at_path)?,
-            None => self.all.clone(),
-        };
-        let source = TiffSource::of(meant, (&self.path, self.identity), &Shape::default())?;
+        let source = TiffSource::of(self.meant()?, (&self.path, self.identity), (&Shape::default(), watch))?;
         Ok(opened.insert(Arc::new(source)).clone())
+    }
+
+    /// What the path means has to show, however long it would take to open its tiles: of an image without
+    /// coarser levels, too, of which all are read for that, or which is too large for it.
+    pub fn facts(&self) -> Result<TiffFacts, SourceError> {
+        let (_, _, facts) = TiffFacts::of(self.meant()?, &self.path, &Shape::default())?;
+        Ok(facts)
+    }
+
+    /// The image that the path means, with its levels.
+    fn meant(&self) -> Result<TiffPyramid, SourceError> {
+        let Some(name) = &self.name else { return Ok(self.all.clone()) };
+        let meant = self.all.clone().named(name);
+        meant.map_err(|fault| SourceError::Input { path: self.path.clone(), fault })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use vastex_tiles::TileSource as _;
+
     use super::*;
 
     #[test]
@@ -108,13 +127,16 @@ mod tests {
         let before = reads(&read);
         assert_eq!(read.others().len(), 3);
         assert_eq!((read.about().magnification, read.bands_to_choose()), (Some(20.0), None));
-        assert_eq!(reads(&read), before, "what is known is not read again");
+        let facts = read.facts().unwrap();
+        assert_eq!((facts.levels().len(), facts.others().len()), (3, 3));
+        assert_eq!(reads(&read), before, "what is known is not read again, and no texel is");
         let source = read.open().unwrap();
         let opened = reads(&read);
         // The coarsest level, of 12x8 texels: the places and the bytes of its one tile.
         assert!(opened - before <= 3, "{}", opened - before);
         assert!(Arc::ptr_eq(&source, &read.open().unwrap()));
         assert_eq!(reads(&read), opened);
+        assert_eq!((source.levels(), source.description()), (facts.levels(), facts.description()));
         assert_eq!(source.others(), read.others());
         let label = PathBuf::from(format!("{}:label", path.display()));
         let label = TiffDirectories::read(&label).unwrap();

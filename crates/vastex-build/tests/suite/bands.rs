@@ -109,7 +109,7 @@ fn any_bands_are_shown_built_and_cut_out() {
                 if bands.len() == 1 { (LayerFormat::R16, false) } else { (LayerFormat::Rgba16, true) };
             let expected = expected(bands, has_alpha);
             let tiles = Arc::new(TiffSource::open(&source).unwrap());
-            assert_eq!(tiles.shown_bands(), bands);
+            assert_eq!(tiles.facts().shown_bands(), bands);
             assert_eq!(tiles.description().layers[0].format, format);
             let is_first = tiles.notices().contains(&Notice::FirstBands { of: 7 });
             assert_eq!(is_first, source == path, "{}", source.display());

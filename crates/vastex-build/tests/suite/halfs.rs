@@ -1,8 +1,11 @@
-//! What is said of numbers that floats of 16 bits cannot hold: by builds, replacements, and where the levels
-//! of a pyramid are kept.
+//! What is said of numbers that floats of 16 bits cannot hold: by builds, replacements, where the levels of a
+//! pyramid are kept, and where it is read in place.
 
-use vastex_build::{BuildOptions, LayerInput, Notice, ReplaceOptions, build, replace};
+use std::sync::{Arc, Mutex};
+
+use vastex_build::{BuildOptions, LayerInput, Notice, ReplaceOptions, TiffSource, build, replace};
 use vastex_core::LayerFormat;
+use vastex_tiles::TileSource as _;
 
 use crate::common::files::HandmadeTiff;
 use crate::common::sandbox::Sandbox;
@@ -190,5 +193,30 @@ fn what_kept_levels_lose_is_said() {
         let path = sandbox.path("pyramid.tif");
         std::fs::write(&path, with_second(first, second)).unwrap();
         assert_eq!(lost(&sandbox, path.as_path(), &options), expected, "{values:?}");
+    }
+}
+
+/// At opening only the coarsest level is read.
+#[test]
+fn what_a_pyramid_loses_where_it_lies_is_told_once_it_is_read() {
+    let sandbox = Sandbox::new();
+    let floats = |[width, height]: [u32; 2], value: f32| -> Vec<u8> {
+        (0..width * height * 3).flat_map(|n| (if n == 99 { value } else { 0.5 }).to_le_bytes()).collect()
+    };
+    let half = SIZE.map(|side| side / 2);
+    let path = sandbox.path("pyramid.tif");
+    let (first, second) = (floats(SIZE, 1e6), floats(half, 0.1));
+    std::fs::write(&path, with_second(tiff(SIZE, 32, 3, &first), tiff(half, 32, 3, &second))).unwrap();
+    let source = TiffSource::open(&path).unwrap();
+    let told = Arc::new(Mutex::new(Vec::new()));
+    let listener = told.clone();
+    source.tell_losses(move |notice| listener.lock().unwrap().push(notice));
+    let (rounded, infinite) = (Notice::HalfsRounded(HALF), Notice::HalfsInfinite(HALF));
+    assert_eq!(*told.lock().unwrap(), std::slice::from_ref(&rounded));
+    for _ in 0..2 {
+        for page in source.description().geometry.pages() {
+            pollster::block_on(source.read(page)).unwrap();
+        }
+        assert_eq!(*told.lock().unwrap(), [rounded.clone(), infinite.clone()]);
     }
 }
