@@ -9,7 +9,7 @@ use anyhow::{Result, bail};
 use vastex::{Event, Textures};
 use vastex_scenes::{DisplayOptions, LayerOptions, Offscreen, Overlay, Picture, Pose, Until};
 use vastex_viewer::PicturePart;
-use vastex_viewer::layers::CompareMode;
+use vastex_viewer::layers::{CompareMode, Panes};
 
 pub(crate) use totals::Totals;
 
@@ -41,8 +41,9 @@ pub(crate) struct Part {
 pub(crate) struct Parts {
     /// Width and height of the whole.
     pub(crate) whole: [u32; 2],
-    /// Panes side by side in it, and the width of each.
+    /// Panes side by side in it, the first column of the first one, and the width of each.
     panes: u32,
+    left: u32,
     pane: u32,
     /// Parts along a pane, and rows of them.
     count: [u32; 2],
@@ -51,11 +52,16 @@ pub(crate) struct Parts {
 }
 
 impl Parts {
-    /// The parts of a picture of so many panes, with at most so many pixels a side drawn at once. Where
-    /// clouds are seen, margins are wider.
+    /// The parts of a picture of so many panes, which share all of it, with at most so many pixels a side
+    /// drawn at once. Where clouds are seen, margins are wider.
     pub(crate) fn new(whole: [u32; 2], panes: u32, most: u32, has_clouds: bool) -> Parts {
         let panes = panes.clamp(1, whole[0].max(1));
-        let pane = (whole[0] / panes).max(1);
+        Parts::of_panes(whole, Panes::sharing(panes, whole[0], [0.0, whole[0].into()]), most, has_clouds)
+    }
+
+    /// The same where panes lie in it as given.
+    pub(crate) fn of_panes(whole: [u32; 2], panes: Panes, most: u32, has_clouds: bool) -> Parts {
+        let Panes { count: panes, left, width: pane, .. } = panes;
         let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4);
         let most_kept = (most - 2 * margin).max(1);
         let rows = (MOST_BYTES / (4 * u64::from(whole[0]))).clamp(64, u64::from(u32::MAX)) as u32;
@@ -63,6 +69,7 @@ impl Parts {
         Parts {
             whole,
             panes,
+            left,
             pane,
             count,
             size: [pane.div_ceil(count[0]), whole[1].div_ceil(count[1])],
@@ -82,12 +89,12 @@ impl Parts {
 
     /// The parts, row by row.
     pub(crate) fn rows(&self) -> impl Iterator<Item = Vec<Part>> {
-        let Parts { whole, panes, pane, count, size, margin } = *self;
+        let Parts { whole, panes, left, pane, count, size, margin } = *self;
         let part = move |at_pane: u32, column: u32, row: u32| {
             let within = [column * size[0], row * size[1]];
             let before = |at: u32| i64::from(at) - i64::from(margin);
             Part {
-                at: [at_pane * pane + within[0], within[1]],
+                at: [left + at_pane * pane + within[0], within[1]],
                 size,
                 pane: at_pane,
                 drawn: PicturePart {
@@ -111,7 +118,7 @@ impl Parts {
 
     /// Columns of a part that are of its pane.
     fn width_of(&self, part: &Part) -> usize {
-        (self.size[0].min((part.pane + 1) * self.pane - part.at[0])) as usize
+        (self.size[0].min(self.left + (part.pane + 1) * self.pane - part.at[0])) as usize
     }
 
     /// Puts the picture of a part without its margin into its row of parts.

@@ -181,8 +181,7 @@ impl Shot {
         let most = args.scene.part_side.map_or(most, |side| side.min(most));
         let is_whole = self.size.iter().all(|side| *side <= most);
         let free = self.free();
-        // Panes of a picture in parts share all of it.
-        let [first, last] = if is_whole { free.map(|corner| corner.x) } else { [0.0, self.size[0].into()] };
+        let [first, last] = free.map(|corner| corner.x);
         let places = Panes::sharing(panes, self.size[0], [first, last]);
         let pane = [places.width, self.size[1]];
         let free = free_in_panes(&places, self.size[1], free);
@@ -196,7 +195,7 @@ impl Shot {
             ShotCamera::At(pose) => pose,
         };
         let has_clouds = self.scene == Scene::Planet && self.options.planet.clouds.is_some();
-        let parts = Parts::new(self.size, panes, most, has_clouds);
+        let parts = Parts::of_panes(self.size, places, most, has_clouds);
         if !is_whole {
             parts::check_overlay(self.overlay)?;
         }

@@ -13,6 +13,11 @@ const SIZE: [u32; 2] = [128, 64];
 /// The picture of a made-up image of 256x64 texels, as the window has it: `change` says what of the picture
 /// is other than at first.
 fn taken(change: impl FnOnce(&mut Shot)) -> Picture {
+    taken_in_parts(None, change)
+}
+
+/// The same with at most so many pixels a side drawn at once.
+fn taken_in_parts(part_side: Option<u32>, change: impl FnOnce(&mut Shot)) -> Picture {
     let directory = tempfile::tempdir().unwrap();
     let (source, output) = (directory.path().join("a.png"), directory.path().join("out.png"));
     let texels = vec![[90u8, 90, 90]; 256 * 64];
@@ -20,7 +25,8 @@ fn taken(change: impl FnOnce(&mut Shot)) -> Picture {
     encoder.set_color(png::ColorType::Rgb);
     encoder.write_header().unwrap().write_image_data(texels.as_flattened()).unwrap();
     let line = ["vastex", "view", "--cache", "off", source.to_str().unwrap()];
-    let Command::View(args) = Args::parse_from(line).command else { panic!() };
+    let Command::View(mut args) = Args::parse_from(line).command else { panic!() };
+    args.scene.part_side = part_side;
     let mut shot = Shot {
         source: source.clone(),
         over: Vec::new(),
@@ -107,24 +113,30 @@ fn a_globe_lies_beside_the_figures_of_the_machine() {
     assert!((78..82).contains(&(last - first)), "{first}..{last}");
 }
 
-/// Two images side by side share what the figures leave free, so that all of each is seen.
+/// Two images side by side share what the figures leave free, so that all of each is seen, in a picture that
+/// is drawn in parts as well.
 #[test]
 fn images_side_by_side_lie_beside_the_figures_of_the_machine() {
-    let picture = taken(|shot| {
-        shot.over = vec![shot.source.clone()];
-        shot.options.layers =
-            [0, 1].map(|texture| LayerOptions { texture, ..LayerOptions::default() }).to_vec();
-        shot.options.compare_mode = CompareMode::Beside;
-        (shot.has_hud, shot.size) = (true, [348 + 280, 96]);
-    });
-    let is_image = |x: &u32| pixel(&picture, *x, 48)[..3].iter().all(|value| value.abs_diff(90) < 3);
-    for pane in [348..488, 488..628] {
-        let seen: Vec<u32> = pane.clone().filter(is_image).collect();
-        let [first, last] = [seen[0], seen[seen.len() - 1]];
-        assert!(first - pane.start < 8 && pane.end - last < 9, "{first}..{last} of {pane:?}");
-        // As wide as its pane, and a quarter as high, beside its title and the scale.
-        let column = pane.start + 9;
-        let rows = (0..96).filter(|y| pixel(&picture, column, *y)[..3].iter().all(|v| v.abs_diff(90) < 3));
-        assert!((28..38).contains(&rows.count()), "{pane:?}");
+    let beside = |part_side: Option<u32>| {
+        taken_in_parts(part_side, |shot| {
+            shot.over = vec![shot.source.clone()];
+            shot.options.layers =
+                [0, 1].map(|texture| LayerOptions { texture, ..LayerOptions::default() }).to_vec();
+            shot.options.compare_mode = CompareMode::Beside;
+            (shot.has_hud, shot.size) = (true, [348 + 280, 96]);
+        })
+    };
+    let whole = beside(None);
+    let is_image =
+        |picture: &Picture, x: u32, y: u32| pixel(picture, x, y)[..3].iter().all(|v| v.abs_diff(90) < 3);
+    for picture in [&whole, &beside(Some(100))] {
+        for pane in [348..488, 488..628] {
+            let seen: Vec<u32> = pane.clone().filter(|x| is_image(picture, *x, 48)).collect();
+            let [first, last] = [seen[0], seen[seen.len() - 1]];
+            assert!(first - pane.start < 8 && pane.end - last < 9, "{first}..{last} of {pane:?}");
+            // As wide as its pane, and a quarter as high, beside its title and the scale.
+            let rows = (0..96).filter(|y| is_image(picture, pane.start + 9, *y));
+            assert!((28..38).contains(&rows.count()), "{pane:?}");
+        }
     }
 }
