@@ -47,16 +47,18 @@ pub fn status_text(texel: &InspectedTexel, place: Option<StatusPlace<'_>>) -> St
 }
 
 /// How far above the foot of `free`, the part of the picture that no panel covers, what is said at the lower
-/// left begins, in points: above the scale bar, where there is no room beside it.
-pub fn foot_rise(free: Rect) -> f32 {
-    if free.width() < BESIDE + LEAST_BESIDE { BAR } else { 0.0 }
+/// left begins, in points: above the scale bar, where there is no room beside it, as where so many panes lie
+/// beside each other, each with a scale bar of its own.
+pub fn foot_rise(free: Rect, panes: u32) -> f32 {
+    if panes > 1 || free.width() < BESIDE + LEAST_BESIDE { BAR } else { 0.0 }
 }
 
 /// Shows a line at the lower left of `free`, the part of the picture that no panel covers, and leaves room to
-/// the scale bar at the lower right. It takes no pointer from the picture. Gives back how far above the foot
-/// it ends, in points, with a margin; where it is left out for want of room, where it would begin.
-pub fn status_line(context: &Context, free: Rect, text: &str) -> f32 {
-    let rise = foot_rise(free);
+/// the scale bar at the lower right, or to those of so many panes. It takes no pointer from the picture.
+/// Gives back how far above the foot it ends, in points, with a margin; where it is left out for want of
+/// room, where it would begin.
+pub fn status_line(context: &Context, (free, panes): (Rect, u32), text: &str) -> f32 {
+    let rise = foot_rise(free, panes);
     if free.width() < LEAST.x || free.height() < LEAST.y + rise {
         return rise;
     }
@@ -99,22 +101,28 @@ mod tests {
 
     #[test]
     fn the_line_stands_at_the_lower_edge_and_takes_no_clicks() {
-        let show = |ui: &mut egui::Ui, height: &mut f32| {
-            *height = status_line(ui.ctx(), ui.max_rect(), "1, 2   3   level 4");
+        let show = |ui: &mut egui::Ui, (height, panes): &mut (f32, u32)| {
+            *height = status_line(ui.ctx(), (ui.max_rect(), *panes), "1, 2   3   level 4");
         };
-        let mut harness = Harness::builder().with_size([600.0, 300.0]).build_ui_state(show, 0.0);
+        let mut harness = Harness::builder().with_size([600.0, 300.0]).build_ui_state(show, (0.0, 1));
         harness.run();
         let line = harness.get_by_label("1, 2   3   level 4").rect();
         assert!(line.left() < 30.0 && line.bottom() > 270.0 && line.bottom() < 300.0, "{line:?}");
-        assert!((15.0..50.0).contains(harness.state()), "{}", harness.state());
+        assert!((15.0..50.0).contains(&harness.state().0), "{}", harness.state().0);
         let over = harness.ctx.layer_id_at(line.center());
         assert!(over.is_none_or(|layer| layer.order == egui::Order::Background), "{over:?}");
+        // Above the scale bars of panes, of which it lies over the first.
+        harness.state_mut().1 = 2;
+        harness.run();
+        let line = harness.get_by_label("1, 2   3   level 4").rect();
+        assert!(line.bottom() < 300.0 - 30.0 && line.bottom() > 240.0, "{line:?}");
+        harness.state_mut().1 = 1;
         // Where there is no room beside the scale bar it stands above that.
         harness.set_size([400.0, 300.0].into());
         harness.run();
         let line = harness.get_by_label("1, 2   3   level 4").rect();
         assert!(line.left() < 30.0 && line.bottom() < 300.0 - 30.0 && line.bottom() > 240.0, "{line:?}");
-        assert!((15.0..90.0).contains(harness.state()) && *harness.state() > 40.0, "{}", harness.state());
+        assert!((40.0..90.0).contains(&harness.state().0), "{}", harness.state().0);
         // Where there is none at all it is left out.
         harness.set_size([150.0, 300.0].into());
         harness.run();

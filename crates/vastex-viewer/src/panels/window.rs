@@ -387,7 +387,8 @@ fn places(ui: &mut Ui, shown: Scene, asked: &mut Vec<WindowAsked>) {
 /// What there is to say, at the foot of the picture.
 fn say(ui: &Ui, told: &WindowStatus<'_>) {
     let free = ui.available_rect_before_wrap();
-    let rise = told.below.map_or_else(|| foot_rise(free), |text| status_line(ui.ctx(), free, text));
+    let at = (free, told.panes);
+    let rise = told.below.map_or_else(|| foot_rise(free, told.panes), |text| status_line(ui.ctx(), at, text));
     say_below(ui, (told.notice, told.opening), rise);
 }
 

@@ -88,6 +88,7 @@ impl SurfaceScene {
                 opening: opening.map(|(name, share)| (&**name, *share)),
                 notice,
                 below: below.as_deref(),
+                panes: panes.count,
                 scene: settings.scene,
                 position: (pose, view.image),
                 texel_size,

@@ -67,7 +67,8 @@ impl ShownVolume {
                 seen_time: told.seen_time,
             };
             shown.paint(ui.painter(), all, scale);
-            let line = below.as_deref().map_or(0.0, |text| status_line(ui.ctx(), all, text));
+            // Slices have one scale bar.
+            let line = below.as_deref().map_or(0.0, |text| status_line(ui.ctx(), (all, 1), text));
             say_below(ui, (notice, opening), line);
             messages.show(ui.ctx(), all);
         });

@@ -55,6 +55,8 @@ pub struct WindowStatus<'a> {
     pub notice: Option<&'a str>,
     /// What lies below the pointer, in words; `None` where nothing does or it is not shown.
     pub below: Option<&'a str>,
+    /// Panes of the picture, side by side.
+    pub panes: u32,
     /// The scene that the file is displayed on.
     pub scene: Scene,
     /// Where the camera is, and columns and rows of the image.
