@@ -61,6 +61,7 @@ const CASES: &[Case] = &[
         ..Case::new("the same, drawn without a pause", progressive, 1000.0)
     },
     Case::new("the Earth enlarged, TIFF of one strip, 21600x10800", one_strip, 1000.0),
+    Case::new("the Earth enlarged, TIFF of tiles without levels, 43200x21600", tiles, 1000.0),
 ];
 
 /// What the window says of one run, and what it took.
@@ -258,21 +259,27 @@ fn large_png(directory: &Path) -> Result<PathBuf> {
 }
 
 fn progressive(directory: &Path) -> Result<PathBuf> {
-    enlarged(directory, "earth-progressive.jpg", "[interlace,Q=90]")
+    enlarged(directory, "earth-progressive.jpg", "[interlace,Q=90]", "2")
 }
 
 fn one_strip(directory: &Path) -> Result<PathBuf> {
-    enlarged(directory, "earth-one-strip.tif", "[compression=deflate,tile_height=10800]")
+    enlarged(directory, "earth-one-strip.tif", "[compression=deflate,tile_height=10800]", "2")
 }
 
-/// The Earth of 21600x10800 texels, unless it is there already; `options` are how libvips saves it.
-fn enlarged(directory: &Path, name: &str, options: &str) -> Result<PathBuf> {
+/// Of several thousand tiles, of which each is a small part.
+fn tiles(directory: &Path) -> Result<PathBuf> {
+    let options = "[tile,tile_width=256,tile_height=256,compression=deflate]";
+    enlarged(directory, "earth-tiles.tif", options, "4")
+}
+
+/// The Earth so many times as wide and high, unless it is there already; `options` are how libvips saves it.
+fn enlarged(directory: &Path, name: &str, options: &str, times: &str) -> Result<PathBuf> {
     let path = directory.join(name);
     if !path.exists() {
         let mut saved = path.clone().into_os_string();
         saved.push(options);
         let image = Input::EarthJpeg.make(directory)?;
-        shell::run(shell::command("vips").arg("resize").arg(image).arg(saved).arg("2"))?;
+        shell::run(shell::command("vips").arg("resize").arg(image).arg(saved).arg(times))?;
     }
     Ok(path)
 }
