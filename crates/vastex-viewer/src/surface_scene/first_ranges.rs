@@ -76,6 +76,11 @@ impl FirstRanges {
         Some((given, said.filter(|_| is_whole)))
     }
 
+    /// Returns true if values say what is black and white of a layer of a texture, where nobody else does.
+    pub(super) fn has_range(&self, texture: usize) -> bool {
+        self.found.iter().any(|found| found.layer.0 == texture && found.range.is_some())
+    }
+
     fn of(&self, layer: (usize, usize)) -> Option<Found> {
         self.found.iter().find(|found| found.layer == layer).copied()
     }

@@ -46,6 +46,14 @@ impl SurfaceScene {
         self.finish_taking_over();
         let mut settings = self.settings.clone();
         view.change(&mut settings.options);
+        // What a text says nothing of is as `render --view` has it: no range of the values takes its place.
+        if view.names_layers() && settings.range_is_free {
+            settings
+                .options
+                .layers
+                .iter_mut()
+                .for_each(|layer| layer.range = layer.range.or(Some([0.0, 1.0])));
+        }
         (settings.scene, settings.overlay) = (view.scene(settings.scene), view.overlay(settings.overlay));
         let Some(displayed) = self.display.displayed_mut() else { return false };
         let count = displayed.textures().len();

@@ -20,6 +20,13 @@ impl SurfaceScene {
         }
         let (scene, overlay) = (self.settings.scene, self.settings.overlay);
         let count = displayed.textures().len();
-        Some(ViewText::of(pose, scene, &options, overlay, count).to_text(displayed.size))
+        let mut view = ViewText::of(pose, scene, &options, overlay, count);
+        // Where values would say what is black and white, a person's choice of the whole scale is said.
+        for (said, shown) in view.layers.iter_mut().zip(&options.layers) {
+            if self.settings.range_is_free && self.first_ranges.has_range(shown.texture) {
+                said.range = shown.range;
+            }
+        }
+        Some(view.to_text(displayed.size))
     }
 }

@@ -14,7 +14,7 @@ use vastex_viewer::surface_scene::{
     DisplayError, DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene,
 };
 use vastex_viewer::window_scene::{ShownVolume, WindowScene};
-use vastex_viewer::{DisplayOptions, Gpu, Pose, Scene};
+use vastex_viewer::{DisplayOptions, Gpu, Pose, Scene, ViewText};
 
 /// Pixels of the window, and points as well.
 pub(crate) const SIZE: [u32; 2] = [128, 96];
@@ -90,7 +90,16 @@ impl Window {
     pub(crate) fn source(&self, color: [u8; 3], rows: Option<Arc<AtomicU64>>) -> PreparedSource {
         let [r, g, b] = color;
         let pixels = [r, g, b, 255].repeat((IMAGE[0] * IMAGE[1]) as usize);
-        let image = ImageSource::new(LayerFormat::Rgba8, IMAGE, pixels, &ImageOptions::default()).unwrap();
+        self.source_of((LayerFormat::Rgba8, pixels), rows)
+    }
+
+    /// An image of such pixels, as a host hands it over.
+    fn source_of(
+        &self,
+        (format, pixels): (LayerFormat, Vec<u8>),
+        rows: Option<Arc<AtomicU64>>,
+    ) -> PreparedSource {
+        let image = ImageSource::new(format, IMAGE, pixels, &ImageOptions::default()).unwrap();
         let tiles: Arc<dyn TileSource> = Arc::new(image);
         let prepared = self.scene.preparer().read_blocking(tiles.clone(), TextureSettings::default());
         let growth = match rows {
@@ -239,4 +248,35 @@ fn a_source_takes_the_place_of_its_preview_and_gives_way_to_something_else() {
     let source = window.source([1, 2, 3], None);
     window.scene.show_source(5, "c.png", source).unwrap();
     assert_eq!((window.settle(), window.scene.name()), ([1, 2, 3, 255], "c.png"));
+}
+
+/// Words of 16 bits, of which few values are used: their first range is the one of these values.
+#[test]
+fn a_range_over_the_whole_scale_comes_back_from_a_text_and_what_is_unsaid_is_no_range_of_the_values() {
+    let mut window = Window::new();
+    let words = (0..IMAGE[0] * IMAGE[1]).flat_map(|n| (n as u16 % 2000).to_le_bytes()).collect();
+    let source = window.source_of((LayerFormat::R16, words), None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.settle();
+    let range =
+        |window: &Window| window.scene.settings().options.layers.first().and_then(|layer| layer.range);
+    let automatic = range(&window).unwrap();
+    assert!(automatic[1] < 0.1, "{automatic:?}");
+    let pose = Pose::first(Scene::Image);
+    let show = |window: &mut Window, text: &str| {
+        assert!(window.scene.show_view(&ViewText::from_text(text, IMAGE).unwrap()));
+        window.settle();
+        range(window)
+    };
+    let first = window.scene.view_text(pose).unwrap();
+    let place = first.split(';').next().unwrap();
+    assert_eq!(show(&mut window, &format!("{place};layer=:range=0..1")), Some([0.0, 1.0]));
+    let whole = window.scene.view_text(pose).unwrap();
+    assert!(whole.contains("range=0..1"), "{whole}");
+    assert_eq!(show(&mut window, &first), Some(automatic));
+    assert_eq!(show(&mut window, &whole), Some([0.0, 1.0]));
+    assert_eq!(show(&mut window, &first), Some(automatic));
+    assert_eq!(show(&mut window, &format!("{place};layer=")), Some([0.0, 1.0]), "as render draws it");
+    assert_eq!(show(&mut window, &first), Some(automatic));
+    assert_eq!(show(&mut window, place), Some(automatic), "a place says nothing of layers");
 }
