@@ -16,6 +16,8 @@ use crate::gpu::Gpu;
 use crate::stage::StageScene;
 pub use first_range::first_range;
 pub use histogram::Histogram;
+#[cfg(feature = "egui")]
+pub(crate) use texel::float_text;
 pub use texel::{InspectedTexel, texel_at};
 pub use thumbnail::Thumbnail;
 

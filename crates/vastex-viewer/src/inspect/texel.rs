@@ -85,7 +85,7 @@ impl InspectedTexel {
 
     /// The channels in words, one after the other.
     pub fn values_text(&self) -> String {
-        let text = |value: &f64| if self.is_float { format!("{value:.5}") } else { value.to_string() };
+        let text = |value: &f64| if self.is_float { float_text(*value) } else { value.to_string() };
         self.values.iter().map(text).collect::<Vec<_>>().join(" ")
     }
 
@@ -95,6 +95,17 @@ impl InspectedTexel {
             .iter()
             .map(|&value| if self.is_float { short(value) } else { value.to_string() })
             .collect()
+    }
+}
+
+/// A float of 32 bits in as few digits as tell it from any other.
+pub(crate) fn float_text(value: f64) -> String {
+    let value = value as f32;
+    match value.abs() {
+        0.0 => "0".to_owned(),
+        1e-5..1e9 => value.to_string(),
+        // NaN and the infinite ones have no exponent.
+        _ => format!("{value:e}"),
     }
 }
 
@@ -148,7 +159,23 @@ mod tests {
         let texel = InspectedTexel::new([1234, 567], 0, LayerFormat::Rg8, [1.0, 0.0, 0.0, 1.0]);
         assert_eq!(texel.to_string(), "1234,567: 255 0");
         let texel = InspectedTexel::new([12, 5], 2, LayerFormat::R32Float, [0.25, 0.0, 0.0, 1.0]);
-        assert_eq!(texel.to_string(), "12,5: 0.25000 (level 2)");
+        assert_eq!(texel.to_string(), "12,5: 0.25 (level 2)");
+        for (value, exact) in [
+            (0.123_456_79, "0.12345679"),
+            (4.000_000_5, "4.0000005"),
+            (-11000.5, "-11000.5"),
+            (8_388_607.5, "8388607.5"),
+            (3.0, "3"),
+            (-0.0, "0"),
+            (1.25e-7, "1.25e-7"),
+            (f32::MAX, "3.4028235e38"),
+            (f32::NAN, "NaN"),
+            (f32::NEG_INFINITY, "-inf"),
+        ] {
+            let texel = InspectedTexel::new([0, 0], 0, LayerFormat::R32Float, [value, 0.0, 0.0, 1.0]);
+            assert_eq!(texel.values_text(), exact);
+            assert!(value.is_nan() || exact.parse() == Ok(value));
+        }
         for (value, line) in
             [(0.0, "0"), (0.25, "0.2500"), (-1234.56, "-1234.6"), (1e-7, "1.00e-7"), (f32::NAN, "NaN")]
         {

@@ -7,7 +7,7 @@ use vastex::Layer;
 use super::compare::compare_controls;
 use super::palettes::palette_controls;
 use super::shades::shades;
-use crate::inspect::Histogram;
+use crate::inspect::{Histogram, float_text};
 use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, StoredScale};
 use crate::surface::{LayerOptions, MOST_STOPS};
 
@@ -251,7 +251,7 @@ impl DisplayPanel {
         }
         let read = |value: f64| match scale.most() {
             Some(_) => format!("{value:.0}"),
-            None => format!("{value:.5}"),
+            None => float_text(value),
         };
         let extent =
             histogram.and_then(Histogram::extent).map(|extent| extent.map(|value| read(scale.stored(value))));

@@ -91,12 +91,12 @@ mod tests {
         let texel = |format, level| InspectedTexel::new([300, 100], level, format, [0.2, 1.0, 0.0, 1.0]);
         assert_eq!(status_text(&texel(LayerFormat::Rgba8, 0), None), "300, 100   51 255 0   level 0");
         let on_globe = status_text(&texel(LayerFormat::R32Float, 3), Some(StatusPlace::Globe([720, 360])));
-        assert_eq!(on_globe, "300, 100   0.20000   level 3   39.75° N 29.75° W");
+        assert_eq!(on_globe, "300, 100   0.2   level 3   39.75° N 29.75° W");
         let south = InspectedTexel::new([719, 359], 0, LayerFormat::R8, [1.0; 4]);
         assert!(status_text(&south, Some(StatusPlace::Globe([720, 360]))).ends_with("89.75° S 179.75° E"));
         let map = MapPlace::new([10.0, 0.0, 5e5, 0.0, -10.0, 4.6e6], "EPSG:32633", false).unwrap();
         let on_map = status_text(&texel(LayerFormat::R32Float, 0), Some(StatusPlace::Map(&map)));
-        assert_eq!(on_map, "300, 100   0.20000   level 0   x 503005 y 4598995 (EPSG:32633)");
+        assert_eq!(on_map, "300, 100   0.2   level 0   x 503005 y 4598995 (EPSG:32633)");
     }
 
     #[test]
