@@ -112,7 +112,7 @@ impl Parts {
     }
 
     /// Rows of pixels of a row of parts, from its first one on.
-    fn height_of(&self, part: &Part) -> u32 {
+    pub(crate) fn height_of(&self, part: &Part) -> u32 {
         self.size[1].min(self.whole[1] - part.at[1])
     }
 

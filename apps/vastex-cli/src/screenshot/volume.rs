@@ -12,14 +12,14 @@ use vastex::{Pace, Settings};
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::hud::{Hud, HudData};
 use vastex_viewer::panels::VolumePanes;
-use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, VolumeScene};
+use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, VolumeScene, pane_rects};
 
 use super::paint::OverPainter;
 use super::patience::Patience;
 use crate::args::ViewArgs;
 use crate::made_levels::LevelMaker;
-use crate::output::Output;
-use crate::parts::Part;
+use crate::output::{Output, PngRows};
+use crate::parts::{MOST_SIDE, Parts};
 use crate::report;
 use crate::volumes::{OpenHow, OpenedVolume, open_volume, read_channel, read_labels};
 
@@ -67,13 +67,6 @@ impl VolumeShot {
     ) -> Result<bool> {
         let opened = open_volume(&self.source, OpenHow::of(&args.scene))?;
         let gpu = headless_gpu()?;
-        let most = gpu.device.limits().max_texture_dimension_2d;
-        if self.size.iter().any(|side| *side > most) {
-            let [width, height] = self.size;
-            bail!(
-                "a picture of {width}x{height} pixels: of volumes this adapter draws {most}x{most} at most"
-            );
-        }
         let source = self.source.display().to_string();
         let settings = Settings {
             picture: self.size,
@@ -88,9 +81,27 @@ impl VolumeShot {
             Some(look) => look.clone(),
             None => opened.initial_look(args)?,
         };
+        self.check_panes(&gpu, &scene.look)?;
+        let mut rows = output.png_rows(self.size)?;
         let is_whole = self.play(&mut scene, &opened, patience).context(source)?;
-        output.write_picture(&self.painted(&gpu, &scene)?)?;
+        let most = args.scene.part_side.map_or(MOST_SIDE, |side| side.min(MOST_SIDE));
+        self.paint((&gpu, &scene), most, patience, &mut rows)?;
+        rows.finish()?;
         Ok(is_whole)
+    }
+
+    /// Each slice, and the picture of the whole, lies in a texture.
+    fn check_panes(&self, gpu: &Gpu, look: &VolumeLook) -> Result<()> {
+        let most = gpu.device.limits().max_texture_dimension_2d;
+        let panes = pane_rects(look.layout, self.area());
+        let Some(pane) = panes.iter().find(|pane| pane.size.iter().any(|side| *side > most)) else {
+            return Ok(());
+        };
+        let ([width, height], [of_pane, rows]) = (self.size, pane.size);
+        bail!(
+            "a picture of {width}x{height} pixels has a slice or the volume in {of_pane}x{rows} of them: this adapter draws \
+             {most}x{most} of each at most"
+        );
     }
 
     /// What the panels leave to the pictures: all of it but what shows what the machine does.
@@ -167,7 +178,14 @@ impl VolumeShot {
         Ok(is_whole)
     }
 
-    fn painted(&self, gpu: &Gpu, scene: &VolumeScene) -> Result<Picture> {
+    /// Paints the pictures and what lies over them, in parts of at most so many pixels a side.
+    fn paint(
+        &self,
+        (gpu, scene): (&Gpu, &VolumeScene),
+        most: u32,
+        patience: &Patience,
+        rows: &mut PngRows,
+    ) -> Result<()> {
         let mut painter = OverPainter::new(gpu, self.size, self.pixels_per_point);
         let pictures: Vec<_> =
             scene.pictures().iter().map(|(pane, picture)| (pane.pane, painter.register(picture))).collect();
@@ -180,7 +198,7 @@ impl VolumeShot {
             has_guides: self.has_guides,
             seen_time: scene.seen_time(),
         };
-        let told = self.has_hud.then(|| HudData::of(scene.textures()));
+        let told = self.has_hud.then(|| HudData { is_of_volume: true, ..HudData::of(scene.textures()) });
         let mut hud = Hud::default();
         painter.run(|ui| {
             if let Some(told) = &told {
@@ -190,10 +208,16 @@ impl VolumeShot {
             let all: Rect = ui.available_rect_before_wrap();
             shown.paint(ui.painter(), all, self.pixels_per_point);
         });
-        let bytes = self.size.iter().map(|side| *side as usize).product::<usize>() * 4;
-        let mut picture =
-            Picture { size: self.size, rgba: [0, 0, 0, 255].into_iter().cycle().take(bytes).collect() };
-        painter.paint(&[Part::all(self.size)], &mut picture)?;
-        Ok(picture)
+        let parts = Parts::new(self.size, 1, most, false);
+        for row in parts.rows() {
+            patience.check()?;
+            let Some(height) = row.first().map(|part| parts.height_of(part)) else { continue };
+            let bytes = self.size[0] as usize * height as usize * 4;
+            let rgba = [0, 0, 0, 255].into_iter().cycle().take(bytes).collect();
+            let mut picture = Picture { size: [self.size[0], height], rgba };
+            painter.paint(&row, &mut picture)?;
+            rows.add(&picture)?;
+        }
+        Ok(())
     }
 }

@@ -22,6 +22,22 @@ fn a_screenshot_shows_three_slices_and_the_volume() {
         assert!(bright > 60, "{bright} bright pixels at {left},{top}");
     }
     assert!(pixels == shot("again.png"), "the same each time");
+    // Painted in parts it is the same picture.
+    let words = ["view", "--screenshot", "parts.png", "--size", "128x96", "--part-side", "100", HEAD];
+    sandbox.run(&words).expect_code(0);
+    assert!(pixels == sandbox.read_rgb("parts.png"), "in parts");
+}
+
+/// Each picture in it lies in a texture, and the whole is painted in parts.
+#[test]
+fn a_screenshot_may_be_wider_than_any_texture() {
+    let sandbox = Sandbox::new();
+    let words = ["view", "--screenshot", "wide.png", "--size", "20000x24", HEAD];
+    sandbox.run(&words).expect_code(0);
+    assert_eq!(sandbox.read_rgb("wide.png").len(), 20000 * 24);
+    let words = ["view", "--screenshot", "wider.png", "--size", "65536x8", HEAD, "--view", VIEW];
+    let ended = sandbox.run(&words).expect_code(1);
+    assert!(ended.stderr.contains("of each at most"), "{ended}");
 }
 
 /// What a person copies of the head: a part of it in 3-D, so small that nothing lies over the picture.

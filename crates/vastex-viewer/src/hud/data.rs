@@ -17,6 +17,9 @@ pub struct HudData {
     pub pools: Vec<HudPool>,
     /// Of all pools together.
     pub stats: FrameStats,
+    /// True if a volume is shown. Volumes are sampled and asked in one way, are drawn with no overlay, and
+    /// explain no pixel, so that nothing of these is offered. The host's.
+    pub is_of_volume: bool,
     /// Bytes that may be copied to the GPU per frame.
     pub upload_bytes_per_frame: u64,
     /// Bytes of tiles that may be on their way.

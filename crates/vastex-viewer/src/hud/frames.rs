@@ -24,7 +24,11 @@ pub(super) fn show(ui: &mut Ui, data: &HudData) {
     }
     match &data.gpu_times {
         None => {
-            ui.label(RichText::new("This device tells no GPU times.").small().weak());
+            let why = match data.is_of_volume {
+                true => "GPU times are not measured for volumes.",
+                false => "This device tells no GPU times.",
+            };
+            ui.label(RichText::new(why).small().weak());
         }
         Some(parts) => {
             let all: f32 = parts.iter().map(|part| part.ms).sum();

@@ -34,6 +34,20 @@ pub(super) fn show(ui: &mut Ui, data: &HudData, changes: &mut Vec<HudChange>) {
         let [uploads, in_flight] = [uploads, in_flight].map(|kib| (kib * KIB) as u64);
         changes.push(HudChange::Budgets { uploads, in_flight });
     }
+    if !data.is_of_volume {
+        sampling(ui, data, changes);
+    }
+    let tiers = data.pools.iter().filter_map(|pool| pool.records.last()).map(|record| record.tiers.ram.bytes);
+    let text = format!(
+        "page tables {}, tiles kept in main memory {}",
+        bytes(data.stats.table_bytes),
+        bytes(tiers.sum())
+    );
+    ui.label(RichText::new(text).small().weak());
+}
+
+/// How texels are blended, and how views say what they want.
+fn sampling(ui: &mut Ui, data: &HudData, changes: &mut Vec<HudChange>) {
     let mut filter = data.filter;
     ComboBox::from_label("Filter").selected_text(filter_name(filter)).show_ui(ui, |ui| {
         for choice in FILTERS {
@@ -52,13 +66,6 @@ pub(super) fn show(ui: &mut Ui, data: &HudData, changes: &mut Vec<HudChange>) {
     if feedback != data.feedback {
         changes.push(HudChange::Feedback(feedback));
     }
-    let tiers = data.pools.iter().filter_map(|pool| pool.records.last()).map(|record| record.tiers.ram.bytes);
-    let text = format!(
-        "page tables {}, tiles kept in main memory {}",
-        bytes(data.stats.table_bytes),
-        bytes(tiers.sum())
-    );
-    ui.label(RichText::new(text).small().weak());
 }
 
 /// A number of kibibytes. Returns true if it was changed.

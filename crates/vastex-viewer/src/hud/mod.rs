@@ -89,10 +89,13 @@ impl Hud {
                     ui.add_space(6.0);
                 }
                 section(ui, "Frames", true, |ui| frames::show(ui, data));
-                section(ui, "Machine", true, |ui| machine::show(ui, data, &mut changes));
-                section(ui, "Under the pointer", true, |ui| machine::explain(ui, data));
+                if !data.is_of_volume {
+                    section(ui, "Machine", true, |ui| machine::show(ui, data, &mut changes));
+                    section(ui, "Under the pointer", true, |ui| machine::explain(ui, data));
+                }
                 section(ui, "Textures", true, |ui| textures::show(ui, &data.pools, &mut self.order));
-                section(ui, "Budgets and sampling", true, |ui| limits::show(ui, data, &mut changes));
+                let limits = if data.is_of_volume { "Budgets" } else { "Budgets and sampling" };
+                section(ui, limits, true, |ui| limits::show(ui, data, &mut changes));
             });
         });
         changes

@@ -177,3 +177,32 @@ fn it_moves_by_nothing() {
     let output = harness.output().viewport_output.values().next().unwrap();
     assert_eq!(output.repaint_delay, Duration::MAX, "no frame becomes due by itself");
 }
+
+/// Volumes have no overlays, are sampled in one way and explain no pixel.
+#[test]
+fn of_a_volume_nothing_is_offered_that_does_not_act() {
+    let show = |ui: &mut Ui, data: &mut HudData| drop(Hud::default().show(ui, data));
+    let told = HudData { gpu_times: None, explained: None, ..data(60) };
+    for is_of_volume in [false, true] {
+        let told = HudData { is_of_volume, ..told.clone() };
+        let mut harness = Harness::builder().with_size([800.0, 2400.0]).build_ui_state(show, told);
+        harness.run();
+        for label in [
+            "Machine",
+            "levels",
+            "Under the pointer",
+            "Filter",
+            "Feedback",
+            "This device tells no GPU times.",
+            "Budgets and sampling",
+        ] {
+            assert_eq!(harness.query_by_label(label).is_none(), is_of_volume, "{label}");
+        }
+        for label in ["Budgets", "GPU times are not measured for volumes."] {
+            assert_eq!(harness.query_by_label(label).is_some(), is_of_volume, "{label}");
+        }
+        for label in ["Frames", "Textures", "Uploads a frame"] {
+            assert!(harness.query_all_by_label(label).next().is_some(), "{label}");
+        }
+    }
+}

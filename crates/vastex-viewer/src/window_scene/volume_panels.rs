@@ -21,10 +21,11 @@ impl ShownVolume {
     ) {
         let now = beside.now();
         beside.title.expire(now);
-        let hud_data = beside
-            .hud
-            .is_shown()
-            .then(|| HudData { frames: beside.hud.frames.clone(), ..HudData::of(self.scene.textures()) });
+        let hud_data = beside.hud.is_shown().then(|| HudData {
+            frames: beside.hud.frames.clone(),
+            is_of_volume: true,
+            ..HudData::of(self.scene.textures())
+        });
         let (share, stats) = self.scene.share_at_wanted();
         let facts = self.scene.facts().clone();
         let clicked = self.scene.points().clicked().cloned();
