@@ -45,6 +45,17 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String
     }
 }
 
+/// What the source that a path names says of itself: a TIFF file, also where bands of it are shown, of its
+/// first image; a container what it keeps of the file that it was built of.
+#[cfg(feature = "build")]
+pub(super) fn said_of(path: &Path) -> Option<vastex_build::TiffAbout> {
+    let file = super::without_bands(path);
+    if file == path && vastex_build::image_in_file(path).is_some() {
+        return None;
+    }
+    vastex_build::TiffAbout::of_file(file).or_else(|| container_about(path))
+}
+
 /// What a container keeps of the file that it was built of; `None` if a path is none that can be opened.
 #[cfg(feature = "build")]
 fn container_about(path: &Path) -> Option<vastex_build::TiffAbout> {

@@ -20,6 +20,18 @@ pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
     path.into()
 }
 
+/// The file whose bands a path names, as [`path_of`] writes it; any other path is given back.
+#[cfg(feature = "view")]
+pub(crate) fn without_bands(path: &Path) -> &Path {
+    #[cfg(feature = "build")]
+    if let Some((file, name)) = vastex_build::image_in_file(path)
+        && vastex_build::bands_in_name(name).is_some()
+    {
+        return file;
+    }
+    path
+}
+
 /// Has the bands that layers are told opened, of files that have more than a layer can.
 #[cfg(feature = "build")]
 pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {

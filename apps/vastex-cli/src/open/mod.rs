@@ -37,7 +37,7 @@ use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
 pub(crate) use about::file_about;
 #[cfg(feature = "view")]
-pub(crate) use bands::path_of as path_of_bands;
+pub(crate) use bands::{path_of as path_of_bands, without_bands};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;

@@ -69,7 +69,7 @@ fn read(image: &Path, path: &Path, goes_on: impl Fn() -> bool) -> Result<Shapes>
 /// From texels to coordinates, and the number of their system.
 #[cfg(feature = "build")]
 fn place_of(image: &Path) -> Option<(DAffine2, Option<u16>)> {
-    let place = vastex_build::TiffAbout::of_file(image)?.place?;
+    let place = super::about::said_of(image)?.place?;
     let [a, b, c, d, e, f] = place.from_texels;
     let matrix = glam::DMat2::from_cols_array(&[a, d, b, e]);
     Some((DAffine2::from_mat2_translation(matrix, [c, f].into()), place.epsg))
@@ -129,6 +129,13 @@ mod tests {
         assert_eq!(over(&cog, &metres).unwrap(), over(&plain, texel).unwrap());
         let error = format!("{:#}", over(&cog, texel).unwrap_err());
         assert!(error.contains("EPSG:4326, those of the image of EPSG:32633"), "{error}");
+        // The same texels where bands of the file are shown, and where a container was built of it.
+        let bands = format!("{cog}:bands=1");
+        assert_eq!(over(&bands, &metres).unwrap(), over(&plain, texel).unwrap());
+        let built = directory.path().join("a.vastex");
+        let options = vastex_build::BuildOptions::default();
+        vastex_build::build(&[Path::new(&cog)], &built, &options, &()).unwrap();
+        assert_eq!(over(built.to_str().unwrap(), &metres).unwrap(), over(&plain, texel).unwrap());
         let error = format!("{:#}", over(&plain, "{").unwrap_err());
         assert!(error.contains("a.geojson") && error.contains("line 1"), "{error}");
     }

@@ -224,9 +224,9 @@ impl Drop for Openings {
     }
 }
 
-/// Returns true if both paths are one, however they are written.
+/// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
 fn is_same(path: &Path, other: &Path) -> bool {
-    let [path, other] = [path, other].map(std::path::absolute);
+    let [path, other] = [path, other].map(|path| std::path::absolute(open::without_bands(path)));
     matches!((path, other), (Ok(path), Ok(other)) if path == other)
 }
 
@@ -372,6 +372,18 @@ mod tests {
         assert!(is_same(Path::new("a.tif"), Path::new("./a.tif")));
         assert!(is_same(&here.join("a.tif"), Path::new("a.tif")));
         assert!(!is_same(Path::new("a.tif"), Path::new("b/a.tif")));
+    }
+
+    /// Shapes lie over a file whichever bands of it a person chooses.
+    #[cfg(feature = "build")]
+    #[test]
+    fn bands_of_a_file_are_the_same_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.tif");
+        std::fs::write(&file, "").unwrap();
+        let named = |name: &str| PathBuf::from(format!("{}:{name}", file.display()));
+        assert!(is_same(&named("bands=5,4,3"), &file) && is_same(&named("bands=1"), &named("bands=2")));
+        assert!(!is_same(&named("label"), &file));
     }
 
     /// What was built by then is taken over when the image is opened again.
