@@ -130,7 +130,7 @@ const RENDER_VOLUME: &str = "render-volume";
 
 /// No volume is drawn.
 #[cfg(not(feature = "volumes"))]
-pub(crate) fn with_volume(args: Vec<OsString>) -> Vec<OsString> {
+pub(crate) fn with_volume(args: Vec<OsString>, _: impl Fn(&Path) -> bool) -> Vec<OsString> {
     args
 }
 

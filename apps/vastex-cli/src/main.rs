@@ -42,7 +42,7 @@ use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 fn main() -> ExitCode {
-    let words = args::with_volume(args::with_view(std::env::args_os().collect()));
+    let words = args::with_volume(args::with_view(std::env::args_os().collect()), open::is_volume);
     #[cfg(feature = "view")]
     let mut args = args::parsed(words);
     #[cfg(not(feature = "view"))]

@@ -8,9 +8,9 @@ mod slice;
 mod watch;
 
 use std::ffi::OsString;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use clap::Args as ClapArgs;
+use clap::{Args as ClapArgs, CommandFactory};
 use vastex::FeedbackMode;
 use vastex_viewer::volume::{VolumeCamera, VolumeFace, VolumeMode};
 use vastex_viewer::{Link, VolumeViewText};
@@ -22,13 +22,16 @@ pub(crate) use slice::AskedSlice;
 use slice::parse_slice;
 use watch::VolumeWatchArgs;
 
-/// Puts the command for volumes in the place of `render` where `--on` names what only volumes are put on: its
-/// other words are others.
-pub(crate) fn with_volume(mut args: Vec<OsString>) -> Vec<OsString> {
-    let is_volume = |word: &str| VolumeScene::ALL.iter().any(|scene| scene.name() == word);
+/// Puts the command for volumes in the place of `render` where `--on` names what only volumes are put on, and
+/// where it names nothing and `is_volume` says that the source is one: its other words are others.
+pub(crate) fn with_volume(mut args: Vec<OsString>, is_volume: impl Fn(&Path) -> bool) -> Vec<OsString> {
+    let is_on_volume = |word: &str| VolumeScene::ALL.iter().any(|scene| scene.name() == word);
     let words: Vec<String> = args.iter().map(|arg| arg.to_string_lossy().into_owned()).collect();
-    let follows = words.windows(2).any(|two| two[0] == "--on" && is_volume(&two[1]));
-    let is_joined = words.iter().any(|word| word.strip_prefix("--on=").is_some_and(is_volume));
+    let place = words.iter().skip(1).position(|word| !word.starts_with('-')).map(|place| place + 1);
+    let Some(place) = place.filter(|&place| words[place] == "render") else { return args };
+    let follows = words.windows(2).any(|two| two[0] == "--on" && is_on_volume(&two[1]));
+    let is_joined = words.iter().any(|word| word.strip_prefix("--on=").is_some_and(is_on_volume));
+    let says_on = words.iter().any(|word| word == "--on" || word.starts_with("--on="));
     // The view of a volume says so itself.
     let is_view = words.windows(2).any(|two| two[0] == "--view" && VolumeViewText::is_meant(&two[1]))
         || words.iter().any(|word| word.strip_prefix("--view=").is_some_and(VolumeViewText::is_meant))
@@ -36,15 +39,38 @@ pub(crate) fn with_volume(mut args: Vec<OsString>) -> Vec<OsString> {
             let view = word.parse::<Link>().ok().and_then(|link| link.view);
             view.is_some_and(|view| VolumeViewText::is_meant(&view))
         });
-    let place = words.iter().skip(1).position(|word| !word.starts_with('-')).map(|place| place + 1);
-    if let Some(place) = place.filter(|&place| words[place] == "render" && (follows || is_joined || is_view))
-    {
+    let source = || {
+        let source = source_in(&words[place + 1..]).map(|n| &args[place + 1 + n])?;
+        let link = source.to_str().and_then(|text| text.parse::<Link>().ok());
+        Some(link.map_or_else(|| PathBuf::from(source), |link| link.source.into()))
+    };
+    let is_meant = follows || is_joined || is_view;
+    if is_meant || (!says_on && source().is_some_and(|source| is_volume(&source))) {
         args[place] = super::RENDER_VOLUME.into();
         if !follows && !is_joined {
-            args.insert(place + 1, format!("--on={}", VolumeScene::Volume.name()).into());
+            let is_slice = words.iter().any(|word| word == "--slice" || word.starts_with("--slice="));
+            let on = if is_slice { VolumeScene::Slices } else { VolumeScene::Volume };
+            args.insert(place + 1, format!("--on={}", on.name()).into());
         }
     }
     args
+}
+
+/// Where in the words of `render` the source is: the first word that is no option, and no value of one.
+fn source_in(words: &[String]) -> Option<usize> {
+    let command = super::Args::command();
+    let commands = ["render", super::RENDER_VOLUME].map(|name| command.find_subcommand(name));
+    let options: Vec<&clap::Arg> = commands.into_iter().flatten().flat_map(|of| of.get_arguments()).collect();
+    let takes_value = |word: &str| {
+        let is = |option: &&&clap::Arg| {
+            let is_long = option.get_long().is_some_and(|long| word.strip_prefix("--") == Some(long));
+            let short = option.get_short().map(|short| format!("-{short}"));
+            is_long || short.is_some_and(|short| word == short)
+        };
+        options.iter().find(is).is_some_and(|option| option.get_action().takes_values())
+    };
+    let is_value = |n: usize| n > 0 && takes_value(&words[n - 1]);
+    (0..words.len()).find(|&n| !words[n].starts_with('-') && !is_value(n))
 }
 
 /// What volumes are put on.
@@ -275,6 +301,33 @@ fn parse_range(text: &str) -> Result<[f64; 2], String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_source_that_is_a_volume_is_drawn_as_one_unless_something_else_is_asked_for() {
+        let with = |line: &str| {
+            let words = line.split(' ').map(OsString::from).collect();
+            let words = with_volume(words, |path| path.extension().is_some_and(|ending| ending == "zarr"));
+            words.iter().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ")
+        };
+        for (line, expected) in [
+            ("vastex render a.zarr -o v.png", "vastex render-volume --on=volume a.zarr -o v.png"),
+            ("vastex render --json -o v a.zarr", "vastex render-volume --on=volume --json -o v a.zarr"),
+            ("vastex render a.zarr --slice z=3", "vastex render-volume --on=slices a.zarr --slice z=3"),
+            ("vastex -v render vastex:a.zarr", "vastex -v render-volume --on=volume vastex:a.zarr"),
+            ("vastex render a.zarr --on slices", "vastex render-volume a.zarr --on slices"),
+        ] {
+            assert_eq!(with(line), expected);
+        }
+        for line in [
+            "vastex render a.png -o b.zarr",
+            "vastex render --size 3x4 a.png --over b.zarr",
+            "vastex render a.zarr --on globe",
+            "vastex view a.zarr",
+            "vastex info a.zarr",
+        ] {
+            assert_eq!(with(line), line);
+        }
+    }
 
     #[test]
     fn views_are_checked() {

@@ -76,14 +76,15 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     for fault in drawing.faults.iter().take(20) {
         report::say(&format!("{source}: {fault}"));
     }
-    if let Some(note) = note_of_pool(args.pool_mib, summary.mip_bias) {
-        report::say(&format!("note: {source}: {note}"));
-    }
+    let note = note_of_pool(args.pool_mib, summary.mip_bias);
+    note.iter().for_each(|note| report::say(&format!("note: {source}: {note}")));
+    let missing =
+        format!("not converged within {MOST_FRAMES} frames, {} bricks are missing", summary.bricks_missing);
+    let warnings = drawing.faults.iter().take(20).cloned().chain(note).collect::<Vec<_>>();
+    let warnings = if converged { warnings } else { [warnings, vec![missing.clone()]].concat() };
+    watch.report(args, (&drawing, &picture, converged), (warnings, summary.text()))?;
     if !converged {
-        report::say(&format!(
-            "error: {source}: not converged within {MOST_FRAMES} frames, {} bricks are missing",
-            summary.bricks_missing
-        ));
+        report::say(&format!("error: {source}: {missing}"));
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)

@@ -19,7 +19,7 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
     let sandbox = Sandbox::new();
     let told = render(
         &sandbox,
-        "--on slices --slice z=40 --pool-mib 8 --record-trace t.vxtrace --stats-csv f.csv --stats-json f.json --dump-pools --explain 20,30 -o a.png",
+        "--on slices --slice z=40 --pool-mib 8 --record-trace t.vxtrace --stats-csv f.csv --stats-json f.json --dump-pools --explain 20,30 --report run -o a.png",
     );
     // Every frame has a line.
     let csv = String::from_utf8(sandbox.read("f.csv")).unwrap();
@@ -39,12 +39,23 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
         (&page["state"], page["wanted"].to_string()),
         (&"resident".into(), r#"{"level":1,"x":0,"y":0,"z":0}"#.into())
     );
+    // A page of its own, without overlays.
+    let page = String::from_utf8(sandbox.read("run/index.html")).unwrap();
+    for says in [
+        "data:image/png;base64,",
+        "Slots of the pool",
+        "<th>voxels</th>",
+        "<th>scene</th><td>slices",
+        "head.zip",
+    ] {
+        assert!(page.contains(says), "{says}");
+    }
+    assert!(!page.contains("What the picture is made of"));
     let replayed = sandbox.run(&["replay", "t.vxtrace", "--json"]).expect_code(0).json();
     assert!(replayed.to_string().contains("loads"), "{replayed}");
     for (words, says) in [
         (vec!["--on", "volume", "--explain", "1,1"], "a ray meets many bricks"),
         (vec!["--on", "slices", "--slice", "z=1", "--explain", "49,1"], "49x58 pixels"),
-        (vec!["--on", "volume", "--report", "run"], "a ray has many of"),
     ] {
         let words = [&["render", HEAD, "--size", "49x58"][..], &words].concat();
         let ended = sandbox.run(&words).expect_code(2);
@@ -63,7 +74,8 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
 fn bricks_are_small_where_the_pool_is() {
     let sandbox = Sandbox::new();
     let [small, large] =
-        [1, 64].map(|mib| render(&sandbox, &format!("--on volume --pool-mib {mib} -o a.png")));
+        // A volume is drawn as one, without a word that it is.
+        [1, 64].map(|mib| render(&sandbox, &format!("--pool-mib {mib} -o a.png")));
     assert_eq!(
         (&small["brick"], &small["converged"], &small["tiles_reloaded"]),
         (&32.into(), &true.into(), &0.into())

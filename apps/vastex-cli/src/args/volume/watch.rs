@@ -22,20 +22,15 @@ pub(crate) struct VolumeWatchArgs {
     pub(crate) explain: Option<[u32; 2]>,
     #[command(flatten)]
     pub(crate) disk_cache: DiskCacheArgs,
-    /// For images.
-    #[arg(long, value_name = "DIR", hide = true)]
-    report: Option<PathBuf>,
+    /// Write a page about the run into this directory, DIR/index.html: the last picture, what each frame did,
+    /// settings and warnings. A ray has many bricks, so that no overlays stand on it
+    #[arg(long, value_name = "DIR")]
+    pub(crate) report: Option<PathBuf>,
 }
 
 impl VolumeWatchArgs {
     /// Checks that what is asked for can be had of a picture of so many pixels, of a slice or of rays.
     pub(super) fn check(&self, is_slice: bool, [width, height]: [u32; 2]) -> Result<(), clap::Error> {
-        if self.report.is_some() {
-            return Err(value_error(
-                "'--report': its page is made of overlays of the pages of an image, which a ray has many of; \
-                 --stats-csv, --record-trace and --dump-pools tell of a volume what it would",
-            ));
-        }
         match self.explain {
             Some(_) if !is_slice => Err(value_error(
                 "'--explain': a ray meets many bricks, and a pixel of a slice one; use it with --on slices",

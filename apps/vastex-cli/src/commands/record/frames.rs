@@ -30,7 +30,8 @@ pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
     for line in cases.lines() {
         let Some((name, words)) = line.split_once(' ') else { bail!("'{line}' has no words for a scene") };
         let words = ["vastex", "render"].into_iter().chain(words.split_whitespace());
-        let mut args = Args::try_parse_from(with_volume(words.map(OsString::from).collect()))?;
+        let mut args =
+            Args::try_parse_from(with_volume(words.map(OsString::from).collect(), open::is_volume))?;
         args.follow_links().and_then(|()| args.check())?;
         let drawn = match args.command {
             Command::Render(mut args) => {

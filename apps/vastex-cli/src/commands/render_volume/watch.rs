@@ -1,5 +1,5 @@
-//! What is told of a run that draws a volume, and kept of it: the trace, figures of every frame, what lies in
-//! pools, why a pixel shows what it shows, and bricks on a disk.
+//! What is told of a run that draws a volume, and kept of it: the trace, figures of every frame, the page
+//! about it, what lies in pools, why a pixel shows what it shows, and bricks on a disk.
 
 use std::sync::Arc;
 
@@ -7,11 +7,13 @@ use anyhow::Result;
 use serde::Serialize;
 use vastex::Textures;
 use vastex::diagnostics::PoolDump;
+use vastex_scenes::Picture;
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::StageScene;
 
 use super::Drawing;
 use crate::args::RenderVolumeArgs;
+use crate::commands::run_report::{self, Run, RunReport};
 use crate::disk_cache;
 use crate::explained::Explained;
 use crate::output::Output;
@@ -22,6 +24,7 @@ use crate::telemetry::StatsExport;
 pub(super) struct Watch {
     trace: Option<Output>,
     stats: StatsExport,
+    report: Option<RunReport>,
     pub(super) disk: Option<Arc<DiskTier>>,
 }
 
@@ -47,6 +50,7 @@ impl Watch {
         Ok(Watch {
             trace: files.record_trace.as_deref().map(Output::at).transpose()?,
             stats: StatsExport::new(files.stats_csv.as_deref(), files.stats_json.as_deref())?,
+            report: watch.report.as_deref().map(RunReport::at).transpose()?,
             disk: disk_cache::asked(&watch.disk_cache),
         })
     }
@@ -64,6 +68,7 @@ impl Watch {
     /// A frame has been played.
     pub(super) fn note(&mut self, textures: &Textures) {
         self.stats.note(textures);
+        self.report.iter_mut().for_each(|report| report.note(textures));
     }
 
     /// Writes what was noted, and tells what is asked for of how the last frame left it.
@@ -77,6 +82,48 @@ impl Watch {
         let disk_cache = self.disk.as_deref().map(disk_cache::Summary::new);
         Ok(Watched { disk_cache, pool_dump, explained })
     }
+}
+
+impl Watch {
+    /// Writes the page about the run, where one is asked for. `said` are warnings and the end in words.
+    pub(super) fn report(
+        &self,
+        args: &RenderVolumeArgs,
+        (drawing, picture, is_converged): (&Drawing<'_>, &Picture, bool),
+        (warnings, said): (Vec<String>, String),
+    ) -> Result<()> {
+        let Some(report) = &self.report else { return Ok(()) };
+        let (textures, source) = (&drawing.textures, &args.source);
+        report.write_run(Run {
+            title: source.display().to_string(),
+            stats: &textures.stats(),
+            is_converged,
+            warnings,
+            picture,
+            overlays: Vec::new(),
+            source: run_report::source_rows(textures, source),
+            settings: settings_rows(args, textures),
+            said,
+        })
+    }
+}
+
+/// What the run was set up with.
+fn settings_rows(args: &RenderVolumeArgs, textures: &Textures) -> Vec<(String, String)> {
+    let (settings, [width, height]) = (textures.inspect().settings(), args.size);
+    let words: Vec<String> = std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect();
+    let path = args.path.camera_path.as_ref().map(|path| ("camera path", path.display().to_string()));
+    let mut rows = vec![
+        ("command", words.join(" ")),
+        ("scene", args.on.name().to_owned()),
+        ("mode", args.look.mode().name().to_owned()),
+        ("picture", format!("{width} x {height} pixels")),
+        ("feedback", textures.inspect().feedback_mode().name().to_owned()),
+        ("pool", args.pool_mib.map_or_else(|| "as the picture needs".to_owned(), |mib| format!("{mib} MiB"))),
+        ("uploads a frame", crate::report::bytes(settings.upload_bytes_per_frame)),
+    ];
+    rows.extend(path);
+    rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
 }
 
 impl Watched {
@@ -109,5 +156,12 @@ fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
 pub(super) fn check_places(args: &RenderVolumeArgs) -> Result<()> {
     let [trace, csv, json] = args.watch.files.places();
     let inputs = std::iter::once(&args.source).chain(&args.path.camera_path);
-    Inputs::of(inputs.map(|file| &**file)).check(&[(PICTURE, args.output.as_deref()), trace, csv, json])
+    let page = args.watch.report.as_deref().map(run_report::page_in);
+    Inputs::of(inputs.map(|file| &**file)).check(&[
+        (PICTURE, args.output.as_deref()),
+        trace,
+        csv,
+        json,
+        ("report", page.as_deref()),
+    ])
 }

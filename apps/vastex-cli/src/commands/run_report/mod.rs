@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 use vastex::Textures;
-use vastex::diagnostics::{Cell, PoolDump, PoolRecord};
-use vastex_scenes::{Offscreen, Outcome, Overlay};
+use vastex::diagnostics::{Cell, FrameStats, PoolDump, PoolRecord};
+use vastex_core::Dims;
+use vastex_scenes::{Offscreen, Outcome, Overlay, Picture};
 use vastex_viewer::ViewText;
 
 use crate::args::{CameraMotion, RenderArgs};
@@ -27,6 +28,24 @@ pub(crate) struct RunReport {
     output: Output,
     /// The records of each frame, those of a frame one after the other.
     records: Vec<PoolRecord>,
+}
+
+/// What a page says of a run at its end.
+pub(crate) struct Run<'a> {
+    /// What was drawn.
+    pub(crate) title: String,
+    pub(crate) stats: &'a FrameStats,
+    pub(crate) is_converged: bool,
+    /// What went wrong, and what to do.
+    pub(crate) warnings: Vec<String>,
+    /// The last picture.
+    pub(crate) picture: &'a Picture,
+    /// Overlays with their names and what they tell, as PNG.
+    pub(crate) overlays: Vec<(String, String, Vec<u8>)>,
+    pub(crate) source: Vec<(String, String)>,
+    pub(crate) settings: Vec<(String, String)>,
+    /// What the program said at the end.
+    pub(crate) said: String,
 }
 
 impl RunReport {
@@ -78,29 +97,42 @@ impl RunReport {
                 "The last picture is not all there: {missing} pages in view are missing. More --frames, or a larger --upload-kib-per-frame, lets them come."
             ));
         }
-        let stats = &outcome.stats;
+        let textures = offscreen.textures();
+        self.write_run(Run {
+            title: args.scene.source.display().to_string(),
+            stats: &outcome.stats,
+            is_converged: outcome.converged,
+            warnings,
+            picture: &offscreen.picture(),
+            overlays: drawn,
+            source: source_rows(textures, &args.scene.source),
+            settings: settings_rows(args, offscreen),
+            said: pools.map_or_else(|| told.to_owned(), |pools| format!("{told}\n\n{pools}")),
+        })
+    }
+
+    /// Writes the page of a run.
+    pub(crate) fn write_run(&self, run: Run<'_>) -> Result<()> {
+        let stats = run.stats;
         let chip = |name: &str, value: String| (name.to_owned(), value);
         let count = |value: u64| number(Unit::Count, value as f64);
         let page = Page {
-            title: args.scene.source.display().to_string(),
+            title: run.title,
             chips: vec![
                 chip("frames", count(stats.frame)),
-                chip("all there", if outcome.converged { "yes".into() } else { "no".into() }),
+                chip("all there", if run.is_converged { "yes".into() } else { "no".into() }),
                 chip("tiles loaded", count(stats.pager.loaded)),
                 chip("tiles evicted", count(stats.pager.evicted)),
                 chip("bytes uploaded", report::bytes(stats.pager.uploaded_bytes)),
                 chip("GPU memory of pools", report::bytes(stats.pool_bytes)),
                 chip("mip bias", number(Unit::Levels, f64::from(stats.pager.bias_eighths) / 8.0)),
             ],
-            warnings,
-            picture: encode(&offscreen.picture())?,
+            warnings: run.warnings,
+            picture: encode(run.picture)?,
             graphs: self.graphs().iter().map(Graph::html).collect(),
-            overlays: drawn,
-            tables: vec![
-                ("The source".into(), source_rows(args, offscreen)),
-                ("Settings".into(), settings_rows(args, offscreen)),
-            ],
-            said: pools.map_or_else(|| told.to_owned(), |pools| format!("{told}\n\n{pools}")),
+            overlays: run.overlays,
+            tables: vec![("The source".into(), run.source), ("Settings".into(), run.settings)],
+            said: run.said,
         };
         self.output.write(page.html().as_bytes())
     }
@@ -219,20 +251,22 @@ fn cell(record: &PoolRecord, column: &str) -> Option<f64> {
     }
 }
 
-/// What is known of the source.
-fn source_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, String)> {
+/// What is known of a source, of which there are these textures.
+pub(crate) fn source_rows(textures: &Textures, source: &Path) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
-    let textures = offscreen.textures();
     for (n, texture) in textures.inspect().textures().enumerate() {
         let Ok(shown) = textures.texture(texture) else { continue };
         let described = shown.description();
         let geometry = &described.geometry;
-        let [width, height, _] = geometry.size();
+        let [width, height, depth] = geometry.size();
         if n > 0 {
             row("over it", shown.name().unwrap_or_default().to_owned());
         }
-        row("texels", format!("{width} x {height}"));
+        match geometry.dims() {
+            Dims::D2 => row("texels", format!("{width} x {height}")),
+            Dims::D3 => row("voxels", format!("{width} x {height} x {depth}")),
+        }
         row("levels", geometry.levels().len().to_string());
         let layers = described.layers.iter().map(|layer| format!("{} ({})", layer.name, layer.format.name()));
         row("layers", layers.collect::<Vec<_>>().join(", "));
@@ -247,7 +281,7 @@ fn source_rows(args: &RenderArgs, offscreen: &Offscreen) -> Vec<(String, String)
         );
         row("bytes of a tile", report::bytes(described.tile_bytes() as u64));
     }
-    if let Ok(file) = fs::metadata(&args.scene.source)
+    if let Ok(file) = fs::metadata(source)
         && file.is_file()
     {
         row("bytes of the file", report::bytes(file.len()));

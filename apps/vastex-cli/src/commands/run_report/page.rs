@@ -49,7 +49,10 @@ impl Page {
             image(&self.picture, "the last picture")
         );
         html += &format!("<h2>Frame by frame</h2>\n<div class=\"graphs\">\n{}</div>\n", self.graphs);
-        html += "<h2>What the picture is made of</h2>\n<div class=\"overlays\">\n";
+        if !self.overlays.is_empty() {
+            html += "<h2>What the picture is made of</h2>\n";
+        }
+        html += "<div class=\"overlays\">\n";
         for (name, about, picture) in &self.overlays {
             html += &format!(
                 "<figure>{}<figcaption><b>{}</b> {}</figcaption></figure>\n",
