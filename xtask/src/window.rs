@@ -64,6 +64,7 @@ pub(crate) fn check() -> Result<Outcome> {
 
 /// The starts come after the planet, since that has its image built, and on its display.
 fn planet_and_starts(place: &Path) -> Result<()> {
+    hands::use_broken(&inner(place, "broken")?)?;
     hands::use_planet(place)?;
     starts::check(place)
 }

@@ -1,11 +1,14 @@
-//! Sources as links name them: wherever a link is opened, it is the same file.
+//! Sources as links name them: wherever a link is opened, it is the same file; and other windows, in which
+//! links are opened.
 
 use std::path::Path;
+use std::process::{Command, Stdio};
+use std::thread;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use vastex_viewer::Link;
 
-use crate::args::PLANET;
+use crate::args::{PLANET, ViewArgs};
 
 /// A link to a source, the files beside it, and what is shown of them. Relative paths are made absolute.
 pub(crate) fn link_of<'a>(
@@ -39,9 +42,65 @@ fn is_scheme(text: &str) -> bool {
     text.len() > 1 && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte))
 }
 
+/// Opens another window, with what a link names or with nothing. It is a program of its own, and goes on when
+/// this one ends.
+pub(crate) fn open_window(link: Option<&str>, args: &ViewArgs) -> Result<()> {
+    let program = std::env::current_exe().context("the program does not know where it lies")?;
+    let started = another(&program, link, args).spawn();
+    let mut window = started.with_context(|| program.display().to_string())?;
+    // Nothing of it stays when it has ended.
+    drop(thread::Builder::new().name("vastex-window".into()).spawn(move || window.wait()));
+    Ok(())
+}
+
+/// What starts the program with another window, in which a link is opened, or nothing. It keeps files where
+/// this one does.
+fn another(program: &Path, link: Option<&str>, args: &ViewArgs) -> Command {
+    let mut command = Command::new(program);
+    // A script that reads what this one prints does not wait for the other.
+    command.arg("view").args(link).stdin(Stdio::null()).stdout(Stdio::null());
+    let (cache, disk) = (&args.scene.cache, &args.scene.disk_cache);
+    command.arg("--cache-gib").arg(cache.cache_gib.to_string());
+    if let Some(place) = &cache.cache {
+        command.arg("--cache").arg(place);
+    }
+    if let Some(place) = &disk.disk_cache {
+        command.arg("--disk-cache").arg(place).arg("--disk-cache-mib").arg(disk.disk_cache_mib.to_string());
+    }
+    command
+}
+
 #[cfg(test)]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+    use crate::args::{Args, Command as Asked};
+
+    fn asked(words: &[&str]) -> ViewArgs {
+        let Asked::View(args) = Args::parse_from(words).command else { panic!("{words:?}") };
+        *args
+    }
+
+    #[test]
+    fn another_window_opens_the_link_and_keeps_files_where_this_one_does() {
+        let cache = ["--cache", "off", "--disk-cache", "tiles", "--disk-cache-mib", "7"];
+        let args = asked(&[&["vastex", "view", "a.tif"][..], &cache].concat());
+        let words = |link| {
+            let command = another(Path::new("/bin/vastex"), link, &args);
+            let words = command.get_args().map(|word| word.to_string_lossy().into_owned());
+            std::iter::once("vastex".to_owned()).chain(words).collect::<Vec<_>>()
+        };
+        let link = "vastex:/data/a b.tif?view=image:x=1,y=2,zoom=3";
+        let same = words(Some(link));
+        let same = asked(&same.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(same.scene.source, Path::new(link));
+        assert_eq!(same.scene.cache.cache.as_deref(), Some(Path::new("off")));
+        assert_eq!(same.scene.disk_cache.disk_cache.as_deref(), Some(Path::new("tiles")));
+        assert_eq!(same.scene.disk_cache.disk_cache_mib, 7);
+        assert_eq!(words(None)[..2], ["vastex", "view"]);
+        assert!(words(None)[2].starts_with("--"), "no file");
+    }
 
     #[test]
     fn paths_are_made_absolute_and_nothing_else_is() {

@@ -1,6 +1,7 @@
 //! The window under the hands of a person: keys and pointer are sent to it on a display of its own, and its
 //! title and its pixels say what came of them.
 
+mod broken;
 mod changes;
 mod dense;
 mod planet;
@@ -17,6 +18,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::display::{Display, SIZE, mean};
 use crate::{shaders, shell};
+pub(super) use broken::use_broken;
 pub(super) use dense::use_dense_screen;
 pub(super) use planet::{PLANET, use_planet};
 use rest::Threads;

@@ -1,41 +1,83 @@
 //! The system's dialog for files, beside the loop of events.
+//!
+//! A dialog that is called off and one that never came up are told alike: nothing was chosen. So what is said
+//! of that is true of both, and the window has a field for a path beside every dialog.
 
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Nobody calls a dialog off so soon: none came up.
-const NOT_SEEN: Duration = Duration::from_millis(500);
+/// Hardly anybody calls a dialog off so soon: perhaps none came up.
+const HARDLY_SEEN: Duration = Duration::from_millis(500);
 
-/// What became of a dialog.
-#[derive(Debug)]
-pub(super) enum Chosen {
-    File(PathBuf),
-    /// It was called off.
-    Nothing,
-    /// The system has none.
-    NoDialog,
+/// What is asked for in a dialog.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Wanted {
+    /// A file in the place of what is shown.
+    File,
+    /// A folder in the place of what is shown.
+    Folder,
+    /// A file that is to lie over what is shown.
+    FileOver,
 }
 
-/// Asks for a file under a title, beginning in the folder of `beside`; `send` is called on another thread
-/// with what became of it.
-pub(super) fn choose(title: &str, beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
+/// What became of a dialog.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Chosen {
+    Path(PathBuf),
+    /// No answer: it was called off, or failed.
+    Nothing,
+    /// No answer, and so soon that there may be no dialog.
+    NothingSoon,
+}
+
+impl Chosen {
+    /// What an answer means that came after a time.
+    fn of(answer: Option<PathBuf>, after: Duration) -> Chosen {
+        match answer {
+            Some(path) => Chosen::Path(path),
+            None if after < HARDLY_SEEN => Chosen::NothingSoon,
+            None => Chosen::Nothing,
+        }
+    }
+}
+
+/// Asks for what is wanted, beginning in the folder of `beside`; `send` is called on another thread with what
+/// became of it.
+pub(super) fn choose(wanted: Wanted, beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
+    let title = match wanted {
+        Wanted::File => "Open",
+        Wanted::Folder => "Open a folder",
+        Wanted::FileOver => "Lay over",
+    };
     let mut dialog = rfd::AsyncFileDialog::new().set_title(title);
     let folder = std::path::absolute(beside).ok().and_then(|path| Some(path.parent()?.to_owned()));
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
-    let asked = dialog.pick_file();
     let answer = move || {
         let begun = Instant::now();
-        // No answer is all that is told of a failure.
-        let file = pollster::block_on(asked).map(|file| file.path().to_owned());
-        send(match file {
-            Some(file) => Chosen::File(file),
-            None if begun.elapsed() < NOT_SEEN => Chosen::NoDialog,
-            None => Chosen::Nothing,
-        });
+        let file = match wanted {
+            Wanted::Folder => pollster::block_on(dialog.pick_folder()),
+            Wanted::File | Wanted::FileOver => pollster::block_on(dialog.pick_file()),
+        };
+        send(Chosen::of(file.map(|file| file.path().to_owned()), begun.elapsed()));
     };
     // Where no thread can be started nothing comes, and a person asks again.
     drop(thread::Builder::new().name("vastex-dialog".into()).spawn(answer));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_chosen_counts_whenever_it_comes() {
+        let [soon, late] = [0, 600].map(Duration::from_millis);
+        let path = || Some(PathBuf::from("a.png"));
+        for after in [soon, late] {
+            assert_eq!(Chosen::of(path(), after), Chosen::Path("a.png".into()));
+        }
+        assert_eq!([soon, late].map(|after| Chosen::of(None, after)), [Chosen::NothingSoon, Chosen::Nothing]);
+    }
 }

@@ -89,11 +89,6 @@ impl Files {
         self.current() == Path::new(NO_FILE)
     }
 
-    /// Returns true if there may be others to show, which were named or dropped.
-    pub(super) fn has_others(&self) -> bool {
-        self.files.len() > 1 || self.dropped_at.is_some()
-    }
-
     /// A file was dropped at a time. The first one dropped is shown, and those that come with it are stepped
     /// through.
     pub(super) fn drop_in(&mut self, path: &Path, now: Duration) -> bool {
@@ -391,7 +386,7 @@ mod tests {
     #[test]
     fn without_a_file_there_is_none_to_step_to() {
         let mut files = Files::new(Path::new(NO_FILE), &[]);
-        assert!(files.are_none() && !files.has_others());
+        assert!(files.are_none());
         assert!(files.drop_in(Path::new("a"), Duration::ZERO) && !files.are_none());
     }
 

@@ -1,5 +1,5 @@
-//! Links and views of texts: copied out of the window, and opened in it from its field, the clipboard and
-//! files that are dropped onto it.
+//! Links and views of texts: copied out of the window, opened in it from its field, the clipboard and files
+//! that are dropped onto it, and handed to other windows.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -168,18 +168,37 @@ impl App {
         Ok(())
     }
 
-    /// Copies a link to what is shown.
-    pub(super) fn copy_link(&mut self) {
+    /// A link to what is shown, if anything is.
+    fn link(&self) -> Option<Result<Link>> {
         let pose = self.cameras[self.scene as usize].pose();
-        let Some(Open { viewer, .. }) = &self.open else { return };
-        let Some(view) = viewer.view_text(pose) else { return };
+        let Open { viewer, .. } = self.open.as_ref()?;
+        let view = viewer.view_text(pose)?;
         // A file that the view does not name would lie over the others where the link is opened.
         let named = ViewText::from_text(&view, viewer.scene.image_size());
         let last = named.ok().and_then(|view| view.textures().max()).unwrap_or(0);
         let over = self.over.all(self.is_opening_shown()).take(last);
-        match link::link_of(self.shown_path(), over, Some(view)) {
-            Ok(link) => self.copy_text("the link", &link.to_string()),
-            Err(error) => self.report_error("link", &report::message(&error)),
+        Some(link::link_of(self.shown_path(), over, Some(view)))
+    }
+
+    /// Copies a link to what is shown.
+    pub(super) fn copy_link(&mut self) {
+        match self.link() {
+            Some(Ok(link)) => self.copy_text("the link", &link.to_string()),
+            Some(Err(error)) => self.report_error("link", &report::message(&error)),
+            None => {}
+        }
+    }
+
+    /// Opens another window: with what is shown in this one, or with nothing. It goes on by itself.
+    pub(super) fn open_window(&mut self, is_same: bool) {
+        let link = self.link().filter(|_| is_same).transpose();
+        let started = link.and_then(|link| {
+            let link = link.map(|link| link.to_string());
+            link::open_window(link.as_deref(), &self.args)
+        });
+        if let Err(error) = started {
+            let why = format!("no other window can be opened: {}", report::message(&error));
+            self.report_error("window", &why);
         }
     }
 

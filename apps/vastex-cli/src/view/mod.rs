@@ -65,7 +65,7 @@ use winit::window::{Window, WindowId};
 use crate::args::ViewArgs;
 use crate::open::{self, Lies};
 use crate::{report, screenshot};
-use dialog::Chosen;
+use dialog::{Chosen, Wanted};
 use files::{Files, Folder};
 use flight::RecordedOf;
 use links::Linked;
@@ -151,8 +151,8 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
 /// What other threads say to the loop of events.
 enum Message {
     Opening(Box<Report>),
-    /// What became of a dialog for files; true if what is chosen is to lie over what is displayed.
-    Chosen(Chosen, bool),
+    /// What became of a dialog, and what was asked for in it.
+    Chosen(Chosen, Wanted),
     /// The text that was copied, which was asked for, or why there is none.
     Copied(Result<String, String>),
     /// What lies beside a file.
@@ -410,7 +410,7 @@ impl ApplicationHandler<Message> for App {
                 let step = self.files.take(folder);
                 heard = self.go_to_file(step);
             }
-            Message::Chosen(chosen, is_over) => heard = self.on_chosen(chosen, is_over),
+            Message::Chosen(chosen, wanted) => heard = self.on_chosen(chosen, wanted),
             Message::Copied(copied) => heard = self.paste(copied),
             Message::MadeAnew(made) => self.take_anew(*made),
             Message::Shot(shot) => self.on_shot(shot),

@@ -100,6 +100,8 @@ impl App {
             Action::CopyView => self.copy_view(),
             Action::CopyLink => self.copy_link(),
             Action::PasteView => self.ask_to_paste(),
+            Action::NewWindow => self.open_window(false),
+            Action::Duplicate => self.open_window(true),
             // What stands beside the picture has had its own already.
             Action::Panel | Action::About | Action::Hud | Action::Guides | Action::Values | Action::Keys => {}
             Action::File(_) | Action::Redraw => {}

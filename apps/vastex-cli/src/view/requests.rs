@@ -12,7 +12,7 @@ use vastex_viewer::input::Action;
 use vastex_viewer::panels::WindowAsked;
 use winit::event_loop::ActiveEventLoop;
 
-use super::dialog::{self, Chosen};
+use super::dialog::{self, Chosen, Wanted};
 use super::files::{Files, Folder, Step, list_beside};
 use super::viewer::{DIALOG, MadeAnew};
 use super::{App, Message};
@@ -22,30 +22,18 @@ use crate::open;
 /// After so long a dialog for files may be asked for again: that of some systems never answers.
 const ASK_AGAIN: Duration = Duration::from_secs(5);
 
-/// Returns true if a path names bands of a file.
-#[cfg(feature = "build")]
-fn is_bands(path: &Path) -> bool {
-    vastex_build::image_in_file(path).is_some_and(|(_, name)| vastex_build::bands_in_name(name).is_some())
-}
-
-/// Without the readers of `vastex build` no file has bands to choose.
-#[cfg(not(feature = "build"))]
-fn is_bands(_: &Path) -> bool {
-    false
-}
-
 impl App {
-    /// A person chose a file in the dialog, or none.
-    pub(super) fn on_chosen(&mut self, chosen: Chosen, is_over: bool) -> Result<()> {
+    /// A person chose a file or a folder in the dialog, or nothing.
+    pub(super) fn on_chosen(&mut self, chosen: Chosen, wanted: Wanted) -> Result<()> {
         self.choosing_since = None;
         let Some(open) = &mut self.open else { return Ok(()) };
         match chosen {
-            Chosen::File(path) if is_over => self.lay_over(&path)?,
-            Chosen::File(path) => self.open_chosen(&path)?,
-            Chosen::NoDialog => {
-                open.viewer.offer_path_field();
-            }
-            Chosen::Nothing => {}
+            Chosen::Path(path) if wanted == Wanted::FileOver => self.lay_over(&path)?,
+            Chosen::Path(path) => self.open_chosen(&path)?,
+            Chosen::NothingSoon => open.viewer.offer_path_field(),
+            Chosen::Nothing => self.notify(
+                "nothing was chosen; if no dialog came up, write a path into the field of the panel (M)",
+            ),
         }
         Ok(())
     }
@@ -60,7 +48,8 @@ impl App {
             open.viewer.scene.beside.forget(DIALOG);
         }
         // Other bands of a file are seen where those before were.
-        self.keeps_camera = is_bands(path) && open::file_of(path) == open::file_of(self.shown_path());
+        let is_bands = open::without_bands(path) != path;
+        self.keeps_camera = is_bands && open::file_of(path) == open::file_of(self.shown_path());
         let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
         self.files_before.get_or_insert(before);
         self.open_another()
@@ -144,6 +133,20 @@ impl App {
         Ok(())
     }
 
+    /// Asks for a file or a folder by the system's dialog, unless one is on its way.
+    fn ask_by_dialog(&mut self, wanted: Wanted) -> Result<()> {
+        let now = self.begun.elapsed();
+        if self.choosing_since.is_some_and(|since| now.saturating_sub(since) < ASK_AGAIN) {
+            self.notify("the dialog for files is open, or on its way; in some seconds Ctrl + O asks again");
+            return Ok(());
+        }
+        self.choosing_since = Some(now);
+        let proxy = self.proxy.clone();
+        let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen, wanted)));
+        dialog::choose(wanted, self.files.current(), send);
+        Ok(())
+    }
+
     /// Does what was asked for in the panel.
     pub(super) fn on_asked(&mut self, events: &ActiveEventLoop, asked: WindowAsked) -> Result<()> {
         match asked {
@@ -156,21 +159,9 @@ impl App {
                 Ok(())
             }
             WindowAsked::LayOver(path) => self.lay_over(Path::new(&path)),
-            WindowAsked::Choose | WindowAsked::ChooseOver => {
-                let (now, is_over) = (self.begun.elapsed(), asked == WindowAsked::ChooseOver);
-                if self.choosing_since.is_some_and(|since| now.saturating_sub(since) < ASK_AGAIN) {
-                    self.notify(
-                        "the dialog for files is open, or on its way; in some seconds Ctrl + O asks again",
-                    );
-                    return Ok(());
-                }
-                self.choosing_since = Some(now);
-                let title = if is_over { "Lay over" } else { "Open" };
-                let proxy = self.proxy.clone();
-                let send = move |chosen| drop(proxy.send_event(Message::Chosen(chosen, is_over)));
-                dialog::choose(title, self.files.current(), send);
-                Ok(())
-            }
+            WindowAsked::Choose => self.ask_by_dialog(Wanted::File),
+            WindowAsked::ChooseFolder => self.ask_by_dialog(Wanted::Folder),
+            WindowAsked::ChooseOver => self.ask_by_dialog(Wanted::FileOver),
             WindowAsked::File(step) => self.perform(events, Action::File(step)),
             WindowAsked::Scene(scene) => self.perform(events, Action::Scene(Some(scene))),
             WindowAsked::Fit => self.perform(events, Action::Reset),

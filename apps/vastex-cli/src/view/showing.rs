@@ -212,12 +212,12 @@ impl App {
         }
     }
 
-    /// A file cannot be shown: that ends a program that was to show this one file and has nothing to show,
-    /// and is said where there are others. The exit code tells of it in any case.
+    /// A file cannot be shown: that is said on stderr and in the window, which offers to open another one
+    /// where it has nothing to show; it ends a program that measures. The exit code tells of it in any case.
     fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
         let before = self.files_before.take();
-        let (is_measured, has_others) = (self.is_measured(), before.is_some() || self.files.has_others());
+        let is_measured = self.is_measured();
         // What has come of it stays, in the place of what was there before.
         if self.shown.is_of(opening) {
             self.over.forget();
@@ -231,7 +231,7 @@ impl App {
             }
         }
         match &mut self.open {
-            Some(open) if !is_measured && (has_others || open.viewer.scene.has_displayed()) => {
+            Some(open) if !is_measured => {
                 let message = report::message(&error);
                 report::say(&format!("error: {message}"));
                 open.viewer.tell_of_file(&message);

@@ -71,6 +71,10 @@ pub enum Action {
     CopyLink,
     /// What a view or a link in the clipboard says is to be shown.
     PasteView,
+    /// Another window, which offers to open a file.
+    NewWindow,
+    /// Another window with what is shown in this one.
+    Duplicate,
     /// The picture again: it may be stale.
     Redraw,
     /// The end.
@@ -81,8 +85,19 @@ impl Action {
     /// Returns false if the action changes what lies over the picture or beside it alone, so that nothing
     /// else is wanted for it.
     pub fn may_change_picture(&self) -> bool {
-        use Action::{CopyLink, CopyView, EnterPanel, Guides, Hud, Keys, Panel, Quit, Values};
-        !matches!(self, Panel | EnterPanel | Hud | Guides | Values | Keys | CopyView | CopyLink | Quit)
+        use Action::*;
+        let is_beside = matches!(self, Panel | EnterPanel | Hud | Guides | Values | Keys);
+        !is_beside && !matches!(self, CopyView | CopyLink | NewWindow | Duplicate | Quit)
+    }
+
+    /// Returns true if the action is of a window whatever that shows: a volume as well, which has keys of its
+    /// own for all else.
+    pub fn is_of_window(&self) -> bool {
+        use Action::*;
+        let is_beside = matches!(self, Panel | EnterPanel | About | Hud | Guides | Values | Keys);
+        let goes_out = matches!(self, Screenshot(_) | CopyView | CopyLink | PasteView | Record | Play);
+        let is_other = matches!(self, FillScreen | File(_) | Open | NewWindow | Duplicate | Redraw | Quit);
+        is_beside || goes_out || is_other
     }
 }
 
@@ -95,6 +110,8 @@ pub(super) fn action_with_control(letter: char) -> Option<Action> {
     Some(match letter.to_ascii_lowercase() {
         'c' if letter == 'C' => Action::CopyLink,
         'o' => Action::Open,
+        'n' => Action::NewWindow,
+        'd' => Action::Duplicate,
         's' => Action::Screenshot(1),
         'c' => Action::CopyView,
         'v' => Action::PasteView,

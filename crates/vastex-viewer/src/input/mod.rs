@@ -14,6 +14,10 @@ use glam::DVec2;
 
 pub use actions::Action;
 pub use controls::CONTROLS;
+#[cfg(test)]
+pub(crate) use controls::named;
+#[cfg(any(test, feature = "egui"))]
+pub(crate) use controls::{FILES, WINDOW};
 
 use crate::camera::Move;
 use crate::picture::PicturePart;

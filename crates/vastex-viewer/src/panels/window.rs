@@ -219,7 +219,7 @@ impl WindowPanel {
             });
         }
         if told.texture.is_none() && told.opening.is_none() {
-            welcome(ui, told.recent, &mut asked);
+            welcome(ui, (&mut self.path, told.recent), &mut asked);
         }
         keys_window(ui.ctx(), &mut self.keys_are_shown);
         say(ui, told);
@@ -301,6 +301,9 @@ impl WindowPanel {
             }
         });
         ui.horizontal_wrapped(|ui| {
+            if ui.button("Open folder…").on_hover_text("tiles or a volume that lie in a folder").clicked() {
+                asked.push(WindowAsked::ChooseFolder);
+            }
             let over = ui.add_enabled(has_file, Button::new("Lay over a file…"));
             if over.on_hover_text("choose a file to lie over what is shown").clicked() {
                 asked.push(WindowAsked::ChooseOver);

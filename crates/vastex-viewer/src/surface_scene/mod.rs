@@ -183,11 +183,6 @@ impl SurfaceScene {
         self.display.displayed().is_none() && self.in_its_place.is_none()
     }
 
-    /// Returns true if anything has been displayed so far.
-    pub fn has_displayed(&self) -> bool {
-        self.layers_of > 0
-    }
-
     /// Another file is being opened.
     pub fn begin_opening(&mut self, name: &str) -> Result<(), DisplayError> {
         self.beside.title.forget_notice();

@@ -29,8 +29,9 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("drag in 3-D", "turn the volume; a click puts the crosshair on what is seen there"),
         ("Shift + drag, right drag", "move the picture"),
         ("wheel in a slice, Page Up, Page Down, arrows up and down", "slice by slice; with Shift by tens"),
-        ("Ctrl + drag in a slice", "tilt it, about where slices meet; T: all slices upright on their axes"),
-        ("wheel in 3-D, Ctrl + wheel in a slice, + and -", "zoom"),
+        ("Ctrl + drag in a slice", "tilt it, about where slices meet"),
+        ("T", "all slices upright on their axes again"),
+        ("wheel in 3-D, Ctrl + wheel in a slice, + and -, I and O", "zoom"),
         ("arrows", "turn the volume, where it is seen in 3-D"),
         ("Space", "a slice or 3-D, alone"),
         ("X, Y, Z, V", "the slice across that axis alone; 3-D alone"),
@@ -44,7 +45,7 @@ pub const VOLUME_CONTROLS: &[(&str, &[(&str, &str)])] = &[(
         ("K", "play the times, or stop"),
         ("C", "black and white of each channel by its values"),
         ("0, R, Home, double click", "all of it, as at first"),
-        ("F8, F9", "record where camera, slices and time go into a file, and end that; play it"),
+        ("two fingers", "move and zoom; on a touchpad slice by slice, with Ctrl and in 3-D they zoom"),
     ],
 )];
 

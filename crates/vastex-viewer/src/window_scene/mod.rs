@@ -192,12 +192,7 @@ impl WindowScene<'_> {
 
     /// Returns true if an action is of surfaces alone, and a volume is shown.
     pub fn ignores(&self, action: &Action) -> bool {
-        use Action::*;
-        let is_of_window = matches!(action, Panel | EnterPanel | About | Hud | Keys | FillScreen);
-        let is_of_any = matches!(action, Guides | Values | File(_) | Open | Screenshot(_)) || is_of_window;
-        let goes_out = matches!(action, CopyView | CopyLink | PasteView | Record | Play);
-        let is_other = goes_out || matches!(action, Redraw | Quit) || is_of_any;
-        matches!(self, WindowScene::Volume(..)) && !is_other
+        matches!(self, WindowScene::Volume(..)) && !action.is_of_window()
     }
 
     /// Carries an action out if it is of what stands beside the picture: a frame is due then. Returns false

@@ -31,11 +31,11 @@ impl Viewer {
         self.scene.beside.show_error(FILE, message);
     }
 
-    /// There is no dialog for files: opens the panel with the keys in the field for a path, and says so until
-    /// that is read or a file is opened.
+    /// Nothing was chosen, perhaps since there is no dialog for files: opens the panel with the keys in the
+    /// field for a path, and says so until that is read or a file is opened.
     pub(in super::super) fn offer_path_field(&mut self) {
         self.scene.beside.ask_for_path();
-        let said = "This system shows no dialog for files. Write the path of one into the field \"Path\" of the panel.";
+        let said = "Nothing was chosen. If no dialog for files came up, this system shows none: write the path of a file into the field \"Path\" of the panel.";
         self.scene.report_error(DIALOG, said);
     }
 

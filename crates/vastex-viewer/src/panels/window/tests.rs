@@ -99,6 +99,7 @@ fn a_file_is_asked_for_by_its_path() {
     harness.state_mut().asked.truncate(1);
     for (label, asked) in [
         ("Open…", WindowAsked::Choose),
+        ("Open folder…", WindowAsked::ChooseFolder),
         ("Lay over a file…", WindowAsked::ChooseOver),
         ("label", WindowAsked::Open("a.svs:label".into())),
         ("Next", WindowAsked::File(1)),

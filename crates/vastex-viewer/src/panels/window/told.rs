@@ -19,6 +19,8 @@ pub enum WindowAsked {
     LayOver(OsString),
     /// A file in the place of what is displayed, by the system's dialog.
     Choose,
+    /// A folder in the place of what is displayed, by the system's dialog: tiles and volumes lie in some.
+    ChooseFolder,
     /// A file over what is displayed, by the system's dialog.
     ChooseOver,
     /// The file so many after this one, or before it.

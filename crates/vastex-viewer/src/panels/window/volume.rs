@@ -5,7 +5,11 @@ use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
 use super::super::{Bookmark, BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use super::room::PANEL_WIDTH;
 use super::{WindowAsked, WindowPanel, theme};
+use crate::input::{FILES, WINDOW};
 use crate::volume_scene::{VOLUME_CONTROLS, VolumeLook};
+
+/// Keys and gestures while a volume is shown.
+const KEYS: &[(&str, &[(&str, &str)])] = &[VOLUME_CONTROLS[0], FILES, WINDOW];
 
 /// What a window's panel is told of a volume, for one frame.
 pub struct WindowOfVolume<'a> {
@@ -68,7 +72,7 @@ impl WindowPanel {
                 }
             });
         }
-        keys_window_of(ui.ctx(), &mut self.keys_are_shown, VOLUME_CONTROLS);
+        keys_window_of(ui.ctx(), &mut self.keys_are_shown, KEYS);
         (asked, changes)
     }
 }

@@ -1,14 +1,15 @@
 //! What a window shows that was opened without a file.
 
-use egui::{Align2, Area, Button, Frame, Id, Margin, RichText, Ui};
+use egui::{Align2, Area, Button, Frame, Id, Key, Margin, RichText, TextEdit, Ui};
 
 use super::{WindowAsked, name_of};
 
 /// Recent files that are offered.
 const MOST_FILES: usize = 8;
 
-/// Offers to open a file, in the middle of what no panel covers.
-pub(super) fn welcome(ui: &Ui, recent: &[String], asked: &mut Vec<WindowAsked>) {
+/// Offers to open a file, in the middle of what no panel covers: by a dialog, by its path, which a person
+/// writes, or one of before.
+pub(super) fn welcome(ui: &Ui, (path, recent): (&mut String, &[String]), asked: &mut Vec<WindowAsked>) {
     let free = ui.available_rect_before_wrap();
     let area = Area::new(Id::unique("welcome")).pivot(Align2::CENTER_CENTER).fixed_pos(free.center());
     area.show(ui.ctx(), |ui| {
@@ -24,6 +25,19 @@ pub(super) fn welcome(ui: &Ui, recent: &[String], asked: &mut Vec<WindowAsked>) 
                     asked.push(WindowAsked::Choose);
                 }
                 ui.add_space(4.0);
+                let folder = ui.button("Open a folder…");
+                if folder.on_hover_text("tiles or a volume that lie in a folder").clicked() {
+                    asked.push(WindowAsked::ChooseFolder);
+                }
+                ui.add_space(4.0);
+                let label = ui.label(RichText::new("or write a path, and press Enter").weak());
+                let field = ui.add(TextEdit::singleline(path)).labelled_by(label.id);
+                let is_entered = field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+                let written = path.trim();
+                if is_entered && !written.is_empty() {
+                    asked.push(WindowAsked::Open(written.into()));
+                }
+                ui.add_space(4.0);
                 ui.label(RichText::new("or drop files onto this window").weak());
                 if !recent.is_empty() {
                     ui.add_space(10.0);
@@ -37,9 +51,7 @@ pub(super) fn welcome(ui: &Ui, recent: &[String], asked: &mut Vec<WindowAsked>) 
                     }
                 }
                 ui.add_space(10.0);
-                ui.label(
-                    RichText::new("M: the panel, with a field for a path    ?: all keys").weak().small(),
-                );
+                ui.label(RichText::new("M: the panel    ?: all keys").weak().small());
             });
         });
     });
@@ -55,14 +67,31 @@ mod tests {
     #[test]
     fn files_are_offered_by_the_dialog_and_those_of_before_by_their_names() {
         let recent: Vec<String> = (0..12).map(|n| format!("/scans/scan{n}.tif")).collect();
-        let show = |ui: &mut Ui, asked: &mut Vec<WindowAsked>| welcome(ui, &recent, asked);
-        let mut harness = Harness::builder().with_size([600.0, 600.0]).build_ui_state(show, Vec::new());
+        let show = |ui: &mut Ui, (path, asked): &mut (String, Vec<WindowAsked>)| {
+            welcome(ui, (path, &recent), asked);
+        };
+        let nothing = (String::new(), Vec::new());
+        let mut harness = Harness::builder().with_size([600.0, 600.0]).build_ui_state(show, nothing);
         harness.run();
         harness.get_by_label("Open a file…").click();
         harness.run();
         harness.get_by_label("scan3.tif").click();
         harness.run();
-        assert_eq!(*harness.state(), [WindowAsked::Choose, WindowAsked::Open("/scans/scan3.tif".into())]);
+        harness.get_by_label("Open a folder…").click();
+        harness.run();
+        harness.get_by_label("or write a path, and press Enter").focus();
+        harness.run();
+        harness.get_by_label("or write a path, and press Enter").type_text("/of/moon.tif ");
+        harness.run();
+        harness.key_press(Key::Enter);
+        harness.run();
+        let asked = [
+            WindowAsked::Choose,
+            WindowAsked::Open("/scans/scan3.tif".into()),
+            WindowAsked::ChooseFolder,
+            WindowAsked::Open("/of/moon.tif".into()),
+        ];
+        assert_eq!(harness.state().1, asked);
         assert!(harness.query_by_label("scan8.tif").is_none(), "as many as have room");
     }
 }

@@ -1,6 +1,10 @@
 //! A person's hands on a volume, without a window.
 
+use std::time::Duration;
+
 use super::*;
+use crate::input::named::{HELD, keys, listed};
+use crate::input::{FILES, Input, WINDOW};
 use crate::volume_scene::SliceTilt;
 use crate::volume_scene::look::tests::facts;
 use crate::volume_scene::sight::pane_rects;
@@ -211,4 +215,34 @@ fn a_slice_is_tilted_by_a_drag_and_gone_through_along_its_own_way() {
     assert!(person.look.is_upright());
     let voxel = person.look.cross / person.facts.of.voxel;
     assert!((voxel - voxel.floor() - 0.5).length() < 1e-9, "slices go through voxels again");
+}
+
+/// What a volume does not hear is heard by the window that it is in.
+#[test]
+fn every_key_that_does_something_while_a_volume_is_shown_is_listed_and_no_other() {
+    let listed = listed(&[VOLUME_CONTROLS[0], FILES, WINDOW]);
+    for (modifiers, held) in HELD {
+        for (key, name) in keys() {
+            let (name, press) =
+                (format!("{held}{name}"), InputEvent::Key { key, is_pressed: true, is_repeat: false });
+            let mut person = Person::new();
+            person.facts.labels = vec!["nuclei".to_owned()];
+            person.does(InputEvent::Modifiers(modifiers));
+            let mut input = Input::default();
+            input.on_event(InputEvent::Modifiers(modifiers), [640, 480], Duration::ZERO);
+            let action = input.on_event(press, [640, 480], Duration::ZERO);
+            let acts = person.does(press) != VolumeHeard::Other
+                || action.is_some_and(|action| action.is_of_window());
+            // Keys that do with others what they do alone.
+            let is_alike = match held {
+                "Shift + " => true,
+                "Alt + " => matches!(key, Key::F(_)),
+                "Ctrl + " => !matches!(key, Key::Char(_)),
+                _ => false,
+            };
+            let is_listed = listed.contains(&name);
+            assert!(acts || !is_listed, "{name} is listed and does nothing");
+            assert!(is_listed || !acts || is_alike, "{name} is not listed");
+        }
+    }
 }
