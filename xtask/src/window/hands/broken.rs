@@ -9,11 +9,12 @@ use anyhow::{Result, ensure};
 use super::super::display::{Display, SIZE};
 use super::{ERROR, Window};
 
-/// Opens a file that is no picture alone, asks for another window, and ends.
+/// Opens a file that is no container alone, whose ending is in the title of a window that shows nothing, asks
+/// for another window, and ends.
 pub(in super::super) fn use_broken(place: &Path) -> Result<()> {
     let display = Display::start(place)?;
-    let broken = place.join("broken.png");
-    fs::write(&broken, "no picture")?;
+    let broken = place.join("broken.vastex");
+    fs::write(&broken, "no container")?;
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
     Window::hold(&display, place, &broken, &["--size", &size], Window::tells_of_a_file_alone)
 }
@@ -25,14 +26,10 @@ impl Window<'_> {
         })?;
         self.keep("01-broken")?;
         self.key("ctrl+n")?;
-        let other = self.until("another window", |window| {
+        // The other one goes with the display.
+        self.until("another window", |window| {
             let found = window.xdotool(&["search", "--onlyvisible", "--name", "."]).ok()?;
-            found.lines().find(|id| **id != window.id).map(str::to_owned)
-        })?;
-        self.xdotool(&["windowkill", &other])?;
-        self.until("the end of the other window", |window| {
-            let found = window.xdotool(&["search", "--onlyvisible", "--name", "."]).ok()?;
-            (!found.lines().any(|id| *id == *other)).then_some(())
+            found.lines().any(|id| *id != *window.id).then_some(())
         })?;
         ensure!(self.program.try_wait()?.is_none(), "it did not stay");
         self.xdotool(&["windowfocus", &self.id.clone()])?;
