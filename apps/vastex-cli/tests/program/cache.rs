@@ -2,6 +2,7 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use crate::tool::{Ended, Sandbox};
 
@@ -18,7 +19,16 @@ fn files(directory: &Path) -> Vec<PathBuf> {
 
 /// A run whose cache is in the sandbox.
 fn run(sandbox: &Sandbox, args: &[&str]) -> Ended {
-    Ended::of(sandbox.command(args).env("XDG_CACHE_HOME", sandbox.path("caches")))
+    Ended::of(with_cache(&mut sandbox.command(args), &sandbox.path("caches")))
+}
+
+/// A program whose cache is in a place of its own. What the driver has compiled before stays where it is: to
+/// compile it again takes longer than small pictures do.
+fn with_cache<'a>(command: &'a mut Command, place: &Path) -> &'a mut Command {
+    let of_home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"));
+    let compiled = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(of_home);
+    command.envs(compiled.map(|compiled| ("MESA_SHADER_CACHE_DIR", compiled)));
+    command.env("XDG_CACHE_HOME", place)
 }
 
 /// What is kept there.
@@ -30,33 +40,34 @@ fn kept(sandbox: &Sandbox) -> Vec<PathBuf> {
 fn an_image_is_shown_without_a_build_and_built_once() {
     let sandbox = Sandbox::new();
     sandbox.write_png("image.png", [300, 200]);
-    let first = run(&sandbox, &["render", "image.png", "-o", "first.png"]).expect_code(0);
+    let render = |words: &[&str]| run(&sandbox, &[&["render", "--size", "160x100"], words].concat());
+    let first = render(&["image.png", "-o", "first.png"]).expect_code(0);
     assert!(first.stderr.contains("image.png: is built into"), "{first}");
     let cached = kept(&sandbox);
     assert_eq!(cached.len(), 1, "{cached:?}");
-    let second = run(&sandbox, &["render", "image.png", "-o", "second.png"]).expect_code(0);
+    let second = render(&["image.png", "-o", "second.png"]).expect_code(0);
     assert!(!second.stderr.contains("is built"), "{second}");
     run(&sandbox, &["build", "image.png", "-o", "image.vastex", "--quiet"]).expect_code(0);
-    run(&sandbox, &["render", "image.vastex", "-o", "built.png"]).expect_code(0);
+    render(&["image.vastex", "-o", "built.png"]).expect_code(0);
     assert_eq!(sandbox.read("first.png"), sandbox.read("built.png"));
     assert_eq!(sandbox.read("second.png"), sandbox.read("built.png"));
     // On a globe the edges are neighbours: that is another container.
-    let globe = run(&sandbox, &["render", "image.png", "--on", "globe", "-o", "globe.png"]).expect_code(0);
+    let globe = render(&["image.png", "--on", "globe", "-o", "globe.png"]).expect_code(0);
     assert!(globe.stderr.contains("is built"), "{globe}");
     assert_eq!(kept(&sandbox).len(), 2);
     let wrapped = ["build", "image.png", "-o", "globe.vastex", "--address", "wrap,clamp", "--quiet"];
     run(&sandbox, &wrapped).expect_code(0);
-    run(&sandbox, &["render", "globe.vastex", "--on", "globe", "-o", "of-built.png"]).expect_code(0);
+    render(&["globe.vastex", "--on", "globe", "-o", "of-built.png"]).expect_code(0);
     assert_eq!(sandbox.read("globe.png"), sandbox.read("of-built.png"));
     // A generated planet takes it, too.
-    run(&sandbox, &["render", "planet:12:image.png", "-o", "planet.png"]).expect_code(0);
+    render(&["planet:12:image.png", "-o", "planet.png"]).expect_code(0);
 }
 
 #[test]
 fn a_cached_image_that_is_damaged_is_built_anew_once() {
     let sandbox = Sandbox::new();
-    sandbox.write_png("image.png", [900, 700]);
-    let render = |name: &str| run(&sandbox, &["render", "image.png", "--size", "900x700", "-o", name]);
+    sandbox.write_png("image.png", [500, 400]);
+    let render = |name: &str| run(&sandbox, &["render", "image.png", "--size", "500x400", "-o", name]);
     render("whole.png").expect_code(0);
     let [cached] = &kept(&sandbox)[..] else { panic!("one container is kept") };
     let whole = std::fs::read(cached).unwrap();
@@ -90,7 +101,8 @@ fn of_an_image_info_tells_what_its_header_says() {
 fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
     let sandbox = Sandbox::new();
     sandbox.write_png("image.png", [100, 60]);
-    let render = |more: &[&str]| run(&sandbox, &[&["render", "image.png", "-o", "out.png"], more].concat());
+    let image = ["render", "image.png", "--size", "100x60", "-o", "out.png"];
+    let render = |more: &[&str]| run(&sandbox, &[&image[..], more].concat());
     render(&["--cache", "mine/here"]).expect_code(0);
     assert_eq!((files(&sandbox.path("mine/here")).len(), kept(&sandbox).len()), (1, 0));
     // Without a cache it is decoded into memory: the same picture.

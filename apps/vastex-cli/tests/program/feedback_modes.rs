@@ -5,7 +5,7 @@ use serde_json::Value;
 use crate::tool::Sandbox;
 
 fn summary(sandbox: &Sandbox, more: &str) -> Value {
-    let command = format!("render image.vastex --size 320x180 --on plane --camera-path fly --json {more}");
+    let command = format!("render image.vastex --size 160x90 --on plane --camera-path fly --json {more}");
     let ended = sandbox.run(&command.split_whitespace().collect::<Vec<_>>()).expect_code(0);
     serde_json::from_str(&ended.stdout).unwrap()
 }
