@@ -1,14 +1,15 @@
 //! Shader texts in a browser: headless Chromium, which holds them to WGSL as browsers do.
 //!
 //! A page from a server of this program's own, on localhost, makes a module of each text and a pipeline of
-//! each kind, and posts back what it was told. A browser checks shaders on one thread, so several run at
+//! each kind, and posts back what it was told. The suite shows the browser a part of the texts, `cargo xtask
+//! campaign browser` all. A browser checks shaders on one thread, so several run at
 //! once, and each takes the next texts that nobody has. Texts whose names say so it is to refuse, as it alone
 //! does: where derivatives are taken behind a condition. Where there is no browser and none can be installed
 //! the step is skipped, loudly; where CI runs it fails.
 
 pub(crate) mod site;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 
 use anyhow::{Result, bail};
 
@@ -32,9 +33,24 @@ const BATCH: usize = 1 << 20;
 const BROWSERS: usize = 4;
 /// Faults that are shown.
 const SHOWN: usize = 20;
+/// Of so many texts that no test used the suite shows one.
+const ONE_OF: u64 = 4;
 
-/// The step: a module of every text, and every pipeline. Takes about a minute of two processors.
+/// The step: a module of every text that `is_shown` names, and every pipeline.
 pub(crate) fn check() -> Result<Outcome> {
+    check_texts(false)
+}
+
+/// `cargo xtask campaign browser`: a module of every text there is, and every pipeline. It takes two minutes
+/// of two processors.
+pub(crate) fn campaign() -> Result<()> {
+    match check_texts(true)? {
+        Outcome::Passed => Ok(()),
+        Outcome::Skipped(why) => bail!("nothing was shown: {why}"),
+    }
+}
+
+fn check_texts(are_all_shown: bool) -> Result<Outcome> {
     if let Err(error) = setup::ensure(&setup::BROWSER) {
         if shell::is_ci() {
             return Err(error);
@@ -50,15 +66,30 @@ pub(crate) fn check() -> Result<Outcome> {
     if let Some((entry, text)) = without_pipeline(&texts) {
         bail!("xtask/src/browser.html makes no pipeline of the entry point {entry}, which {text} has");
     }
+    let used = used()?;
+    let shown: Vec<(&str, &str)> = texts
+        .iter()
+        .map(|(name, text)| (name.as_str(), text.as_str()))
+        .filter(|(name, text)| are_all_shown || is_shown(name, text, &used))
+        .collect();
+    if !are_all_shown {
+        println!(
+            "{} of {} texts are shown: the {} that tests used, and one of {ONE_OF} of the others; \
+             `cargo xtask campaign browser` shows all",
+            shown.len(),
+            texts.len(),
+            used.len()
+        );
+    }
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
-    let mut told = Told::new(&texts, at_once);
+    let mut told = Told::new(&texts, &shown, at_once);
     site::show(&mut told, at_once)?;
     if !told.wrong.is_empty() {
         let shown: Vec<&str> = told.wrong.iter().take(SHOWN).map(String::as_str).collect();
         bail!("the browser has {} complaints, such as\n{}", told.wrong.len(), shown.join("\n"));
     }
-    if told.modules != texts.len() {
-        bail!("the browser has made {} modules of {} texts", told.modules, texts.len());
+    if told.modules != shown.len() {
+        bail!("the browser has made {} modules of {} texts", told.modules, shown.len());
     }
     let to_be_refused = texts.keys().filter(|name| name.starts_with(TO_BE_REFUSED)).count();
     if to_be_refused == 0 || told.refused != to_be_refused {
@@ -69,16 +100,43 @@ pub(crate) fn check() -> Result<Outcome> {
     }
     println!(
         "{at_once} browsers took {} texts without a word, but for {to_be_refused} that they are to refuse; each said:",
-        texts.len()
+        shown.len()
     );
     told.done.iter().for_each(|done| println!("  {done}"));
     Ok(Outcome::Passed)
 }
 
+/// The texts that tests and the window handed to a device in this run of the suite; none where neither ran.
+fn used() -> Result<HashSet<String>> {
+    let place = shaders::handed_over();
+    if !place.is_dir() {
+        return Ok(HashSet::new());
+    }
+    Ok(shaders::texts(&place)?.into_iter().map(|(_, text)| text).collect())
+}
+
+/// Returns true for a text that the suite shows: one that the tests used, one that is to be refused, and of
+/// the others a fixed sample by their names, so that a new text moves no other one into the sample or out of
+/// it. What the page makes pipelines of it has besides.
+fn is_shown(name: &str, text: &str, used: &HashSet<String>) -> bool {
+    name.starts_with(TO_BE_REFUSED) || used.contains(text) || drawn(name).is_multiple_of(ONE_OF)
+}
+
+/// A number by chance that is a name's: FNV-1a, the upper half folded into the lower one, whose last bits
+/// alone depend on few bits of the name.
+fn drawn(name: &str) -> u64 {
+    const SEED: u64 = 0xcbf2_9ce4_8422_2325;
+    let number = name
+        .bytes()
+        .fold(SEED, |number, byte| (number ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+    number ^ (number >> 32)
+}
+
 /// What the pages ask for, and what they have said.
 struct Told<'a> {
+    /// All there are, since pipelines are made of some that are not shown.
     texts: &'a BTreeMap<String, String>,
-    /// Not taken yet.
+    /// Of those that are shown: not taken yet.
     batches: Vec<Vec<(&'a str, &'a str)>>,
     /// How many of the pipelines, which the page numbers, are taken.
     pipelines: usize,
@@ -95,17 +153,17 @@ struct Told<'a> {
 }
 
 impl<'a> Told<'a> {
-    /// The texts are taken in batches.
-    fn new(texts: &'a BTreeMap<String, String>, pages: usize) -> Told<'a> {
+    /// The texts that are shown are taken in batches.
+    fn new(texts: &'a BTreeMap<String, String>, shown: &[(&'a str, &'a str)], pages: usize) -> Told<'a> {
         let (mut batches, mut bytes) = (vec![Vec::new()], 0);
-        for (name, text) in texts {
+        for (name, text) in shown {
             if bytes > BATCH {
                 batches.push(Vec::new());
                 bytes = 0;
             }
             bytes += text.len();
             if let Some(batch) = batches.last_mut() {
-                batch.push((name.as_str(), text.as_str()));
+                batch.push((*name, *text));
             }
         }
         let (wrong, done) = (Vec::new(), Vec::new());
@@ -190,10 +248,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_text_is_taken_once_and_can_be_had() {
+    fn every_text_that_is_shown_is_taken_once_and_all_can_be_had() {
         let texts: BTreeMap<String, String> =
             (0..40).map(|n| (format!("{n}.wgsl"), "x".repeat(BATCH / 7))).collect();
-        let mut told = Told::new(&texts, 1);
+        let shown: Vec<(&str, &str)> =
+            texts.iter().skip(3).map(|(name, text)| (name.as_str(), text.as_str())).collect();
+        let mut told = Told::new(&texts, &shown, 1);
         let asked = |told: &mut Told<'_>, path: &str| {
             let Answer { status, body, .. } = told.respond(path, "");
             (status, String::from_utf8(body).unwrap())
@@ -207,7 +267,7 @@ mod tests {
             taken.extend(batch.split('\u{1}').step_by(2).filter(|name| !name.is_empty()).map(str::to_owned));
         }
         taken.sort();
-        assert_eq!(taken, texts.keys().cloned().collect::<Vec<_>>());
+        assert_eq!(taken, texts.keys().skip(3).cloned().collect::<Vec<_>>());
         assert_eq!(asked(&mut told, "/text/0.wgsl").0, "200 OK");
         assert_eq!(asked(&mut told, "/take/pipeline").1, "0");
         assert_eq!(asked(&mut told, "/take/pipeline").1, "1");
@@ -224,6 +284,20 @@ mod tests {
         assert_eq!((told.modules, told.refused, told.wrong.len()), (20, 1, 1));
         assert!(told.is_done() && told.done == ["all"]);
         assert_eq!((told.pipelines_made, told.pipelines_of_page), (2, 7));
+    }
+
+    #[test]
+    fn the_suite_shows_what_tests_used_what_is_refused_and_a_fixed_part_of_the_rest() {
+        let used = HashSet::from(["used".to_owned()]);
+        let names: Vec<String> = (0..4000).map(|n| format!("scene-{n}.wgsl")).collect();
+        let shown = names.iter().filter(|name| is_shown(name, "other", &used)).count();
+        assert!((900..1100).contains(&shown), "{shown} of {}", names.len());
+        assert!(names.iter().all(|name| is_shown(name, "used", &used)));
+        let refused = names.iter().map(|name| format!("{TO_BE_REFUSED}{name}"));
+        assert!(refused.into_iter().all(|name| is_shown(&name, "other", &used)));
+        // The sample is the same each time.
+        assert_eq!(drawn("scene-0.wgsl"), drawn("scene-0.wgsl"));
+        assert_eq!(drawn(""), 0xcbf2_9ce4_8422_2325 ^ 0xcbf2_9ce4);
     }
 
     #[test]

@@ -32,6 +32,7 @@ mod shapes;
 mod shell;
 mod test;
 mod test_programs;
+mod times;
 mod wasm;
 mod web;
 mod wgsl;
@@ -50,6 +51,8 @@ Usage: cargo xtask <COMMAND>
 Commands:
   test [STEP]..            the whole suite with its set-up, or only the steps named
   test -p CRATE [WORD]     the tests of one crate, or those of them whose names contain a word
+  times [WORD]..           the processor time of each test by itself, of all or of those whose names contain a word, dearest first
+  times viewer             the same of the viewer of images and planets, with the window
   shaders DIR              every shader text that the project can hand to a device, one file each
   demo                     the real Earth as a virtual texture: in a window where there is a display, else as pictures
   bench build [OPTIONS]    preparing data beside libvips, in the same run
@@ -73,6 +76,7 @@ Commands:
       --compare              make it anew and name each difference from what lies in DIR
       --only PART,..         only these: worlds, frames, files, help, names, tests
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
+  campaign browser         every shader text in a browser, of which the suite takes a part
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
@@ -115,6 +119,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
             Ok(())
         }
         ["test", steps @ ..] => test::run(steps),
+        ["times", words @ ..] => times::run(words),
         ["demo"] => demo::run(),
         ["shaders", arguments @ ..] => shaders::run(arguments),
         ["bench", "build", options @ ..] => bench::build(options),
@@ -134,6 +139,10 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         )
         .into()),
         ["record", options @ ..] => record_command::run(options, HELP),
+        ["campaign", "browser"] => browser::campaign(),
+        ["campaign", "browser", other, ..] => {
+            Err(Usage(format!("campaign browser takes no argument '{other}'")).into())
+        }
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
@@ -165,10 +174,12 @@ mod tests {
             &["campaign", "fuzz", "--target", "moon"],
             &["campaign", "fuzz", "--minutes"],
             &["campaign", "shaders", "--all"],
+            &["campaign", "browser", "--all"],
             &["demo", "mars"],
             &["record"],
             &["record", "a", "b"],
             &["record", "a", "--only", "moon"],
+            &["times", "--fast"],
             &["shaders"],
             &["shaders", "--fast"],
             &["shaders", "a", "b"],

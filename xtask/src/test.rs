@@ -38,7 +38,7 @@ const STEPS: &[Step] = &[
     },
     Step {
         name: "browser",
-        what: "a browser takes every shader, and pipelines of every kind",
+        what: "a browser takes the shaders that were used, a part of the others, and pipelines of every kind",
         run: browser::check,
     },
     Step { name: "wasm", what: "the crates of the browser compile for it", run: wasm::check },
@@ -123,24 +123,14 @@ struct Time {
 
 impl Clock {
     fn now() -> Clock {
-        Clock { wall: Instant::now(), processor: processor_time() }
+        Clock { wall: Instant::now(), processor: shell::processor_time() }
     }
 
     fn elapsed(&self) -> Time {
-        let processor = processor_time().zip(self.processor).map(|(now, then)| now.saturating_sub(then));
+        let processor =
+            shell::processor_time().zip(self.processor).map(|(now, then)| now.saturating_sub(then));
         Time { wall: self.wall.elapsed(), processor }
     }
-}
-
-/// Processor time of all programs that were started here and have ended, by Linux's account.
-fn processor_time() -> Option<Duration> {
-    let stat = fs::read_to_string("/proc/self/stat").ok()?;
-    // The name, in parentheses, may contain anything. After it the 14th and 15th field are hundredths of a
-    // second.
-    let fields: Vec<&str> = stat.rsplit_once(')')?.1.split_whitespace().collect();
-    let ticks: u64 =
-        [13, 14].iter().map(|&field| fields.get(field)?.parse::<u64>().ok()).sum::<Option<u64>>()?;
-    Some(Duration::from_millis(10 * ticks))
 }
 
 fn summarise(rows: &[(&str, Time, Result<Outcome>)]) -> Result<()> {

@@ -21,10 +21,10 @@ use crate::shell;
 const AT_ONCE: usize = 2;
 /// What no test program takes on any machine; the longest takes five minutes on two busy processors. One that
 /// hangs is killed then: the tests are named that had not ended, and what it had printed is shown.
-const LIMIT: Duration = Duration::from_secs(10 * 60);
+pub(crate) const LIMIT: Duration = Duration::from_secs(10 * 60);
 
 /// A program that cargo has compiled.
-struct Program {
+pub(crate) struct Program {
     path: PathBuf,
     /// The package that it is of, in which its tests run.
     package: PathBuf,
@@ -37,13 +37,7 @@ struct Program {
 /// compiled twice, and runs all test programs and the examples of the documentation. `prepare` sets what each
 /// is run with.
 pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
-    let mut compile = shell::cargo("test");
-    compile.args(["--workspace", "--no-run"]).env("CARGO_TERM_COLOR", "never");
-    let said = shell::run_with_stderr(&mut compile)?;
-    let mut programs: Vec<Program> = said.iter().filter_map(|line| program(line)).collect::<Result<_>>()?;
-    if programs.is_empty() {
-        bail!("cargo has named no test program; what it says has changed");
-    }
+    let mut programs = compiled()?;
     // What is largest mostly takes longest, and nothing long should be left for the end.
     programs.sort_by_key(|program| std::cmp::Reverse(program.bytes));
     let (waiting, failed) = (Mutex::new(VecDeque::from(programs)), Mutex::new(Vec::new()));
@@ -70,12 +64,48 @@ pub(crate) fn run(prepare: impl Fn(&mut Command) + Sync) -> Result<()> {
     }
 }
 
+/// Compiles all tests and examples of the workspace and names the test programs.
+pub(crate) fn compiled() -> Result<Vec<Program>> {
+    let mut compile = shell::cargo("test");
+    compile.args(["--workspace", "--no-run"]).env("CARGO_TERM_COLOR", "never");
+    let said = shell::run_with_stderr(&mut compile)?;
+    let programs: Vec<Program> = said.iter().filter_map(|line| program(line)).collect::<Result<_>>()?;
+    if programs.is_empty() {
+        bail!("cargo has named no test program; what it says has changed");
+    }
+    Ok(programs)
+}
+
 impl Program {
-    fn run(&self, prepare: &(impl Fn(&mut Command) + Sync)) -> Result<()> {
+    /// The package that it is of, as a path from the root.
+    pub(crate) fn of(&self) -> &Path {
+        shown(&self.package)
+    }
+
+    /// The names of its tests.
+    pub(crate) fn tests(&self) -> Result<Vec<String>> {
+        let listed = within(self.command().arg("--list"), LIMIT)?;
+        let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+        Ok(listed.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
+    }
+
+    /// A command that runs one of its tests alone.
+    pub(crate) fn alone(&self, test: &str) -> Command {
+        let mut command = self.command();
+        command.args(["--exact", test]);
+        command
+    }
+
+    fn command(&self) -> Command {
         let mut command = Command::new(&self.path);
         command.current_dir(&self.package);
-        prepare(&mut command);
         shell::forget_package(&mut command);
+        command
+    }
+
+    fn run(&self, prepare: &(impl Fn(&mut Command) + Sync)) -> Result<()> {
+        let mut command = self.command();
+        prepare(&mut command);
         let (begun, name) =
             (Instant::now(), format!("{} of {}", self.source, shown(&self.package).display()));
         println!("== {name} begins ==");

@@ -5,6 +5,7 @@ mod broken;
 mod changes;
 mod dense;
 mod planet;
+mod pointer;
 mod rest;
 mod volume;
 
@@ -32,8 +33,12 @@ const PATIENCE: Duration = Duration::from_secs(120);
 const EVERY: Duration = Duration::from_millis(30);
 /// Longer than a window that draws waits for its display: between two looks at threads that do nothing.
 const REST: Duration = Duration::from_millis(120);
-/// Where the pointer rests: within the picture, beside the panels.
+/// Where the pointer rests: within the picture, between the panels.
 const PLACE: [usize; 2] = [480, 320];
+/// Rows above notices.
+const ABOVE: usize = 350;
+/// Columns that the panel leaves free.
+const FREE: std::ops::Range<usize> = 0..SIZE[0] - 400;
 /// Columns of what the machine does, and where a button halves its first pool.
 const HUD: std::ops::Range<usize> = 0..348;
 const HALVE: [usize; 2] = [129, 299];
@@ -73,6 +78,16 @@ pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("WINIT_X11_SCALE_FACTOR", display.scale.to_string());
     command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
+    // What Mesa's driver has compiled before, in the tests, it need not compile again for each window.
+    if let Some(compiled) = caches() {
+        command.env("MESA_SHADER_CACHE_DIR", compiled);
+    }
+}
+
+/// Where programs that run here keep what they can make again.
+fn caches() -> Option<PathBuf> {
+    let there = std::env::var_os("XDG_CACHE_HOME").filter(|there| !there.is_empty()).map(PathBuf::from);
+    there.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
 }
 
 struct Window<'a> {
@@ -127,7 +142,7 @@ impl<'a> Window<'a> {
         self.keep("01-open")?;
         self.key("c")?;
         self.until("another range", |window| {
-            let seen = window.display.look(0..SIZE[0] - 400).ok()?;
+            let seen = window.display.look(FREE).ok()?;
             (mean(&seen) > mean(&dark) + 20.0).then_some(())
         })?;
         self.keep("02-range")?;
@@ -183,6 +198,9 @@ impl<'a> Window<'a> {
 
     /// Control and arrows go to the edges of the image, and Caps Lock changes no key.
     fn go_to_edges(&mut self) -> Result<()> {
+        // In the middle of the image, beside what the machine does.
+        let place = [(HUD.end + SIZE[0]) / 2, SIZE[1] / 2];
+        self.point(place)?;
         self.key("3")?;
         self.until("texels of three pixels", |window| {
             window.magnification().ok().filter(|there| *there == 300.0)
@@ -191,11 +209,11 @@ impl<'a> Window<'a> {
         let texel = self.texel()?;
         self.key("ctrl+Left")?;
         self.key("ctrl+Up")?;
-        // The pointer is in the middle of the columns, so half of those in view are to the left of it.
+        // The image begins at the window's edges, and texels have three pixels.
         let corner = self.texel_until("the corner", |there| there[0] < texel[0] && there[1] < texel[1])?;
-        let half = PLACE.map(|pixel| pixel as i64 / 3);
+        let before = place.map(|pixel| pixel as i64 / 3);
         ensure!(
-            (0..2).all(|axis| (corner[axis] - half[axis]).abs() <= 1),
+            (0..2).all(|axis| (corner[axis] - before[axis]).abs() <= 1),
             "at the corner {corner:?} is below the pointer"
         );
         self.key("shift+Right")?;
@@ -213,7 +231,7 @@ impl<'a> Window<'a> {
     /// After a file that cannot be shown a link is of the one that is.
     fn link_after_failure(&mut self) -> Result<()> {
         self.key("n")?;
-        let error = |window: &mut Self| window.display.find(0..SIZE[0] - 320, ERROR).ok().flatten();
+        let error = |window: &mut Self| window.display.find(0..SIZE[0], ERROR).ok().flatten();
         self.until("an error in the window", |window| error(window).filter(|found| found.count > 4000))?;
         self.key("ctrl+shift+c")?;
         let copied =
@@ -253,12 +271,16 @@ impl<'a> Window<'a> {
     /// The panel opens by its button in a window that draws nothing, and keys that are written into its field
     /// are no commands.
     fn use_panel(&mut self, zoomed: f64) -> Result<()> {
-        // Beside notices, which stand at the left, and come and go, and the scale.
-        let panel = SIZE[0] - 250..SIZE[0] - 125;
-        let beside = self.display.look(panel.clone())?;
+        // Above notices, which come and go, and the scale.
+        let panel = |window: &Self| -> Result<Vec<u8>> {
+            let columns = SIZE[0] - 250..SIZE[0] - 125;
+            let mut seen = window.display.look(columns.clone())?;
+            seen.truncate(4 * columns.len() * ABOVE);
+            Ok(seen)
+        };
+        let beside = panel(self)?;
         self.click([SIZE[0] - 30, 18])?;
-        let is_other =
-            |window: &mut Self| window.display.look(panel.clone()).ok().filter(|seen| *seen != beside);
+        let is_other = |window: &mut Self| panel(window).ok().filter(|seen| *seen != beside);
         self.until("the panel", is_other)?;
         self.settled()?;
         self.keep("05-panel")?;
@@ -278,8 +300,7 @@ impl<'a> Window<'a> {
         self.key("Escape")?;
         self.rest()?;
         self.key("m")?;
-        let is_closed =
-            |window: &mut Self| window.display.look(panel.clone()).ok().filter(|seen| *seen == beside);
+        let is_closed = |window: &mut Self| panel(window).ok().filter(|seen| *seen == beside);
         self.point(PLACE)?;
         self.until("no panel", is_closed)?;
         self.key("Tab")?;
@@ -386,43 +407,12 @@ impl<'a> Window<'a> {
         fs::read_to_string(self.place.join("hands.txt")).unwrap_or_default()
     }
 
-    /// Presses at a place and lets go at another one, as fast as hands are.
-    fn drag(&self, [from, to]: [[usize; 2]; 2]) -> Result<()> {
-        const STEPS: usize = 8;
-        self.point(from)?;
-        self.xdotool(&["mousedown", "1"])?;
-        for step in 1..=STEPS {
-            let between = |axis: usize| (from[axis] * (STEPS - step) + to[axis] * step) / STEPS;
-            self.point([between(0), between(1)])?;
-            sleep(EVERY);
-        }
-        self.xdotool(&["mouseup", "1"]).map(drop)
-    }
-
-    /// Notches of the wheel, upwards or downwards, one after the other.
-    fn turn_wheel(&self, is_upwards: bool, notches: usize) -> Result<()> {
-        let button = if is_upwards { "4" } else { "5" };
-        (0..notches).try_for_each(|_| self.xdotool(&["click", button]).map(drop))
-    }
-
-    fn point(&self, [x, y]: [usize; 2]) -> Result<()> {
-        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]).map(drop)
-    }
-
-    fn click(&mut self, place: [usize; 2]) -> Result<()> {
-        self.point(place)?;
-        // The panel hears of the move in the frame before the press.
-        self.rest()?;
-        self.xdotool(&["click", "1"]).map(drop)
-    }
-
     /// The picture beside the panel once it stays as it is, and nothing is done any more.
     fn settled(&mut self) -> Result<Vec<u8>> {
-        let columns = 0..SIZE[0] - 400;
         self.until("a picture that stays", |window| {
-            let before = window.display.look(columns.clone()).ok()?;
+            let before = window.display.look(FREE).ok()?;
             let is_idle = window.is_idle().ok()?;
-            let seen = window.display.look(columns.clone()).ok()?;
+            let seen = window.display.look(FREE).ok()?;
             (is_idle && seen == before).then_some(seen)
         })
     }

@@ -14,9 +14,9 @@ use crate::shell;
 const IMAGE: &str = "assets/earth-elevation-1080x540-u16.png";
 const VOLUME: &str = "assets/volumes/head.zip";
 /// Frames of the source itself.
-const FRAMES: &str = "12";
+const FRAMES: &str = "4";
 /// A window that is quick to draw.
-const SIZE: &str = "480x320";
+const SIZE: &str = "240x160";
 
 /// Opens a container, images that nobody built, one that ends early, and heights of a file of their own.
 pub(super) fn check(place: &Path) -> Result<()> {

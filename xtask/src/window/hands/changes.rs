@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, ensure};
 
 use super::super::display::SIZE;
-use super::{PLACE, Window, mean};
+use super::{ABOVE, PLACE, Window, mean};
 
-/// Columns of the picture that neither the machine nor a notice covers.
+/// Columns of the picture that the machine does not cover, and notices only at their foot.
 const BESIDE: std::ops::Range<usize> = SIZE[0] - 160..SIZE[0] - 8;
 /// The list of modes of feedback in what the machine does, once that is at its foot, and the second of them.
 const FEEDBACK: [usize; 2] = [58, SIZE[1] - 35];
@@ -30,11 +30,11 @@ impl Window<'_> {
         self.click(FEEDBACK)?;
         self.rest()?;
         self.keep("14-modes")?;
-        let before = self.display.look(BESIDE)?;
+        let before = self.beside()?;
         self.click(SECOND)?;
         let begun = Instant::now();
         loop {
-            let seen = self.display.look(BESIDE)?;
+            let seen = self.beside()?;
             if seen != before {
                 // What was seen when it went wrong.
                 self.keep("15-feedback")?;
@@ -55,8 +55,14 @@ impl Window<'_> {
         }
         self.point(PLACE)?;
         self.settled()?;
-        ensure!(self.display.look(BESIDE)? == before, "the picture is another one by the other mode");
+        ensure!(self.beside()? == before, "the picture is another one by the other mode");
         self.keep("15-feedback")
+    }
+
+    fn beside(&self) -> Result<Vec<u8>> {
+        let mut seen = self.display.look(BESIDE)?;
+        seen.truncate(4 * BESIDE.len() * ABOVE);
+        Ok(seen)
     }
 
     /// The light theme, and the dark one again.

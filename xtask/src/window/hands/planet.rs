@@ -31,10 +31,10 @@ const WITH: [&str; 15] = [
     "--sun=-52,14",
 ];
 /// Windows that are quick to draw.
-const WINDOW: [usize; 2] = [480, 320];
-const SMALL: [usize; 2] = [360, 240];
+const WINDOW: [usize; 2] = [300, 200];
+const SMALL: [usize; 2] = [240, 160];
 /// Where a drag begins and ends.
-const DRAG: [[usize; 2]; 2] = [[240, 160], [320, 140]];
+const DRAG: [[usize; 2]; 2] = [[150, 100], [200, 88]];
 
 /// Opens it before anything of it was built, looks at it, turns it, shows the image alone and the planet
 /// again, takes a picture of it in a smaller window, and ends.
@@ -72,14 +72,14 @@ impl Window<'_> {
         })?;
         self.until("the planet in colour", |window| {
             let Colours { dark, blue, yellow, white } = window.colours(WINDOW).ok()?;
-            (dark > 20_000 && blue > 10_000 && yellow > 3000 && white > 300).then_some(())
+            (dark > 8000 && blue > 4000 && yellow > 1200 && white > 120).then_some(())
         })?;
         self.settled()?;
         self.keep("01-planet")?;
         let said = self.said();
         ensure!(says_built(&said), "nothing of it was built: {said}");
         let before = self.display.look(0..WINDOW[0])?;
-        self.drag(DRAG)?;
+        self.turn(DRAG)?;
         self.settled()?;
         ensure!(self.display.look(0..WINDOW[0])? != before, "the planet is not turned");
         self.keep("02-turned")?;

@@ -14,18 +14,18 @@ use crate::shell;
 const VOLUME: &str = "assets/volumes/head.zip";
 
 /// A window that is quick to draw.
-const WINDOW: [usize; 2] = [800, 560];
+const WINDOW: [usize; 2] = [560, 392];
 /// The middles of the four pictures: the slices across z and x, that across y, and 3-D.
-const SLICES: [[usize; 2]; 3] = [[200, 140], [600, 140], [200, 420]];
-const SPACE: [usize; 2] = [600, 420];
+const SLICES: [[usize; 2]; 3] = [[140, 98], [420, 98], [140, 294]];
+const SPACE: [usize; 2] = [420, 294];
 /// The middle of the one that is alone, without the panel and beside it.
-const ALONE: [[usize; 2]; 2] = [[400, 280], [240, 280]];
+const ALONE: [[usize; 2]; 2] = [[280, 196], [120, 196]];
 /// How much of a picture is looked at, to either side of its middle.
-const BESIDE: usize = 100;
+const BESIDE: usize = 70;
 /// What is brighter than anything but the volume itself and lines of one pixel, and how many pixels are more
 /// than lines.
 const BRIGHT: u8 = 140;
-const MORE_THAN_LINES: usize = 1200;
+const MORE_THAN_LINES: usize = 600;
 /// The panel's buttons for pictures and modes, with the panel at the right.
 const EMISSION: [usize; 2] = [WINDOW[0] - 106, 195];
 const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
@@ -62,17 +62,17 @@ impl Window<'_> {
         self.keep("01-open")?;
         // The wheel goes through the slices of one picture.
         let before = self.around(SLICES[0])?;
-        self.point([160, 170])?;
+        self.point([112, 119])?;
         self.turn_wheel(true, 5)?;
         self.until("another slice", |window| (window.around(SLICES[0]).ok()? != before).then_some(()))?;
         // A press puts the crosshair, and with it the others.
         let before = self.around(SLICES[1])?;
-        self.click([170, 125])?;
+        self.click([119, 87])?;
         self.until("the slices there", |window| (window.around(SLICES[1]).ok()? != before).then_some(()))?;
         self.costs_nothing()?;
         self.keep("02-slices")?;
         let before = self.around(SPACE)?;
-        self.drag([SPACE, [SPACE[0] + 90, SPACE[1] + 30]])?;
+        self.turn([SPACE, [SPACE[0] + 63, SPACE[1] + 21]])?;
         self.until("a volume that was turned", |window| {
             (window.around(SPACE).ok()? != before).then_some(())
         })?;
@@ -81,8 +81,7 @@ impl Window<'_> {
         self.key("space")?;
         self.until("3-D alone", |window| {
             let bright = window.bright_at(ALONE[0]).ok()?;
-            (bright > 8 * MORE_THAN_LINES && window.bright_at([60, 140]).ok()? < MORE_THAN_LINES)
-                .then_some(())
+            (bright > 8 * MORE_THAN_LINES && window.bright_at([42, 98]).ok()? < MORE_THAN_LINES).then_some(())
         })?;
         self.costs_nothing()?;
         self.keep("04-space")?;
@@ -116,12 +115,12 @@ impl Window<'_> {
         self.ends_at(&self.place.join("opening.path"))?;
         self.key("F8")?;
         self.rest()?;
-        self.drag([ALONE[0], [ALONE[0][0] - 120, ALONE[0][1] - 40]])?;
+        self.turn([ALONE[0], [ALONE[0][0] - 84, ALONE[0][1] - 28]])?;
         self.rest()?;
         self.key("F8")?;
         let recorded = self.place.join("head-1.path");
         self.until("a path that was recorded", |_| recorded.exists().then_some(()))?;
-        self.drag([ALONE[0], [ALONE[0][0] + 60, ALONE[0][1] + 90]])?;
+        self.turn([ALONE[0], [ALONE[0][0] + 42, ALONE[0][1] + 63]])?;
         self.key("F9")?;
         self.ends_at(&recorded)?;
         self.keep("05-along-a-path")?;

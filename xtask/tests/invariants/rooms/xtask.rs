@@ -37,6 +37,7 @@ pub(super) const ROOMS: &[Room] = &[
             "window",
         ],
     ),
+    ("times", &["outcome", "shell", "test_programs", "window"]),
     ("demo_program", &[]),
     ("demo", &["demo_program", "setup", "shell"]),
     ("shapes", &["inputs", "measure"]),
@@ -57,6 +58,7 @@ pub(super) const ROOMS: &[Room] = &[
             "bench",
             "bench_view",
             "bench_volumes",
+            "browser",
             "campaign",
             "damage",
             "demo",
@@ -66,6 +68,7 @@ pub(super) const ROOMS: &[Room] = &[
             "shaders",
             "shell",
             "test",
+            "times",
         ],
     ),
 ];
