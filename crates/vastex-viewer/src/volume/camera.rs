@@ -326,7 +326,7 @@ pub(super) struct RayUniform {
     toward_x: [f32; 3],
     pub(super) iso: f32,
     toward_y: [f32; 3],
-    pub(super) channels: u32,
+    pub(super) share: f32,
     voxel: [f32; 3],
     pub(super) wants: u32,
     begin: [f32; 3],
@@ -336,8 +336,6 @@ pub(super) struct RayUniform {
     pub(super) anchor: [u32; 3],
     pub(super) view: u32,
     plane: [f32; 4],
-    pub(super) share: f32,
-    unused: [f32; 3],
 }
 
 impl RayUniform {

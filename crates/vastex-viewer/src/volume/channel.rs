@@ -106,7 +106,8 @@ impl VolumeChannel {
             gamma: self.gamma,
             id,
             map: self.map.is_some().into(),
-            unused: [0; 3],
+            shown: 1,
+            unused: [0; 2],
         }
     }
 }
@@ -122,7 +123,8 @@ pub(super) struct ChannelUniform {
     gamma: f32,
     pub(super) id: u32,
     map: u32,
-    unused: [u32; 3],
+    shown: u32,
+    unused: [u32; 2],
 }
 
 #[cfg(test)]

@@ -58,7 +58,8 @@ impl VolumeCameraBinding {
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct SceneUniform {
     rays: RayUniform,
-    channels: [ChannelUniform; MOST_CHANNELS],
+    /// And one that is never shown, behind the others.
+    channels: [ChannelUniform; MOST_CHANNELS + 1],
     maps: [PaletteUniform; MOST_CHANNELS],
 }
 
@@ -279,7 +280,6 @@ impl VolumeRenderer {
         rays.density = (density * 100.0 / of.extent().max_element()) as f32;
         (rays.step, rays.iso, rays.view, rays.share) = (*step as f32, *iso, camera.view, share);
         let shown = channels.iter().take(MOST_CHANNELS);
-        rays.channels = shown.len() as u32;
         let ids = textures.bindings().ids(self.of_channels).unwrap_or_default();
         rays.wants = ids.first().copied().unwrap_or_default();
         if !pose.is_slice() {
@@ -372,9 +372,9 @@ mod tests {
                 other => panic!("{other:?}"),
             }
         };
-        assert_eq!(size("VolumeChannel"), (7, size_of::<ChannelUniform>()));
+        assert_eq!(size("VolumeChannel"), (8, size_of::<ChannelUniform>()));
         assert_eq!(size("VolumeScene").1, size_of::<SceneUniform>());
-        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 12 * 16);
+        assert_eq!(std::mem::offset_of!(SceneUniform, channels), 11 * 16);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 // What volume.wgsl calls of Vastex, where there are labels alone: no channel is shown, so nothing is sampled.
 
+// Whether any channel is shown.
+const VOLUME_HAS_IMAGE: bool = false;
+
 fn vastex_brick(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) -> VastexBrick {
     return vastex_brick_label(id, anchor, offset, level);
 }

@@ -1,5 +1,8 @@
 // In the place of labels.wgsl where a volume has no labels.
 
+// Whether any channel is shown.
+const VOLUME_HAS_IMAGE: bool = true;
+
 fn volume_with_labels(ray: VolumeRay, light: vec3<f32>) -> vec3<f32> {
     return light;
 }

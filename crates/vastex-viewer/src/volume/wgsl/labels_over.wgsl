@@ -1,6 +1,9 @@
 // What volume.wgsl calls of Vastex, where the text has labels beside the image: a member `image`, which stands for all channels, and a member
 // `label`. What is asked for, and where, hangs on ids alone.
 
+// Whether any channel is shown.
+const VOLUME_HAS_IMAGE: bool = true;
+
 fn vastex_brick(id: u32, anchor: vec3<u32>, offset: vec3<f32>, level: f32) -> VastexBrick {
     return vastex_brick_image(id, anchor, offset, level);
 }

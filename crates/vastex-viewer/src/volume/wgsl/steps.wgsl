@@ -87,7 +87,8 @@ fn volume_reach(ray: VolumeRay, id: u32, begin: f32) -> VolumeReach {
         if is_first {
             reach.level = level;
             reach.whole = whole;
-            if volume_scene.pixel_growth <= 0.0 {
+            // The length only so that this hangs on the ray, too (volume_shows).
+            if volume_scene.pixel_growth * (ray.end - begin) <= 0.0 {
                 break;
             }
             way = ray.end;

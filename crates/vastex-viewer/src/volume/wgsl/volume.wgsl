@@ -36,6 +36,7 @@ struct VolumeChannel {
     gamma: f32,
     id: u32,
     map: u32,              // 1 where a colour map makes its colours
+    shown: u32,            // 1, and 0 of those after the last one
 }
 
 struct VolumeScene {
@@ -50,7 +51,7 @@ struct VolumeScene {
     toward_x: vec3<f32>,
     iso: f32,              // [value]
     toward_y: vec3<f32>,
-    channels: u32,
+    share: f32,            // where samples lie in their parts of a ray where they jitter, the pixel's own share added
     voxel: vec3<f32>,      // sides of a voxel of level 0 [world]
     wants: u32,            // the id that feedback names
     begin: vec3<f32>,      // the box that is shown [offset]
@@ -60,8 +61,7 @@ struct VolumeScene {
     anchor: vec3<u32>,     // [voxel of level 0]
     view: u32,
     plane: vec4<f32>,      // nothing is seen where xyz . offset > w
-    share: f32,            // where samples lie in their parts of a ray where they jitter, the pixel's own share added
-    of_channel: array<VolumeChannel, 16>,
+    of_channel: array<VolumeChannel, 17>, // the last one is never shown
     maps: array<array<vec4<u32>, PALETTE_WORDS>, 16>, // the points of each channel's map
 }
 
@@ -147,6 +147,13 @@ fn volume_x(channel: VolumeChannel, value: f32) -> f32 {
     return select(pow(max(x, 1e-30), channel.gamma), x, channel.gamma == 1.0 || x == 0.0);
 }
 
+// Whether there is such a channel. Their number would do, but no condition here may follow from numbers in a
+// uniform buffer alone, at places that the text knows: Mesa's lavapipe (22.3) then compiles the shader anew for
+// each picture, and keeps all that it has compiled.
+fn volume_shows(nth: u32) -> bool {
+    return volume_scene.of_channel[nth].shown != 0u;
+}
+
 // What is left of all samples of a channel: the largest, the smallest or their mean, in which each counts as much as its part of the ray is
 // long; and of how many.
 fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
@@ -202,7 +209,7 @@ fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
 // The light of channels that are reduced each by itself.
 fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
     var light = vec3<f32>(0.0);
-    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+    for (var nth = 0u; volume_shows(nth); nth++) {
         let channel = volume_scene.of_channel[nth];
         let reduced = volume_reduced(ray, channel.id);
         if reduced.y > 0.0 {
@@ -236,7 +243,7 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
         var all_samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
         samples = VOLUME_CHUNK;
         var shows = false;
-        for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        for (var nth = 0u; volume_shows(nth); nth++) {
             let channel = volume_scene.of_channel[nth];
             let brick = vastex_brick(channel.id, volume_scene.anchor, middle, steps.level);
             all_samples = min(all_samples, volume_samples_in(steps, ray, brick));
@@ -382,7 +389,7 @@ fn volume_slope(ray: VolumeRay, id: u32, way: f32) -> vec3<f32> {
 fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
     var nearest = ray.end;
     var light = vec3<f32>(0.0);
-    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+    for (var nth = 0u; volume_shows(nth); nth++) {
         let channel = volume_scene.of_channel[nth];
         let way = volume_crossing(ray, channel.id);
         if way < nearest {
@@ -405,7 +412,7 @@ fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
 
 fn volume_slice_light(ray: VolumeRay) -> vec3<f32> {
     var light = vec3<f32>(0.0);
-    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+    for (var nth = 0u; volume_shows(nth); nth++) {
         let channel = volume_scene.of_channel[nth];
         let x = volume_x(channel, volume_value(ray, channel.id, 0.0));
         light += light_from_display(volume_color(nth, x)) * channel.opacity;

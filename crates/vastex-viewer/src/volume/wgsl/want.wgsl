@@ -4,7 +4,7 @@
 fn volume_end_of_interest(ray: VolumeRay) -> f32 {
     if VOLUME_MODE == VOLUME_ISO {
         var end = ray.end;
-        for (var nth = 0u; nth < volume_scene.channels; nth++) {
+        for (var nth = 0u; volume_shows(nth); nth++) {
             end = min(end, volume_crossing(ray, volume_scene.of_channel[nth].id));
         }
         return end;
@@ -37,7 +37,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
         if !volume_is_inside(ray.origin) {
             return nothing;
         }
-        let of_image = min(volume_scene.channels, 1u);
+        let of_image = select(0u, 1u, VOLUME_HAS_IMAGE);
         let turn = vastex_ray_turn(volume_scene.view, position, of_image + of_labels);
         if turn >= of_image + of_labels {
             return nothing;
@@ -60,7 +60,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
         bricks++;
     }
     // A surface may be where the ray begins.
-    bricks = select(0u, max(bricks, 1u), volume_scene.channels > 0u);
+    bricks = select(0u, max(bricks, 1u), VOLUME_HAS_IMAGE);
     let turn = vastex_ray_turn(volume_scene.view, position, bricks + of_labels);
     if turn >= bricks + of_labels {
         return nothing;
@@ -89,7 +89,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
 
 // Whether something coarser is shown in the place of the brick of any channel there, the mip bias apart.
 fn volume_lacks(offset: vec3<f32>, level: f32) -> bool {
-    for (var nth = 0u; nth < volume_scene.channels; nth++) {
+    for (var nth = 0u; volume_shows(nth); nth++) {
         if vastex_brick_lacks(vastex_brick(volume_scene.of_channel[nth].id, volume_scene.anchor, offset, level)) {
             return true;
         }
@@ -103,7 +103,7 @@ fn volume_gap(ray: VolumeRay, over: u32, nearness: f32) -> vec4<u32> {
     let of_labels = volume_label_gap(ray, over / 2u);
     let is_label = of_labels.w == VASTEX_FEEDBACK_WANTED;
     var of_image = vec4<u32>(0u, 0u, 0u, VASTEX_FEEDBACK_EMPTY);
-    if volume_scene.channels > 0u {
+    if VOLUME_HAS_IMAGE {
         of_image = volume_image_gap(ray, select(over, over / 2u, is_label), nearness);
     }
     let is_image = of_image.w == VASTEX_FEEDBACK_WANTED;
