@@ -1,7 +1,7 @@
 //! What a process has in memory while it explores a volume of 10^15 voxels and four channels is what it has
 //! while it explores one of 10^9, no more and no less; and pictures leave nothing behind.
 //!
-//! `VASTEX_HUGE_PLACES` says how many places of each are looked at in the place of so many bricks: what
+//! `VASTEX_HUGE_PLACES` says how many places are looked at in the place of so many bricks: what
 //! docs/volumes.md says of 60 is measured so.
 #![allow(clippy::print_stdout, reason = "a process of its own tells so what it took")]
 
