@@ -426,3 +426,6 @@ pub fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>)
         });
     });
 }
+
+#[cfg(test)]
+mod tests;

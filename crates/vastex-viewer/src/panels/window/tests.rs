@@ -148,8 +148,7 @@ fn beside_the_machine(width: f32) -> Harness<'static, (WindowPanel, bool, f32)> 
     let panel = WindowPanel::default();
     let show = |ui: &mut Ui, (panel, machine_is_shown, left): &mut (WindowPanel, bool, f32)| {
         if panel.leaves_room_beside(ui, *machine_is_shown) && *machine_is_shown {
-            let machine =
-                egui::Panel::left("hud").resizable(false).exact_size(crate::hud::Hud::WIDTH);
+            let machine = egui::Panel::left("hud").resizable(false).exact_size(crate::hud::Hud::WIDTH);
             machine.show(ui, |ui| ui.label("what the machine does"));
         }
         let mut told = WindowStatus {
@@ -277,7 +276,10 @@ fn a_view_is_written_kept_and_gone_back_to() {
     click(&mut harness, "Keep view");
     click(&mut harness, "Copy view");
     click(&mut harness, "Copy link");
-    assert_eq!(harness.state().asked, [WindowAsked::Keep(String::new()), WindowAsked::CopyView, WindowAsked::CopyLink]);
+    assert_eq!(
+        harness.state().asked,
+        [WindowAsked::Keep(String::new()), WindowAsked::CopyView, WindowAsked::CopyLink]
+    );
     harness.state_mut().asked.clear();
     // The host says all that is shown.
     let view = format!("{first};layer=:gamma=0.5");
