@@ -25,6 +25,8 @@
 //! aligned](VoxelLevel::is_aligned). A place in the tile is then `(place in the world - origin) / scale -
 //! first`, in voxels from the tile's corner.
 
+use std::f64::consts::SQRT_2;
+
 use crate::texture::geometry::{Geometry, GeometryError, GeometrySpec, MAX_LEVELS, MAX_TEXELS};
 
 /// By how much a texel may be larger than a voxel, as a share: what scales written as decimals come to.
@@ -96,13 +98,41 @@ pub enum VoxelLevelsError {
         "level {0} has a side of no voxels or of more than 2^31, or a scale or an origin that is no finite number above 0"
     )]
     Level(usize),
+    /// A side has more voxels than bricks can be told apart along it.
+    #[error(
+        "a side of {voxels} voxels: {most} at most can be drawn in bricks of {brick}; {}",
+        if *brick < 64 { "take larger bricks, a coarser level, or a part of it" } else { "take a coarser level, or a part of it" }
+    )]
+    Side {
+        /// Voxels along the side.
+        voxels: u32,
+        /// The most that a side may have.
+        most: u64,
+        /// Voxels along a side of a brick.
+        brick: u32,
+    },
     /// The shape is impossible.
     #[error(transparent)]
-    Geometry(#[from] GeometryError),
+    Geometry(GeometryError),
+}
+
+impl From<GeometryError> for VoxelLevelsError {
+    fn from(error: GeometryError) -> VoxelLevelsError {
+        match error {
+            GeometryError::Pages { texels, page, max, .. } => {
+                VoxelLevelsError::Side { voxels: texels, most: u64::from(max) * u64::from(page), brick: page }
+            }
+            error => VoxelLevelsError::Geometry(error),
+        }
+    }
 }
 
 /// The levels of a volume: those that are stored, finest first, and below them those that are to be made,
-/// each axis halved in turn down to one voxel.
+/// down to one voxel.
+///
+/// Each that is made halves the axes along which voxels are shortest, until voxels are as near to cubes as
+/// halves make them, and then all: a level of which voxels are long along one axis alone would suit no pixel
+/// until it is too coarse along the others. Axes of one voxel count for nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VoxelLevels {
     levels: Vec<VoxelLevel>,
@@ -215,7 +245,7 @@ impl Plan {
         }
         while texels != [1; 3] {
             let (before, _) = plan.levels[plan.levels.len() - 1];
-            let factor = texels.map(|side| if side > 1 { 2 } else { 1 });
+            let factor = halving(texels, before.scale, MAX_LEVELS - plan.levels.len());
             let size = std::array::from_fn(|axis| before.size[axis].div_ceil(factor[axis].into()));
             let scale = std::array::from_fn(|axis| before.scale[axis] * f64::from(factor[axis]));
             texels = std::array::from_fn(|axis| texels[axis].div_ceil(factor[axis].into()));
@@ -224,6 +254,17 @@ impl Plan {
         }
         plan
     }
+}
+
+/// By what the next level that is made divides each side, where so many more levels may be made with it.
+fn halving(texels: [u64; 3], scale: [f64; 3], left: usize) -> [u32; 3] {
+    let is_long = |axis: &usize| texels[*axis] > 1;
+    let least = (0..3).filter(is_long).map(|axis| scale[axis]).fold(f64::INFINITY, f64::min);
+    std::array::from_fn(|axis| {
+        // Nearer to the shortest as it is than halved; or it would not be one texel in time.
+        let is_due = scale[axis] <= SQRT_2 * least || bits(texels[axis]) >= left;
+        if is_long(&axis) && is_due { 2 } else { 1 }
+    })
 }
 
 /// How often a side is halved, rounding up, until it is 1.
@@ -291,7 +332,7 @@ mod tests {
         let (geometry, levels) =
             of(&[level([300, 200, 90], [0.5, 0.5, 2.0]), level([150, 100, 90], [1.0, 1.0, 2.0])]);
         let sizes: Vec<_> = levels.levels().iter().map(|level| level.size).collect();
-        assert_eq!(sizes[..4], [[300, 200, 90], [150, 100, 90], [75, 50, 45], [38, 25, 23]]);
+        assert_eq!(sizes[..4], [[300, 200, 90], [150, 100, 90], [75, 50, 90], [38, 25, 45]]);
         assert_eq!((sizes[sizes.len() - 1], levels.stored()), ([1; 3], 2));
         for (n, level) in levels.levels().iter().enumerate() {
             assert!(level.is_aligned && geometry.level(n as u8).size == level.size, "{n}");
@@ -347,7 +388,46 @@ mod tests {
             assert_eq!(VoxelLevels::new(&[odd], 64, 1).unwrap_err(), VoxelLevelsError::Level(0));
         }
         assert_eq!(VoxelLevels::new(&[], 64, 1).unwrap_err(), VoxelLevelsError::None);
-        assert!(VoxelLevels::new(&[level([1 << 31, 1, 1], [1.0; 3])], 64, 1).is_err());
+        let error = VoxelLevels::new(&[level([1 << 31, 1, 1], [1.0; 3])], 64, 1).unwrap_err().to_string();
+        assert!(error.contains("4194304 at most") && error.contains("coarser level"), "{error}");
+        let error = VoxelLevels::new(&[level([1, 4_000_000, 1], [1.0; 3])], 32, 1).unwrap_err().to_string();
+        assert!(error.contains("2097152 at most") && error.contains("larger bricks"), "{error}");
+    }
+
+    /// Sizes of all levels, those that are made halved by this rule.
+    fn sizes_of(size: [u64; 3], scale: [f64; 3]) -> Vec<[u32; 3]> {
+        of(&[level(size, scale)]).1.levels().iter().map(|level| level.size).collect()
+    }
+
+    #[test]
+    fn levels_that_are_made_halve_the_shortest_sides_of_voxels_first() {
+        let flat = [level([600, 600, 12], [0.35, 0.35, 100.0])];
+        let (geometry, levels) = of(&flat);
+        let sides: Vec<_> = levels.levels().iter().map(|level| (level.size, level.scale[2])).collect();
+        assert_eq!(sides[1..4], [([300, 300, 12], 100.0), ([150, 150, 12], 100.0), ([75, 75, 12], 100.0)]);
+        // From 89.6 on they are as near to cubes as they come.
+        assert_eq!(sides[8..11], [([3, 3, 12], 100.0), ([2, 2, 6], 200.0), ([1, 1, 3], 400.0)]);
+        assert_eq!(sides[sides.len() - 1].0, [1; 3]);
+        // What a picture of 60x60 pixels wants is a few bricks in the place of a hundred.
+        let wanted = levels.wanted_level(3.5);
+        assert_eq!(
+            (wanted, geometry.level(wanted).page_count(), geometry.level(0).page_count()),
+            (3, 4, 100)
+        );
+        // Of cubes, and of what is nearly that, all axes are halved as ever.
+        for scale in [[1.0; 3], [0.26, 0.26, 0.29], [1.0, 1.4, 1.2]] {
+            let sizes = sizes_of([300, 200, 90], scale);
+            assert_eq!((sizes[1], sizes[2], sizes.len()), ([150, 100, 45], [75, 50, 23], 10), "{scale:?}");
+        }
+        // An axis of one voxel counts for nothing, and each axis may be the one that waits.
+        assert_eq!(sizes_of([64, 64, 1], [1.0, 1.0, 50.0])[1], [32, 32, 1]);
+        assert_eq!(sizes_of([64, 1, 64], [1.0, 0.01, 1.0])[1], [32, 1, 32]);
+        assert_eq!(sizes_of([64, 64, 64], [4.0, 1.0, 1.0])[1..4], [[64, 32, 32], [64, 16, 16], [32, 8, 8]]);
+        assert_eq!(sizes_of([100, 100, 80], [1.0, 1.0, 0.2])[1..3], [[100, 100, 40], [100, 100, 20]]);
+        // However long voxels are, the levels are no more than there can be.
+        let (geometry, levels) = of(&[level([4_000_000, 1, 4_000_000], [1.0, 1.0, 1e12])]);
+        assert!(levels.levels().len() == geometry.levels().len() && geometry.levels().len() <= MAX_LEVELS);
+        assert_eq!(levels.level(1).size, [2_000_000, 1, 4_000_000]);
     }
 
     #[test]
@@ -367,7 +447,8 @@ mod tests {
         ]);
         let wanted = [0.1, 1.0, 1.9, 2.0, 4.0, 19.9, 20.0, 1e9].map(|width| levels.wanted_level(width));
         // z never holds a level up as long as it is what it is at level 0.
-        assert_eq!(wanted[..7], [0, 0, 0, 1, 1, 1, 2]);
+        // Of those that are made, two have voxels of 20 along z, too.
+        assert_eq!(wanted[..7], [0, 0, 0, 1, 1, 1, 4]);
         assert_eq!(usize::from(wanted[7]), levels.levels().len() - 1);
     }
 

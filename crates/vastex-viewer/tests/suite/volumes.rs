@@ -82,7 +82,8 @@ fn levels_of_any_ratio_lie_where_the_file_says() {
     let stored = [
         level([145, 60, 50], [1.0; 3], [0.0; 3]),
         level([48, 60, 20], [145.0 / 48.0, 1.0, 2.5], [0.0, 0.0, 0.25]),
-        level([16, 20, 7], [145.0 / 16.0, 3.0, 7.0], [0.0, 0.0, 0.5]),
+        // Of sides that the next level, which is made, does not leave shorter.
+        level([16, 10, 7], [145.0 / 16.0, 6.0, 7.0], [0.0, 0.0, 0.5]),
     ];
     for (table, size, level) in [
         (TableChoice::Direct, [145, 60], 0),

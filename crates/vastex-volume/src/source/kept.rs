@@ -26,7 +26,8 @@ pub fn made_levels_kept(
     };
     let is_labels = options.labels.unwrap_or(about.is_label);
     let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
-    let identity = identity(volume, options, coarsest, options.reduction.unwrap_or(usual));
+    let factors: Vec<[u32; 3]> = geometry.levels()[first_made..].iter().map(|level| level.factor).collect();
+    let identity = identity(volume, options, coarsest, options.reduction.unwrap_or(usual), &factors);
     let stored = block_on(volume.stored_chunks(coarsest));
     let (plane, size) = ((options.channel, options.time), about.levels[coarsest].size);
     let total = count_made(stored.as_deref(), plane, size, finest.factor.map(u64::from));

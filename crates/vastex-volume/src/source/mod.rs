@@ -93,7 +93,7 @@ impl VolumeSource {
             geometry.levels()[first_made..].iter().map(|level| level.factor).collect();
         let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
         let rule = options.reduction.unwrap_or(usual);
-        let identity = options.cache.is_some().then(|| identity(&volume, options, coarsest, rule));
+        let identity = options.cache.is_some().then(|| identity(&volume, options, coarsest, rule, &factors));
         let directory = options.cache.as_deref().zip(identity.as_deref());
         let base =
             Base { volume: volume.clone(), level: coarsest, channel: options.channel, time: options.time };
@@ -418,8 +418,14 @@ pub fn makes_levels_at_opening(about: &VolumeAbout, levels: &VoxelLevels) -> boo
 }
 
 /// What a volume is, for levels of it that are kept: other values give another text, as far as times of files
-/// tell.
-fn identity(volume: &Volume, options: &VolumeOptions, coarsest: usize, rule: Reduction) -> String {
+/// tell, and so do other levels. `factors` are those of the levels that are made.
+fn identity(
+    volume: &Volume,
+    options: &VolumeOptions,
+    coarsest: usize,
+    rule: Reduction,
+    factors: &[[u32; 3]],
+) -> String {
     let about = volume.about();
     let path = std::path::Path::new(&about.path);
     let whole = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
@@ -430,7 +436,7 @@ fn identity(volume: &Volume, options: &VolumeOptions, coarsest: usize, rule: Red
         archive.and_then(Result::ok).map(|found| (found.len(), found.modified().ok()))
     });
     format!(
-        "{}\n{:?} {} {:?}\nchannel {} time {}\n{} 1\n{seen:?}\n",
+        "{}\n{:?} {} {:?}\nchannel {} time {}\n{} 2 {factors:?}\n{seen:?}\n",
         whole.display(),
         level.path,
         about.dtype.name(),

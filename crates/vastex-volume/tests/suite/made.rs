@@ -85,6 +85,14 @@ fn small_levels_are_made_at_opening() {
                 Level::new([41, 1, 66], [64, 1, 64], [2.2, 1.0, 2.1]),
             ],
         ),
+        // Made ones halve x and y alone at first.
+        (
+            Reduction::Mean,
+            [
+                Level::new([90, 70, 20], [32, 32, 8], [0.5, 0.5, 7.0]),
+                Level::new([45, 35, 20], [45, 35, 4], [1.0, 1.0, 7.0]),
+            ],
+        ),
     ] {
         let (_directory, volume) = random(&levels, |_, _| true);
         let options = VolumeOptions { brick: 16, reduction: Some(rule), ..VolumeOptions::default() };
