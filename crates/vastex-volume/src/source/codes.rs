@@ -4,13 +4,18 @@ use vastex_core::LayerFormat;
 
 use crate::values::DType;
 
+/// The greatest float that is mixed: the difference of two is still finite, and the march of the shaders
+/// begins with it.
+const MOST: f32 = 1e38;
+
 /// How stored values stand in tiles.
 ///
 /// Whole numbers of 8 and 16 bits are shares of their full range, as they are stored; those with a sign are
 /// moved so that the least is 0. Floats of 16 and 32 bits are as they are stored. What has more bits becomes
 /// the nearest float of 32 bits, of which 24 bits are exact; who needs the others asks for
-/// [values](crate::VolumeSource::value_at). Labels are whole numbers of 32 or 64 bits, those with a sign in
-/// two's complement.
+/// [values](crate::VolumeSource::value_at). Infinite floats, and those beyond 1e38 either way, stand there as
+/// 1e38 or -1e38 (of 16 bits, as the greatest or the least that is finite), so that they can be mixed. Labels
+/// are whole numbers of 32 or 64 bits, those with a sign in two's complement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValueCodes {
     /// The format of the layer.
@@ -19,7 +24,7 @@ pub struct ValueCodes {
     pub base: f64,
     /// See [`ValueCodes::base`].
     pub gain: f64,
-    /// True if a tile has every bit of a stored value.
+    /// True if a tile has every bit of a stored value, of floats of one that is finite.
     pub is_exact: bool,
     dtype: DType,
 }
@@ -60,7 +65,16 @@ impl ValueCodes {
             (LayerFormat::R32Float, DType::I32) => each(&mut values, |v| i32::from_le_bytes(v) as f32),
             (LayerFormat::R32Float, DType::U64) => return halved(&values, |v| u64::from_le_bytes(v) as f32),
             (LayerFormat::R32Float, DType::I64) => return halved(&values, |v| i64::from_le_bytes(v) as f32),
-            (LayerFormat::R32Float, DType::F64) => return halved(&values, |v| f64::from_le_bytes(v) as f32),
+            (LayerFormat::R32Float, DType::F64) => {
+                return halved(&values, |v| finite(f64::from_le_bytes(v) as f32));
+            }
+            (LayerFormat::R32Float, DType::F32) => each(&mut values, |v| finite(f32::from_le_bytes(v))),
+            (LayerFormat::R16Float, DType::F16) => {
+                let halves = values.as_chunks_mut::<2>().0.iter_mut();
+                halves.filter(|half| (half[1] & 0x7f, half[0]) == (0x7c, 0)).for_each(|half| {
+                    *half = [0xff, (half[1] & 0x80) | 0x7b];
+                });
+            }
             (LayerFormat::R32Uint, DType::Bool | DType::U8) => {
                 return values.iter().flat_map(|value| u32::from(*value).to_le_bytes()).collect();
             }
@@ -79,6 +93,11 @@ impl ValueCodes {
         }
         values
     }
+}
+
+/// What is blended of a float: what is no number stays so.
+fn finite(value: f32) -> f32 {
+    value.clamp(-MOST, MOST)
 }
 
 fn each(values: &mut [u8], float: impl Fn([u8; 4]) -> f32) {
@@ -188,7 +207,7 @@ mod tests {
             assert_eq!(texels.len() / texel, bytes.len() / dtype.bytes(), "{dtype:?}");
             for (texel, value) in texels.chunks(texel).zip(bytes.chunks(dtype.bytes())) {
                 let stored = VoxelValue::of(dtype, value).unwrap().to_f64();
-                let expected = if stored == 1e300 { f64::INFINITY } else { stored };
+                let expected = if stored == 1e300 { f64::from(MOST) } else { stored };
                 let found = meant(&codes, texel);
                 assert!(
                     found == expected || (found - expected).abs() < 1e-9,
@@ -197,6 +216,23 @@ mod tests {
             }
         }
         assert!(ValueCodes::of_values(DType::I16).is_exact && !ValueCodes::of_values(DType::U32).is_exact);
+    }
+
+    #[test]
+    fn infinite_values_are_the_ends_of_what_can_be_mixed() {
+        let values = [f32::INFINITY, f32::NEG_INFINITY, 3e38, -3e38, 1.5];
+        let texels = ValueCodes::of_values(DType::F32).encode(values.map(f32::to_le_bytes).concat());
+        assert_eq!(texels, [1e38_f32, -1e38, 1e38, -1e38, 1.5].map(f32::to_le_bytes).concat());
+        let values = [f64::INFINITY, f64::NEG_INFINITY, -1e300].map(f64::to_le_bytes).concat();
+        let texels = ValueCodes::of_values(DType::F64).encode(values);
+        assert_eq!(texels, [1e38_f32, -1e38, -1e38].map(f32::to_le_bytes).concat());
+        let halves = [0x7c00_u16, 0xfc00, 0x7bff, 0x7e00, 0x7c01, 0x3c00, 0x0000];
+        let texels = ValueCodes::of_values(DType::F16).encode(halves.map(u16::to_le_bytes).concat());
+        // What is no number stays what it is.
+        let kept = [0x7bff_u16, 0xfbff, 0x7bff, 0x7e00, 0x7c01, 0x3c00, 0x0000];
+        assert_eq!(texels, kept.map(u16::to_le_bytes).concat());
+        let nan = ValueCodes::of_values(DType::F32).encode(f32::NAN.to_le_bytes().to_vec());
+        assert!(f32::from_le_bytes(nan.try_into().unwrap()).is_nan());
     }
 
     #[test]

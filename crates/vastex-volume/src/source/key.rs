@@ -8,7 +8,7 @@ use vastex_tiles::SourceKey;
 use super::VolumeSource;
 
 /// Changes when bricks of a volume come out otherwise.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The key of a source; `None` where its bricks may be others in another run, though nothing tells so: of
 /// directories, in which a chunk may be written anew beside all others, and where levels are made in the
