@@ -20,13 +20,18 @@ const BRICK: u32 = 32;
 
 /// One of the real volumes, all channels of it.
 pub(crate) fn real(name: &str) -> World {
+    real_in_bricks(name, BRICK, 700)
+}
+
+/// The same in bricks of so many voxels along a side, in a pool of so many slots.
+pub(crate) fn real_in_bricks(name: &str, brick: u32, slots: u64) -> World {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes").join(name);
     let volume = match vastex_volume::open(&path).unwrap() {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => panic!("{list:?}"),
     };
     let open = |channel| {
-        let options = VolumeOptions { channel, brick: BRICK, ..VolumeOptions::default() };
+        let options = VolumeOptions { channel, brick, ..VolumeOptions::default() };
         Arc::new(VolumeSource::open(volume.clone(), &options).unwrap())
     };
     let sources: Vec<Arc<VolumeSource>> = (0..volume.about().channels).map(open).collect();
@@ -36,7 +41,7 @@ pub(crate) fn real(name: &str) -> World {
     };
     let arrays = sources.iter().map(array).collect();
     let tiles = sources.into_iter().map(|source| source as Arc<dyn TileSource>).collect();
-    let mut world = World::read_from(tiles, arrays, 700, TableChoice::BySize, None);
+    let mut world = World::read_from(tiles, arrays, slots, TableChoice::BySize, None);
     let scale = DVec3::from_array(volume.about().levels[0].scale);
     world.of = VolumeBox { voxel: scale / scale.max_element(), ..world.of };
     world
