@@ -6,6 +6,7 @@ mod initial_look;
 mod kept;
 pub(crate) mod labels;
 mod opening;
+mod pools;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,9 +14,7 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use glam::DVec3;
 use pollster::block_on;
-use vastex::{
-    LayerFormat, PoolSettings, PoolTuning, Prepared, Preparer, Settings, TextureSettings, TileSource,
-};
+use vastex::{Description, Prepared, Preparer, TextureSettings};
 use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume::VolumeMode;
 use vastex_viewer::volume_scene::{
@@ -24,18 +23,12 @@ use vastex_viewer::volume_scene::{
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
 
 pub(crate) use self::labels::read_labels;
-use crate::args::SceneArgs;
-use crate::commands::render;
 use crate::commands::render_pools::brick_side;
 use crate::commands::render_volume::{box_of, no_volume};
 use crate::disk_cache;
 pub(crate) use find::find as find_label;
 pub(crate) use opening::{OpenHow, opens_as_volume};
 
-/// GPU memory that is taken for bricks at most where nobody says how much.
-const MOST_BYTES: u64 = 1 << 30;
-/// And at least, which is little.
-const LEAST_BYTES: u64 = 32 << 20;
 /// Places along a ray that a click looks at, at most.
 const MOST_SAMPLES: f64 = 512.0;
 /// Of what glows, how much is let through below which nothing behind it is seen.
@@ -45,9 +38,8 @@ const HIDDEN: f64 = 0.01;
 pub(crate) struct OpenedVolume {
     pub(crate) volume: Arc<Volume>,
     pub(crate) facts: VolumeFacts,
-    /// Pages of a channel at a time, and bytes of one.
-    pages: u64,
-    page_bytes: u64,
+    /// A channel at a time as devices hold it at most.
+    held: Description,
     how: OpenHow,
     /// Voxels along a side of a brick.
     brick: u32,
@@ -88,7 +80,7 @@ pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
     let mut source = open(&options)?;
     let mut facts = facts_of(volume.about(), &source)?;
     let shown = VolumeLook::first(&facts).shown().count().max(1) as u64 * facts.times.min(4);
-    let brick = brick_side(how.pool_mib.map(|mib| mib << 20), bricks_of(&source), shown);
+    let brick = brick_side(how.pool_mib.map(|mib| mib << 20), pools::bricks_of(&pools::held(&source)), shown);
     if brick != options.brick {
         options.brick = brick;
         (source, facts.brick) = (open(&options)?, brick);
@@ -96,16 +88,8 @@ pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
     if how.disk.is_some() {
         disk_cache::say_not_kept(&source);
     }
-    let (page_bytes, pages) = bricks_of(&source);
-    Ok(OpenedVolume { volume, facts, pages, page_bytes, how, brick })
-}
-
-/// The bytes of a brick, and how many there are of a channel at a time.
-fn bricks_of(source: &VolumeSource) -> (u64, u64) {
-    let description = source.description();
-    // Devices that do not filter 8 bits well hold them as 16.
-    let widened = if description.layers[0].format == LayerFormat::R8 { 2 } else { 1 };
-    (widened * description.tile_bytes() as u64, description.geometry.page_count())
+    let held = pools::held(&source);
+    Ok(OpenedVolume { volume, facts, held, how, brick })
 }
 
 /// A channel at a time as a source of bricks.
@@ -160,34 +144,6 @@ impl OpenedVolume {
     /// What was wrong with its metadata, and what was made of it.
     pub(crate) fn oddities(&self) -> Vec<String> {
         self.volume.about().oddities.clone()
-    }
-
-    /// Settings of the textures of a volume, for the channels that are shown at first, for pictures of so
-    /// many pixels: with memory for all of their bricks, up to a gibibyte, where nobody says how much.
-    pub(crate) fn settings(&self, args: &SceneArgs) -> Result<Settings> {
-        let settings = render::settings(args)?;
-        let shown = VolumeLook::first(&self.facts).shown().count().max(1) as u64;
-        // Of times, the one that is seen, the one that comes, and two ahead.
-        let sets = shown * self.facts.times.min(4);
-        // A fifth more, for grids of slots that are no cubes; and bricks for each channel that may be shown.
-        let all = self.pages.saturating_mul(self.page_bytes).saturating_mul(sets);
-        let others = self.page_bytes.saturating_mul(self.facts.channels.len().min(16) as u64 * 2 + 2);
-        let bytes = match args.pool_mib {
-            Some(mib) => mib << 20,
-            None => all.saturating_add(all / 5).clamp(LEAST_BYTES, MOST_BYTES).saturating_add(others),
-        };
-        let default_pool = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
-        Ok(Settings {
-            pools: PoolSettings { default_pool, ..PoolSettings::default() },
-            // Bricks are large, and nothing else needs the way.
-            upload_bytes_per_frame: settings.upload_bytes_per_frame.max(8 << 20),
-            in_flight_bytes: settings.in_flight_bytes.max(32 << 20),
-            fade: std::time::Duration::ZERO,
-            filter: vastex::Filter::Trilinear,
-            feedback: None,
-            whole_bytes: 0,
-            ..settings
-        })
     }
 }
 

@@ -10,7 +10,11 @@ use crate::module::shader_module;
 
 /// What the device allows for the textures of pools: what a [`vastex_core::PoolLayout`] is made with.
 pub fn limits(device: &wgpu::Device) -> ArrayLimits {
-    let limits = device.limits();
+    array_limits(&device.limits())
+}
+
+/// What a device of these limits allows for the textures of pools.
+pub fn array_limits(limits: &wgpu::Limits) -> ArrayLimits {
     ArrayLimits {
         max_side: limits.max_texture_dimension_2d,
         max_images: limits.max_texture_array_layers,

@@ -56,7 +56,7 @@ mod views;
 
 pub use belt::{Belt, BeltCounts, BeltLayout, BeltTile};
 pub use bind::{BindingPlace, Bound, check_bindings, entries, layout_entries, new_sampler};
-pub use device::{alive, limits, poll, required_features, required_limits};
+pub use device::{alive, array_limits, limits, poll, required_features, required_limits};
 pub use error::GpuError;
 pub use fade::Fades;
 pub use feedback::{FEEDBACK_DEPTH_FORMAT, FeedbackPass, FeedbackScale, FeedbackTarget, FeedbackView};

@@ -51,7 +51,7 @@ pub(super) fn page(scripts: &Scripts, input: &Path, directory: &Path, runs: usiz
          textures of the same levels (`--compare`). Frames before the last one draw what rays ask for alone. CPU seconds are of the whole program.\n\n{}\n\n",
         measure::stamp()?
     );
-    page.push_str("| volume | mode | frames | CPU s | bricks wanted | chunks decoded | MB read | PSNR dB |\n|---|---|---|---|---|---|---|---|\n");
+    page.push_str("| volume | mode | frames | CPU s | mip bias | bricks wanted | chunks decoded | MB read | PSNR dB |\n|---|---|---|---|---|---|---|---|---|\n");
     for volume in &volumes {
         for mode in MODES {
             page.push_str(&row_of_mode(volume, mode, directory, runs)?);
@@ -101,10 +101,11 @@ fn row_of_mode(volume: &Drawn, mode: &str, directory: &Path, runs: usize) -> Res
     let psnr = measure::number(&compared, "psnr_db");
     let psnr = psnr.map_or_else(|| "the same".to_owned(), |psnr| format!("{psnr:.1}"));
     Ok(format!(
-        "| {} | {mode} | {} | {:.2} | {} | {} | {:.1} | {psnr} |\n",
+        "| {} | {mode} | {} | {:.2} | {} | {} | {} | {:.1} | {psnr} |\n",
         volume.name,
         figure(&said, "frames")?,
         median(times),
+        figure(&said, "mip_bias")?,
         figure(&said, "bricks_wanted")?,
         figure(&said, "chunks_decoded")?,
         figure(&said, "bytes_read")? / 1e6,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use anyhow::{Result, bail};
-use vastex::{LayerFormat, TileSource, VolumeFilters, held_volume_format};
+use vastex::{Description, LayerFormat, PoolTuning, TileSource, VolumeFilters, held_volume_format, wgpu};
 use vastex_volume::{VolumeAbout, VolumeOptions, VolumeSource, levels_of};
 
 use crate::args::RenderVolumeArgs;
@@ -40,26 +40,32 @@ pub(super) fn large_bricks(about: &VolumeAbout, filters: VolumeFilters) -> Resul
 /// GPU memory that is taken for bricks at most where nobody says how much.
 const MOST_BYTES: u64 = 1 << 30;
 
+/// GPU memory for bricks.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PoolBytes {
+    pub(super) channels: u64,
+    pub(super) labels: u64,
+    /// True if nobody said how much, and all bricks of all levels would need more than is taken.
+    pub(super) is_bounded: bool,
+}
+
 /// GPU memory for the bricks of channels and of labels: what is asked for, which must hold the tails, shared
-/// as they would need it; else as much as all levels take, up to a gibibyte each.
+/// as they would need it; else as much as shows all bricks of all levels at once, up to a gibibyte each.
 pub(super) fn pool_bytes(
     args: &RenderVolumeArgs,
-    filters: VolumeFilters,
+    on @ (_, filters): (&wgpu::Limits, VolumeFilters),
     sources: [&[Arc<VolumeSource>]; 2],
-) -> Result<[u64; 2]> {
+) -> Result<PoolBytes> {
     // What all levels take, and the least that does.
     let needs = sources.map(|sources| {
         let brick = sources.first().map_or(0, |source| brick_bytes(source, filters));
-        let pages = sources.iter().map(|source| source.description().geometry.page_count());
-        let pages = pages.fold(0u64, u64::saturating_add);
-        (pages.saturating_mul(brick), brick * (sources.len() as u64 + 1), brick)
+        (pages_of(sources).saturating_mul(brick), brick * (sources.len() as u64 + 1))
     });
     let Some(mib) = args.pool_mib else {
-        return Ok(needs.map(|(needed, least, brick)| {
-            // A tenth more, for grids of slots that are no cubes.
-            let more = needed.saturating_add(needed / 10).saturating_add(2 * brick);
-            more.min(MOST_BYTES).max(least)
-        }));
+        let all = [0, 1].map(|nth| bytes_for_all(sources[nth], on).unwrap_or(needs[nth].0));
+        let [channels, labels] = [0, 1].map(|nth| all[nth].min(MOST_BYTES).max(needs[nth].1));
+        let is_bounded = all.into_iter().any(|bytes| bytes > MOST_BYTES);
+        return Ok(PoolBytes { channels, labels, is_bounded });
     };
     let (bytes, least) = (mib << 20, needs[0].1 + needs[1].1);
     if bytes < least {
@@ -73,7 +79,26 @@ pub(super) fn pool_bytes(
     // What is left beyond the least, by what each would take.
     let all = (needs[0].0 as f64 + needs[1].0 as f64).max(1.0);
     let of_labels = needs[1].1 + ((bytes - least) as f64 * (needs[1].0 as f64 / all)) as u64;
-    Ok([bytes - of_labels, of_labels])
+    Ok(PoolBytes { channels: bytes - of_labels, labels: of_labels, is_bounded: false })
+}
+
+fn pages_of(sources: &[Arc<VolumeSource>]) -> u64 {
+    let pages = sources.iter().map(|source| source.description().geometry.page_count());
+    pages.fold(0, u64::saturating_add)
+}
+
+/// GPU memory in which all bricks of sources of one shape are shown at once, on a device of such limits that
+/// filters so; `None` where no pool of it has so many slots.
+pub(super) fn bytes_for_all(
+    sources: &[Arc<VolumeSource>],
+    (limits, filters): (&wgpu::Limits, VolumeFilters),
+) -> Option<u64> {
+    let Some(first) = sources.first() else { return Some(0) };
+    let description: &Description = first.description();
+    let mut layers = description.layers.clone();
+    layers.iter_mut().for_each(|layer| layer.format = held_volume_format(layer.format, filters));
+    let held = Description { layers, ..description.clone() };
+    PoolTuning::bytes_for(pages_of(sources), &held, limits)
 }
 
 /// Bytes of a brick as a device that filters so holds it.

@@ -8,6 +8,7 @@ mod asked;
 #[cfg(feature = "record")]
 mod recorded;
 mod reference;
+mod steps;
 mod summary;
 mod times;
 mod watch;
@@ -35,6 +36,7 @@ use self::summary::Summary;
 use self::times::AtTime;
 use self::watch::Watch;
 use super::render_labels::Labels;
+use super::render_pools::PoolBytes;
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
 use crate::made_levels::LevelMaker;
 use crate::pictures::PictureOutput;
@@ -76,7 +78,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     for fault in drawing.faults.iter().take(20) {
         report::say(&format!("{source}: {fault}"));
     }
-    let note = note_of_pool(args.pool_mib, summary.mip_bias);
+    let note = note_of_pool(drawing.is_pool_bounded, summary.mip_bias);
     note.iter().for_each(|note| report::say(&format!("note: {source}: {note}")));
     let missing =
         format!("not converged within {MOST_FRAMES} frames, {} bricks are missing", summary.bricks_missing);
@@ -91,9 +93,9 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
 }
 
 /// What is said of a picture that is coarser by so many levels than its size asks for, where nobody has said
-/// how much memory it may take.
-fn note_of_pool(pool_mib: Option<u64>, bias: f64) -> Option<String> {
-    (pool_mib.is_none() && bias > 0.0).then(|| {
+/// how much memory it may take, and all bricks would need more than is taken then.
+fn note_of_pool(is_bounded: bool, bias: f64) -> Option<String> {
+    (is_bounded && bias > 0.0).then(|| {
         format!(
             "bricks take up to 1 GiB of GPU memory where --pool-mib does not say otherwise, and this picture wants more: it is \
              {bias} levels coarser; give --pool-mib N"
@@ -148,6 +150,8 @@ struct Drawing<'a> {
     /// How many the next picture is waited for.
     most_frames: u64,
     faults: Vec<String>,
+    /// True if all bricks need more memory than is taken where nobody says how much.
+    is_pool_bounded: bool,
 }
 
 impl<'a> Drawing<'a> {
@@ -157,10 +161,10 @@ impl<'a> Drawing<'a> {
         (of, channels, sources): (VolumeBox, &[AskedChannel], &[Arc<VolumeSource>]),
         labels: Option<&Labels>,
         (view, clip): (VolumeView, VolumeClip),
-        (bytes, disk): ([u64; 2], Option<&Arc<DiskTier>>),
+        (bytes, disk): (PoolBytes, Option<&Arc<DiskTier>>),
     ) -> Result<Drawing<'a>> {
-        let default_pool = PoolTuning { bytes: Some(bytes[0]), ..PoolTuning::default() };
-        let rules = labels.iter().map(|labels| labels.pool(bytes[1])).collect();
+        let default_pool = PoolTuning { bytes: Some(bytes.channels), ..PoolTuning::default() };
+        let rules = labels.iter().map(|labels| labels.pool(bytes.labels)).collect();
         let settings = Settings {
             pools: PoolSettings { default_pool, rules, ..PoolSettings::default() },
             pace: vastex::Pace::LockStep { latency_frames: 1 },
@@ -176,7 +180,21 @@ impl<'a> Drawing<'a> {
         let AtTime { shown, maker, renderer } = at;
         let canvas = Canvas::new(gpu, args.size, PICTURE, TargetKind::Direct);
         let (frames, most_frames, faults) = (0, MOST_FRAMES, Vec::new());
-        Ok(Drawing { gpu, textures, args, shown, maker, renderer, canvas, view, frames, most_frames, faults })
+        let is_pool_bounded = bytes.is_bounded;
+        Ok(Drawing {
+            gpu,
+            textures,
+            args,
+            shown,
+            maker,
+            renderer,
+            canvas,
+            view,
+            frames,
+            most_frames,
+            faults,
+            is_pool_bounded,
+        })
     }
 
     /// Chooses the levels of all channels.
@@ -330,9 +348,9 @@ mod tests {
     #[test]
     fn a_coarser_picture_is_told_where_nobody_has_asked_for_it() {
         assert!(
-            note_of_pool(None, 0.5)
+            note_of_pool(true, 0.5)
                 .is_some_and(|note| note.contains("0.5 levels") && note.contains("--pool-mib"))
         );
-        assert_eq!((note_of_pool(None, 0.0), note_of_pool(Some(1), 2.0)), (None, None));
+        assert_eq!((note_of_pool(true, 0.0), note_of_pool(false, 2.0)), (None, None));
     }
 }

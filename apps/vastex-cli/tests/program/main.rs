@@ -43,6 +43,8 @@ mod volume_path;
 #[cfg(feature = "volumes")]
 mod volume_pictures;
 #[cfg(feature = "volumes")]
+mod volume_raw;
+#[cfg(feature = "volumes")]
 mod volume_sparse;
 #[cfg(feature = "volumes")]
 mod volume_view;

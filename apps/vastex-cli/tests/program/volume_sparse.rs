@@ -138,3 +138,16 @@ fn levels_that_are_made_before_the_first_frame_are_shown() {
     assert!(first.1.iter().any(|pixel| *pixel != first.1[0]));
     assert_eq!(first.1, again.1);
 }
+
+/// Sides of which no brick has a name are refused with what can be done about it.
+#[test]
+fn what_is_too_large_to_be_drawn_says_how_large_it_may_be() {
+    let sandbox = Sandbox::new();
+    write(&sandbox, "huge.zarr", (1 << 31) - 1, None);
+    let words = "render huge.zarr --on volume --range 0,1 --size 8x8 -o out.png";
+    let words: Vec<&str> = words.split(' ').collect();
+    let told = sandbox.run(&words).expect_code(1).stderr;
+    let said =
+        ["2147483647 voxels: 4194304 at most", "bricks of 64", "take a coarser level, or a part of it"];
+    assert!(said.iter().all(|part| told.contains(part)) && !told.contains("pages"), "{told}");
+}

@@ -37,6 +37,25 @@ pub struct Integrator {
     pub max_levels: f32,
 }
 
+/// The share of its slots that views may take of a pool before [`BiasRule::Solved`] makes them coarser, in
+/// percent.
+const MOST_SHARE: u64 = 90;
+
+impl BiasRule {
+    /// Of so many slots those that views may take, tails included, before [`BiasRule::Solved`] makes them
+    /// coarser: 90 %, so that what comes into view finds room.
+    pub const fn room(slots: u32) -> u32 {
+        (slots as u64 * MOST_SHARE / 100) as u32
+    }
+
+    /// The least number of slots that have [room](BiasRule::room) for so many tiles; `u32::MAX` where more
+    /// were needed.
+    pub const fn slots_for(tiles: u64) -> u32 {
+        let slots = tiles.saturating_mul(100).div_ceil(MOST_SHARE);
+        if slots > u32::MAX as u64 { u32::MAX } else { slots as u32 }
+    }
+}
+
 impl Default for Integrator {
     fn default() -> Integrator {
         Integrator { lower: 0.95, upper: 0.95, rate: 0.2, locked: 0.65, max_levels: 4.0 }
@@ -137,13 +156,12 @@ struct Solved {
 
 impl Solved {
     fn update(&mut self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
-        let share = |percent: u64| (u64::from(slots) * percent / 100) as u32;
-        let needed = set.bias_for(share(90).saturating_sub(tails));
+        let needed = set.bias_for(BiasRule::room(slots).saturating_sub(tails));
         if needed > self.bias {
             *self = Solved { bias: needed, ..Solved::default() };
             return true;
         }
-        let roomy = set.bias_for(share(80).saturating_sub(tails));
+        let roomy = set.bias_for(((u64::from(slots) * 80 / 100) as u32).saturating_sub(tails));
         if roomy >= self.bias {
             (self.calm, self.calm_bias) = (0, 0);
             return false;
@@ -210,6 +228,16 @@ mod tests {
     fn wanted(texture: TextureNumber, x: u32) -> WantedPage {
         let page = PageId::new(texture, Dims::D2, PagePos::new_2d(0, x, 0)).unwrap();
         WantedPage { page, pixels: 1, eighth: 0 }
+    }
+
+    #[test]
+    fn slots_have_room_for_what_they_are_for_and_one_fewer_has_not() {
+        for tiles in (0..3000).chain([74, 139, 3_865_470_000]) {
+            let slots = BiasRule::slots_for(tiles);
+            assert!(u64::from(BiasRule::room(slots)) >= tiles, "{tiles}");
+            assert!(slots == 0 || u64::from(BiasRule::room(slots - 1)) < tiles, "{tiles}");
+        }
+        assert_eq!([0, 74, u64::MAX].map(BiasRule::slots_for), [0, 83, u32::MAX]);
     }
 
     #[test]

@@ -141,6 +141,21 @@ impl PoolLayout {
         }
     }
 
+    /// The smallest budget in bytes of which [`PoolLayout::fit`] makes so many slots or more: as their grid
+    /// is a box, some numbers of slots are not to be had. `None` where no budget does on such a device.
+    pub fn budget_for(description: &Description, slots: u32, limits: ArrayLimits) -> Option<u64> {
+        let tile_bytes = description.tile_bytes() as u64;
+        let slots = slots.max(Self::MIN_SLOTS);
+        let is_enough = |affordable: u32| {
+            let layout = PoolLayout::fit(description, u64::from(affordable) * tile_bytes, limits);
+            layout.is_ok_and(|layout| layout.slots() >= slots)
+        };
+        if slots > POOL_SLOTS || !is_enough(POOL_SLOTS) {
+            return None;
+        }
+        (slots..=POOL_SLOTS).find(|affordable| is_enough(*affordable)).map(|n| u64::from(n) * tile_bytes)
+    }
+
     /// Returns true if the slots lie in a 3-D texture, and not in the images of a texture array.
     pub fn is_solid(&self) -> bool {
         self.tile[2] > 1
@@ -307,6 +322,27 @@ mod tests {
         assert_eq!(error, PoolError::TileTooLarge { tile: 66, max_side: 65 });
         let error = PoolLayout::fit(&volume(64), 1 << 18, LIMITS).unwrap_err();
         assert!(matches!(error, PoolError::TooSmall { slots: 0, .. }), "{error}");
+    }
+
+    #[test]
+    fn a_budget_for_slots_gives_as_many_and_hardly_more() {
+        let bricks = volume(64);
+        let brick = 66 * 66 * 66;
+        for slots in (2..1500).chain([29_000, 29_791]) {
+            let budget = PoolLayout::budget_for(&bricks, slots, LIMITS).unwrap();
+            assert!(PoolLayout::fit(&bricks, budget, LIMITS).unwrap().slots() >= slots, "{slots}");
+            assert!(
+                PoolLayout::fit(&bricks, budget - brick, LIMITS).is_ok_and(|l| l.slots() < slots)
+                    || slots == 2
+            );
+            assert!(budget / brick <= u64::from(slots + slots / 20 + 2), "{slots}: {}", budget / brick);
+        }
+        // 31 bricks along each side are all.
+        assert_eq!(PoolLayout::budget_for(&bricks, 29_792, LIMITS), None);
+        assert_eq!(PoolLayout::budget_for(&bricks, u32::MAX, LIMITS), None);
+        let images = description(128);
+        let budget = PoolLayout::budget_for(&images, 700, LIMITS).unwrap();
+        assert!(PoolLayout::fit(&images, budget, LIMITS).unwrap().slots() >= 700);
     }
 
     proptest! {

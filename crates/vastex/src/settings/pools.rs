@@ -1,6 +1,7 @@
 //! How large pools are and whether their pictures may become coarser; `vastex.toml` says the same (`file`).
 
-use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate};
+use vastex_core::{BiasRule, Description, LayerFormat, Pager, PoolEstimate, PoolLayout};
+use vastex_wgpu::array_limits;
 
 /// The settings of all pools.
 ///
@@ -114,6 +115,14 @@ impl PoolRule {
 }
 
 impl PoolTuning {
+    /// GPU memory in bytes of a pool that shows so many tiles at once, of textures that the device holds like
+    /// `held`, without becoming coarser ([`BiasRule::Solved`]), on a device of such limits: more than the
+    /// tiles take, since a tenth of the slots is kept free, and slots are a grid. `None` where no pool of the
+    /// device has so many.
+    pub fn bytes_for(tiles: u64, held: &Description, limits: &wgpu::Limits) -> Option<u64> {
+        PoolLayout::budget_for(held, BiasRule::slots_for(tiles), array_limits(limits))
+    }
+
     pub(crate) fn overridden_by(self, other: PoolTuning) -> PoolTuning {
         PoolTuning {
             bytes: other.bytes.or(self.bytes),

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vastex_core::{PoolId, Stats};
+use vastex_core::{BiasRule, PoolId, Stats};
 
 /// The state of a pool after a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ impl PoolStats {
     /// The slots that a view may take before it becomes coarser: 90 %, so that what comes into view finds
     /// room.
     pub fn room(&self) -> u32 {
-        (u64::from(self.pager.slots) * 9 / 10) as u32
+        BiasRule::room(self.pager.slots)
     }
 
     /// Returns true if all pages wanted now take no more than 80 % of the slots, so that a mip bias still in

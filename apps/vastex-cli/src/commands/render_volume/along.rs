@@ -9,9 +9,10 @@ use vastex_scenes::Picture;
 use vastex_viewer::volume::{VolumeBox, VolumeView};
 use vastex_viewer::volume_scene::{VolumeLayout, VolumePane};
 use vastex_viewer::{CameraPath, VolumePlace, VolumeViewText};
-use vastex_volume::VolumeAbout;
+use vastex_volume::{VolumeAbout, VolumeOptions, levels_of};
 
 use super::asked::{Asked, copied};
+use super::steps::Sampling;
 use super::watch::Watch;
 use super::{Drawing, box_of};
 use crate::args::{RenderVolumeArgs, Toward};
@@ -92,6 +93,13 @@ pub(super) fn draw(
 ) -> Result<(bool, Picture)> {
     let (of, size) = (box_of(asked.volume.about())?, drawing.canvas.size());
     let frames = along.map_or(1, |along| along.frames.max(1));
+    let (_, levels) = levels_of(asked.volume.about(), brick, VolumeOptions::default().border)?;
+    let sampling = Sampling {
+        mode: drawing.args.look.mode(),
+        channels: asked.channels.len(),
+        step: drawing.args.look.step(),
+        is_processor: drawing.gpu.is_processor(),
+    };
     let (mut converged, mut number) = (true, 0);
     loop {
         if let Some(along) = along {
@@ -101,6 +109,7 @@ pub(super) fn draw(
                 drawing.go_to(asked, brick, watch.disk.as_ref())?;
             }
         }
+        sampling.check((&of, &levels), (&drawing.view, size))?;
         drawing.most_frames = drawing.frames + super::MOST_FRAMES;
         converged &= drawing.play(|textures| watch.note(textures))?;
         let picture = drawing.picture()?;

@@ -11,15 +11,12 @@ use vastex_tiles::DiskTier;
 use vastex_viewer::VolumeViewText;
 use vastex_viewer::volume::{FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeClip, VolumePlane, VolumeView};
 use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
-use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeSource, open};
+use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, levels_of, open};
 
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
-
-/// Samples of a ray beyond which it is not looked at further (volume.wgsl).
-const MOST_SAMPLES: f64 = 65_536.0;
 
 /// What is to be seen of a volume, which is open.
 pub(super) struct Asked {
@@ -38,7 +35,8 @@ impl Asked {
             Opened::Images(list) => bail!(no_volume(&list)),
         };
         let view = view_of(args, volume.about())?;
-        check_step(args, volume.about())?;
+        let VolumeOptions { brick, border, .. } = VolumeOptions::default();
+        levels_of(volume.about(), brick, border)?;
         let channels = channels_of(args, volume.about())?;
         Ok(Asked { volume, channels, view, time: args.look.time() })
     }
@@ -66,7 +64,7 @@ impl Asked {
         }
         let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
-        let bytes = pool_bytes(args, filters, [&sources, of_labels])?;
+        let bytes = pool_bytes(args, (&gpu.device.limits(), filters), [&sources, of_labels])?;
         let shown = (box_of(about)?, &self.channels[..], &sources[..]);
         let drawing = Drawing::new(args, gpu, shown, labels.as_ref(), self.view, (bytes, disk));
         Ok((drawing.context(source)?, brick))
@@ -188,21 +186,4 @@ pub(super) fn copied(view: &VolumeViewText, of: VolumeBox, size: [u32; 2]) -> (V
     let panes = pane_rects(look.layout, size);
     let sight = PaneSight::of(&look, &of, &panes, &panes[0]);
     (sight.view(1), look.clip.of(&of))
-}
-
-/// Fails where rays would have more samples than are looked at.
-fn check_step(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<()> {
-    let voxels: f64 = about.size().iter().map(|side| *side as f64).sum();
-    let side = f64::from(args.size[0].max(args.size[1])).max(1.0);
-    let longest = about.size().into_iter().max().unwrap_or(1) as f64;
-    // Where voxels are smaller than pixels a coarser level is sampled.
-    let samples = voxels / (longest / side).max(1.0) / args.look.step();
-    if samples > MOST_SAMPLES {
-        let least = args.look.step() * samples / MOST_SAMPLES;
-        bail!(
-            "--step {}: rays would have more than {MOST_SAMPLES} samples; write {least:.2} or more",
-            args.look.step()
-        );
-    }
-    Ok(())
 }

@@ -12,7 +12,7 @@ use vastex_volume::{Volume, VolumeSource};
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, RenderVolumeArgs};
 use crate::commands::compared::Compared;
-use crate::commands::render_pools::brick_bytes;
+use crate::commands::render_pools::{PoolBytes, brick_bytes, bytes_for_all};
 use crate::report;
 
 /// GPU memory that it may take: 1 GiB.
@@ -55,10 +55,12 @@ pub(super) fn compare(
             report::bytes(MOST_BYTES)
         );
     }
-    // One more than there are, so that no picture of it is coarser.
-    let room = bytes + bytes / sources.len().max(1) as u64;
+    // So much that no picture of it is coarser.
+    let room = bytes_for_all(&sources, (&gpu.device.limits(), filters));
+    let room = room.unwrap_or(bytes + bytes / sources.len().max(1) as u64);
+    let pools = PoolBytes { channels: room, labels: 0, is_bounded: false };
     let shown = (box_of(volume.about())?, channels, &sources[..]);
-    let mut drawing = Drawing::new(args, gpu, shown, None, view, ([room, 0], None))?;
+    let mut drawing = Drawing::new(args, gpu, shown, None, view, (pools, None))?;
     drawing.set_levels(LevelRule { bias: mip_bias as f32, ..LevelRule::default() });
     let is_whole = drawing.play(|_| ())? && drawing.textures.stats().pager.bias_eighths == 0;
     if !is_whole {

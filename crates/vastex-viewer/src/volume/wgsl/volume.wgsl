@@ -10,8 +10,8 @@ const VOLUME_AVERAGE: u32 = 2u;
 const VOLUME_EMISSION: u32 = 3u;
 const VOLUME_ISO: u32 = 4u;
 const VOLUME_SLICE: u32 = 5u;
-// Samples along a ray, at most: what is left of a longer one is not looked at.
-const VOLUME_SAMPLES: u32 = 65536u;
+// Samples along a ray, at most, as far as they are counted (steps.wgsl), and voxels of labels: what is left of a longer one is not looked at.
+const VOLUME_SAMPLES: u32 = 16777216u;
 // Samples that are blended together, for which each channel is looked up once.
 const VOLUME_CHUNK: u32 = 16u;
 // What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
