@@ -14,7 +14,7 @@ use vastex_viewer::{Link, ViewText, VolumeViewText};
 pub(crate) use build::{BuildArgs, Compress};
 pub(crate) use cache::CacheArgs;
 #[cfg(feature = "build")]
-pub(crate) use crop::{CropArgs, Numbers};
+pub(crate) use crop::{CropArgs, CropPlace, CropSize};
 pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};

@@ -15,7 +15,7 @@
 //! A [`BuildCache`] keeps containers of images that nobody built, for programs that show such an image at
 //! once. During the build such a program shows a [`MemoryImage`]: a smaller copy of the whole image if there
 //! is a quick way to that ([`open_reduced`]), or the rows that the build has read. [`Decoding`] makes one
-//! without any build.
+//! without any build; of pictures that take too much memory to be turned, [`open_shrunk`] gives a share.
 //!
 //! A [`BlockSource`] compresses the tiles of another source as they are read.
 //!
@@ -59,7 +59,7 @@ pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, e
 pub use image::{
     Beginning, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile,
     RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose, files_of_image, image_in_file,
-    in_srgb, open, open_reduced,
+    in_srgb, open, open_reduced, open_shrunk,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::Progress;

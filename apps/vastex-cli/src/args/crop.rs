@@ -1,6 +1,7 @@
 //! What `vastex crop` is told.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use vastex_build::CropFormat;
 
@@ -33,11 +34,11 @@ pub(crate) struct CropArgs {
     pub(crate) source: PathBuf,
     /// Column and row of the region's upper left texel, in texels of the level; of a volume, x, y and z of
     /// its first voxel
-    #[arg(long, value_name = "X,Y[,Z]", value_parser = parse_at)]
-    pub(crate) at: Numbers,
+    #[arg(long, value_name = "X,Y[,Z]", value_parser = parse_at, allow_hyphen_values = true)]
+    pub(crate) at: CropPlace,
     /// Columns and rows of the region, in texels of the level; of a volume, voxels along x, y and z
     #[arg(long, value_name = "WxH[xD]", value_parser = parse_size)]
-    pub(crate) size: Numbers,
+    pub(crate) size: CropSize,
     /// The level; 0 is the finest
     #[arg(long, default_value_t = 0, value_name = "L")]
     pub(crate) level: u32,
@@ -66,9 +67,16 @@ pub(crate) struct Output {
     pub(crate) format: CropFormat,
 }
 
-/// Numbers along the axes of an image, or of a volume.
+/// A place in an image, or in a volume. Whether it lies in there, the source knows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Numbers {
+pub(crate) enum CropPlace {
+    Image([i64; 2]),
+    Volume([i64; 3]),
+}
+
+/// Texels along the axes of an image, or voxels along those of a volume.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CropSize {
     Image([u32; 2]),
     Volume([u64; 3]),
 }
@@ -77,16 +85,16 @@ impl CropArgs {
     /// That place and size are of one kind, and the output fits it.
     pub(super) fn check(&self) -> Result<(), clap::Error> {
         let says = match (self.at, self.size) {
-            (Numbers::Image(_), Numbers::Image(_)) if self.channel > 0 || self.time > 0 => {
+            (CropPlace::Image(_), CropSize::Image(_)) if self.channel > 0 || self.time > 0 => {
                 "--channel and --time are of volumes, whose --at and --size have three numbers"
             }
-            (Numbers::Volume(_), Numbers::Volume(_)) if self.output.format != CropFormat::Npy => {
+            (CropPlace::Volume(_), CropSize::Volume(_)) if self.output.format != CropFormat::Npy => {
                 "a region of a volume is written as an array of NumPy; give the output the ending .npy"
             }
-            (Numbers::Volume(_), Numbers::Volume(_)) if self.layer.is_some() => {
+            (CropPlace::Volume(_), CropSize::Volume(_)) if self.layer.is_some() => {
                 "a volume has channels and no layers; use --channel"
             }
-            (Numbers::Image(_), Numbers::Image(_)) | (Numbers::Volume(_), Numbers::Volume(_)) => {
+            (CropPlace::Image(_), CropSize::Image(_)) | (CropPlace::Volume(_), CropSize::Volume(_)) => {
                 return Ok(());
             }
             _ => "give --at and --size two numbers each, of an image, or three, of a volume",
@@ -95,28 +103,32 @@ impl CropArgs {
     }
 }
 
-fn parse_at(text: &str) -> Result<Numbers, String> {
-    parse(text, &[','])
-        .ok_or_else(|| "write column and row, as in 512,256, or x, y and z, as in 10,20,30".into())
-}
-
-fn parse_size(text: &str) -> Result<Numbers, String> {
-    let numbers = parse(text, &['x', 'X']).filter(|numbers| match numbers {
-        Numbers::Image(sides) => !sides.contains(&0),
-        Numbers::Volume(sides) => !sides.contains(&0),
-    });
-    let says = "write columns and rows in texels, at least one each, as in 512x256, or voxels along x, y and z, as in 64x64x32";
-    numbers.ok_or_else(|| says.into())
-}
-
-fn parse(text: &str, between: &[char]) -> Option<Numbers> {
-    match text.split(between).collect::<Vec<_>>()[..] {
-        [x, y] => Some(Numbers::Image([x.trim().parse().ok()?, y.trim().parse().ok()?])),
-        [x, y, z] => {
-            Some(Numbers::Volume([x.trim().parse().ok()?, y.trim().parse().ok()?, z.trim().parse().ok()?]))
-        }
+fn parse_at(text: &str) -> Result<CropPlace, String> {
+    let place = match text.split(',').collect::<Vec<_>>()[..] {
+        [x, y] => numbers([x, y]).map(CropPlace::Image),
+        [x, y, z] => numbers([x, y, z]).map(CropPlace::Volume),
         _ => None,
+    };
+    place.ok_or_else(|| "write column and row, as in 512,256, or x, y and z, as in 10,20,30".into())
+}
+
+fn parse_size(text: &str) -> Result<CropSize, String> {
+    let size = match text.split(['x', 'X']).collect::<Vec<_>>()[..] {
+        [x, y] => numbers([x, y]).filter(|sides| !sides.contains(&0)).map(CropSize::Image),
+        [x, y, z] => numbers([x, y, z]).filter(|sides| !sides.contains(&0)).map(CropSize::Volume),
+        _ => None,
+    };
+    let says = "write columns and rows in texels, at least one each, as in 512x256, or voxels along x, y and z, as in 64x64x32";
+    size.ok_or_else(|| says.into())
+}
+
+/// Whole numbers.
+fn numbers<T: FromStr + Copy + Default, const N: usize>(words: [&str; N]) -> Option<[T; N]> {
+    let mut numbers = [T::default(); N];
+    for (number, word) in numbers.iter_mut().zip(words) {
+        *number = word.trim().parse().ok()?;
     }
+    Some(numbers)
 }
 
 fn parse_output(text: &str) -> Result<Output, String> {
@@ -137,14 +149,15 @@ mod tests {
 
     #[test]
     fn sizes_and_outputs_are_what_they_say() {
-        assert_eq!(parse_size("12x7"), Ok(Numbers::Image([12, 7])));
-        assert_eq!(parse_size("12x7x3"), Ok(Numbers::Volume([12, 7, 3])));
-        assert_eq!(parse_at("0,7"), Ok(Numbers::Image([0, 7])));
-        assert_eq!(parse_at("0, 7, 9"), Ok(Numbers::Volume([0, 7, 9])));
+        assert_eq!(parse_size("12x7"), Ok(CropSize::Image([12, 7])));
+        assert_eq!(parse_size("12x7x3"), Ok(CropSize::Volume([12, 7, 3])));
+        assert_eq!(parse_at("0,7"), Ok(CropPlace::Image([0, 7])));
+        assert_eq!(parse_at("-1,4294967296"), Ok(CropPlace::Image([-1, 1 << 32])));
+        assert_eq!(parse_at("0, 7, -9"), Ok(CropPlace::Volume([0, 7, -9])));
         for bad in ["", "12", "0x4", "4x0", "-1x2", "1x2x0", "1x2x3x4", "4294967296x1"] {
             assert!(parse_size(bad).is_err(), "{bad}");
         }
-        for bad in ["", "1", "1,-2", "1,2,3,4", "1x2"] {
+        for bad in ["", "1", "1,-", "1,2,3,4", "1x2", "-o"] {
             assert!(parse_at(bad).is_err(), "{bad}");
         }
         assert_eq!(parse_output("a/b.TIF").unwrap().format, CropFormat::Tiff);

@@ -5,10 +5,10 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use vastex_build::{CropError, CropRegion, CropSource, crop};
+use vastex_build::{CropError, CropSource, crop};
 
 use super::build::{Bar, INTERRUPTED, handle_interrupts};
-use crate::args::{CropArgs, Numbers};
+use crate::args::{CropArgs, CropPlace, CropSize};
 use crate::open::{self, Lies, OpenImage};
 use crate::output::Output;
 use crate::places::Inputs;
@@ -18,12 +18,11 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     handle_interrupts()?;
     let (source, target) = (&args.source, &args.output);
     let (at, size) = match (args.at, args.size) {
-        (Numbers::Image(at), Numbers::Image(size)) => (at, size),
-        (Numbers::Volume(at), Numbers::Volume(size)) => return of_volume(args, at, size),
+        (CropPlace::Image(at), CropSize::Image(size)) => (at, size),
+        (CropPlace::Volume(at), CropSize::Volume(size)) => return of_volume(args, at, size),
         _ => bail!("give --at and --size two numbers each, of an image, or three, of a volume"),
     };
     refuse_volume(source)?;
-    let region = CropRegion { at, size };
     let mut cropped = match open::what_lies_at(source)? {
         Lies::Generated | Lies::Container => {
             // Only of a planet anything is built: the image of its continents.
@@ -37,6 +36,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         }
         Lies::Other => CropSource::open(source, args.level).with_context(|| source.display().to_string())?,
     };
+    let region = cropped.region(at, size).with_context(|| source.display().to_string())?;
     cropped.check(region, target.format).with_context(|| source.display().to_string())?;
     check_place(args)?;
     let output = Output::at(&target.path)?;
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
         source: source.display().to_string(),
         output: target.path.display().to_string(),
         level: args.level,
-        at,
+        at: region.at,
         size,
         channels: cropped.channels(),
         dtype: cropped.number().name(),
@@ -70,14 +70,14 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
 
 /// A region of a volume.
 #[cfg(feature = "volumes")]
-fn of_volume(args: &CropArgs, at: [u64; 3], size: [u64; 3]) -> Result<ExitCode> {
+fn of_volume(args: &CropArgs, at: [i64; 3], size: [u64; 3]) -> Result<ExitCode> {
     check_place(args)?;
     super::volume::crop(args, at, size)
 }
 
 /// Without their reader there are no volumes.
 #[cfg(not(feature = "volumes"))]
-fn of_volume(args: &CropArgs, _: [u64; 3], _: [u64; 3]) -> Result<ExitCode> {
+fn of_volume(args: &CropArgs, _: [i64; 3], _: [u64; 3]) -> Result<ExitCode> {
     bail!(
         "{}: this program was built without volumes; give --at and --size two numbers each",
         args.source.display()

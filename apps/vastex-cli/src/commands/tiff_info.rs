@@ -67,20 +67,22 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<Description
     match looked.tiff(path).map_or_else(read, TiffDirectories::facts) {
         Ok(facts) => Ok(Some((facts.description().clone(), TiffSummary::new(&facts)))),
         Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
-        Err(error) => Err(truer(path, error)),
+        Err(error) => truer(path, error).map_or(Ok(None), Err),
     }
 }
 
-/// What a build would say of a file that cannot be shown where it lies, if no build could read it either:
-/// nobody is to be advised to build it.
-fn truer(path: &Path, error: SourceError) -> anyhow::Error {
+/// What is said of a file that cannot be shown where it lies: what a build would say, if no build could read
+/// it either, since nobody is to be advised to build it. `None` where one could: such a file is built before
+/// it is shown, and told of as other images are.
+fn truer(path: &Path, error: SourceError) -> Option<anyhow::Error> {
     let is_unsupported = |fault: &InputFault| matches!(fault, InputFault::Unsupported { .. });
     let is_advised = matches!(&error, SourceError::Input { fault, .. } if is_unsupported(fault));
     match vastex_build::open(path) {
+        Ok(_) if is_advised => None,
         Err(fault) if is_advised && !is_unsupported(&fault) && image_in_file(path).is_none() => {
-            anyhow::Error::new(fault).context(path.display().to_string())
+            Some(anyhow::Error::new(fault).context(path.display().to_string()))
         }
-        _ => error.into(),
+        _ => Some(error.into()),
     }
 }
 

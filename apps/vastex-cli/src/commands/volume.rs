@@ -366,7 +366,7 @@ mod crop {
     use crate::report;
 
     /// Writes a region.
-    pub(in crate::commands) fn run(args: &CropArgs, at: [u64; 3], size: [u64; 3]) -> Result<ExitCode> {
+    pub(in crate::commands) fn run(args: &CropArgs, at: [i64; 3], size: [u64; 3]) -> Result<ExitCode> {
         let volume = match open(&args.source)? {
             Opened::Volume(volume) => volume,
             Opened::Images(list) => {
@@ -386,9 +386,8 @@ mod crop {
                 .iter()
                 .for_each(|odd| report::say(&printable(&format!("note: {}: {odd}", about.path))));
         }
-        let region =
-            VolumeRegion { level: args.level as usize, channel: args.channel, time: args.time, at, size };
-        volume.check(&region)?;
+        let (level, channel, time) = (args.level as usize, args.channel, args.time);
+        let region = volume.region_at(&VolumeRegion { level, channel, time, at: [0; 3], size }, at)?;
         let output = Output::at(&args.output.path)?;
         let bar = Bar::new(args.print.quiet);
         let begin = Instant::now();
@@ -410,7 +409,7 @@ mod crop {
             level: args.level,
             channel: args.channel,
             time: args.time,
-            at,
+            at: region.at,
             size,
             dtype: about.dtype.name(),
             bytes,

@@ -23,6 +23,8 @@ use crate::{progress, report};
 /// least, and rows of it that are read at once.
 const SHARE_SIDE: u32 = 512;
 const SHARE_ROWS: u32 = 64;
+/// Bytes of an image that is turned at a share of its size, at most.
+const SHARE_BYTES: u64 = 256 << 20;
 
 /// How often another program is waited for, a tenth of a second each, before that is said.
 const WAITS_BEFORE_NOTE: u32 = 5;
@@ -115,20 +117,27 @@ fn is_tiled(path: &Path) -> bool {
 }
 
 /// An image at the share of its size that is read without the memory that all of it needs, with a note that
-/// says so; `None` where there is none, where it is damaged, and of a TIFF file of tiles, whose share has the
-/// texels of a few of them. Of two numbers of bytes the first is what all of it needs, and the second what is
-/// allowed.
+/// says so; `None` where there is none and where it is damaged. Of a TIFF file of tiles none that is quick is
+/// taken: that has the texels of a few of them. Of two numbers of bytes the first is what all of it needs, and
+/// the second what is allowed.
 fn at_a_share(
     path: &Path,
     progress: &ImageProgress<'_>,
     [needed, limit]: [u64; 2],
     wraps: bool,
 ) -> Option<Arc<MemoryImage>> {
-    if is_tiled(path) {
-        return None;
-    }
+    let quick = match is_tiled(path) {
+        true => None,
+        false => vastex_build::open_reduced(path, SHARE_SIDE).ok()?,
+    };
+    let reduced = match quick {
+        Some(quick) => quick,
+        None => {
+            vastex_build::open_shrunk(path, SHARE_BYTES, DecodeOptions::default().reader_bytes).ok()??
+        }
+    };
     let whole = vastex_build::open(path).ok()?.header().clone();
-    let mut reader = vastex_build::in_srgb(vastex_build::open_reduced(path, SHARE_SIDE).ok()??);
+    let mut reader = vastex_build::in_srgb(reduced);
     let header = reader.header().clone();
     let halvings = MemoryImage::halvings_to_fit(&header, DecodeOptions::default().image_bytes);
     let image = MemoryImage::new(&header, halvings, wraps).ok()?;
@@ -282,5 +291,22 @@ mod tests {
         let progress =
             ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &() }, None);
         assert!(at_a_share(&path, &progress, [2, 1], false).is_none());
+    }
+
+    /// What takes its memory to be turned is turned at a share of its size.
+    #[test]
+    fn an_image_that_is_stored_turned_is_shown_at_a_share() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("turned.tif");
+        let mut file = tiled_tiff(2, 2);
+        // Instead of how many samples a texel has, one in any case, how the image is stored.
+        let at = file.windows(2).position(|tag| tag == 277u16.to_le_bytes()).unwrap();
+        file[at..at + 12].copy_from_slice(&[18, 1, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0]);
+        std::fs::write(&path, file).unwrap();
+        let cache = CacheArgs { cache: Some("off".into()), cache_gib: 1 };
+        let progress =
+            ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &() }, None);
+        let image = at_a_share(&path, &progress, [2, 1], false).unwrap();
+        assert_eq!(image.image_size(), [512, 512]);
     }
 }

@@ -197,6 +197,45 @@ fn other_images_of_a_file_are_opened_by_their_names() {
     }
 }
 
+/// What is built before it is shown is told of, too: strips that are too large to be read in place, and what
+/// is stored turned.
+#[test]
+fn files_that_are_not_shown_in_place_are_told_of() {
+    let sandbox = Sandbox::new();
+    // Grey, of one strip at the end of the file, which may be a hole.
+    let write = |name: &str, [width, height]: [u32; 2], orientation: u32| {
+        let entries = [
+            (256u16, width),
+            (257, height),
+            (258, 8),
+            (259, 1),
+            (262, 1),
+            (273, 512),
+            (274, orientation),
+            (278, height),
+            (279, width * height),
+        ];
+        let mut file = [b"II\x2a\0".to_vec(), 8u32.to_le_bytes().to_vec()].concat();
+        file.extend((entries.len() as u16).to_le_bytes());
+        for (tag, value) in entries {
+            file.extend([tag.to_le_bytes(), 4u16.to_le_bytes()].concat());
+            file.extend([1u32.to_le_bytes(), value.to_le_bytes()].concat());
+        }
+        file.resize(512, 0);
+        std::fs::write(sandbox.path(name), file).unwrap();
+        let file = std::fs::File::options().write(true).open(sandbox.path(name)).unwrap();
+        file.set_len(512 + u64::from(width) * u64::from(height)).unwrap();
+    };
+    write("strip.tif", [8200, 8200], 1);
+    write("turned.tif", [40, 30], 6);
+    for (name, size) in [("strip.tif", [8200, 8200]), ("turned.tif", [30, 40])] {
+        let told = sandbox.run(&["info", name, "--json"]).expect_code(0).json();
+        assert_eq!((&told["kind"], &told["size"]), (&"image".into(), &serde_json::json!(size)), "{told}");
+        let text = sandbox.run(&["info", name]).expect_code(0).stdout;
+        assert!(text.contains("build it into their cache"), "{text}");
+    }
+}
+
 #[test]
 fn a_region_is_written_as_it_is_stored_or_not_at_all() {
     let sandbox = Sandbox::with_container();
@@ -235,6 +274,10 @@ fn a_region_is_written_as_it_is_stored_or_not_at_all() {
         1,
         &["floats of 32 bits", ".npy"],
     );
+    for place in [&["--at", "-1,0"][..], &["--at=-1,0"]] {
+        let args = [place, &["cog-zstd-f32.tif", "--size", "4x1", "-o", "x.npy"]].concat();
+        refused(&args, 1, &["4x1 texels at -1,0 reach beyond the edge: level 0 has 203x141"]);
+    }
     let level = [&["slide-jpeg.svs", "--level", "1", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat();
     refused(&level, 1, &["no level 1", "0 (203x141), 2 (50x35), 4 (12x8)"]);
     let layer = [&["image.vastex", "--layer", "height", "-o", "x.npy"], &at("0,0", "4x1")[..]].concat();

@@ -114,6 +114,8 @@ fn what_cannot_be_cut_says_why_and_leaves_nothing() {
     copy(&sandbox, "plate.zip");
     for (args, code, says) in [
         ("crop v04-center.zip --at 0,0,5 --size 2x2x2 -o a.npy", 1, "beyond the edge"),
+        ("crop v04-center.zip --at 0,-1,0 --size 2x2x2 -o a.npy", 1, "2x2x2 voxels at 0,-1,0 reach beyond"),
+        ("crop v04-center.zip --at=-1,0,0 --size 2x2x2 --level 3 -o a.npy", 1, "levels 0 to 2"),
         ("crop v04-center.zip --at 0,0,0 --size 2x2x2 --level 3 -o a.npy", 1, "levels 0 to 2"),
         ("crop v04-center.zip --at 0,0,0 --size 2x2x2 --channel 2 -o a.npy", 1, "channels 0 to 1"),
         ("crop v04-center.zip --at 0,0 --size 2x2 -o a.npy", 1, "--at X,Y,Z"),

@@ -99,11 +99,13 @@ pub enum CropError {
     #[error(
         "{width}x{height} texels at {x},{y} reach beyond the edge: level {level} has {of_width}x{of_height} texels; choose a \
          smaller region, or another place",
-        width = region.size[0], height = region.size[1], x = region.at[0], y = region.at[1], of_width = of[0], of_height = of[1]
+        width = size[0], height = size[1], x = at[0], y = at[1], of_width = of[0], of_height = of[1]
     )]
     Region {
-        /// The region.
-        region: CropRegion,
+        /// The column and the row of the region's upper left texel, which may lie before the first ones.
+        at: [i64; 2],
+        /// The region's columns and rows.
+        size: [u32; 2],
         /// The level.
         level: u32,
         /// The level's columns and rows.
@@ -135,7 +137,8 @@ pub struct CropSource {
 
 impl CropSource {
     /// Opens an image, a TIFF pyramid or a tile directory. Of a TIFF file, samples are what it stores, in
-    /// whatever position; levels are those that it stores, counted by how many times level 0 was halved. Of
+    /// whatever position; levels are those that it stores, counted by how many times level 0 was halved; of
+    /// strips of more than 256 MiB rows are decoded from the top of a strip down to the region. Of
     /// other images only level 0 can be had, upright, and rows before the region are decoded too. Of a tile
     /// directory the texels have the channels that all of its tiles fit into.
     pub fn open(path: &Path, level: u32) -> Result<CropSource, CropError> {
@@ -189,16 +192,23 @@ impl CropSource {
         Shape { size, channels, number, of: self.stored.stored_as() }
     }
 
+    /// The region of so many columns and rows at a place, which is refused beyond any edge. Reads nothing.
+    pub fn region(&self, at: [i64; 2], size: [u32; 2]) -> Result<CropRegion, CropError> {
+        let of = self.size();
+        let along = |axis: usize| {
+            let first = u32::try_from(at[axis]).ok()?;
+            let end = first.checked_add(size[axis])?;
+            (size[axis] > 0 && end <= of[axis]).then_some(first)
+        };
+        match (along(0), along(1)) {
+            (Some(x), Some(y)) => Ok(CropRegion { at: [x, y], size }),
+            _ => Err(CropError::Region { at, size, level: self.level, of }),
+        }
+    }
+
     /// Checks that the region lies within the level, and the format can hold it. Reads nothing.
     pub fn check(&self, region: CropRegion, format: CropFormat) -> Result<(), CropError> {
-        let of = self.size();
-        let fits = |axis: usize| {
-            region.size[axis] > 0
-                && region.at[axis].checked_add(region.size[axis]).is_some_and(|end| end <= of[axis])
-        };
-        if !fits(0) || !fits(1) {
-            return Err(CropError::Region { region, level: self.level, of });
-        }
+        self.region(region.at.map(i64::from), region.size)?;
         write::check(format, &self.shape(region.size))
     }
 }

@@ -28,6 +28,7 @@ mod png;
 mod positioned;
 mod quiet;
 mod raw;
+mod shrunk;
 pub(crate) mod stored_as;
 #[cfg(test)]
 mod tests;
@@ -43,7 +44,7 @@ pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
 pub use number::Number;
 pub(crate) use open::{Opened, open_stored, open_with_files};
-pub use open::{files_of_image, open, open_reduced};
+pub use open::{files_of_image, open, open_reduced, open_shrunk};
 pub use pixel::{PixelFormat, Sample};
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
 pub use tiff::file::pyramid::{TiffOther, bands_in_name, bands_to_choose, image_in_file};

@@ -8,7 +8,7 @@ use super::fault::InputFault;
 use super::header::RowReader;
 use super::picture::{
     files_of_texels, is_text_file, open_bands, open_file_of_texels, open_reduced_bands, open_reduced_picture,
-    open_stored_picture,
+    open_shrunk_picture, open_stored_picture,
 };
 use super::stored_as::StoredAs;
 use super::tiff::file::pyramid::{bands_in_path, image_in_file};
@@ -43,10 +43,10 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 /// - Sequential JPEG whose components come one after the other: an eighth, from the means of the blocks, for
 ///   which all of the file is read.
 /// - Interlaced PNG: an eighth, the texels of its first pass.
-/// - TIFF of strips: some texels of some rows, those between them left out. Where rows are compressed, at
-///   most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of the nearest
-///   strip that is. `None` where that leaves fewer than 32 strips, as in a file of one: rows of that come as
-///   they are decoded.
+/// - TIFF of strips, and bands of one: some texels of some rows, those between them left out. Where rows are
+///   compressed, at most half of the strips are decoded, and no more than 96 MiB of them; so rows may be of
+///   the nearest strip that is. `None` where that leaves fewer than 32 strips, as in a file of one: rows of
+///   that come as they are decoded.
 /// - TIFF of tiles, and bands of one: some texels of all tiles, or of every few columns and rows of tiles, so
 ///   that no more than 1024 tiles and 96 MiB are decoded (6 MiB of JPEG 2000), by several threads; texels
 ///   between them are of the nearest tile that is. `None` where that leaves fewer than 8 tiles.
@@ -60,6 +60,20 @@ pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>
         return Ok(None);
     }
     open_reduced_picture(path, side)
+}
+
+/// Opens an image that is stored turned, of which [`open`] would hold all, at half of its size, a quarter and
+/// so on, so that it has no more bytes than `most`: of every few rows and columns one, the others decoded and
+/// left out. The rows are as [`open`] gives them out. `None` of images that are stored upright, of raw files
+/// and directories, and where the rows as they are stored take more bytes than `memory`.
+pub fn open_shrunk(path: &Path, most: u64, memory: u64) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    if let Some((file, bands)) = bands_in_path(path) {
+        return open_shrunk_picture(file, Some(bands), [most, memory]);
+    }
+    if !std::fs::metadata(path)?.is_file() || raw_file(path).is_some() {
+        return Ok(None);
+    }
+    open_shrunk_picture(path, None, [most, memory])
 }
 
 /// Opens an image as [`open`] does, but that the numbers of a palette, samples of few bits and inks stay as

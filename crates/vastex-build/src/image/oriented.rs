@@ -29,6 +29,11 @@ pub(super) fn upright(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
     Box::new(Oriented { inner, header, turn, image: Vec::new(), next_row: 0, seen })
 }
 
+/// Returns true if a picture is stored in another position than upright.
+pub(super) fn is_turned(header: &ImageHeader) -> bool {
+    Turn::new(header.orientation).is_some()
+}
+
 /// What leads from the stored picture to the upright one: first mirrored, then transposed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Turn {

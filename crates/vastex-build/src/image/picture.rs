@@ -9,6 +9,7 @@ use vastex_tiles::{raw_description, raw_file};
 use super::fault::InputFault;
 use super::file::open_file;
 use super::header::RowReader;
+use super::shrunk::Shrunk;
 use super::stored_as::StoredAs;
 use super::{exr, jpeg, oriented, png, raw, tiff};
 
@@ -55,6 +56,22 @@ pub(super) fn open_reduced_picture(path: &Path, side: u32) -> Result<Option<Box<
         _ => None,
     };
     Ok(reduced.map(oriented::upright))
+}
+
+/// Opens an image that is stored turned, or bands of it, at a share of its size that has no more bytes than
+/// `most`, and turns that upright; `None` of other images, and where the rows as they are stored take more
+/// than `memory`.
+pub(super) fn open_shrunk_picture(
+    path: &Path,
+    bands: Option<&str>,
+    [most, memory]: [u64; 2],
+) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    let stored = match bands {
+        Some(bands) => tiff::open(open_file(path)?, Some(bands))?,
+        None => open_as_stored(path)?,
+    };
+    let can_be = oriented::is_turned(stored.header()) && stored.header().memory <= memory;
+    Ok(can_be.then(|| oriented::upright(Box::new(Shrunk::new(stored, most)))))
 }
 
 /// Rows of what is stored, and what they are.

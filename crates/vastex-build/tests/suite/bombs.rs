@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 
 use exr::prelude::{Blocks, Compression, FlatSamples, Vec2, f16};
 use png::{BitDepth, ColorType};
-use vastex_build::{BuildError, BuildOptions, Notice, Progress, build, open};
+use vastex_build::{
+    BuildError, BuildOptions, CropFormat, CropRegion, CropSource, Notice, Progress, build, crop, open,
+};
 
 use crate::common::exr::{encoding, exr_of};
 use crate::common::files::HandmadeTiff;
@@ -157,37 +159,38 @@ fn packed_zeros(bytes: usize) -> Vec<u8> {
     [0x81, 0].repeat(bytes / 128)
 }
 
-/// Bits in one strip are held whole, in whatever is allowed, be it more than 256 MiB.
+/// Bits in one tile are held whole, in whatever is allowed, be it more than 256 MiB; of one strip only rows.
 #[test]
-fn a_strip_of_bits_takes_what_it_says_and_is_refused_by_what_is_allowed() {
+fn a_tile_of_bits_takes_what_it_says_and_is_refused_by_what_is_allowed() {
     let (size, row) = ([20_480u32, 16_000], 20_480 / 8);
     let sandbox = Sandbox::new();
+    let path = sandbox.at("bits.tif");
     let write = |tiled: bool| {
         let mut file = HandmadeTiff::new(size, &[1], 0, size, tiled);
         file.set(259, 32773);
         file.chunks.push(packed_zeros(row * 16_000));
-        std::fs::write(sandbox.at("bits.tif"), file.bytes()).unwrap();
+        std::fs::write(&path, file.bytes()).unwrap();
         file.chunks[0].len() as u64
     };
-    for tiled in [false, true] {
-        let stored = write(tiled);
-        let header = open(&sandbox.at("bits.tif")).unwrap().header().clone();
-        // The rows that are given out, and the strip as it is stored, decompressed and unpacked.
-        let texels = u64::from(size[0]) * u64::from(size[1]);
-        assert_eq!(header.memory, texels + stored + texels / 8 + texels, "tiled: {tiled}");
-        let whole = Notice::WholeImage {
-            bytes: header.memory,
-            why: "a TIFF of one strip whose samples must be converted",
-        };
-        assert_eq!(header.notices.contains(&whole), !tiled);
-        let error = sandbox.refused("bits.tif", 512);
-        assert!(error.contains("bits.tif: needs") && error.contains("limit of 512 MiB"), "{error}");
-        assert!(error.contains("of small tiles") && error.contains("allow more memory"), "{error}");
-        let said: u64 = error.split(' ').find_map(|word| word.parse().ok()).unwrap();
-        let held = header.memory >> 20;
-        assert!((held..held + 128).contains(&said), "{error}: it holds {held} MiB");
-    }
-    // What is cut out is a strip, too, and there the remedy is another.
-    let error = vastex_build::CropSource::open(&sandbox.at("bits.tif"), 0).err().unwrap().to_string();
+    write(false);
+    let header = open(&path).unwrap().header().clone();
+    assert!(header.memory < 1 << 20 && header.notices.is_empty(), "{header:?}");
+    // What is cut out of it is decoded from the top down.
+    let (region, mut cut) = (CropRegion { at: [7, 30], size: [3, 2] }, Vec::new());
+    crop(&mut CropSource::open(&path, 0).unwrap(), region, CropFormat::Npy, &mut cut, &()).unwrap();
+    assert_eq!(cut[128..], [0; 6]);
+    let stored = write(true);
+    let header = open(&path).unwrap().header().clone();
+    // The rows that are given out, and the tile as it is stored, decompressed and unpacked.
+    let texels = u64::from(size[0]) * u64::from(size[1]);
+    assert_eq!(header.memory, texels + stored + texels / 8 + texels);
+    let error = sandbox.refused("bits.tif", 512);
+    assert!(error.contains("bits.tif: needs") && error.contains("limit of 512 MiB"), "{error}");
+    assert!(error.contains("of small tiles") && error.contains("allow more memory"), "{error}");
+    let said: u64 = error.split(' ').find_map(|word| word.parse().ok()).unwrap();
+    let held = header.memory >> 20;
+    assert!((held..held + 128).contains(&said), "{error}: it holds {held} MiB");
+    // What is cut out is a tile, too, and there the remedy is another.
+    let error = CropSource::open(&path, 0).err().unwrap().to_string();
     assert!(error.contains("bits.tif: holds tiles of 313 MiB each") && error.contains("keeps"), "{error}");
 }

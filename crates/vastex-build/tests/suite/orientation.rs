@@ -33,7 +33,12 @@ fn place(orientation: u8, [row, column]: [usize; 2], [width, height]: [usize; 2]
 
 /// The stored picture, with each texel put where it is seen.
 fn turned(stored: &[u8], texel: usize, orientation: u8) -> Vec<u8> {
-    let [width, height] = SIZE.map(|n| n as usize);
+    turned_of(SIZE, stored, texel, orientation)
+}
+
+/// As [`turned`], of a stored picture of any size.
+fn turned_of(size: [u32; 2], stored: &[u8], texel: usize, orientation: u8) -> Vec<u8> {
+    let [width, height] = size.map(|n| n as usize);
     let row_texels = if orientation >= 5 { height } else { width };
     let mut upright = vec![0; stored.len()];
     for (i, from) in stored.chunks(texel).enumerate() {
@@ -127,5 +132,40 @@ fn what_is_no_orientation_is_upright() {
         let (header, image) = read(&png(SIZE, ColorType::Grayscale, BitDepth::Eight, &data, orientation));
         assert_eq!(header.notices, []);
         assert!(image == data);
+    }
+}
+
+/// A picture that is too large to be turned whole is turned at a share of its size.
+#[test]
+fn a_turned_picture_is_had_at_a_share_without_holding_all_of_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.png");
+    let data = texels((SIZE[0] * SIZE[1] * 3) as usize, 17);
+    let small = SIZE.map(|side| side.div_ceil(2));
+    let of = |n: u32| [n % small[0] * 2 + 1, n / small[0] * 2 + 1];
+    let kept: Vec<u8> = (0..small[0] * small[1])
+        .map(of)
+        .flat_map(|[x, y]| {
+            let at = 3 * (y.min(SIZE[1] - 1) * SIZE[0] + x.min(SIZE[0] - 1)) as usize;
+            [data[at], data[at + 1], data[at + 2]]
+        })
+        .collect();
+    for orientation in 1..=8 {
+        std::fs::write(&path, png(SIZE, ColorType::Rgb, BitDepth::Eight, &data, orientation)).unwrap();
+        let most = kept.len() as u64;
+        let reader = vastex_build::open_shrunk(&path, most, 1 << 30).unwrap();
+        if orientation == 1 {
+            assert!(reader.is_none(), "it is not turned");
+            continue;
+        }
+        let mut reader = reader.unwrap();
+        let header = reader.header().clone();
+        let [w, h] = small;
+        assert_eq!([header.width, header.height], if orientation >= 5 { [h, w] } else { [w, h] });
+        assert!(header.notices.contains(&Notice::Turned(orientation.into())));
+        let mut found = vec![0; kept.len()];
+        found.chunks_mut(5 * header.row_bytes()).for_each(|rows| reader.read_rows(rows).unwrap());
+        assert!(found == turned_of(small, &kept, 3, orientation), "orientation {orientation}");
+        assert!(vastex_build::open_shrunk(&path, most, 0).unwrap().is_none(), "no memory is too little");
     }
 }

@@ -8,6 +8,7 @@ use vastex_build::open_reduced;
 
 use crate::common::files::HandmadeTiff;
 use crate::common::sandbox::Sandbox;
+use crate::common::texels;
 
 const SIZE: [u32; 2] = [1500, 1200];
 
@@ -77,6 +78,51 @@ fn plain_samples_that_must_be_converted_are_read_where_they_lie() {
     reader.read_rows(&mut rows).unwrap();
     for (n, texel) in (0..).zip(rows.as_chunks::<2>().0) {
         assert_eq!(u16::from_le_bytes(*texel), at(n % 100 * 8 + 4, n / 100 * 8 + 4), "texel {n}");
+    }
+}
+
+/// Inks, numbers of a palette, bits and bands: each texel is one of the image.
+#[test]
+fn strips_that_are_converted_are_read_at_a_share_of_their_size() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let size = [400u32, 331];
+    for (bits, photometric, bands) in
+        [(vec![8; 4], 5, ""), (vec![8], 3, ""), (vec![1], 1, ""), (vec![8; 5], 1, ":bands=5,2,1")]
+    {
+        let row = (size[0] * bits[0] * bits.len() as u32).div_ceil(8);
+        let data = texels((row * size[1]) as usize, 31);
+        // One strip where it lies, and many of which a row is decoded.
+        for (rows, compression) in [(size[1], 1), (5, 1), (1, 32773)] {
+            let mut file = HandmadeTiff::new(size, &bits, photometric, [size[0], rows], false);
+            file.set(259, compression);
+            if photometric == 3 {
+                file.tags.push((320, (0..3 << 8).map(|n| n * 37 % 256 * 257).collect()));
+            }
+            file.cut([row, size[1]], 1, [row, rows], &data);
+            if compression != 1 {
+                // Runs of bytes as they are.
+                let literal = |run: &[u8]| [&[run.len() as u8 - 1], run].concat();
+                file.chunks.iter_mut().for_each(|c| *c = c.chunks(128).flat_map(literal).collect());
+            }
+            std::fs::write(&path, file.bytes()).unwrap();
+            let named = std::path::PathBuf::from(format!("{}{bands}", path.display()));
+            let all = |mut reader: Box<dyn vastex_build::RowReader>| {
+                let mut rows = vec![0; reader.header().image_bytes() as usize];
+                rows.chunks_mut(3 * reader.header().row_bytes())
+                    .for_each(|some| reader.read_rows(some).unwrap());
+                (reader.header().clone(), rows)
+            };
+            let (whole, expected) = all(vastex_build::open(&named).unwrap());
+            let (header, found) = all(open_reduced(&named, 100).unwrap().unwrap());
+            assert_eq!(([header.width, header.height], header.format), ([100, 83], whole.format));
+            let texel = whole.format.texel_bytes();
+            for (n, found) in found.chunks_exact(texel).enumerate() {
+                let [x, y] = [n % 100 * 4 + 2, (n / 100 * 4 + 2).min(330)];
+                let expected = &expected[(y * 400 + x) * texel..][..texel];
+                assert_eq!(found, expected, "{photometric} {rows} {compression}: texel {n}");
+            }
+        }
     }
 }
 

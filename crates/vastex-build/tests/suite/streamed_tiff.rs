@@ -296,3 +296,132 @@ fn a_jpeg_of_one_strip_that_is_damaged_has_rows_up_to_there() {
         }
     }
 }
+
+/// A file of samples of so many bits that are no colours as they are stored, in strips of so many rows: bits
+/// of its samples, photometric interpretation, predictor, whether channels lie in planes, and bands that are
+/// asked for.
+struct Converted(Vec<u32>, u32, u32, bool, &'static str);
+
+impl Converted {
+    fn file(&self, compression: u32, rows: u32) -> HandmadeTiff {
+        let Converted(bits, photometric, predictor, is_planar, _) = self;
+        let planes = if *is_planar { bits.len() } else { 1 };
+        let row = (SIZE[0] * bits[0] * (bits.len() / planes) as u32).div_ceil(8);
+        let mut file = HandmadeTiff::new(SIZE, bits, *photometric, [SIZE[0], rows], false);
+        file.set(259, compression);
+        file.set(317, *predictor);
+        match bits.len() {
+            // Four inks and alpha.
+            5 if *photometric == 5 => file.set(338, 2),
+            // The colours of a palette.
+            1 if *photometric == 3 => {
+                file.tags.push((320, (0..3u32 << bits[0]).map(|n| n * 37 % 256 * 257).collect()));
+            }
+            _ => {}
+        }
+        if *is_planar {
+            file.set(284, 2);
+        }
+        for plane in texels(row as usize * SIZE[1] as usize * planes, 23).chunks((row * SIZE[1]) as usize) {
+            file.cut([row, SIZE[1]], 1, [row, rows], plane);
+        }
+        file.chunks.iter_mut().for_each(|chunk| *chunk = compress(compression, chunk));
+        file
+    }
+}
+
+fn all_converted() -> [Converted; 10] {
+    [
+        Converted(vec![8; 4], 5, 1, false, ""),
+        Converted(vec![8; 5], 5, 2, false, ""),
+        Converted(vec![16; 4], 5, 2, true, ""),
+        Converted(vec![8], 3, 1, false, ""),
+        Converted(vec![4], 3, 1, false, ""),
+        Converted(vec![1], 1, 1, false, ""),
+        Converted(vec![2], 0, 1, false, ""),
+        Converted(vec![8; 6], 1, 2, false, ":bands=5,2,1"),
+        Converted(vec![16; 5], 1, 1, true, ":bands=4"),
+        Converted(vec![8; 7], 1, 1, false, ""),
+    ]
+}
+
+/// What must be converted, and bands, come row by row, too, and nothing is held but rows.
+#[test]
+fn what_is_converted_has_the_rows_of_many_strips() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    for converted in all_converted() {
+        let Converted(bits, photometric, _, is_planar, bands) = &converted;
+        let named = std::path::PathBuf::from(format!("{}{bands}", path.display()));
+        let planes = if *is_planar { bits.len() as u64 } else { 1 };
+        for compression in [NONE, DEFLATE, LZW, PACKBITS, ZSTD] {
+            let what = format!("{bits:?} {photometric} {bands} {compression}");
+            let read = |rows: u32| {
+                std::fs::write(&path, converted.file(compression, rows).bytes()).unwrap();
+                let mut reader = open(&named).unwrap();
+                let mut rows = vec![0; reader.header().image_bytes() as usize];
+                rows.chunks_mut(2 * reader.header().row_bytes())
+                    .for_each(|some| reader.read_rows(some).unwrap());
+                (reader.header().clone(), rows)
+            };
+            let ((many, expected), (one, rows)) = (read(7), read(SIZE[1]));
+            assert!(one.format == many.format && rows == expected, "{what}");
+            assert_eq!(one.notices, many.notices, "{what}");
+            assert!(one.memory < planes << 20, "{what}: {}", one.memory);
+        }
+    }
+}
+
+/// An image of inks as it is often stored takes the memory of some rows, and the first is there when it is
+/// decoded: here no other is.
+#[test]
+fn the_first_row_of_inks_in_one_strip_needs_no_other() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let size = [2048, 100_000];
+    let mut file = HandmadeTiff::new(size, &[8; 4], 5, size, false);
+    file.set(259, PACKBITS);
+    let row = texels(2048 * 4, 3);
+    file.chunks = vec![pack_bits(&row)];
+    // The file ends behind it, but is said to go on so far that all rows could be there.
+    let mut bytes = file.bytes();
+    let entry = [0x17, 1, 4, 0, 1, 0, 0, 0];
+    let at = bytes.windows(8).position(|window| window == entry).unwrap() + 8;
+    bytes[at..at + 4].copy_from_slice(&(2048 * 4 * 100_000u32 / 64).to_le_bytes());
+    std::fs::write(&path, bytes).unwrap();
+    let mut reader = open(&path).unwrap();
+    let header = reader.header().clone();
+    assert!(header.memory < 1 << 20, "{}", header.memory);
+    let mut first = vec![0; header.row_bytes()];
+    reader.read_rows(&mut first).unwrap();
+    let left = |ink: u8, black: u8| ((255 - u32::from(ink)) * (255 - u32::from(black)) + 127) / 255;
+    let color = |[c, m, y, k]: &[u8; 4]| [*c, *m, *y].map(|ink| left(ink, *k) as u8);
+    assert!(first == row.as_chunks().0.iter().flat_map(color).collect::<Vec<u8>>());
+    assert!(vastex_build::open_reduced(&path, 512).unwrap().is_none());
+}
+
+/// Pages as fax machines send them have rows, too.
+#[test]
+fn a_fax_of_one_strip_has_the_rows_of_many() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let is_black = |x: u32, y: u32| (x * (y + 3) / 70).is_multiple_of(3);
+    let strip = |first: u32, rows: u32| {
+        let mut encoder = fax::encoder::Encoder::new(fax::VecWriter::new());
+        for y in first..first + rows {
+            let texel = |x: u32| if is_black(x, y) { fax::Color::Black } else { fax::Color::White };
+            encoder.encode_line((0..SIZE[0]).map(texel), SIZE[0] as u16).unwrap();
+        }
+        encoder.finish().unwrap().finish()
+    };
+    let expected: Vec<u8> =
+        (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| if is_black(x, y) { 0 } else { 255 })).collect();
+    for rows in [9, SIZE[1]] {
+        let mut file = HandmadeTiff::new(SIZE, &[1], 0, [SIZE[0], rows], false);
+        file.set(259, 4);
+        file.chunks = (0..SIZE[1]).step_by(rows as usize).map(|first| strip(first, rows)).collect();
+        let (header, found, fault) = read(&path, &file.bytes());
+        assert!(fault.is_none() && found == expected, "{rows}: {fault:?}");
+        assert!(header.notices.is_empty(), "{:?}", header.notices);
+    }
+}

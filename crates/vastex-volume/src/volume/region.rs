@@ -1,5 +1,7 @@
 //! Boxes of voxels of a level: read from the chunks that they overlap, exactly as they are stored.
 
+use std::fmt::Display;
+
 use super::Volume;
 use super::boxes::VoxelBox;
 use crate::fault::{VolumeError, VolumeFault};
@@ -26,6 +28,20 @@ impl Volume {
     /// Refuses a region that is not within the volume, with what there is instead. Reads nothing.
     pub fn check(&self, region: &VolumeRegion) -> Result<(), VolumeError> {
         self.refusal(region).map_or(Ok(()), |why| Err(VolumeFault::Request(why).at(&self.about.path)))
+    }
+
+    /// A region at another place, which may lie beyond any edge; else why it is refused, as [`Volume::check`]
+    /// does. Reads nothing.
+    pub fn region_at(&self, region: &VolumeRegion, at: [i64; 3]) -> Result<VolumeRegion, VolumeError> {
+        let refusal = match at.map(u64::try_from) {
+            [Ok(x), Ok(y), Ok(z)] => {
+                let region = VolumeRegion { at: [x, y, z], ..*region };
+                return self.check(&region).map(|()| region);
+            }
+            _ => self.refusal(&VolumeRegion { at: [0; 3], size: [1; 3], ..*region }),
+        };
+        let why = refusal.unwrap_or_else(|| self.beyond_edge(region, at));
+        Err(VolumeFault::Request(why).at(&self.about.path))
     }
 
     /// Refuses a channel or a time that is not there, with what there is instead.
@@ -60,14 +76,20 @@ impl Volume {
             region.size[axis] > 0 && end.is_some_and(|end| end <= level.size[axis])
         };
         if !(0..3).all(fits) {
-            let ([w, h, d], [x, y, z], [of_w, of_h, of_d]) = (region.size, region.at, level.size);
-            return Some(format!(
-                "{w}x{h}x{d} voxels at {x},{y},{z} reach beyond the edge: level {} has {of_w}x{of_h}x{of_d} voxels; choose a \
-                 smaller region, or another place",
-                region.level
-            ));
+            return Some(self.beyond_edge(region, region.at));
         }
         None
+    }
+
+    /// What is said of a region of a level that is there, at a place where it does not fit.
+    fn beyond_edge(&self, region: &VolumeRegion, at: [impl Display; 3]) -> String {
+        let ([w, h, d], [x, y, z]) = (region.size, at);
+        let [of_w, of_h, of_d] = self.about.levels[region.level].size;
+        format!(
+            "{w}x{h}x{d} voxels at {x},{y},{z} reach beyond the edge: level {} has {of_w}x{of_h}x{of_d} voxels; choose a \
+             smaller region, or another place",
+            region.level
+        )
     }
 
     /// The values of a box, little-endian, x fastest, then y, then z. Chunks that it overlaps are decoded

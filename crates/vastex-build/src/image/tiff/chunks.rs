@@ -132,17 +132,6 @@ impl Chunks {
         self.offsets[(row / self.rows) as usize].saturating_add(in_strip)
     }
 
-    /// Where the strip of a plane lies that holds `row`, and how many bytes it has there.
-    pub(super) fn stored(&self, plane: u32, row: u32) -> (u64, u64) {
-        let number = self.number(plane, row, 0) as usize;
-        (self.offsets[number], self.lengths[number])
-    }
-
-    /// Returns true if none is left out of the file.
-    pub(super) fn are_all_stored(&self) -> bool {
-        self.lengths.iter().all(|&len| len > 0)
-    }
-
     /// Returns true if `image` says the same of how the image is cut and what its texels are.
     pub(super) fn is_of(&self, image: &TiffImage) -> bool {
         let rows = self.rows.min(self.size[1]);
@@ -152,11 +141,6 @@ impl Chunks {
 
     pub(super) fn format(&self) -> PixelFormat {
         self.format
-    }
-
-    /// Bytes of the file.
-    pub(super) fn file_len(&self) -> u64 {
-        self.file_len
     }
 
     /// Bytes of a row of the picture.

@@ -3,7 +3,8 @@
 //!
 //! One strip or one row of tiles is held decoded, of all planes where channels lie in planes ([`chunks`]),
 //! and with help some more. Of one strip, and of strips that are very large, rows come as they are decoded
-//! ([`streamed`]), unless they are JPEG 2000 or JPEGs of several scans. Signed numbers stand for themselves,
+//! ([`streamed`]), unless they are JPEG 2000 or JPEGs of several scans. What is shown as something else than
+//! it is stored, and bands, are [`bands`]'. Signed numbers stand for themselves,
 //! as floats; see [`ImageHeader::range`]. LZW, JPEG, JPEG 2000 and Zstandard are decoded by [`file`], whose
 //! business files are whose tiles are read in any order.
 
@@ -32,6 +33,7 @@ use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use file::{TiffFile, TiffImage, codecs};
 use samples::{COMPRESSION_JPEG, COMPRESSION_NONE, SIGNED, Stored};
+use sparse::AnyRows;
 use sparse_tiles::SparseTiles;
 use streamed::StreamedRows;
 
@@ -66,10 +68,11 @@ pub(super) fn open_sparse(
         }
         first => first,
     };
-    if bands.is_some() || first.as_ref().is_ok_and(|image| image.has_pick() || image.is_converted()) {
-        return Ok(None);
-    }
-    let sparse = TiffReader::new(file, first)?.sparse(side);
+    let sparse = match first {
+        Ok(image) if image.has_pick() || image.is_converted() => BandsReader::new(image)?.sparse(side),
+        Err(fault) if bands.is_some() => return Err(fault),
+        first => TiffReader::new(file, first)?.sparse(side),
+    };
     Ok(sparse.map(|reader| Box::new(reader) as Box<dyn RowReader>))
 }
 
@@ -119,8 +122,8 @@ impl TiffReader {
         let chunks = Arc::new(chunks);
         let access = match first {
             _ if raw => Access::Raw(Positioned::new(file)),
-            Ok(image) if StreamedRows::can_be_of(&image, &chunks, &file) => {
-                let rows = StreamedRows::new(image, &chunks, &file);
+            Ok(image) if StreamedRows::can_be_of(&image, &chunks) => {
+                let rows = StreamedRows::new(image, &chunks);
                 header.memory = rows.memory();
                 Access::Streamed(Box::new(rows))
             }
@@ -154,8 +157,9 @@ impl TiffReader {
         };
         Ok(TiffReader { header, chunks, access, has_strips: strips, is_premultiplied, next_row: 0 })
     }
+}
 
-    /// The next row that is read is this one. To be called where there is no help.
+impl AnyRows for TiffReader {
     fn go_to(&mut self, row: u32) {
         self.next_row = row;
         match &mut self.access {

@@ -4,7 +4,6 @@
 //! Of every few rows one is read, and of its texels every few; where strips must be decoded to read a row,
 //! only so many strips are that this stays quick, and the rows between them are those of the nearest.
 
-use super::chunks::Chunks;
 use super::{Access, TiffReader};
 use crate::image::{ImageHeader, InputFault, RowReader};
 
@@ -13,12 +12,29 @@ const DECODED: u64 = 96 << 20;
 /// Strips of which fewer are too few for a picture.
 const LEAST_BANDS: u64 = 32;
 
+/// Rows that may be read in any order.
+pub(in crate::image) trait AnyRows: RowReader {
+    /// The next row that is read is this one. To be called where there is no help.
+    fn go_to(&mut self, row: u32);
+}
+
+/// How a row of strips is come to.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Strips {
+    /// By itself, where it lies.
+    Plain,
+    /// By decoding its strip, of so many rows, which has so many bytes then.
+    Decoded { rows: u32, bytes: u64 },
+}
+
 /// Rows of an image, one of every few.
 pub(in crate::image) struct SparseReader {
-    reader: TiffReader,
+    reader: Box<dyn AnyRows>,
     header: ImageHeader,
     /// Rows and columns of the image for one of these.
     step: u32,
+    /// Rows of a strip.
+    rows: u32,
     /// Of so many strips one is decoded; 0 where rows are read without that.
     every: u32,
     next_row: u32,
@@ -26,52 +42,65 @@ pub(in crate::image) struct SparseReader {
 }
 
 impl TiffReader {
-    /// The image at a share of its size, the longer side about `side` texels or somewhat more; `None` where
-    /// that is no quicker than to read all of it: in images that are not much larger, in files of tiles, and
-    /// where strips are so long that too few can be decoded.
+    /// The image at a share of its size, as [`SparseReader::new`] has it.
     pub(in crate::image) fn sparse(self, side: u32) -> Option<SparseReader> {
-        let (width, height) = (self.header.width, self.header.height);
-        let step = width.max(height) / side.max(1);
-        if step < 2 || !self.has_strips {
+        if !self.has_strips {
             return None;
         }
-        let every = match &self.access {
-            Access::Raw(_) => 0,
-            Access::Streamed(rows) if rows.is_plain() => 0,
+        let strips = match &self.access {
+            Access::Raw(_) => Strips::Plain,
+            Access::Streamed(rows) if rows.is_plain() => Strips::Plain,
             // Rows come as soon as they are decoded.
             Access::Streamed(_) => return None,
-            Access::Decoded(_) => every(&self.chunks, self.header.row_bytes() as u64, [step, height])?,
+            Access::Decoded(_) => {
+                let rows = self.chunks.rows.clamp(1, self.header.height);
+                let bytes = u64::from(rows).saturating_mul(self.header.row_bytes() as u64);
+                Strips::Decoded { rows, bytes }
+            }
         };
-        let size = |texels: u32| u64::from(texels.div_ceil(step));
-        let mut header = self.header.clone();
-        (header.width, header.height) = (size(width) as u32, size(height) as u32);
-        let row = vec![0; self.header.row_bytes()];
-        Some(SparseReader { reader: self, header, step, every, next_row: 0, row })
+        SparseReader::new(Box::new(self), strips, side)
     }
 }
 
 /// Of how many strips one is decoded, for one row in every `step`; `None` if there are too few of them.
-fn every(chunks: &Chunks, row_bytes: u64, [step, height]: [u32; 2]) -> Option<u32> {
-    let rows = u64::from(chunks.rows.clamp(1, height));
-    let bands = u64::from(height).div_ceil(rows);
+fn every(rows: u32, bytes: u64, [step, height]: [u32; 2]) -> Option<u32> {
+    let bands = u64::from(height.div_ceil(rows));
     // No more than there are rows for.
     let wanted = u64::from(height.div_ceil(step)).min(bands);
-    let most = DECODED / rows.saturating_mul(row_bytes).max(1);
+    let most = DECODED / bytes.max(1);
     // All of a file of which nearly all strips are wanted comes as quickly by itself.
     let read = wanted.min(most).min(bands / 2);
     (read >= LEAST_BANDS).then(|| if read == wanted { 1 } else { bands.div_ceil(read) as u32 })
 }
 
 impl SparseReader {
+    /// An image at a share of its size, the longer side about `side` texels or somewhat more; `None` where
+    /// that is no quicker than to read all of it: in images that are not much larger, and where strips are so
+    /// long that too few can be decoded.
+    pub(super) fn new(reader: Box<dyn AnyRows>, strips: Strips, side: u32) -> Option<SparseReader> {
+        let mut header = reader.header().clone();
+        let row = vec![0; header.row_bytes()];
+        let step = header.width.max(header.height) / side.max(1);
+        if step < 2 {
+            return None;
+        }
+        let (rows, every) = match strips {
+            Strips::Plain => (1, 0),
+            Strips::Decoded { rows, bytes } => (rows, every(rows, bytes, [step, header.height])?),
+        };
+        (header.width, header.height) = (header.width.div_ceil(step), header.height.div_ceil(step));
+        Some(SparseReader { reader, header, step, rows, every, next_row: 0, row })
+    }
+
     /// The row of the image that is shown as a row.
     fn source(&self, row: u32) -> u32 {
-        let height = self.reader.header.height;
+        let height = self.reader.header().height;
         let middle =
             (u64::from(row) * u64::from(self.step) + u64::from(self.step) / 2).min(u64::from(height) - 1);
         if self.every == 0 {
             return middle as u32;
         }
-        let rows = self.reader.chunks.rows.clamp(1, height);
+        let rows = self.rows;
         let strip = middle as u32 / rows;
         let last = (height - 1) / rows;
         let decoded = (strip - strip % self.every + self.every / 2).min(last);
@@ -96,7 +125,7 @@ impl RowReader for SparseReader {
                 self.reader.read_rows(&mut self.row)?;
                 shown = Some(source);
             }
-            let last = self.reader.header.width - 1;
+            let last = self.reader.header().width - 1;
             for (column, to) in (0..).zip(row.chunks_exact_mut(texel)) {
                 let from = (column * self.step + self.step / 2).min(last) as usize * texel;
                 to.copy_from_slice(&self.row[from..from + texel]);

@@ -238,7 +238,48 @@ fn a_region_over_the_edge_is_refused_and_work_can_be_cancelled() {
         let error = cut(&mut source, at, size, CropFormat::Npy).unwrap_err().to_string();
         assert!(error.contains("level 0 has 50x40 texels"), "{error}");
     }
+    for (at, said) in [([-1, 0], "2x1 texels at -1,0 reach"), ([0, 1 << 32], "at 0,4294967296 reach")] {
+        let error = source.region(at, [2, 1]).unwrap_err().to_string();
+        assert!(error.contains(said) && error.contains("level 0 has 50x40 texels"), "{error}");
+    }
+    assert_eq!(source.region([48, 39], [2, 1]).unwrap(), CropRegion { at: [48, 39], size: [2, 1] });
     let stopped =
         crop(&mut source, CropRegion { at: [0, 0], size: [1, 1] }, CropFormat::Npy, &mut Vec::new(), &Stop);
     assert!(matches!(stopped, Err(CropError::Cancelled)));
+}
+
+/// Of strips that are too large to be decoded at once rows are, from the top of a strip down to the region.
+#[test]
+fn strips_of_any_size_give_what_they_store() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.tif");
+    // Two strips, of 263 MiB and of 30 rows. Of the first ten rows are something, and the others zeros.
+    let (size, rows, texel) = ([16_384u32, 2830u32], 2800, 6);
+    let row = size[0] as usize * texel;
+    let data = texels(40 * row, 41);
+    let (top, bottom) = data.split_at(10 * row);
+    let packed = |bytes: &[u8]| -> Vec<u8> {
+        bytes.chunks(128).flat_map(|run| [&[run.len() as u8 - 1], run].concat()).collect()
+    };
+    let mut file = HandmadeTiff::new(size, &[16; 3], 2, [size[0], rows], false);
+    file.set(259, 32773);
+    file.chunks = vec![[packed(top), [0x81, 0].repeat(2790 * row / 128)].concat(), packed(bottom)];
+    std::fs::write(&path, file.bytes()).unwrap();
+    let mut source = CropSource::open(&path, 0).unwrap();
+    // Back and forth, on the same source.
+    for (at, of, from) in [
+        ([16_380, 2805], [4, 25], 2790),
+        ([5, 3], [70, 7], 0),
+        ([0, 0], [16_384, 2], 0),
+        ([9, 2800], [1, 1], 2790),
+    ] {
+        let npy = cut(&mut source, at, of, CropFormat::Npy).unwrap();
+        assert!(npy.ends_with(&region(&data, size[0], texel, [at[0], at[1] - from], of)), "{at:?}");
+    }
+    let band = format!("{}:bands=2", path.display());
+    let mut source = CropSource::open(band.as_ref(), 0).unwrap();
+    let npy = cut(&mut source, [5, 3], [70, 7], CropFormat::Npy).unwrap();
+    let expected = region(&data, size[0], texel, [5, 3], [70, 7]);
+    let expected: Vec<u8> = expected.chunks_exact(6).flat_map(|texel| [texel[2], texel[3]]).collect();
+    assert!(npy.ends_with(&expected));
 }

@@ -50,6 +50,11 @@ impl TiffImage {
         self.pick.is_some()
     }
 
+    /// The bands that are shown, counted from 0, where they are not simply the colours.
+    pub(in crate::image::tiff) fn picked_bands(&self) -> Option<&[u16]> {
+        self.pick.as_ref().map(|pick| &*pick.bands)
+    }
+
     /// This image as it is stored, whatever it says of turns.
     pub(in crate::image::tiff) fn upright(self) -> TiffImage {
         TiffImage { orientation: 1, ..self }
@@ -65,16 +70,7 @@ impl TiffImage {
     pub(crate) fn bands_of_chunk(&self, column: u32, row: u32, bands: &[u16]) -> Result<Vec<u8>, InputFault> {
         let sample = self.number.bytes();
         if !self.is_planar {
-            let stored = self.stored_chunk(column, row)?;
-            let texels = stored.chunks_exact(self.texel_bytes());
-            let of_texel = |texel: &[u8]| -> Vec<u8> {
-                bands
-                    .iter()
-                    .flat_map(|band| &texel[usize::from(*band) * sample..][..sample])
-                    .copied()
-                    .collect()
-            };
-            return Ok(texels.flat_map(of_texel).collect());
+            return Ok(self.samples_of_bands(&self.stored_chunk(column, row)?, bands));
         }
         let texels = self.chunk[0] as usize * self.chunk_rows(row) as usize;
         let mut picked = vec![0; texels * bands.len() * sample];
@@ -86,5 +82,14 @@ impl TiffImage {
             }
         }
         Ok(picked)
+    }
+    /// Of texels with all their samples these alone.
+    pub(super) fn samples_of_bands(&self, stored: &[u8], bands: &[u16]) -> Vec<u8> {
+        let sample = self.number.bytes();
+        let texels = stored.chunks_exact(self.texel_bytes());
+        let of_texel = |texel: &[u8]| -> Vec<u8> {
+            bands.iter().flat_map(|band| &texel[usize::from(*band) * sample..][..sample]).copied().collect()
+        };
+        texels.flat_map(of_texel).collect()
     }
 }

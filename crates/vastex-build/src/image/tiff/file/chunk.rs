@@ -89,22 +89,13 @@ impl TiffImage {
 
     /// One plane of a strip or tile, or all of it where channels lie side by side.
     pub(super) fn plane_of_chunk(&self, plane: u32, column: u32, row: u32) -> Result<Vec<u8>, InputFault> {
-        let per_plane = u64::from(self.columns()) * u64::from(self.rows());
-        let index =
-            u64::from(plane) * per_plane + u64::from(row) * u64::from(self.columns()) + u64::from(column);
+        let index = self.index(plane, column, row);
         let what = if self.is_tiled { "tile" } else { "strip" };
         let place = format!("{}, {what} {index}", self.place);
         let rows = self.chunk_rows(row);
         let wanted = self.packed_row() as usize * rows as usize;
-        let listed = if self.is_cut { plane.into() } else { index };
-        let mut offset = self.file.value(&self.offsets, listed, &place)?;
-        let len = match &self.lengths {
-            Some(list) => self.file.value(list, listed, &place)?,
-            None => wanted as u64,
-        };
-        if self.is_cut {
-            offset = offset.saturating_add(u64::from(row) * u64::from(self.chunk[1]) * self.packed_row());
-        }
+        let (offset, len) = self.stored_at([plane, column, row], &place)?;
+        let len = len.unwrap_or(wanted as u64);
         if (offset, len) == (0, 0) || (len == 0 && self.compression != codecs::NONE) {
             let texels = self.chunk[0] as usize * rows as usize;
             return Ok(self.not_stored(texels * self.samples_of_chunk() * self.number.bytes()));
@@ -123,6 +114,26 @@ impl TiffImage {
         Ok(if self.has_few_bits() { self.unpacked(&decoded) } else { decoded })
     }
 
+    /// The number of a strip or tile among those that the file lists.
+    fn index(&self, plane: u32, column: u32, row: u32) -> u64 {
+        let [columns, rows] = [self.columns(), self.rows()].map(u64::from);
+        u64::from(plane) * columns * rows + u64::from(row) * columns + u64::from(column)
+    }
+
+    /// Where a strip or tile of a plane, a column and a row lies in the file, and how many bytes it has where
+    /// the file says so.
+    pub(super) fn stored_at(
+        &self,
+        [plane, column, row]: [u32; 3],
+        place: &str,
+    ) -> Result<(u64, Option<u64>), InputFault> {
+        let listed = if self.is_cut { plane.into() } else { self.index(plane, column, row) };
+        let offset = self.file.value(&self.offsets, listed, place)?;
+        let len = self.lengths.as_ref().map(|list| self.file.value(list, listed, place)).transpose()?;
+        let within = u64::from(row) * u64::from(self.chunk[1]) * self.packed_row();
+        Ok((offset.saturating_add(if self.is_cut { within } else { 0 }), len))
+    }
+
     /// What a strip of so many rows is, where strips are JPEG.
     fn part_shape(&self, rows: u32) -> PartShape {
         let channels = self.samples_of_chunk();
@@ -135,6 +146,7 @@ impl TiffImage {
     pub(in crate::image::tiff) fn has_rows(&self, mut stored: impl BufRead, rows: u32) -> bool {
         match self.compression {
             codecs::JPEG => part_rows::has_rows(&self.tables, &mut stored, &self.part_shape(rows)),
+            codecs::FAX4 => true,
             other => codecs::is_stream(other),
         }
     }
@@ -148,6 +160,9 @@ impl TiffImage {
     ) -> Result<Box<dyn Read + Send>, String> {
         match self.compression {
             codecs::JPEG => Ok(Box::new(PartRows::new(&self.tables, stored, &self.part_shape(rows))?)),
+            codecs::FAX4 => {
+                Ok(Box::new(fax4::FaxRows::new(stored, [self.chunk[0], rows], self.is_reversed)?))
+            }
             other => codecs::reader(other, stored),
         }
     }

@@ -7,8 +7,8 @@ use crate::image::stored_as::{self, Palette, StoredAs};
 use crate::image::{Number, PixelFormat};
 
 impl TiffImage {
-    /// Returns true if rows must come of whole strips or tiles, as [`TiffImage::chunk_texels`] makes them:
-    /// what is shown is something else than what is stored.
+    /// Returns true if what is shown is something else than what is stored, as [`TiffImage::texels_of`] makes
+    /// it.
     pub(in crate::image::tiff) fn is_converted(&self) -> bool {
         self.has_few_bits() || self.is_of_palette() || self.is_of_inks()
     }

@@ -1,37 +1,93 @@
 //! Strips and tiles of one bit that are compressed as fax machines of Group 4 send pages (ITU-T T.6), as
 //! scans of documents mostly are.
 
-use std::convert::Infallible;
+use std::io::{self, BufRead, Read};
 
 use fax::decoder::{DecodeStatus, Group4Decoder};
 
 use crate::image::quiet;
 
-/// Decodes a strip or tile of so many columns and rows: a bit for a texel, 0 where the page is white, rows
-/// from a byte on. `is_reversed` says that the lowest bit of each stored byte comes first. Rows that end
-/// the page may be missing, and are white.
-pub(super) fn decode(stored: &[u8], [columns, rows]: [u32; 2], is_reversed: bool) -> Result<Vec<u8>, String> {
-    let width =
-        u16::try_from(columns).map_err(|_| format!("it has {columns} columns; fax has 65535 at most"))?;
-    let row_bytes = usize::from(width).div_ceil(8);
-    let decoded = quiet::catch(|| -> Result<Vec<u8>, String> {
-        let in_order =
-            |byte: &u8| Ok::<u8, Infallible>(if is_reversed { byte.reverse_bits() } else { *byte });
-        let Ok(mut decoder) = Group4Decoder::new(stored.iter().map(in_order), width);
-        let mut page = vec![0; row_bytes * rows as usize];
-        for (number, row) in page.chunks_exact_mut(row_bytes).enumerate() {
-            match decoder.advance() {
-                Ok(DecodeStatus::Incomplete) if !is_row(decoder.transition(), width) => {
-                    return Err(format!("row {number} of {rows} goes back and forth"));
+/// Decodes a strip or tile of so many columns and rows, as [`FaxRows`] does.
+pub(super) fn decode(stored: &[u8], size: [u32; 2], is_reversed: bool) -> Result<Vec<u8>, String> {
+    let mut rows = FaxRows::new(stored, size, is_reversed)?;
+    let mut page = vec![0; rows.row.len() * size[1] as usize];
+    rows.read_exact(&mut page).map_err(|error| error.to_string())?;
+    Ok(page)
+}
+
+/// The rows of a strip or tile while it is decoded: a bit for a texel, 0 where the page is white, rows from a
+/// byte on. Rows that end the page may be missing, and are white.
+pub(super) struct FaxRows<'a> {
+    decoder: Group4Decoder<Stored<'a>>,
+    width: u16,
+    rows: u32,
+    /// Rows that were decoded.
+    done: u32,
+    /// True if the page says that it has no more rows.
+    is_ended: bool,
+    /// The row that is given out, and how many of its bytes were.
+    row: Vec<u8>,
+    given: usize,
+}
+
+/// What is stored, byte by byte.
+type Stored<'a> = Box<dyn Iterator<Item = io::Result<u8>> + Send + 'a>;
+
+impl<'a> FaxRows<'a> {
+    /// Begins to decode a page of so many columns and rows; else says what is wrong with it. `is_reversed`
+    /// says that the lowest bit of each stored byte comes first.
+    pub(super) fn new(
+        stored: impl BufRead + Send + 'a,
+        [columns, rows]: [u32; 2],
+        is_reversed: bool,
+    ) -> Result<FaxRows<'a>, String> {
+        let width =
+            u16::try_from(columns).map_err(|_| format!("it has {columns} columns; fax has 65535 at most"))?;
+        let row = vec![0; usize::from(width).div_ceil(8)];
+        let bytes: Stored<'a> = match is_reversed {
+            true => Box::new(stored.bytes().map(|byte| byte.map(u8::reverse_bits))),
+            false => Box::new(stored.bytes()),
+        };
+        let decoder = Group4Decoder::new(bytes, width).map_err(|error| error.to_string())?;
+        let given = row.len();
+        Ok(FaxRows { decoder, width, rows, done: 0, is_ended: false, row, given })
+    }
+
+    fn next_row(&mut self) -> Result<(), String> {
+        let FaxRows { decoder, width, rows, done, is_ended, row, given } = self;
+        row.fill(0);
+        if !*is_ended {
+            let ended = quiet::catch(|| match decoder.advance() {
+                Ok(DecodeStatus::Incomplete) if !is_row(decoder.transition(), *width) => {
+                    Err(format!("row {done} of {rows} goes back and forth"))
                 }
-                Ok(DecodeStatus::Incomplete) => blacken(row, decoder.transition(), width),
-                Ok(DecodeStatus::End) => break,
-                Err(_) => return Err(format!("after {number} rows of {rows} it ends or makes no sense")),
-            }
+                Ok(DecodeStatus::Incomplete) => {
+                    blacken(row, decoder.transition(), *width);
+                    Ok(false)
+                }
+                Ok(DecodeStatus::End) => Ok(true),
+                Err(_) => Err(format!("after {done} rows of {rows} it ends or makes no sense")),
+            });
+            *is_ended = ended.map_err(|_| "it cannot be decoded".to_owned())??;
         }
-        Ok(page)
-    });
-    decoded.map_err(|_| "it cannot be decoded".to_owned())?
+        (*done, *given) = (*done + 1, 0);
+        Ok(())
+    }
+}
+
+impl Read for FaxRows<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if self.given == self.row.len() {
+            if self.done == self.rows || bytes.is_empty() {
+                return Ok(0);
+            }
+            self.next_row().map_err(|why| io::Error::new(io::ErrorKind::InvalidData, why))?;
+        }
+        let count = bytes.len().min(self.row.len() - self.given);
+        bytes[..count].copy_from_slice(&self.row[self.given..][..count]);
+        self.given += count;
+        Ok(count)
+    }
 }
 
 /// Returns true for changes that a row can have. The decoder takes others, which may be as many as there are

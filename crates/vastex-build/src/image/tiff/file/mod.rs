@@ -4,9 +4,9 @@
 //! [`TiffFile`] reads at places of its own and has no state, so nothing is locked. [`entry`] has the values
 //! of a directory, which are read when they are asked for; [`walk`] finds the directories, [`image`] what
 //! one of them says of its image, [`chunk`] decodes a strip or tile by [`codecs`], [`fax4`], [`jpeg2000`]
-//! and [`predictor`]; [`converted`] makes colours of palettes, inks and bits. What a file says of its place
-//! on the Earth or of its pixels' size is in [`about`]. Whatever a file claims is compared with its length
-//! before anything is allocated for it.
+//! and [`predictor`], [`strip_rows`] strips from the top down; [`converted`] makes colours of palettes, inks
+//! and bits. What a file says of its place on the Earth or of its pixels' size is in [`about`]. Whatever a
+//! file claims is compared with its length before anything is allocated for it.
 
 pub(crate) mod about;
 mod bands;
@@ -20,6 +20,7 @@ mod jpeg2000;
 mod predictor;
 pub(crate) mod pyramid;
 mod shown;
+pub(crate) mod strip_rows;
 mod walk;
 
 use std::fs::File;

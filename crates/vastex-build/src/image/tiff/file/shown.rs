@@ -99,16 +99,21 @@ impl TiffImage {
         row: u32,
         format: PixelFormat,
     ) -> Result<Vec<u8>, InputFault> {
-        let mut stored = match &self.pick {
+        let stored = match &self.pick {
             Some(pick) => self.bands_of_chunk(column, row, &pick.bands)?,
             None => self.stored_chunk(column, row)?,
         };
+        Ok(self.texels_of(stored, format))
+    }
+
+    /// Texels of `format` of what is stored, of the bands that are shown alone where there are such.
+    pub(in crate::image::tiff) fn texels_of(&self, mut stored: Vec<u8>, format: PixelFormat) -> Vec<u8> {
         let stored_texel = self.picked_texel();
         if self.is_of_palette() {
-            return Ok(self.colors(&stored));
+            return self.colors(&stored);
         }
         if self.is_of_inks() {
-            return Ok(self.without_inks(&stored, format));
+            return self.without_inks(&stored, format);
         }
         if self.has_few_bits() {
             let times = self.of_few_bits();
@@ -139,11 +144,11 @@ impl TiffImage {
         if self.is_premultiplied() {
             unpremultiply(format, &mut texels);
         }
-        Ok(texels)
+        texels
     }
 
     /// Bytes of a texel as it is stored, of the bands that are shown.
-    fn picked_texel(&self) -> usize {
+    pub(in crate::image::tiff) fn picked_texel(&self) -> usize {
         let all = usize::from(self.samples);
         self.pick.as_ref().map_or(all, |pick| pick.bands.len()) * self.number.bytes()
     }
