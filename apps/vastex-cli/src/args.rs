@@ -18,7 +18,7 @@ pub(crate) use crop::{CropArgs, CropPlace, CropSize};
 pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
-pub(crate) use info::InfoArgs;
+pub(crate) use info::{InfoArgs, OriginsArgs};
 pub(crate) use learn::LearnArgs;
 #[cfg(feature = "view")]
 pub(crate) use link::{is_link, without_help};

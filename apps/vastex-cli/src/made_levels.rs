@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use vastex::{Region, TextureId, Textures, TileSource};
-use vastex_volume::{MadeProgress, VolumeError, VolumeSource};
+use vastex_volume::{MadeProgress, Volume, VolumeError, VolumeSource};
 
 use crate::report;
 
@@ -165,6 +165,23 @@ impl LevelMaker {
         if is_other {
             lacking.end();
         }
+    }
+
+    /// Returns true if any of the sources lacks levels that were not made when it was opened, whether they are
+    /// made by now or not.
+    pub(crate) fn may_lack_levels(&self) -> bool {
+        self.shown.iter().any(|(_, source)| source.may_lack_levels())
+    }
+
+    /// The volumes that are shown, each once.
+    pub(crate) fn volumes(&self) -> Vec<&Arc<Volume>> {
+        let mut volumes: Vec<&Arc<Volume>> = Vec::new();
+        for (_, source) in &self.shown {
+            if !volumes.iter().any(|volume| Arc::ptr_eq(volume, source.volume())) {
+                volumes.push(source.volume());
+            }
+        }
+        volumes
     }
 
     /// Returns true if nothing is left to be made. What changed last may not have been taken yet.

@@ -20,11 +20,12 @@ use vastex_viewer::volume::VolumeMode;
 use vastex_viewer::volume_scene::{
     ChannelFacts, LabelsPlace, PointAnswer, PointAsked, PointPlace, PointValue, VolumeFacts, VolumeLook,
 };
-use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, VolumeSource, open_placed};
 
 pub(crate) use self::labels::read_labels;
 use crate::commands::render_pools::brick_side;
-use crate::commands::render_volume::{box_of, no_volume};
+use crate::commands::render_volume::box_of;
+use crate::commands::volume::no_volume;
 use crate::disk_cache;
 pub(crate) use find::find as find_label;
 pub(crate) use opening::{OpenHow, opens_as_volume};
@@ -65,7 +66,7 @@ pub(crate) struct ReadChannel {
 
 /// Opens a volume, and reads what is known of it. Its values are read later.
 pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
-    let volume = match vastex_volume::open(path)? {
+    let volume = match open_placed(path, how.origins)? {
         Opened::Volume(volume) => Arc::new(*volume),
         Opened::Images(list) => bail!(no_volume(&list)),
     };
@@ -130,6 +131,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         gain: codes.gain,
         bounds: about.dtype.bounds().map(|(least, most)| [least as f64, most as f64]),
         downsample: about.downsample.clone(),
+        made_by: source.made_by().map(|rule| rule.name().to_owned()),
         brick: VolumeOptions::default().brick,
     })
 }

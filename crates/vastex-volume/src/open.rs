@@ -121,6 +121,17 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     .at(path.display().to_string()))
 }
 
+/// As [`open`], with the translations of levels taken to be of corners, or of middles, of first voxels where
+/// somebody says so, whatever the metadata look like. That is said of OME-Zarr alone; of other volumes it is
+/// refused.
+pub fn open_placed(path: &Path, convention: Option<Convention>) -> Result<Opened, VolumeError> {
+    let mut opened = open(path)?;
+    if let (Opened::Volume(volume), Some(convention)) = (&mut opened, convention) {
+        volume.set_convention(convention)?;
+    }
+    Ok(opened)
+}
+
 /// The archive that a path lies in, and where in it.
 fn in_archive(path: &Path) -> Option<(PathBuf, String)> {
     let archive = path.ancestors().find(|path| path.is_file())?;

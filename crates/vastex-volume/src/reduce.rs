@@ -41,6 +41,11 @@ impl Reduction {
         }
     }
 
+    /// How levels are made where nobody says: by the mean, and of labels by the most frequent.
+    pub const fn usual(is_labels: bool) -> Reduction {
+        if is_labels { Reduction::Majority } else { Reduction::Mean }
+    }
+
     /// Of a [name](Reduction::name).
     pub fn named(name: &str) -> Option<Reduction> {
         Reduction::ALL.into_iter().find(|rule| rule.name() == name)

@@ -152,6 +152,12 @@ pub enum Error {
         /// The names that there are.
         layers: String,
     },
+    /// A texture was added as a volume and has two axes.
+    #[error("a texture of {}x{} texels has two axes and is no volume; add it by `Textures::add`", size[0], size[1])]
+    NoVolume {
+        /// Width and height of the texture.
+        size: [u32; 2],
+    },
     /// What was said of a volume's voxels does not fit the volume.
     #[error(
         "the voxels of {voxels} levels do not fit a volume of {levels} (of levels whose voxels are not cut as bricks are there may be {most}); take both from one source"

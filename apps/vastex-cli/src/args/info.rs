@@ -3,6 +3,9 @@
 use std::path::PathBuf;
 
 use super::{CacheArgs, ClapArgs, parse_size};
+pub(crate) use origins::OriginsArgs;
+
+mod origins;
 
 /// What `vastex info` is told.
 #[derive(Debug, ClapArgs)]
@@ -29,4 +32,6 @@ pub(crate) struct InfoArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
+    #[command(flatten)]
+    pub(crate) places: OriginsArgs,
 }

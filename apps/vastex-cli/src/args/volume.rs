@@ -3,6 +3,8 @@
 //! These words are others than those of images, so they are a command of their own behind the same name:
 //! which of the two is meant follows from `--on` ([`super::with_volume`]).
 
+mod of_images;
+mod paging;
 mod path;
 mod slice;
 mod watch;
@@ -17,6 +19,8 @@ use vastex_viewer::{Link, VolumeViewText};
 
 use super::volume_look::{VolumeLookArgs, range};
 use super::{conflict, named, parse_size, value_error};
+use of_images::OfImagesArgs;
+use paging::VolumePagingArgs;
 use path::VolumePathArgs;
 pub(crate) use slice::AskedSlice;
 use slice::parse_slice;
@@ -201,6 +205,10 @@ pub(crate) struct RenderVolumeArgs {
     pub(crate) compare: bool,
     #[command(flatten)]
     pub(crate) watch: VolumeWatchArgs,
+    #[command(flatten)]
+    pub(crate) paging: VolumePagingArgs,
+    #[command(flatten)]
+    of_images: OfImagesArgs,
 }
 
 impl RenderVolumeArgs {
@@ -238,6 +246,7 @@ impl RenderVolumeArgs {
     /// Checks that what is asked for goes together.
     pub(crate) fn check(&self) -> Result<(), clap::Error> {
         let wrong = |why: String| Err(value_error(&why));
+        self.of_images.check()?;
         self.look.check()?;
         self.watch.check(self.on == VolumeScene::Slices && self.slice.is_some(), self.size)?;
         let is_view = matches!(self.view, Some(Toward::View(_)));

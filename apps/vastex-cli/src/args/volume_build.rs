@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 
-use super::ClapArgs;
+use super::{ClapArgs, OriginsArgs};
 
 /// What `vastex build` is told of volumes alone.
 #[derive(Clone, Copy, Debug, ClapArgs)]
@@ -21,6 +21,8 @@ pub(crate) struct VolumeArgs {
     /// Volume: so many chunks along each axis in a file of OUT.zarr, 1 to 64 [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=64))]
     pub(crate) shards: Option<u64>,
+    #[command(flatten)]
+    pub(crate) places: OriginsArgs,
 }
 
 /// How coarser levels of a volume are made.

@@ -7,7 +7,7 @@ use vastex_viewer::volume::{MOST_CHANNELS, VolumeMode};
 use vastex_viewer::{Palette, VolumeViewText};
 
 use super::volume_labels::LabelArgs;
-use super::{conflict, named, value_error};
+use super::{OriginsArgs, conflict, named, value_error};
 
 /// A channel as it is asked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,6 +75,8 @@ pub(crate) struct VolumeLookArgs {
     /// [default: 1]
     #[arg(long, value_name = "D", value_parser = parse_step)]
     pub(crate) density: Option<f64>,
+    #[command(flatten)]
+    pub(crate) places: OriginsArgs,
     /// What a view says beside that.
     #[arg(skip)]
     pub(crate) of_view: OfView,
@@ -111,6 +113,7 @@ impl VolumeLookArgs {
             (self.time.is_some(), "--time"),
             (self.step.is_some(), "--step"),
             (self.density.is_some(), "--density"),
+            (self.places.origins.is_some(), "--origins"),
         ];
         let given = given.iter().find(|(is_given, _)| *is_given).map(|(_, name)| *name);
         given.or(self.labels.of_labels_alone())

@@ -64,7 +64,7 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     };
     #[cfg(feature = "volumes")]
     if super::volume::is_described_as_volume(file) {
-        return Ok(named(super::volume::rows_of(file)?.unwrap_or_default()));
+        return super::volume::rows_of(file);
     }
     if open::is_directory_of_tiles(file) {
         let cache = CacheArgs { cache: None, cache_gib: 20 };

@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail};
 use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
 use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeLabels};
-use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open};
+use vastex_volume::{Convention, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
+use super::volume::no_volume;
 use crate::args::RenderVolumeArgs;
 use crate::report;
 
@@ -42,7 +42,7 @@ impl Labels {
                 about.path
             ),
             (None, true) => image.clone(),
-            (Some(named), false) => open_named(named, about)?,
+            (Some(named), false) => open_named(named, about, args.look.places.convention())?,
             (None, false) => match asked.of_labels_alone() {
                 None => return Ok(None),
                 Some(option) => bail!("{option}: it goes with --labels NAME, {}", listed(about)),
@@ -55,13 +55,12 @@ impl Labels {
             time,
             brick,
             cache: args.cache(),
+            // As of channels: what is kept serves other runs, else only what is seen is made.
+            makes_all: args.cache().is_some(),
             ..VolumeOptions::default()
         };
-        let source = VolumeSource::open(volume.clone(), &options)?;
-        if source.has_levels_to_make() {
-            report::say(&format!("note: {}: levels that the file lacks are made first", of_labels.path));
-            source.make_levels(&AtomicBool::new(false));
-        }
+        let text = format!("note: {}: its coarsest stored level is read", of_labels.path);
+        let source = report::say_if_slow(&text, || VolumeSource::open(volume.clone(), &options))?;
         let (of, begin) = place(of_labels, about)?;
         let selected = asked.label_selected.map(|label| selected(label, of_labels)).transpose()?;
         Ok(Some(Labels { source: Arc::new(source), of, begin, selected }))
@@ -85,7 +84,7 @@ impl Labels {
         let own = TextureSettings { voxels, ..TextureSettings::default() };
         let tiles: Arc<dyn TileSource> = self.source.clone();
         let prepared = textures.preparer().read_blocking(tiles, own)?;
-        let layer: LayerId = textures.add(prepared)?.into();
+        let layer: LayerId = textures.add_volume(prepared)?.into();
         let usual = if is_alone { 1.0 } else { 0.5 };
         let about = self.source.volume().about();
         Ok(VolumeLabels {
@@ -101,7 +100,7 @@ impl Labels {
 }
 
 /// Those beside an image by their name, or any by their path.
-fn open_named(named: &str, about: &VolumeAbout) -> Result<Arc<Volume>> {
+fn open_named(named: &str, about: &VolumeAbout, origins: Option<Convention>) -> Result<Arc<Volume>> {
     let path = match about.labels.iter().any(|name| name == named) {
         true => Path::new(&about.path).join("labels").join(named),
         // Within an archive there is no such file.
@@ -110,14 +109,9 @@ fn open_named(named: &str, about: &VolumeAbout) -> Result<Arc<Volume>> {
         }
         false => bail!("--labels {named}: {}, and there is no such file", listed(about)),
     };
-    match open(&path).with_context(|| format!("--labels {named}"))? {
+    match open_placed(&path, origins).with_context(|| format!("--labels {named}"))? {
         Opened::Volume(volume) => Ok(Arc::new(*volume)),
-        Opened::Images(list) => bail!(
-            "--labels {named}: {} is {}; name one: {}",
-            list.path,
-            list.what,
-            list.images.iter().take(20).map(String::as_str).collect::<Vec<_>>().join(", ")
-        ),
+        Opened::Images(list) => bail!("--labels {named}: {}", no_volume(&list)),
     }
 }
 
@@ -178,7 +172,7 @@ mod tests {
 
     fn about(unit: Option<&str>, size: u64, scale: f64, origin: f64) -> VolumeAbout {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
-        let Opened::Volume(volume) = open(&path).unwrap() else { panic!("no volume") };
+        let Opened::Volume(volume) = vastex_volume::open(&path).unwrap() else { panic!("no volume") };
         let level = VolumeLevel {
             size: [size; 3],
             scale: [scale; 3],

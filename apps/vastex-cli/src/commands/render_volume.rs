@@ -19,7 +19,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use pollster::block_on;
 use vastex::wgpu::{self, PollType, TextureFormat};
-use vastex::{Event, Filter, LevelRule, PoolSettings, PoolTuning, Settings, Textures, ViewId};
+use vastex::{Event, Filter, LevelRule, Settings, Textures, ViewId};
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageView, TargetKind, TextureRead};
@@ -29,7 +29,6 @@ use vastex_viewer::volume::{
 };
 use vastex_volume::{Volume, VolumeAbout, VolumeOptions, VolumeSource};
 
-pub(crate) use self::asked::no_volume;
 #[cfg(feature = "record")]
 pub(crate) use self::recorded::{Recorded, recorded};
 use self::summary::Summary;
@@ -163,10 +162,7 @@ impl<'a> Drawing<'a> {
         (view, clip): (VolumeView, VolumeClip),
         (bytes, disk): (PoolBytes, Option<&Arc<DiskTier>>),
     ) -> Result<Drawing<'a>> {
-        let default_pool = PoolTuning { bytes: Some(bytes.channels), ..PoolTuning::default() };
-        let rules = labels.iter().map(|labels| labels.pool(bytes.labels)).collect();
         let settings = Settings {
-            pools: PoolSettings { default_pool, rules, ..PoolSettings::default() },
             pace: vastex::Pace::LockStep { latency_frames: 1 },
             picture: args.size,
             whole_bytes: 0,
@@ -175,6 +171,9 @@ impl<'a> Drawing<'a> {
             upload_bytes_per_frame: 64 << 20,
             ..Settings::default()
         };
+        let mut settings = args.paging.lay_over(settings)?;
+        settings.pools.default_pool.bytes = Some(bytes.channels);
+        settings.pools.rules.extend(labels.iter().map(|labels| labels.pool(bytes.labels)));
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
         let at = AtTime::new((args, gpu), &mut textures, (of, channels, sources), labels, (clip, disk))?;
         let AtTime { shown, maker, renderer } = at;
@@ -212,7 +211,7 @@ impl<'a> Drawing<'a> {
     fn play(&mut self, mut note: impl FnMut(&Textures)) -> Result<bool> {
         let (mut loaded, mut quiet, begun) = (0, 0, self.textures.inspect().frame());
         // What is made by now may have been read as a preview: it is looked once at least what has changed.
-        let mut is_made = !self.shown.iter().any(|(_, source)| source.may_lack_levels());
+        let mut is_made = !self.maker.may_lack_levels();
         let mut is_wanted = false;
         loop {
             if quiet >= QUIET_FRAMES && self.textures.inspect().is_converged() {

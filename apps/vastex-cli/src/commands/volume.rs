@@ -1,5 +1,7 @@
 //! `vastex info` and `vastex crop` of volumes.
 
+mod list;
+
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -7,15 +9,15 @@ use std::sync::Arc;
 use anyhow::{Result, bail};
 use serde::Serialize;
 use vastex_volume::{
-    BRICK, BrickCount, ImageList, Opened, Volume, VolumeAbout, VolumeOptions, is_volume, levels_of,
-    made_levels_kept, makes_levels_at_opening, open,
+    BRICK, BrickCount, Opened, Reduction, Volume, VolumeAbout, VolumeOptions, is_volume, levels_of,
+    made_levels_kept, makes_levels_at_opening, open_placed,
 };
 
 use crate::args::InfoArgs;
 use crate::report;
-
-/// Images of a list that are named to people.
-const MOST_NAMED: usize = 20;
+pub(crate) use list::no_volume;
+pub(super) use list::printable;
+use list::{ListSummary, MOST_NAMED, list_text};
 
 /// Returns true if `vastex info` tells of a path as a volume. A TIFF pyramid is none, whatever else lies in
 /// it.
@@ -40,7 +42,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
     if args.estimate.is_some() {
         bail!("{}: pools of volumes are not estimated; leave out --estimate", args.file.display());
     }
-    match open(&args.file)? {
+    match open_placed(&args.file, args.places.convention())? {
         Opened::Images(list) => match args.json {
             true => report::print_json(&ListSummary::new(&list))?,
             false => report::print(&list_text(&list))?,
@@ -59,13 +61,21 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of a volume, by names; `None` of something that lists volumes.
+/// What is said of what lies at a path, by names; nothing of something that lists volumes.
 #[cfg(feature = "view")]
-pub(super) fn rows_of(path: &Path) -> Result<Option<Vec<(&'static str, String)>>> {
-    let Opened::Volume(volume) = open(path)? else { return Ok(None) };
+pub(super) fn rows_of(path: &Path) -> Result<Vec<(String, String)>> {
+    match open_placed(path, None)? {
+        Opened::Volume(volume) => rows(&volume),
+        Opened::Images(_) => Ok(Vec::new()),
+    }
+}
+
+/// What is said of a volume, by names.
+#[cfg(feature = "view")]
+pub(crate) fn rows(volume: &Volume) -> Result<Vec<(String, String)>> {
     let count = pollster::block_on(volume.count_bricks(false))?;
     let rows = Summary::new(volume.about(), count, false).rows();
-    Ok(Some(rows.into_iter().map(|(name, value)| (name, printable(&value))).collect()))
+    Ok(rows.into_iter().map(|(name, value)| (name.to_owned(), printable(&value))).collect())
 }
 
 /// Of the levels that are made in the background, what lies in the directory that is named, of all channels
@@ -94,42 +104,6 @@ struct KeptSummary {
     bricks: u64,
 }
 
-/// What `--json` prints of something that lists volumes.
-#[derive(Serialize)]
-struct ListSummary<'a> {
-    /// Always `images`.
-    kind: &'static str,
-    /// What lists them.
-    what: &'static str,
-    /// Their paths below this one.
-    images: &'a [String],
-    oddities: &'a [String],
-}
-
-impl ListSummary<'_> {
-    fn new(list: &ImageList) -> ListSummary<'_> {
-        ListSummary { kind: "images", what: list.what, images: &list.images, oddities: &list.oddities }
-    }
-}
-
-fn list_text(list: &ImageList) -> String {
-    let mut lines = vec![
-        list.path.clone(),
-        format!("  {} with {} images; open one by its path:", list.what, list.images.len()),
-    ];
-    lines.extend(list.images.iter().take(MOST_NAMED).map(|image| format!("  {}/{image}", list.path)));
-    if let Some(more) = list.images.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
-        lines.push(format!("  and {more} more (--json has all)"));
-    }
-    lines.extend(list.oddities.iter().map(|oddity| format!("  odd: {oddity}")));
-    lines.iter().map(|line| printable(line)).collect::<Vec<_>>().join("\n")
-}
-
-/// A text from metadata as a terminal may have it: control characters, which it would obey, are replaced.
-pub(super) fn printable(text: &str) -> String {
-    text.chars().map(|one| if one.is_control() { char::REPLACEMENT_CHARACTER } else { one }).collect()
-}
-
 /// What `--json` prints of a volume.
 #[derive(Serialize)]
 struct Summary {
@@ -149,6 +123,9 @@ struct Summary {
     /// When these are made: `at-opening` or `in-the-background`; left out where there are none.
     #[serde(skip_serializing_if = "Option::is_none")]
     levels_made: Option<&'static str>,
+    /// By what rule: `mean`, and of labels `majority`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    levels_made_by: Option<&'static str>,
     /// Where they are made in the background and `--cache` names a directory: what of them lies there.
     #[serde(skip_serializing_if = "Option::is_none")]
     levels_kept: Option<KeptSummary>,
@@ -237,6 +214,7 @@ impl Summary {
             size: about.size(),
             levels: levels.collect(),
             levels_made: made.as_ref().map(|(_, when)| *when),
+            levels_made_by: made.as_ref().map(|_| Reduction::usual(about.is_label).name()),
             levels_kept: None,
             made_levels: made.map_or_else(Vec::new, |(levels, _)| levels),
             channels: about.channels,
@@ -277,14 +255,14 @@ impl Summary {
             let path = if path.is_empty() { String::new() } else { format!(" ({path})") };
             ("", format!("level {n}{path}: {} voxels of {scale}{unit}, chunks of {}", by(size), by(chunk)))
         }));
-        if let Some(when) = self.levels_made {
+        if let Some((when, by)) = self.levels_made.zip(self.levels_made_by) {
             let when = when.replace('-', " ");
             let kept = self.levels_kept.as_ref();
             let kept = kept.map(|of| format!("; {} of {} bricks lie in the cache", of.kept, of.bricks));
             let kept = kept.unwrap_or_default();
             rows.push((
                 "",
-                format!("{} more down to one voxel are made {when}{kept}", self.made_levels.len()),
+                format!("{} more down to one voxel are made {when} by {by}{kept}", self.made_levels.len()),
             ));
         }
         if !self.labels.is_empty() {
@@ -359,7 +337,7 @@ mod crop {
     use vastex_build::Progress;
     use vastex_volume::{Opened, VolumeCropError, VolumeRegion, open};
 
-    use super::{MOST_NAMED, printable};
+    use super::{no_volume, printable};
     use crate::args::CropArgs;
     use crate::commands::build::{Bar, INTERRUPTED};
     use crate::output::Output;
@@ -369,15 +347,7 @@ mod crop {
     pub(in crate::commands) fn run(args: &CropArgs, at: [i64; 3], size: [u64; 3]) -> Result<ExitCode> {
         let volume = match open(&args.source)? {
             Opened::Volume(volume) => volume,
-            Opened::Images(list) => {
-                let named: Vec<&str> = list.images.iter().take(MOST_NAMED).map(String::as_str).collect();
-                bail!(
-                    "{}: is {}; name one of its images below this path: {}",
-                    list.path,
-                    list.what,
-                    printable(&named.join(", "))
-                );
-            }
+            Opened::Images(list) => bail!(no_volume(&list)),
         };
         let about = volume.about();
         if !args.print.quiet {
@@ -465,7 +435,7 @@ mod tests {
              \"compressor\":null,\"filters\":null,\"order\":\"C\",\"fill_value\":0,\"dimension_separator\":\"/\"}}"
         );
         std::fs::write(directory.path().join(".zarray"), meta).unwrap();
-        let Opened::Volume(volume) = open(directory.path()).unwrap() else { panic!("a volume") };
+        let Opened::Volume(volume) = open_placed(directory.path(), None).unwrap() else { panic!("a volume") };
         for (is_counted, says) in [
             (false, "; --count counts those that are absent"),
             (true, "; too many to count those that are absent"),
@@ -475,18 +445,5 @@ mod tests {
             let (_, bricks) = rows.iter().find(|(name, _)| *name == "bricks").unwrap();
             assert!(bricks.ends_with(says), "{bricks}");
         }
-    }
-
-    #[test]
-    fn names_from_metadata_cannot_steer_a_terminal() {
-        let list = ImageList {
-            path: "plate".into(),
-            what: "a plate",
-            images: vec!["A/1\x1b[2J".into()],
-            oddities: vec!["odd\r\nlines".into()],
-        };
-        let text = list_text(&list);
-        assert_eq!(text.lines().count(), 4);
-        assert!(!text.chars().any(|one| one.is_control() && one != '\n'), "{text:?}");
     }
 }

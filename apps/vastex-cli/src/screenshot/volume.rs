@@ -65,7 +65,7 @@ impl VolumeShot {
         args: &ViewArgs,
         (output, patience): (&Output, &Patience),
     ) -> Result<bool> {
-        let opened = open_volume(&self.source, OpenHow::of(&args.scene))?;
+        let opened = open_volume(&self.source, OpenHow::of(args))?;
         let gpu = headless_gpu()?;
         let source = self.source.display().to_string();
         let settings = Settings {

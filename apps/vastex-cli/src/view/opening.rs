@@ -26,6 +26,8 @@ use vastex_viewer::surface_scene::{Growth, PreparedSource};
 
 use crate::args::ViewArgs;
 use crate::commands::info::rows_of;
+#[cfg(feature = "volumes")]
+use crate::commands::volume;
 use crate::open::{self, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending, NoteObserver};
@@ -255,9 +257,10 @@ fn read_shapes(
 /// A volume, or why there is none.
 #[cfg(feature = "volumes")]
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
-    let opened = open_volume(path, OpenHow::of(&args.scene).live()).and_then(|opened| {
+    let opened = open_volume(path, OpenHow::of(args).live()).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
-        Ok(Box::new((opened, settings, rows_of(path, &Looked::default()).unwrap_or_default().into())))
+        let rows = volume::rows(&opened.volume).unwrap_or_default();
+        Ok(Box::new((opened, settings, rows.into())))
     });
     opened.map_or_else(OpeningEvent::Failed, OpeningEvent::Volume)
 }

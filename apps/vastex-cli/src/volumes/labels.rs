@@ -9,7 +9,7 @@ use pollster::block_on;
 use vastex::{Preparer, TextureSettings};
 use vastex_viewer::volume::{LabelColors, OtherLabels};
 use vastex_viewer::volume_scene::{LabelsPlace, VolumeFacts, VolumeLook};
-use vastex_volume::{Opened, VolumeAbout, VolumeOptions, VolumeSource};
+use vastex_volume::{Opened, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
 use super::{LabelsBelow, OpenedVolume, ReadLabels};
 use crate::args::LabelArgs;
@@ -72,7 +72,7 @@ pub(crate) fn read_labels(
     let image = opened.volume.about();
     let volume = match image.is_label {
         true => opened.volume.clone(),
-        false => match vastex_volume::open(&Path::new(&image.path).join("labels").join(name))? {
+        false => match open_placed(&Path::new(&image.path).join("labels").join(name), opened.how.origins)? {
             Opened::Volume(volume) => Arc::new(*volume),
             Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
         },

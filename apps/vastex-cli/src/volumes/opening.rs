@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use anyhow::{Result, bail};
 use vastex_tiles::DiskTier;
-use vastex_volume::{VolumeAbout, VolumeOptions};
+use vastex_volume::{Convention, VolumeAbout, VolumeOptions};
 
 use super::kept;
-use crate::args::{SceneArgs, ViewArgs};
+use crate::args::ViewArgs;
 use crate::commands::volume;
 use crate::{disk_cache, open};
 
@@ -23,18 +23,21 @@ pub(crate) struct OpenHow {
     is_live: bool,
     /// Where bricks are kept.
     pub(super) disk: Option<Arc<DiskTier>>,
+    /// What translations are of, where somebody says so.
+    pub(super) origins: Option<Convention>,
 }
 
 impl OpenHow {
     /// As arguments say.
-    pub(crate) fn of(args: &SceneArgs) -> OpenHow {
+    pub(crate) fn of(args: &ViewArgs) -> OpenHow {
+        let (origins, args) = (args.volume.places.convention(), &args.scene);
         let cache = match &args.cache.cache {
             Some(cache) => Some(cache.clone()).filter(|cache| cache.as_os_str() != "off"),
             None => usual_cache(),
         };
         cache.iter().for_each(|cache| kept::make_room(cache, args.cache.cache_gib << 30));
         let disk = disk_cache::asked(&args.disk_cache);
-        OpenHow { cache, pool_mib: args.pool_mib, is_live: false, disk }
+        OpenHow { cache, pool_mib: args.pool_mib, is_live: false, disk, origins }
     }
 
     /// The same for who shows what has come at once, and looks in every frame what has changed.

@@ -59,7 +59,8 @@ fn what_a_picture_does_not_show_is_not_read() {
         let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
         assert_eq!(told["converged"], true, "{told}");
         let [read, chunks] = ["bytes_read", "chunks_decoded"].map(|key| told[key].as_u64().unwrap());
-        assert!(0 < read && read <= values.len() as u64, "{told}");
+        let volumes = if words.contains("--labels") { 2 } else { 1 };
+        assert!(0 < read && read <= volumes * values.len() as u64, "{told}");
         (chunks, sandbox.read_rgb("out.png").iter().map(|pixel| pixel[0]).collect::<Vec<u8>>())
     };
     let (all, (chunks, slice)) = (66, drawn("--on slices --slice z=300 --size 128x66"));
@@ -74,6 +75,17 @@ fn what_a_picture_does_not_show_is_not_read() {
             (0..size[1]).flat_map(|z| vec![value(z * side + side / 2); size[0]]).collect();
         assert_eq!(slice, expected, "{words}");
     }
+    // So it is of labels, which are a volume of their own here.
+    let (chunks, slice) = drawn("--on slices --slice z=300 --size 128x66 --labels tall.raw");
+    assert!(chunks <= 2 * (all / 8 + 3), "{chunks}");
+    assert!(slice.iter().all(|pixel| *pixel == slice[0]) && slice[0] != value(300));
+    let (chunks, slice) = drawn("--on slices --slice y=30 --size 1x63 --labels tall.raw --label-opacity 1");
+    assert_eq!(chunks, 2 * all);
+    for (z, other) in (0..63).flat_map(|z| (0..z).map(move |other| (z, other))) {
+        let is_one = value(z * 128) == value(other * 128);
+        assert!(!is_one || slice[z] == slice[other], "labels at {z} and {other}");
+    }
+    assert!(slice.windows(2).filter(|two| two[0] != two[1]).count() > 40);
     // In perspective, too: the ray in the middle meets it, and of rays beside it nothing is made.
     assert_eq!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 9x9").0, all);
     assert!(drawn("--on volume --mode average --view around:yaw=30,pitch=20 --size 8x8").0 <= all / 8 + 3);

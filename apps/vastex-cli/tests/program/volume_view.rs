@@ -167,7 +167,7 @@ fn what_is_no_volume_of_values_and_what_images_have_is_refused() {
         (vec![HEAD, "--layer", "values"], "--layer is for images"),
         (
             vec![concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/vastex-volume/fixtures/plate.zip")],
-            "A/1/0",
+            "a plate; name one of its images below this path: A/1/0, A/1/1",
         ),
     ] {
         let words = [vec!["view", "--screenshot", "out.png", "--size", "64x64"], words].concat();
@@ -175,4 +175,7 @@ fn what_is_no_volume_of_values_and_what_images_have_is_refused() {
         assert!(ended.stderr.contains(says), "{words:?}: {ended}");
         assert!(!sandbox.path("out.png").exists(), "{words:?}");
     }
+    let plate = concat!(env!("CARGO_MANIFEST_DIR"), "/../../crates/vastex-volume/fixtures/plate.zip");
+    let ended = sandbox.run(&["render", plate, "--on", "volume", "-o", "out.png"]).expect_code(1);
+    assert!(ended.stderr.contains("images below this path: A/1/0, A/1/1"), "{ended}");
 }

@@ -56,6 +56,8 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
     for (words, says) in [
         (vec!["--on", "volume", "--explain", "1,1"], "a ray meets many bricks"),
         (vec!["--on", "slices", "--slice", "z=1", "--explain", "49,1"], "49x58 pixels"),
+        (vec!["--on", "volume", "--views", "stereo"], "has one camera"),
+        (vec!["--on", "volume", "--camera-path", "fly"], "it is a path over images"),
     ] {
         let words = [&["render", HEAD, "--size", "49x58"][..], &words].concat();
         let ended = sandbox.run(&words).expect_code(2);
@@ -73,9 +75,11 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
 #[test]
 fn bricks_are_small_where_the_pool_is() {
     let sandbox = Sandbox::new();
-    let [small, large] =
-        // A volume is drawn as one, without a word that it is.
-        [1, 64].map(|mib| render(&sandbox, &format!("--pool-mib {mib} -o a.png")));
+    // A volume is drawn as one, without a word that it is; words about reading change no picture.
+    sandbox.write("vastex.toml", b"[reading]\nreads_at_once = 3\n[default_pool]\nsize_mib = 2\n");
+    let words = "--settings vastex.toml --read-time-out-s 100 --upload-kib-per-frame 900 --no-sharing";
+    let [small, large] = [(1, ""), (64, words)]
+        .map(|(mib, words)| render(&sandbox, format!("--pool-mib {mib} -o a.png {words}").trim()));
     assert_eq!(
         (&small["brick"], &small["converged"], &small["tiles_reloaded"]),
         (&32.into(), &true.into(), &0.into())

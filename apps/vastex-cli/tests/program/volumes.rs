@@ -51,14 +51,22 @@ fn info_has_the_keys_that_scripts_use() {
     }
     let made: Vec<_> = told["made_levels"].as_array().unwrap().iter().map(|l| l["size"].clone()).collect();
     assert_eq!(made, [json!([2, 2, 3]), json!([1, 1, 2]), json!([1, 1, 1])]);
-    assert_eq!(told["levels_made"], "at-opening");
+    assert_eq!((&told["levels_made"], &told["levels_made_by"]), (&json!("at-opening"), &json!("mean")));
+    let labels = sandbox.run(&["info", "v04-center.zip/labels/cells", "--json"]).expect_code(0).json();
+    assert_eq!((&labels["is_label"], &labels["levels_made_by"]), (&json!(true), &json!("majority")));
+    // Translations are of what somebody says.
+    let corner =
+        sandbox.run(&["info", "v04-center.zip", "--json", "--origins", "corner"]).expect_code(0).json();
+    assert_eq!((&told["convention"], &corner["convention"]), (&json!("center"), &json!("corner")));
+    let half = |of: &serde_json::Value, key: &str| of["levels"][1][key][0].as_f64().unwrap();
+    assert_eq!(half(&corner, "origin"), half(&told, "origin") + 0.5 * half(&told, "scale"));
     assert_eq!(told["oddities"].as_array().unwrap().len(), 3);
     let text = sandbox.run(&["info", "v04-center.zip", "--count"]).expect_code(0).stdout;
     for words in [
         "22 x 20 x 6 voxels of uint16",
         "DAPI",
         "level 1 (1): 11 x 10 x 6",
-        "3 more down to one voxel are made at opening",
+        "3 more down to one voxel are made at opening by mean",
         "12 of 64 voxels a side; 0 absent",
     ] {
         assert!(text.contains(words), "{words}: {text}");

@@ -21,7 +21,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 use vastex_tiles::{lies_in, same_file};
-use vastex_volume::{DType, Opened, Reduction, Volume, VolumeError, files_of_volume, open};
+use vastex_volume::{
+    Convention, DType, Opened, Reduction, Volume, VolumeError, files_of_volume, open_placed,
+};
 
 use crate::progress::Progress;
 use crate::threads;
@@ -59,6 +61,9 @@ pub struct VolumeOptions {
     /// True if z is left as it is while its voxels are larger than those along x and y; else all axes are
     /// halved alike.
     pub keep_z: bool,
+    /// What translations of the levels of an OME-Zarr are of; `None` for what its metadata look like. Of
+    /// other volumes it is refused.
+    pub convention: Option<Convention>,
     /// Threads that read, halve and encode; 0 for one for each core.
     pub threads: usize,
     /// True if chunks that cannot be read become the fill value, with a note.
@@ -75,6 +80,7 @@ impl Default for VolumeOptions {
             format: VolumeFormat::Container(ContainerOptions::default()),
             downsample: None,
             keep_z: false,
+            convention: None,
             threads: 0,
             tolerant: false,
             memory_limit: 4 << 30,
@@ -121,15 +127,15 @@ pub fn build_volume(
     options: &VolumeOptions,
     progress: &dyn Progress,
 ) -> Result<VolumeReport, VolumeBuildError> {
-    let volume = open_one(input)?;
+    let volume = open_one(input, options.convention)?;
     check_place(input, output)?;
     let pool = threads::pool(options.threads)?;
     Build { input, output, options, progress, pool: &pool, notes: Vec::new() }.run(&volume)
 }
 
 /// Opens a volume; what lists several is refused.
-fn open_one(path: &Path) -> Result<Volume, VolumeBuildError> {
-    match open(path)? {
+fn open_one(path: &Path, convention: Option<Convention>) -> Result<Volume, VolumeBuildError> {
+    match open_placed(path, convention)? {
         Opened::Volume(volume) => Ok(*volume),
         Opened::Images(list) => {
             let named: Vec<&str> = list.images.iter().take(MOST_NAMED).map(String::as_str).collect();
@@ -170,8 +176,7 @@ impl<'a> Build<'a> {
 
     fn rule_of(&self, volume: &Volume) -> Result<Reduction, VolumeBuildError> {
         let about = volume.about();
-        let usual = if about.is_label { Reduction::Majority } else { Reduction::Mean };
-        match self.options.downsample.unwrap_or(usual) {
+        match self.options.downsample.unwrap_or(Reduction::usual(about.is_label)) {
             Reduction::Mean if about.is_label => Err(VolumeBuildError::Options(format!(
                 "{}: is an image of labels, whose means would be labels of nothing; use --downsample majority",
                 about.path
@@ -275,7 +280,7 @@ impl<'a> Build<'a> {
         for name in &volume.about().labels {
             let is_plain = !name.is_empty() && name.split('/').all(|part| !matches!(part, "" | "." | ".."));
             let found: Result<Opened, VolumeError> = match is_plain {
-                true => open(&self.input.join("labels").join(name)),
+                true => open_placed(&self.input.join("labels").join(name), self.options.convention),
                 false => continue,
             };
             match found {

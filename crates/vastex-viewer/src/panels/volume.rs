@@ -6,7 +6,7 @@ use egui::{
 
 use super::palettes::palette_controls;
 use super::volume_histogram::{VolumeValues, volume_histogram};
-use super::volume_words::{place_text, point_rows};
+use super::volume_words::{dimmer_text, place_text, point_rows};
 use crate::layers::Palette;
 use crate::volume::{MOST_END, OtherLabels, VolumeBox, VolumeMode, least_apart, parse_label};
 use crate::volume_scene::{
@@ -328,12 +328,12 @@ fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
                 look.iso = Some(iso);
             }
         }
-        VolumeMode::Mip if told.facts.downsample.as_deref().is_some_and(|rule| rule != "max") => {
-            let rule = told.facts.downsample.as_deref().unwrap_or_default();
-            let said = format!("coarser levels were made by {rule}: maxima are dimmer there");
-            ui.label(RichText::new(said).weak());
+        VolumeMode::Mip => {
+            if let Some(said) = dimmer_text(told.facts) {
+                ui.label(RichText::new(said).weak());
+            }
         }
-        _ => {}
+        VolumeMode::Minip | VolumeMode::Average => {}
     }
     ui.horizontal(|ui| {
         ui.label("Step");

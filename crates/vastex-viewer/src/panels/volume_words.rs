@@ -71,6 +71,15 @@ fn number(value: f64, apart: f64) -> String {
     }
 }
 
+/// By what rule coarser levels were made, or are made where the file lacks them, if maxima are dimmer there.
+pub(super) fn dimmer_text(facts: &VolumeFacts) -> Option<String> {
+    let dims = |rule: &&str| *rule != "max";
+    let stored = facts.downsample.as_deref().filter(dims).map(|rule| ("coarser levels were made", rule));
+    let made =
+        facts.made_by.as_deref().filter(dims).map(|rule| ("levels that the file lacks are made", rule));
+    stored.or(made).map(|(what, rule)| format!("{what} by {rule}: maxima are dimmer there"))
+}
+
 /// A place of the scene's world in the file's own system.
 pub(super) fn place_text(facts: &VolumeFacts, place: DVec3) -> String {
     let at = |axis: usize| {
@@ -121,6 +130,22 @@ pub fn volume_status_text(facts: &VolumeFacts, told: &PointAnswer) -> String {
 mod tests {
     use super::*;
     use crate::volume_scene::{PointValue, facts_for_tests};
+
+    #[test]
+    fn the_rule_that_dims_maxima_is_told_also_of_levels_that_are_made() {
+        let text = |downsample: Option<&str>, made_by: Option<&str>| {
+            let [downsample, made_by] = [downsample, made_by].map(|rule| rule.map(str::to_owned));
+            dimmer_text(&VolumeFacts { downsample, made_by, ..facts_for_tests() })
+        };
+        assert_eq!(text(None, None), None);
+        assert_eq!(text(Some("max"), Some("max")), None);
+        assert!(
+            text(Some("gaussian"), Some("mean")).unwrap().starts_with("coarser levels were made by gaussian")
+        );
+        let of_made = text(None, Some("mean")).unwrap();
+        assert!(of_made.starts_with("levels that the file lacks are made by mean"), "{of_made}");
+        assert_eq!(text(Some("max"), Some("mean")), Some(of_made));
+    }
 
     #[test]
     fn places_and_lengths_are_in_the_units_of_the_volume() {

@@ -47,6 +47,8 @@ pub struct VolumeFacts {
     pub bounds: Option<[f64; 2]>,
     /// How the volume's coarser levels were made, if the file says so.
     pub downsample: Option<String>,
+    /// How levels are made that the file lacks, `mean` for one; `None` if it lacks none.
+    pub made_by: Option<String>,
     /// Voxels of a brick along each side.
     pub brick: u32,
 }
@@ -68,6 +70,7 @@ impl VolumeFacts {
             gain: 1.0,
             bounds: None,
             downsample: None,
+            made_by: None,
             brick: 64,
         }
     }
@@ -411,6 +414,7 @@ pub(crate) mod tests {
             gain: 65535.0,
             bounds: Some([0.0, 65535.0]),
             downsample: Some("mean".into()),
+            made_by: None,
             brick: 64,
         }
     }

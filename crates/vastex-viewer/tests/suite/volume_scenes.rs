@@ -66,6 +66,7 @@ pub(crate) fn facts(channels: usize, times: u64) -> VolumeFacts {
         gain: 255.0,
         bounds: Some([0.0, 255.0]),
         downsample: None,
+        made_by: None,
         brick: 16,
     }
 }

@@ -98,9 +98,10 @@ pub(super) fn origins(
     translations: &[[f64; 3]],
     convention: Convention,
 ) -> Vec<[f64; 3]> {
-    let half = if convention == Convention::Center { 0.5 } else { 0.0 };
-    let corner =
-        |(scale, moved): (&[f64; 3], &[f64; 3])| std::array::from_fn(|axis| moved[axis] - half * scale[axis]);
+    let inward = convention.inward();
+    let corner = |(scale, moved): (&[f64; 3], &[f64; 3])| {
+        std::array::from_fn(|axis| moved[axis] - inward * scale[axis])
+    };
     scales.iter().zip(translations).map(corner).collect()
 }
 

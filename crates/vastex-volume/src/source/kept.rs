@@ -25,9 +25,9 @@ pub fn made_levels_kept(
         return Ok(None);
     };
     let is_labels = options.labels.unwrap_or(about.is_label);
-    let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
+    let rule = options.reduction.unwrap_or(Reduction::usual(is_labels));
     let factors: Vec<[u32; 3]> = geometry.levels()[first_made..].iter().map(|level| level.factor).collect();
-    let identity = identity(volume, options, coarsest, options.reduction.unwrap_or(usual), &factors);
+    let identity = identity(volume, options, coarsest, rule, &factors);
     let stored = block_on(volume.stored_chunks(coarsest));
     let (plane, size) = ((options.channel, options.time), about.levels[coarsest].size);
     let total = count_made(stored.as_deref(), plane, size, finest.factor.map(u64::from));

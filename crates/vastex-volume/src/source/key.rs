@@ -23,6 +23,8 @@ pub(super) fn key(source: &VolumeSource) -> Option<SourceKey> {
     let file = path.ancestors().find(|path| path.exists())?;
     let mut text = format!("volume {VERSION} {:?} {:?} {:?}\n", about.path, about.dtype, source.description);
     writeln!(text, "{:?} {}", VolumeOptionsInKey::of(source), source.levels.levels().len()).ok()?;
+    // Where levels lie beside one another says which voxels a brick has.
+    writeln!(text, "{}", about.convention.name()).ok()?;
     // Values and what describes them may be two files.
     let described = Path::new(&format!("{}.toml", file.display())).to_owned();
     for (nth, file) in [file.to_owned(), described, file.with_extension("img")].into_iter().enumerate() {

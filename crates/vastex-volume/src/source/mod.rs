@@ -91,8 +91,7 @@ impl VolumeSource {
         let geometry = &description.geometry;
         let factors: Vec<[u32; 3]> =
             geometry.levels()[first_made..].iter().map(|level| level.factor).collect();
-        let usual = if is_labels { Reduction::Majority } else { Reduction::Mean };
-        let rule = options.reduction.unwrap_or(usual);
+        let rule = options.reduction.unwrap_or(Reduction::usual(is_labels));
         let identity = options.cache.is_some().then(|| identity(&volume, options, coarsest, rule, &factors));
         let directory = options.cache.as_deref().zip(identity.as_deref());
         let base =
@@ -151,6 +150,12 @@ impl VolumeSource {
     /// What texels mean.
     pub fn codes(&self) -> &ValueCodes {
         &self.codes
+    }
+
+    /// How levels are made that are not stored; `None` where all are stored.
+    pub fn made_by(&self) -> Option<Reduction> {
+        let has_made = usize::from(self.first_made) < self.levels.levels().len();
+        has_made.then(|| self.options.reduction.unwrap_or(Reduction::usual(self.is_labels)))
     }
 
     /// Returns true if values are labels.

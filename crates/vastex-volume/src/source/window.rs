@@ -3,7 +3,7 @@
 
 use super::{VolumeSource, VoxelValue};
 use crate::fault::{VolumeError, VolumeFault};
-use crate::volume::VoxelBox;
+use crate::volume::{VolumeAbout, VolumeChannel, VoxelBox};
 
 /// Voxels of the level whose values are looked at, where there is one of so few.
 const MOST_VOXELS: u64 = 1 << 21;
@@ -49,7 +49,8 @@ impl VolumeSource {
 
     /// The stored values that are shown as dark and as bright: those that the file names of the channel,
     /// within what its values can be; where it names none, or all that its values can be, those between the
-    /// lowest 0.5 % and the highest 0.2 % of a coarse level. The first is below the second.
+    /// lowest 0.5 % and the highest 0.2 % of a coarse level. The first is below the second. Of colours, red,
+    /// green and blue, all that their values can be is what is meant.
     pub async fn usual_window(&self) -> Result<[f64; 2], VolumeError> {
         let about = self.volume.about();
         let channel = usize::try_from(self.options.channel).ok();
@@ -61,7 +62,7 @@ impl VolumeSource {
         });
         // Writers that know nothing of the values name all that they can be; of colours that is what is
         // meant.
-        let says_nothing = about.dtype.bytes() > 1 && about.kind != "tiff-stack";
+        let says_nothing = !are_colors(about);
         let is_all = |window: &[f64; 2]| says_nothing && bounds.is_some_and(|bounds| *window == bounds);
         if let Some(window) = named.filter(|window| window[0] < window[1] && !is_all(window)) {
             return Ok(window);
@@ -70,6 +71,21 @@ impl VolumeSource {
         let [dark, bright] = [found[0], found[1]];
         Ok(if dark < bright { [dark, bright] } else { [dark, dark + above(dark)] })
     }
+}
+
+/// Returns true if channels are the colours of pictures: those of a TIFF file, and of others the three or
+/// four of 8 bits of which the first three are red, green and blue, as pictures come that were converted.
+fn are_colors(about: &VolumeAbout) -> bool {
+    // Stacks of TIFF name windows of colours alone.
+    if about.kind == "tiff-stack" {
+        return true;
+    }
+    let is = |(channel, color): (&VolumeChannel, [u8; 3])| channel.color == Some(color);
+    let three = [[255, 0, 0], [0, 255, 0], [0, 0, 255]];
+    about.dtype.bytes() == 1
+        && matches!(about.channels, 3 | 4)
+        && about.channel_info.len() >= 3
+        && about.channel_info.iter().zip(three).all(is)
 }
 
 /// What is added to a value to have one above it: 1, or more where floats of 64 bits lie further apart.

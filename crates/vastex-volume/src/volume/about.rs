@@ -100,6 +100,17 @@ pub enum Convention {
 }
 
 impl Convention {
+    /// Both conventions.
+    pub const ALL: [Convention; 2] = [Convention::Corner, Convention::Center];
+
+    /// How far the place that a translation is of lies from the corner, in sides of a voxel.
+    pub(crate) fn inward(self) -> f64 {
+        match self {
+            Convention::Corner => 0.0,
+            Convention::Center => 0.5,
+        }
+    }
+
     /// The convention's name.
     pub const fn name(self) -> &'static str {
         match self {

@@ -18,6 +18,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use rustc_hash::FxHashMap;
 
 use crate::chunks::{ChunkSource, Grid, Presence};
+use crate::fault::{VolumeError, VolumeFault};
 use crate::spare::Spare;
 use crate::stored::StoredChunks;
 use crate::values::DType;
@@ -145,6 +146,25 @@ impl Volume {
     /// little-endian.
     pub fn fill(&self) -> Vec<u8> {
         self.arrays[0].source.fill()[..self.about.dtype.bytes()].to_vec()
+    }
+
+    /// Takes the translations of its levels to be of corners, or of middles, of first voxels, in the place of
+    /// what followed from the metadata. Fails of what is no OME-Zarr, which has no such translations.
+    pub(crate) fn set_convention(&mut self, convention: Convention) -> Result<(), VolumeError> {
+        let about = &mut self.about;
+        if about.kind != "ome-zarr" {
+            let why = format!(
+                "is no OME-Zarr, which alone has translations that may be of corners or of middles ({}); leave that out",
+                convention.name()
+            );
+            return Err(VolumeFault::Request(why).at(&about.path));
+        }
+        let moved = about.convention.inward() - convention.inward();
+        for level in &mut about.levels {
+            level.origin = std::array::from_fn(|axis| level.origin[axis] + moved * level.scale[axis]);
+        }
+        about.convention = convention;
+        Ok(())
     }
 
     /// What is known of the volume without reading its values.

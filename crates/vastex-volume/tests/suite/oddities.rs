@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use serde_json::{Value, json};
-use vastex_volume::{Opened, open};
+use vastex_volume::{Convention, Opened, open, open_placed};
 
-use crate::fixtures::{volume, whole};
+use crate::fixtures::{path, volume, whole};
 
 fn put(directory: &Path, key: &str, content: impl AsRef<[u8]>) {
     let file = directory.join(key);
@@ -128,4 +128,53 @@ fn a_list_of_series_names_images_of_version_0_2() {
         assert_eq!(whole(&volume, 0, 0), expected);
         assert_eq!(whole(&volume, 1, 0), [0; 48], "absent chunks without a fill value are 0");
     }
+}
+
+/// Streaming writers of Zstandard do not know how long what they write will be, and their frames do not say.
+#[test]
+fn frames_of_zstandard_that_do_not_say_their_length_are_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let at = directory.path();
+    let mut array = array_of_floats([2, 2, 3]);
+    array["data_type"] = json!("uint16");
+    array["fill_value"] = json!(0);
+    array["codecs"] = json!([
+        {"name": "bytes", "configuration": {"endian": "little"}},
+        {"name": "zstd", "configuration": {"level": 0, "checksum": false}}
+    ]);
+    put_json(at, "zarr.json", &array);
+    let values: Vec<u8> = (0..12_u16).flat_map(|n| (n * 300).to_le_bytes()).collect();
+    // The magic number, no length and no checksum, a window of 1 KiB; a block of bytes as they are, and the
+    // last one, of one byte five times.
+    let block = |last: u32, kind: u32, size: u32| (size << 3 | kind << 1 | last).to_le_bytes()[..3].to_vec();
+    let head = [0x28, 0xb5, 0x2f, 0xfd, 0x00, 0x00];
+    let frame = [&head[..], &block(0, 0, 19), &values[..19], &block(1, 1, 5), &[7]].concat();
+    put(at, "c/0/0/0", frame);
+    assert_eq!(whole(&volume(at), 0, 0), [&values[..19], &[7; 5]].concat());
+}
+
+/// Whoever knows better than the metadata what translations are of says so.
+#[test]
+fn translations_are_of_what_somebody_says() {
+    let opened = |name: &str, convention| match open_placed(&path(name), convention) {
+        Ok(Opened::Volume(volume)) => *volume,
+        other => panic!("{name}: {other:?}"),
+    };
+    for (name, found, other) in [
+        ("v04-center.zip", Convention::Center, Convention::Corner),
+        ("v05-corner.zip", Convention::Corner, Convention::Center),
+    ] {
+        let (usual, same) = (opened(name, None), opened(name, Some(found)));
+        assert_eq!((usual.about().convention, usual.about()), (found, same.about()), "{name}");
+        let placed = opened(name, Some(other));
+        assert_eq!(placed.about().convention, other, "{name}");
+        let half = if other == Convention::Corner { 0.5 } else { -0.5 };
+        for (before, after) in usual.about().levels.iter().zip(&placed.about().levels) {
+            for axis in 0..3 {
+                assert_eq!(after.origin[axis], before.origin[axis] + half * before.scale[axis], "{name}");
+            }
+        }
+    }
+    let error = open_placed(&path("one.nii"), Some(Convention::Corner)).unwrap_err().to_string();
+    assert!(error.contains("one.nii") && error.contains("no OME-Zarr"), "{error}");
 }

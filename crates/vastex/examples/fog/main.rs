@@ -1,12 +1,19 @@
 //! What it takes to draw a volume inside a scene that is there already: mist over the ground of
 //! `existing_renderer`, marched through in a pass of the application's own that stops at the scene's depth.
 //!
+//! What a host adds for the volume are 200 lines: `fog.wgsl`, which marches, `Fog` below, which has its
+//! pipelines and tells it of the camera, and of `render` the dozen lines that name `mist`, `rays` or `fog`.
+//! `existing_renderer` is the scene that was there, `over` plain wgpu for who draws over a picture, and `mist`
+//! a made-up source, in the place of which a file has a `vastex_volume::VolumeSource`.
+//!
 //! `cargo run -p vastex --example fog -- [picture.png]`
 
 use std::sync::Arc;
 
 use glam::{Mat4, UVec3, Vec3};
-use vastex::{BindingPlace, Event, Pace, Settings, TextureId, Textures, ViewId, ViewSettings};
+use vastex::{
+    BindingPlace, Event, Pace, Settings, TextureId, TextureSettings, Textures, ViewId, ViewSettings,
+};
 
 #[allow(dead_code, clippy::duplicate_mod, reason = "of what the examples have in common each uses its part")]
 #[path = "../existing_renderer/main.rs"]
@@ -44,7 +51,9 @@ pub(crate) fn render(size: [u32; 2], density: f32) -> anyhow::Result<(Vec<u8>, u
     };
     let mut textures = Textures::new(device, queue, settings)?;
     let ground = textures.add_blocking(Arc::new(landscape()?))?;
-    let mist = textures.add_blocking(Arc::new(mist::Mist::new()?))?;
+    let mist = Arc::new(mist::Mist::new()?);
+    let mist = textures.preparer().read_blocking(mist, TextureSettings::default())?;
+    let mist = textures.add_volume(mist)?;
     // A view of its own: each of its rays meets many bricks.
     let rays = textures.add_view(ViewSettings::default().with_bricks_of_a_ray(48))?;
     // The camera stays: every pixel is to have what it needs.

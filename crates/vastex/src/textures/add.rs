@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use vastex_core::{Description, Event, Layer, PoolId, TextureNumber, VoxelLevels};
+use vastex_core::{Description, Dims, Event, Layer, PoolId, TextureNumber, VoxelLevels};
 use vastex_tiles::TileSource;
 use vastex_wgpu::MOST_UNALIGNED_LEVELS;
 
@@ -76,6 +76,34 @@ impl Textures {
     /// and take as much of the pool as their texels.
     pub fn add(&mut self, prepared: Prepared) -> Result<TextureId, AddError> {
         self.add_prepared(&prepared).map_err(|error| AddError { error, prepared })
+    }
+
+    /// Adds a volume that [`Textures::preparer`] has read: as [`Textures::add`], for who marches through it
+    /// or cuts slices of it, and so would find out in a shader that it has two axes. That is refused here
+    /// ([`Error::NoVolume`]). Where voxels are no cubes, or levels do not halve, the texture is prepared with
+    /// [`TextureSettings::voxels`] of its source.
+    ///
+    /// ```no_run
+    /// # use std::sync::Arc;
+    /// # use vastex::{Error, TextureId, TextureSettings, Textures, TileSource, VoxelLevels};
+    /// # fn add(
+    /// #     textures: &mut Textures,
+    /// #     source: Arc<dyn TileSource>,
+    /// #     levels: &Arc<VoxelLevels>,
+    /// # ) -> Result<TextureId, Error> {
+    /// // With `source`, a `vastex_volume::VolumeSource`, and `levels`, its `VolumeSource::levels`:
+    /// let settings = TextureSettings { voxels: Some(levels.clone()), ..TextureSettings::default() };
+    /// let prepared = textures.preparer().read_blocking(source, settings)?;
+    /// let scan = textures.add_volume(prepared)?;
+    /// # Ok(scan) }
+    /// ```
+    pub fn add_volume(&mut self, prepared: Prepared) -> Result<TextureId, AddError> {
+        let geometry = &prepared.description().geometry;
+        let [width, height, _] = geometry.size();
+        match geometry.dims() {
+            Dims::D3 => self.add(prepared),
+            Dims::D2 => Err(AddError { error: Error::NoVolume { size: [width, height] }, prepared }),
+        }
     }
 
     /// Prepares and adds a texture at once, for tools and for programs that have nothing to draw meanwhile:

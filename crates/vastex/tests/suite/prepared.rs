@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::common::{Mapping, Screen, property, settings};
 use vastex::source::ReadFuture;
 use vastex::{
-    AddressMode, Description, Error, GpuError, PagePos, PoolSettings, Prepared, Preparer, Settings,
-    TextureSettings, Textures, TileSource,
+    AddressMode, Description, Error, Geometry, GeometrySpec, GpuError, PagePos, PoolSettings, Prepared,
+    Preparer, Settings, TextureSettings, Textures, TileSource,
 };
-use vastex_tiles::ends_within;
+use vastex_tiles::{PropertySource, ends_within};
 use vastex_wgpu::test_device::TestDevice;
 
 const SIZE: [u32; 2] = [1000, 777];
@@ -118,6 +118,20 @@ fn what_was_prepared_for_others_is_given_back() {
     assert_eq!(of_wholes.inspect().textures().count(), 0);
     let given_back = refused.prepared.into_source();
     of_wholes.add(read(&of_wholes.preparer(), given_back)).unwrap();
+}
+
+#[test]
+fn what_has_two_axes_is_no_volume_and_is_given_back() {
+    let (_gpu, mut textures) = textures(settings());
+    let refused = textures.add_volume(read(&textures.preparer(), Counted::new())).unwrap_err();
+    assert!(matches!(refused.error, Error::NoVolume { size: SIZE }), "{refused}");
+    assert!(refused.to_string().contains("1000x777") && refused.to_string().contains("Textures::add"));
+    assert_eq!(textures.inspect().textures().count(), 0);
+    textures.add(refused.prepared).unwrap();
+    let spec = GeometrySpec { page: 16, ..GeometrySpec::volume([50, 40, 30]) };
+    let source = PropertySource::new(Geometry::new(spec).unwrap());
+    let volume = textures.add_volume(read(&textures.preparer(), Arc::new(source))).unwrap();
+    assert!(textures.inspect().textures().any(|texture| texture == volume));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
+use vastex_scenes::Path as CameraPath;
 
 use super::super::render::{PictureFormat, check_is_png};
 use super::super::{named, value_error};
@@ -28,7 +29,15 @@ pub(crate) struct VolumePathArgs {
 impl VolumePathArgs {
     /// Fails where it does not go with what else is asked for.
     pub(super) fn check(&self, args: &RenderVolumeArgs) -> Result<(), clap::Error> {
-        if self.camera_path.is_some() {
+        if let Some(path) = &self.camera_path {
+            let is_named = |known: &CameraPath| path.as_os_str() == known.name();
+            if let Some(known) = CameraPath::ALL.iter().find(|known| is_named(known) && !path.exists()) {
+                return Err(value_error(&format!(
+                    "'{}' for '--camera-path <FILE>': it is a path over images; places of a path round a volume are written down in a file \
+                     (docs/camera-paths.md), as the window does by F8",
+                    known.name()
+                )));
+            }
             let why = match (args.on, &args.view) {
                 (VolumeScene::Slices, _) => Some(
                     "'--camera-path': use it with --on volume; for slices of a path add --view 'volume:..;panes=z'",

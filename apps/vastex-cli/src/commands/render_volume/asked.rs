@@ -11,10 +11,11 @@ use vastex_tiles::DiskTier;
 use vastex_viewer::VolumeViewText;
 use vastex_viewer::volume::{FIRST_CHANNELS, MOST_CHANNELS, VolumeBox, VolumeClip, VolumePlane, VolumeView};
 use vastex_viewer::volume_scene::{PaneSight, VolumeFacts, VolumeLayout, VolumeLook, VolumePane, pane_rects};
-use vastex_volume::{ImageList, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, levels_of, open};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, levels_of, open_placed};
 
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
+use super::super::volume::no_volume;
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
 
@@ -30,7 +31,7 @@ pub(super) struct Asked {
 impl Asked {
     /// Opens the volume, and finds out whether it has what is asked for.
     pub(super) fn open(args: &RenderVolumeArgs) -> Result<Asked> {
-        let volume = match open(&args.source)? {
+        let volume = match open_placed(&args.source, args.look.places.convention())? {
             Opened::Volume(volume) => Arc::new(*volume),
             Opened::Images(list) => bail!(no_volume(&list)),
         };
@@ -113,18 +114,6 @@ fn channels_of(args: &RenderVolumeArgs, about: &VolumeAbout) -> Result<Vec<Asked
         true => Ok((0..about.channels.min(FIRST_CHANNELS as u64)).map(AskedChannel::new).collect()),
         false => Ok(active),
     }
-}
-
-/// What is said where one volume is needed and several are there.
-pub(crate) fn no_volume(list: &ImageList) -> String {
-    let first = list.images.first().map_or("", |image| image.as_str());
-    format!(
-        "{}: {} with {} images; name one, as in {}/{first}",
-        list.path,
-        list.what,
-        list.images.len(),
-        list.path
-    )
 }
 
 fn check_size(gpu: &Gpu, size: [u32; 2]) -> Result<()> {

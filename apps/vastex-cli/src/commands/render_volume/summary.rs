@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vastex::VolumeFilters;
-use vastex_volume::Volume;
+use vastex_volume::{ChunkWork, Volume};
 
 use super::Drawing;
 use super::watch::Watched;
@@ -55,7 +55,11 @@ impl Summary {
         converged: bool,
         watched: Watched,
     ) -> Summary {
-        let (stats, work) = (drawing.textures.stats(), volume.chunk_work());
+        let stats = drawing.textures.stats();
+        // Labels are often a volume of their own.
+        let others = drawing.maker.volumes().into_iter().filter(|other| !std::ptr::eq(&***other, volume));
+        let work: Vec<ChunkWork> =
+            others.map(|other| other.chunk_work()).chain([volume.chunk_work()]).collect();
         let pager = &stats.pager;
         let filters = VolumeFilters::of(&drawing.gpu.device, &drawing.gpu.queue);
         Summary {
@@ -72,8 +76,8 @@ impl Summary {
             pool_bytes: stats.pool_bytes,
             brick,
             bytes_uploaded: pager.uploaded_bytes,
-            bytes_read: work.bytes_read,
-            chunks_decoded: work.decoded,
+            bytes_read: work.iter().map(|work| work.bytes_read).sum(),
+            chunks_decoded: work.iter().map(|work| work.decoded).sum(),
             levels_made: drawing.maker.progress().done,
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             adapter: drawing.gpu.adapter_name(),

@@ -41,17 +41,23 @@ impl AtTime {
             let own = TextureSettings { voxels, page_table, ..TextureSettings::default() };
             let tiles = disk_cache::before_volume(source, disk);
             let prepared = textures.preparer().read_blocking(tiles, own)?;
-            ids.push(textures.add(prepared)?);
+            ids.push(textures.add_volume(prepared)?);
         }
-        if let Some(lacking) = sources.iter().find(|source| source.has_levels_to_make()) {
+        let of_labels = labels.iter().map(|labels| &labels.source);
+        if let Some(lacking) = sources.iter().chain(of_labels).find(|source| source.has_levels_to_make()) {
             let path = &lacking.volume().about().path;
             report::say(&format!("note: {path}: levels that the file lacks are made meanwhile"));
         }
-        let maker = LevelMaker::start(ids.iter().copied().zip(sources.iter().cloned()).collect())?;
+        let mut maker = LevelMaker::start(ids.iter().copied().zip(sources.iter().cloned()).collect())?;
         let plain: Vec<VolumeChannel> = ids.into_iter().map(VolumeChannel::new).collect();
         let channels = all_as_shown(args, &plain, &shown)?;
         let iso = args.look.iso.zip(sources.first()).map(|(iso, source)| sampled(source, iso));
-        let shown_labels = labels.map(|labels| labels.add(args, textures, sources.is_empty())).transpose()?;
+        let mut shown_labels = None;
+        if let Some(labels) = labels {
+            let shown = labels.add(args, textures, sources.is_empty())?;
+            maker.add(shown.layer.texture(), labels.source.clone())?;
+            shown_labels = Some(shown);
+        }
         let desc = VolumeDesc {
             mode: args.look.mode(),
             step: args.look.step(),

@@ -19,6 +19,7 @@ fn facts() -> VolumeFacts {
         gain: 255.0,
         bounds: Some([0.0, 255.0]),
         downsample: None,
+        made_by: None,
         brick: 64,
     }
 }
