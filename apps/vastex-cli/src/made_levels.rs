@@ -167,8 +167,8 @@ impl LevelMaker {
         }
     }
 
-    /// Returns true if any of the sources lacks levels that were not made when it was opened, whether they are
-    /// made by now or not.
+    /// Returns true if any of the sources lacks levels that were not made when it was opened, whether they
+    /// are made by now or not.
     pub(crate) fn may_lack_levels(&self) -> bool {
         self.shown.iter().any(|(_, source)| source.may_lack_levels())
     }

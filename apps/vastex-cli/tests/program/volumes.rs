@@ -130,7 +130,7 @@ fn what_cannot_be_cut_says_why_and_leaves_nothing() {
         ("crop plate.zip --at 0,0,0 --size 2x2x2 -o a.npy", 1, "A/1/0, A/1/1"),
         ("crop v2-delta.zip --at 0,0,0 --size 2x2x2 -o a.npy", 1, "'delta'"),
         ("info v2-delta.zip", 1, "v2-delta.zip/0/.zarray"),
-        ("render v04-center.zip -o a.png", 1, "an image is needed"),
+        ("render v04-center.zip --on image -o a.png", 1, "an image is needed"),
         ("crop image.vastex --at 0,0,0 --size 2x2x2 -o a.npy", 1, "image.vastex"),
         ("crop v04-center.zip --at 0,0,0 --size 2x2 -o a.npy", 2, "three, of a volume"),
         ("crop v04-center.zip --at 0,0,0 --size 2x2x2 -o a.png", 2, ".npy"),

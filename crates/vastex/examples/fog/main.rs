@@ -3,8 +3,8 @@
 //!
 //! What a host adds for the volume are 200 lines: `fog.wgsl`, which marches, `Fog` below, which has its
 //! pipelines and tells it of the camera, and of `render` the dozen lines that name `mist`, `rays` or `fog`.
-//! `existing_renderer` is the scene that was there, `over` plain wgpu for who draws over a picture, and `mist`
-//! a made-up source, in the place of which a file has a `vastex_volume::VolumeSource`.
+//! `existing_renderer` is the scene that was there, `over` plain wgpu for who draws over a picture, and
+//! `mist` a made-up source, in the place of which a file has a `vastex_volume::VolumeSource`.
 //!
 //! `cargo run -p vastex --example fog -- [picture.png]`
 
