@@ -8,8 +8,10 @@ use std::ops::ControlFlow;
 use anyhow::{Result, bail};
 use vastex::{Event, Textures};
 use vastex_scenes::{DisplayOptions, LayerOptions, Offscreen, Overlay, Picture, Pose, Until};
+use vastex_tiles::srgb_from_linear;
 use vastex_viewer::PicturePart;
 use vastex_viewer::layers::{CompareMode, Panes};
+use vastex_viewer::stage::LinearTarget;
 
 pub(crate) use totals::Totals;
 
@@ -28,7 +30,7 @@ const MARGIN_OF_CLOUDS: u32 = 256;
 pub(crate) struct Part {
     /// Its first pixel.
     pub(crate) at: [u32; 2],
-    /// Its width and height, the same of all parts.
+    /// Its width and height, the same of all parts that are drawn.
     pub(crate) size: [u32; 2],
     /// The pane that it is of.
     pub(crate) pane: u32,
@@ -109,6 +111,27 @@ impl Parts {
                 .flat_map(|at_pane| (0..count[0]).map(move |column| part(at_pane, column, row)))
                 .collect()
         })
+    }
+
+    /// All columns of a row of parts, each in one part: what the parts have of their panes, and what lies
+    /// beside panes, of which nothing is drawn.
+    #[cfg(feature = "view")]
+    pub(crate) fn covering(&self, of_row: &[Part]) -> Vec<Part> {
+        let of_panes = of_row
+            .iter()
+            .map(|part| Part { size: [self.width_of(part) as u32, self.height_of(part)], ..*part });
+        let end = self.left + self.panes * self.pane;
+        let beside = of_row.first().into_iter().flat_map(|first| {
+            [[0, self.left], [end, self.whole[0]]].into_iter().flat_map(move |[from, to]| {
+                let starts = (from..to).step_by(self.size[0].max(1) as usize);
+                starts.map(move |column| Part {
+                    at: [column, first.at[1]],
+                    size: [self.size[0].min(to - column), self.height_of(first)],
+                    ..*first
+                })
+            })
+        });
+        of_panes.chain(beside).collect()
     }
 
     /// Rows of pixels of a row of parts, from its first one on.
@@ -212,8 +235,9 @@ pub(crate) fn draw(
     for of_row in parts.rows() {
         let Some(first) = of_row.first() else { continue };
         let size = [parts.whole[0], parts.height_of(first)];
-        // Beside panes is what is around a picture.
-        let mut row = Picture { size, rgba: vec![0; size[0] as usize * size[1] as usize * 4] };
+        // Beside panes, where nothing is drawn, is what is around a picture.
+        let pixels = size[0] as usize * size[1] as usize;
+        let mut row = Picture { size, rgba: beside_panes(offscreen).repeat(pixels) };
         let (mut shown, mut hidden) = (None, Vec::new());
         for part in &of_row {
             if parts.panes > 1 && shown != Some(part.pane) {
@@ -242,6 +266,16 @@ pub(crate) fn draw(
     }
     offscreen.show_part(None);
     Ok(totals)
+}
+
+/// A pixel around what is drawn, as pictures have it.
+fn beside_panes(offscreen: &Offscreen) -> [u8; 4] {
+    let renderer = offscreen.renderer();
+    let format = renderer.format();
+    let is_light = format.is_srgb() || format == LinearTarget::FORMAT;
+    let value = |value: f64| if is_light { srgb_from_linear(value) } else { value };
+    let [red, green, blue, alpha] = renderer.background().to_array().map(f64::from);
+    [value(red), value(green), value(blue), alpha].map(|value| (value * 255.0).round() as u8)
 }
 
 #[cfg(test)]
@@ -307,6 +341,29 @@ mod tests {
             let mut row = Picture { rgba: vec![0; before.rgba.len()], ..before.clone() };
             of_row.iter().for_each(|part| part.put(&part.of(&before), &mut row));
             assert_eq!(row, before);
+        }
+    }
+
+    /// What is transparent would be darker where two parts had it.
+    #[cfg(feature = "view")]
+    #[test]
+    fn every_column_is_painted_once_beside_panes_as_well() {
+        for (width, count, free) in
+            [(100, 1, [0.0, 100.0]), (348, 2, [101.0, 348.0]), (628, 3, [100.0, 600.0])]
+        {
+            let panes = Panes::sharing(count, width, free);
+            let parts = Parts::of_panes([width, 60], panes, 40, false);
+            for of_row in parts.rows() {
+                let covering = parts.covering(&of_row);
+                let mut columns: Vec<u32> =
+                    covering.iter().flat_map(|part| part.at[0]..part.at[0] + part.size[0]).collect();
+                columns.sort_unstable();
+                assert!(columns.into_iter().eq(0..width), "{panes:?}");
+                let is_of_row = |part: &Part| {
+                    part.at[1] == of_row[0].at[1] && part.size[1] == parts.height_of(&of_row[0])
+                };
+                assert!(covering.iter().all(is_of_row), "{covering:?}");
+            }
         }
     }
 }

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use anyhow::Result;
 use serde::Serialize;
 use vastex::Description;
-use vastex_build::{InputFault, SourceError, TiffDirectories, TiffFacts, TiffLevel, image_in_file};
+use vastex_build::{
+    InputFault, Notice, SourceError, TiffDirectories, TiffFacts, TiffLevel, bands_in_name, image_in_file,
+};
 
 use super::about_info::{self, AboutSummary, Rows};
 use crate::open::Looked;
@@ -36,6 +38,9 @@ pub(super) struct TiffSummary {
     /// Those that are shown, counted from 1.
     shown_bands: Vec<u16>,
     notices: Vec<String>,
+    /// True if it is built before it is shown, and the build has other levels and pages than its tiles.
+    #[serde(skip)]
+    is_built_first: bool,
 }
 
 #[derive(Serialize)]
@@ -63,9 +68,14 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<Description
     if !path.is_file() && image_in_file(path).is_none() {
         return Ok(None);
     }
-    let read = || TiffDirectories::read(path).and_then(|read| read.facts());
-    match looked.tiff(path).map_or_else(read, TiffDirectories::facts) {
-        Ok(facts) => Ok(Some((facts.description().clone(), TiffSummary::new(&facts)))),
+    let facts = |read: &TiffDirectories| Ok::<_, SourceError>((read.facts()?, read.lacks_levels()));
+    let anew = || TiffDirectories::read(path).and_then(|read| facts(&read));
+    match looked.tiff(path).map_or_else(anew, facts) {
+        Ok((found, lacks_levels)) => {
+            let may_be_built = image_in_file(path).is_none_or(|(_, name)| bands_in_name(name).is_some());
+            let is_built_first = lacks_levels || found.is_too_large() && may_be_built;
+            Ok(Some((found.description().clone(), TiffSummary::new(&found, is_built_first))))
+        }
         Err(SourceError::Input { fault: InputFault::NoTiles, .. }) => Ok(None),
         Err(error) => truer(path, error).map_or(Ok(None), Err),
     }
@@ -87,7 +97,7 @@ fn truer(path: &Path, error: SourceError) -> Option<anyhow::Error> {
 }
 
 impl TiffSummary {
-    fn new(facts: &TiffFacts) -> TiffSummary {
+    fn new(facts: &TiffFacts, is_built_first: bool) -> TiffSummary {
         let (description, about) = (facts.description(), facts.about());
         let geometry = &description.geometry;
         let [width, height, _] = geometry.size();
@@ -95,6 +105,8 @@ impl TiffSummary {
             let TiffLevel { level, size, tile, compression, .. } = level.clone();
             StoredLevel { level, size, tile, compression }
         };
+        // A build follows the profile, or says itself why it does not.
+        let is_true = |notice: &&Notice| !is_built_first || !matches!(notice, Notice::ProfileIgnored { .. });
         TiffSummary {
             kind: "tiff",
             size: [width, height],
@@ -110,7 +122,8 @@ impl TiffSummary {
             about: AboutSummary::new(about, facts.profile().map(str::to_owned)),
             bands: about.bands.clone(),
             shown_bands: facts.shown_bands().to_vec(),
-            notices: facts.notices().iter().map(ToString::to_string).collect(),
+            notices: facts.notices().iter().filter(is_true).map(ToString::to_string).collect(),
+            is_built_first,
         }
     }
 
@@ -122,15 +135,22 @@ impl TiffSummary {
     pub(super) fn rows(&self) -> Rows {
         let [width, height] = self.size;
         let (levels, format, page) = (self.levels, self.format, self.page);
-        let mut rows = vec![
-            ("size", format!("{width} x {height} texels")),
-            ("levels", format!("{levels}, of which the file stores {}", self.stored_levels.len())),
-        ];
+        let stored = self.stored_levels.len();
+        let mut rows = vec![("size", format!("{width} x {height} texels"))];
+        rows.push(match self.is_built_first {
+            true => (
+                "built",
+                format!("into the cache before it is shown, with all levels; the file stores {stored}"),
+            ),
+            false => ("levels", format!("{levels}, of which the file stores {stored}")),
+        });
         rows.extend(self.stored_levels.iter().map(|stored| {
             let StoredLevel { level, size: [w, h], tile: [tile_w, tile_h], compression } = stored;
             ("", format!("level {level}: {w} x {h} texels, tiles of {tile_w} x {tile_h}, {compression}"))
         }));
-        rows.push(("shown as", format!("{format}, in pages of {page} texels")));
+        if !self.is_built_first {
+            rows.push(("shown as", format!("{format}, in pages of {page} texels")));
+        }
         let other = |Image { name, title, size: [w, h], .. }: &Image| match title {
             Some(title) => format!("{name} ({title:?}) {w} x {h}"),
             None => format!("{name} {w} x {h}"),

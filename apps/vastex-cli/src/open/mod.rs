@@ -436,7 +436,8 @@ fn in_place(path: &Path, observer: Option<&dyn OpenObserver>) -> Result<Option<A
     let is_none =
         |error: &SourceError| matches!(error, SourceError::Input { fault: InputFault::NoTiles, .. });
     let read = observer.and_then(|observer| observer.looked()?.tiff(path));
-    let watch = |share| observer.map_or(ControlFlow::Continue(()), |observer| observer.advance(share));
+    let watch =
+        |share| observer.map_or(ControlFlow::Continue(()), |observer| observer.advance_in_place(share));
     let anew = || TiffDirectories::read(path).and_then(|read| read.open_while(&watch));
     match read.map_or_else(anew, |read| read.open_while(&watch)) {
         Ok(tiles) => {

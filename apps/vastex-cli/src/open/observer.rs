@@ -59,6 +59,11 @@ pub(crate) trait OpenObserver {
         ControlFlow::Continue(())
     }
 
+    /// The same of what is read where it lies, so that nothing is built or decoded as a whole.
+    fn advance_in_place(&self, share: f64) -> ControlFlow<()> {
+        self.advance(share)
+    }
+
     /// Who is told of a cached image that is found damaged. Reads of its damaged tiles then fail while it is
     /// built anew, and are to be tried again; where nobody is told, they wait.
     #[cfg(feature = "build")]
@@ -104,6 +109,10 @@ impl OpenObserver for WithoutPreview<'_> {
 
     fn advance(&self, share: f64) -> ControlFlow<()> {
         self.0.advance(share)
+    }
+
+    fn advance_in_place(&self, share: f64) -> ControlFlow<()> {
+        self.0.advance_in_place(share)
     }
 
     #[cfg(feature = "build")]

@@ -233,8 +233,8 @@ impl Shot {
                 &mut drawn,
                 (&pose, &parts, self.overlay),
                 &mut troubles,
-                |drawn, parts, mut row| {
-                    over.paint(drawn, parts, &mut row)?;
+                |drawn, of_row, mut row| {
+                    over.paint(drawn, &parts.covering(of_row), &mut row)?;
                     rows.add(&row)?;
                     patience.check()?;
                     Ok(ControlFlow::Continue(()))

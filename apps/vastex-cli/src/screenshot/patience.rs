@@ -15,7 +15,8 @@ pub(crate) struct Patience {
 }
 
 impl Patience {
-    /// From now on no image is built or decoded for the picture; what is open is drawn.
+    /// From now on no image is built or decoded for the picture; what is open, or is read where it lies, is
+    /// drawn.
     pub(crate) fn shorten(&self) {
         self.is_short.store(true, Ordering::Relaxed);
     }
@@ -57,6 +58,11 @@ impl OpenObserver for OpeningShot<'_> {
             false => ControlFlow::Continue(()),
         }
     }
+
+    /// Little of a pyramid is read at its opening.
+    fn advance_in_place(&self, _: f64) -> ControlFlow<()> {
+        self.patience.flow()
+    }
 }
 
 #[cfg(test)]
@@ -70,7 +76,9 @@ mod tests {
         assert!(opening.advance(0.5).is_continue() && patience.check().is_ok());
         patience.shorten();
         assert!(opening.advance(0.5).is_break() && patience.check().is_ok());
+        assert!(opening.advance_in_place(0.5).is_continue());
         patience.end();
         assert!(opening.advance(0.5).is_break() && patience.check().is_err());
+        assert!(opening.advance_in_place(0.5).is_break());
     }
 }

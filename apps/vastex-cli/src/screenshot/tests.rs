@@ -27,8 +27,22 @@ fn taken_in_parts(part_side: Option<u32>, change: impl FnOnce(&mut Shot)) -> Pic
     let line = ["vastex", "view", "--cache", "off", source.to_str().unwrap()];
     let Command::View(mut args) = Args::parse_from(line).command else { panic!() };
     args.scene.part_side = part_side;
-    let mut shot = Shot {
-        source: source.clone(),
+    let mut shot = shot_of(&args);
+    change(&mut shot);
+    assert!(shot.write(&args, &Output::at(&output).unwrap()).unwrap());
+    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&output).unwrap()));
+    reader.set_transformations(png::Transformations::ALPHA);
+    let mut reader = reader.read_info().unwrap();
+    let mut rgba = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut rgba).unwrap();
+    let (width, height) = reader.info().size();
+    Picture { size: [width, height], rgba }
+}
+
+/// A picture of the source of a command line.
+fn shot_of(args: &ViewArgs) -> Shot {
+    Shot {
+        source: args.scene.source.clone(),
         over: Vec::new(),
         scene: Scene::Image,
         camera: ShotCamera::First,
@@ -42,16 +56,7 @@ fn taken_in_parts(part_side: Option<u32>, change: impl FnOnce(&mut Shot)) -> Pic
         has_guides: false,
         measure: None,
         has_hud: false,
-    };
-    change(&mut shot);
-    assert!(shot.write(&args, &Output::at(&output).unwrap()).unwrap());
-    let mut reader = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&output).unwrap()));
-    reader.set_transformations(png::Transformations::ALPHA);
-    let mut reader = reader.read_info().unwrap();
-    let mut rgba = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut rgba).unwrap();
-    let (width, height) = reader.info().size();
-    Picture { size: [width, height], rgba }
+    }
 }
 
 fn pixel(picture: &Picture, x: u32, y: u32) -> [u8; 4] {
@@ -123,13 +128,14 @@ fn images_side_by_side_lie_beside_the_figures_of_the_machine() {
             shot.options.layers =
                 [0, 1].map(|texture| LayerOptions { texture, ..LayerOptions::default() }).to_vec();
             shot.options.compare_mode = CompareMode::Beside;
-            (shot.has_hud, shot.size) = (true, [348 + 280, 96]);
+            // A column is left over after the second pane.
+            (shot.has_hud, shot.size, shot.ground) = (true, [348 + 281, 96], Ground::Light);
         })
     };
-    let whole = beside(None);
+    let (whole, in_parts) = (beside(None), beside(Some(100)));
     let is_image =
         |picture: &Picture, x: u32, y: u32| pixel(picture, x, y)[..3].iter().all(|v| v.abs_diff(90) < 3);
-    for picture in [&whole, &beside(Some(100))] {
+    for picture in [&whole, &in_parts] {
         for pane in [348..488, 488..628] {
             let seen: Vec<u32> = pane.clone().filter(|x| is_image(picture, *x, 48)).collect();
             let [first, last] = [seen[0], seen[seen.len() - 1]];
@@ -139,4 +145,36 @@ fn images_side_by_side_lie_beside_the_figures_of_the_machine() {
             assert!((28..38).contains(&rows.count()), "{pane:?}");
         }
     }
+    // The figures themselves are as those of the whole, up to some digits, and so is what is left over.
+    let is_alike = |x: u32, y: u32| {
+        let [one, other] = [&whole, &in_parts].map(|picture| pixel(picture, x, y));
+        one.iter().zip(other).all(|(one, other)| one.abs_diff(other) <= 3)
+    };
+    let alike = (0..348).flat_map(|x| (0..96).map(move |y| (x, y))).filter(|(x, y)| is_alike(*x, *y)).count();
+    assert!(alike > 348 * 96 * 3 / 4, "{alike}");
+    assert!(
+        (0..96).all(|y| is_alike(628, y)),
+        "{:?}, {:?}",
+        pixel(&whole, 628, 48),
+        pixel(&in_parts, 628, 48)
+    );
+}
+
+/// Where the window closes, what lies open or is read where it lies is drawn all the same.
+#[cfg(feature = "build")]
+#[test]
+fn a_pyramid_is_drawn_while_the_window_waits_for_its_end() {
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/tiff/slide-jpeg.svs");
+    let directory = tempfile::tempdir().unwrap();
+    let (source, output) = (PathBuf::from(source), directory.path().join("out.png"));
+    let line = ["vastex", "view", "--cache", "off", source.to_str().unwrap()];
+    let Command::View(args) = Args::parse_from(line).command else { panic!() };
+    let shot = Shot { source, ..shot_of(&args) };
+    let write = |patience: &Patience| shot.write_while(&args, (&Output::at(&output).unwrap(), patience));
+    let patience = Patience::default();
+    patience.shorten();
+    assert!(write(&patience).unwrap());
+    assert!(output.exists());
+    patience.end();
+    assert!(write(&patience).is_err());
 }

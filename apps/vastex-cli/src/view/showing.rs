@@ -78,9 +78,8 @@ impl App {
             }
             #[cfg(feature = "build")]
             (OpeningEvent::LaterNote(note), Some(open)) => {
-                // Of a file that gives way to another nobody wants to know more.
                 let current = self.openings.number().filter(|number| !self.over.is_of(*number));
-                if current.map_or_else(|| self.shown.is_before(number), |current| number >= current) {
+                if self.shown.concerns(number, current) {
                     open.viewer.scene.beside.show_note(OF_FILE, &note);
                     open.window.request_redraw();
                 }

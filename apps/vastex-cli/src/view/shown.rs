@@ -28,10 +28,11 @@ impl Shown {
         self.opening == opening
     }
 
-    /// Returns true if an opening is that of what is seen, or came later: of what lies over it.
+    /// Returns true if what is found in the file of an opening concerns somebody: the file is seen, or lies
+    /// over what is seen, or is of the opening that goes on (`current`): if that fails, what is seen stays.
     #[cfg(feature = "build")]
-    pub(super) fn is_before(&self, opening: u64) -> bool {
-        self.opening <= opening
+    pub(super) fn concerns(&self, opening: u64, current: Option<u64>) -> bool {
+        self.is_of(opening) || opening >= current.unwrap_or(self.opening)
     }
 
     /// The source; `None` before anything is seen.
@@ -63,7 +64,11 @@ mod tests {
         assert!(shown.turn_to(1, Path::new("a")), "its preview");
         assert!(!shown.turn_to(1, Path::new("a")), "the source itself");
         #[cfg(feature = "build")]
-        assert!(shown.is_before(1) && shown.is_before(2) && !shown.is_before(0));
+        {
+            assert!(shown.concerns(1, None) && shown.concerns(2, None) && !shown.concerns(0, None));
+            assert!(shown.concerns(1, Some(3)) && shown.concerns(3, Some(3)), "3 may fail");
+            assert!(!shown.concerns(2, Some(3)), "nobody waits for 2");
+        }
         assert!(shown.is_of(1) && !shown.is_of(2) && shown.path() == Some(Path::new("a")));
         assert!(shown.turn_to(3, Path::new("c")), "2 brought nothing");
         assert_eq!(shown.path(), Some(Path::new("c")));

@@ -1,8 +1,12 @@
-//! Where pictures appear: the surface of a window, kept in step with its size.
+//! Where pictures appear: the surface of a window, kept in step with its size. What is made of its refusals
+//! is in `refusals`.
+
+mod refusals;
 
 use std::sync::Arc;
+use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow};
 use glam::Vec4;
 use vastex_scenes::{Gpu, Target, depth_view};
 use vastex_viewer::stage::{LinearTarget, TargetKind};
@@ -12,6 +16,7 @@ use winit::window::Window;
 
 use crate::args::Fault;
 use crate::report;
+use refusals::{Attempt, Refusals};
 
 /// A surface, its settings, and a depth buffer of its size.
 pub(super) struct Surface {
@@ -28,21 +33,10 @@ pub(super) struct Surface {
     light: Option<LinearTarget>,
     /// True if it is to be configured before the next picture.
     is_stale: bool,
-    /// True if the window refused the last picture that it was asked for, and that was said.
-    is_refused: bool,
+    /// The frames in a row for which the window gave no picture.
+    refusals: Refusals,
     /// What is to go wrong, in tests.
     fault: Option<Fault>,
-}
-
-/// What comes of asking the window for a picture.
-enum Attempt {
-    Picture(SurfaceFrame),
-    /// There is none at the moment, and asking again is of no use.
-    NoneNow,
-    /// The surface is of another size of the window.
-    Outdated,
-    /// Why there is none; another attempt may have one.
-    Refused(String),
 }
 
 /// A picture that is being drawn.
@@ -71,7 +65,7 @@ impl Surface {
             formats,
             light: None,
             is_stale: true,
-            is_refused: false,
+            refusals: Refusals::default(),
             fault: None,
         };
         surface.resize([size.width, size.height]);
@@ -116,46 +110,32 @@ impl Surface {
     }
 
     /// A picture to draw, or none at the moment: the window is hidden, shows none in time, or refuses one,
-    /// and is asked again in the next frame.
-    pub(super) fn acquire(&mut self) -> Option<SurfaceFrame> {
-        const ATTEMPTS: u32 = 3;
+    /// and is asked again in the next frame. Fails where it has refused them for long. `is_lost` says whether
+    /// the device is lost: then it is asked for nothing more.
+    pub(super) fn acquire(&mut self, is_lost: impl Fn() -> bool) -> Result<Option<SurfaceFrame>> {
         let window = self.window.inner_size();
         if window.width == 0 || window.height == 0 {
-            return None;
+            return Ok(None);
         }
-        let (mut refused, mut frame) = (None, None);
-        for _ in 0..ATTEMPTS {
-            match self.attempt() {
-                Attempt::Picture(picture) => {
-                    frame = Some(picture);
-                    break;
-                }
-                Attempt::NoneNow => break,
-                Attempt::Outdated => {}
-                Attempt::Refused(why) => {
-                    refused = Some(why);
-                    self.is_stale = true;
-                }
-            }
-        }
+        let (frame, refused) = refusals::attempts(|| self.attempt(&is_lost));
         self.fault = None;
-        self.tell(refused);
-        frame
-    }
-
-    /// Says why the window refused a picture, once until it gives one without.
-    fn tell(&mut self, refused: Option<String>) {
-        let was_refused = std::mem::replace(&mut self.is_refused, refused.is_some());
-        if let Some(why) = refused.filter(|_| !was_refused) {
-            let [width, height] = self.size();
-            report::say(&format!(
-                "note: the window gives no picture of {width} x {height} pixels and is asked again: {why}"
-            ));
+        let [width, height] = self.size();
+        let of_size = format!("the window gives no picture of {width} x {height} pixels");
+        let is_for_long = self.refusals.note(refused.is_some(), Instant::now());
+        match refused {
+            // The device is the reason, and is made anew.
+            Some(_) if is_lost() => {}
+            Some(why) if is_for_long => return Err(anyhow!("{of_size}: {why}")),
+            Some(why) if self.refusals.is_first() => {
+                report::say(&format!("note: {of_size} and is asked again: {why}"));
+            }
+            _ => {}
         }
+        Ok(frame)
     }
 
     /// Asks the window for a picture once.
-    fn attempt(&mut self) -> Attempt {
+    fn attempt(&mut self, device_is_lost: impl Fn() -> bool) -> Attempt<SurfaceFrame> {
         let surface = match self.surface.take() {
             Some(surface) => surface,
             None => match self.gpu.instance.create_surface(self.window.clone()) {
@@ -175,11 +155,19 @@ impl Surface {
             if let Err(why) = unrefused(&self.gpu.device, || surface.configure(&self.gpu.device, &config)) {
                 return Attempt::Refused(why);
             }
+            // A lost device leaves a surface as it was, and says nothing: what was never configured has no
+            // picture, and to ask for one ends the program.
+            if device_is_lost() {
+                return Attempt::Lost("the device was lost".to_owned());
+            }
             self.is_stale = false;
         }
         let texture = match unrefused(&self.gpu.device, || surface.get_current_texture()) {
             Ok(texture) => texture,
-            Err(why) => return Attempt::Refused(why),
+            Err(why) => {
+                self.is_stale = true;
+                return Attempt::Refused(why);
+            }
         };
         let is_lost = self.fault.take_if(|fault| *fault == Fault::Surface).is_some();
         let texture = match texture {
@@ -200,8 +188,8 @@ impl Surface {
             CurrentSurfaceTexture::Timeout | CurrentSurfaceTexture::Occluded => return Attempt::NoneNow,
             CurrentSurfaceTexture::Lost => {
                 // A window has one surface at a time.
-                self.surface = None;
-                return Attempt::Refused("its surface was lost".to_owned());
+                (self.surface, self.is_stale) = (None, true);
+                return Attempt::Lost("its surface was lost".to_owned());
             }
             CurrentSurfaceTexture::Outdated => {
                 let size = self.window.inner_size();
@@ -210,6 +198,7 @@ impl Surface {
                 return Attempt::Outdated;
             }
             CurrentSurfaceTexture::Validation => {
+                self.is_stale = true;
                 return Attempt::Refused("the device refuses it".to_owned());
             }
         };

@@ -10,7 +10,8 @@ fn copy(sandbox: &Sandbox, name: &str) {
     sandbox.write(name, &std::fs::read(path).unwrap());
 }
 
-/// A grey TIFF of tiles of 256x256 texels without coarser levels, whose tiles are not there.
+/// A grey TIFF of tiles of 256x256 texels without coarser levels, whose tiles are not there, and whose colour
+/// profile is none.
 fn tiff_without_its_tiles(columns: u32, rows: u32) -> Vec<u8> {
     let count = columns * rows;
     let mut file = [b"II\x2a\0".as_slice(), &(8 + 8 * count).to_le_bytes()].concat();
@@ -28,10 +29,11 @@ fn tiff_without_its_tiles(columns: u32, rows: u32) -> Vec<u8> {
         (323, 1, 256),
         (324, count, 8),
         (325, count, 8 + 4 * count),
+        (34_675, 128, 8),
     ];
     file.extend((entries.len() as u16).to_le_bytes());
     for (tag, count, value) in entries {
-        let [tag, kind]: [u16; 2] = [tag, 4];
+        let [tag, kind]: [u16; 2] = [tag, if tag == 34_675 { 7 } else { 4 }];
         file.extend([tag, kind].map(u16::to_le_bytes).concat());
         file.extend([count, value].map(u32::to_le_bytes).concat());
     }
@@ -43,7 +45,7 @@ fn tiff_without_its_tiles(columns: u32, rows: u32) -> Vec<u8> {
 #[test]
 fn of_an_image_of_tiles_without_levels_no_tile_is_read_to_describe_it() {
     let sandbox = Sandbox::new();
-    for (columns, rows, levels) in [(3, 2, 11), (64, 64, 15)] {
+    for (columns, rows, levels, is_built_first) in [(3, 2, 11, false), (64, 64, 15, true)] {
         sandbox.write("tiles.tif", &tiff_without_its_tiles(columns, rows));
         let told = sandbox.run(&["info", "tiles.tif", "--json"]).expect_code(0).json();
         assert_eq!(told["kind"], "tiff");
@@ -53,7 +55,13 @@ fn of_an_image_of_tiles_without_levels_no_tile_is_read_to_describe_it() {
             (&levels.into(), &serde_json::json!([256, 256]))
         );
         let text = sandbox.run(&["info", "tiles.tif", "--estimate", "640x480"]).expect_code(0).stdout;
-        assert!(text.contains("of which the file stores 1") && text.contains("640 x 480"), "{text}");
+        assert!(text.contains("the file stores 1") && text.contains("640 x 480"), "{text}");
+        // What is true of its tiles where they lie is not said where it is built before it is shown.
+        for words in ["11, of which", "shown as", "shown as they are stored"] {
+            assert_eq!(text.contains(words), !is_built_first, "{words}: {text}");
+        }
+        assert_eq!(text.contains("into the cache before it is shown"), is_built_first, "{text}");
+        assert_eq!(told["notices"].as_array().unwrap().is_empty(), is_built_first, "{told}");
     }
 }
 

@@ -31,10 +31,13 @@ impl Viewer {
         }
         // A lost one is the reason, whatever the window says, and gives no picture without a panic.
         self.check_device()?;
-        let frame = self.surface.acquire();
-        if frame.is_none() {
+        let shown = shown_of(&mut self.scene, &mut self.volume);
+        let textures = shown.textures();
+        let frame = self.surface.acquire(|| textures.inspect().check_device().is_err());
+        if !matches!(frame, Ok(Some(_))) {
             self.check_device()?;
         }
+        let frame = frame?;
         self.scene.beside.set_hidden(frame.is_none());
         let Some(frame) = frame else { return Ok(()) };
         self.draw_into(frame, pose)?;

@@ -100,8 +100,14 @@ fn say(beside: &mut Beside, error: &Error) {
     beside.log(said);
 }
 
-/// Hands a volume what a thread has read. What failed with a device that was lost is asked for again, for the
-/// one that takes its place.
+/// Returns true if what was read cannot be taken since its device is not the one of the window any more: that
+/// was lost, or another with other settings has taken its place meanwhile.
+fn is_of_other_device(error: &Error) -> bool {
+    is_device_lost(error) || matches!(error.downcast_ref(), Some(vastex::Error::OtherSettings))
+}
+
+/// Hands a volume what a thread has read. What was read for another device is asked for again, for the one
+/// that has taken its place.
 fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<()> {
     let asked = match done {
         Done::Channel { channel, time, .. } => Some(VolumeAsked::Channel { channel, time }),
@@ -109,7 +115,7 @@ fn bring(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Result<
         _ => None,
     };
     match (bring_once(volume, work, done), asked) {
-        (Err(error), Some(asked)) if is_device_lost(&error) => {
+        (Err(error), Some(asked)) if is_of_other_device(&error) => {
             volume.scene.ask_again(&asked);
             Ok(())
         }
@@ -161,5 +167,18 @@ fn bring_once(volume: &mut ShownVolume, work: &mut VolumeWork, done: Done) -> Re
             scene.set_range(channel, range?);
             Ok(())
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_read_for_another_device_is_told_from_what_cannot_be_read() {
+        assert!(is_of_other_device(&vastex::Error::OtherSettings.into()));
+        assert!(is_of_other_device(&vastex::Error::Gpu(vastex::GpuError::DeviceLost).into()));
+        assert!(!is_of_other_device(&vastex::Error::TailPending.into()));
+        assert!(!is_of_other_device(&anyhow!("it has no such channel")));
     }
 }

@@ -22,6 +22,7 @@ pub struct TiffFacts {
     profile: Option<String>,
     notices: Vec<Notice>,
     shown_bands: Vec<u16>,
+    is_too_large: bool,
 }
 
 /// A level as a TIFF file stores it.
@@ -72,8 +73,16 @@ impl TiffFacts {
         let stored = (0..).zip(&levels.levels);
         let stored = stored.filter_map(|(n, image)| image.as_ref().map(|image| TiffLevel::new(n, image)));
         let levels_of_file = stored.collect();
-        let facts =
-            TiffFacts { description, levels: levels_of_file, others, about, profile, notices, shown_bands };
+        let facts = TiffFacts {
+            description,
+            levels: levels_of_file,
+            others,
+            about,
+            profile,
+            notices,
+            shown_bands,
+            is_too_large: levels.check_coarsest().is_err(),
+        };
         Ok((levels, header, facts))
     }
 
@@ -85,6 +94,12 @@ impl TiffFacts {
     /// The levels that the file stores, the finest first.
     pub fn levels(&self) -> &[TiffLevel] {
         &self.levels
+    }
+
+    /// Returns true if the coarsest level is so large that the tiles cannot be opened where they lie: a build
+    /// is needed.
+    pub fn is_too_large(&self) -> bool {
+        self.is_too_large
     }
 
     /// Images of the file that are no levels: thumbnails, labels, masks, further pages.
