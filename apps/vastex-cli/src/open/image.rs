@@ -118,8 +118,8 @@ fn is_tiled(path: &Path) -> bool {
 
 /// An image at the share of its size that is read without the memory that all of it needs, with a note that
 /// says so; `None` where there is none and where it is damaged. Of a TIFF file of tiles none that is quick is
-/// taken: that has the texels of a few of them. Of two numbers of bytes the first is what all of it needs, and
-/// the second what is allowed.
+/// taken: that has the texels of a few of them. Of two numbers of bytes the first is what all of it needs,
+/// and the second what is allowed.
 fn at_a_share(
     path: &Path,
     progress: &ImageProgress<'_>,
