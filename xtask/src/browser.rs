@@ -11,7 +11,7 @@ pub(crate) mod site;
 
 use std::collections::{BTreeMap, HashSet};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 
 use crate::outcome::Outcome;
 use crate::{setup, shaders, shell};
@@ -41,8 +41,8 @@ pub(crate) fn check() -> Result<Outcome> {
     check_texts(false)
 }
 
-/// `cargo xtask campaign browser`: a module of every text there is, and every pipeline. It takes two minutes
-/// of two processors.
+/// `cargo xtask campaign browser`: a module of every text there is, written anew, and every pipeline. It
+/// takes two minutes of two processors.
 pub(crate) fn campaign() -> Result<()> {
     match check_texts(true)? {
         Outcome::Passed => Ok(()),
@@ -58,7 +58,8 @@ fn check_texts(are_all_shown: bool) -> Result<Outcome> {
         println!("\n!!!! SKIPPED: {error:#}, so nothing says whether browsers take the shaders !!!!\n");
         return Ok(Outcome::Skipped("no browser".to_owned()));
     }
-    if !shaders::written_to_be_refused().is_dir() {
+    // In the suite the step `shaders` has written them.
+    if are_all_shown || !shaders::written_to_be_refused().is_dir() {
         shaders::write_anew()?;
     }
     let mut texts: BTreeMap<String, String> = shaders::texts(&shaders::written())?.into_iter().collect();
@@ -66,7 +67,7 @@ fn check_texts(are_all_shown: bool) -> Result<Outcome> {
     if let Some((entry, text)) = without_pipeline(&texts) {
         bail!("xtask/src/browser.html makes no pipeline of the entry point {entry}, which {text} has");
     }
-    let used = used()?;
+    let used = if are_all_shown { HashSet::new() } else { used()? };
     let shown: Vec<(&str, &str)> = texts
         .iter()
         .map(|(name, text)| (name.as_str(), text.as_str()))
@@ -78,7 +79,7 @@ fn check_texts(are_all_shown: bool) -> Result<Outcome> {
              `cargo xtask campaign browser` shows all",
             shown.len(),
             texts.len(),
-            used.len()
+            count_used(&texts, &used)?
         );
     }
     let at_once = std::thread::available_parallelism().map_or(1, usize::from).min(BROWSERS);
@@ -106,13 +107,27 @@ fn check_texts(are_all_shown: bool) -> Result<Outcome> {
     Ok(Outcome::Passed)
 }
 
-/// The texts that tests and the window handed to a device in this run of the suite; none where neither ran.
+/// The texts that tests and the window have handed to a device since the step `tests` last began, be it in an
+/// earlier run; none where nothing has.
 fn used() -> Result<HashSet<String>> {
     let place = shaders::handed_over();
     if !place.is_dir() {
         return Ok(HashSet::new());
     }
     Ok(shaders::texts(&place)?.into_iter().map(|(_, text)| text).collect())
+}
+
+/// How many of the texts were used. Some are, where any were: otherwise names or bytes are compared that are
+/// no longer alike.
+fn count_used(texts: &BTreeMap<String, String>, used: &HashSet<String>) -> Result<usize> {
+    let count = texts.values().filter(|text| used.contains(*text)).count();
+    ensure!(
+        count > 0 || used.is_empty(),
+        "tests handed {} texts to devices, and none of them is among the {} that are written",
+        used.len(),
+        texts.len()
+    );
+    Ok(count)
 }
 
 /// Returns true for a text that the suite shows: one that the tests used, one that is to be refused, and of
@@ -298,6 +313,19 @@ mod tests {
         // The sample is the same each time.
         assert_eq!(drawn("scene-0.wgsl"), drawn("scene-0.wgsl"));
         assert_eq!(drawn(""), 0xcbf2_9ce4_8422_2325 ^ 0xcbf2_9ce4);
+    }
+
+    #[test]
+    fn texts_that_were_used_are_counted_among_the_written_ones() {
+        let texts: BTreeMap<String, String> =
+            ["a", "b", "c"].map(|text| (format!("{text}.wgsl"), text.to_owned())).into();
+        let counted = |used: &[&str]| {
+            count_used(&texts, &used.iter().map(|&text| text.to_owned()).collect()).map_err(|e| e.to_string())
+        };
+        assert_eq!(counted(&["a", "c", "gone"]), Ok(2));
+        assert_eq!(counted(&[]), Ok(0));
+        let none = counted(&["gone"]).unwrap_err();
+        assert!(none.contains("1 texts") && none.contains("among the 3"), "{none}");
     }
 
     #[test]

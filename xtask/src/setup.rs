@@ -66,7 +66,7 @@ pub(crate) const VIRTUAL_DISPLAY: Need = Need {
 
 pub(crate) const BROWSER: Need = Need {
     what: "Chromium",
-    why: "every shader is handed to a browser, which refuses what other compilers take, and its software driver draws a sample of the tests",
+    why: "shaders are handed to a browser, which refuses what other compilers take, and its software driver draws a sample of the tests",
     present: || browser().is_some(),
     debian: &["chromium"],
     elsewhere: "Chromium or Chrome",

@@ -82,9 +82,25 @@ impl Program {
         shown(&self.package)
     }
 
-    /// The names of its tests.
+    /// The names of its tests, but of those that are ignored.
     pub(crate) fn tests(&self) -> Result<Vec<String>> {
-        let listed = within(self.command().arg("--list"), LIMIT)?;
+        let ignored = self.listed(&["--list", "--ignored"])?;
+        let mut tests = self.listed(&["--list"])?;
+        tests.retain(|test| !ignored.contains(test));
+        Ok(tests)
+    }
+
+    fn listed(&self, options: &[&str]) -> Result<Vec<String>> {
+        let listed = within(self.command().args(options), LIMIT)?;
+        if !listed.status.success() {
+            let said = String::from_utf8_lossy(&listed.stderr).into_owned();
+            bail!(
+                "{} of {} does not list its tests ({}): {said}",
+                self.source,
+                self.of().display(),
+                listed.status
+            );
+        }
         let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
         Ok(listed.lines().filter_map(|line| line.strip_suffix(": test")).map(str::to_owned).collect())
     }
@@ -189,6 +205,10 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "only that it is ignored matters"]
+    fn an_ignored_test() {}
+
+    #[test]
     fn a_program_is_found_with_its_package() {
         let path = std::env::current_exe().unwrap();
         let line = format!("  Executable unittests src/lib.rs ({})", path.display());
@@ -198,6 +218,16 @@ mod tests {
         let program = program(&line).unwrap().unwrap();
         assert_eq!((&program.path, &program.package), (&path, &shell::root().join("xtask")));
         assert!(program.bytes > 0 && shown(&program.package) == Path::new("xtask"));
+        // Of its tests one is ignored, which is not listed.
+        let tests = program.tests().unwrap();
+        let is_listed =
+            |name: &str| tests.iter().any(|test| test == &format!("test_programs::tests::{name}"));
+        assert!(
+            is_listed("a_program_is_found_with_its_package") && !is_listed("an_ignored_test"),
+            "{tests:?}"
+        );
+        let no_harness = Program { path: PathBuf::from("rustc"), ..program };
+        assert!(no_harness.tests().unwrap_err().to_string().contains("does not list its tests"));
         assert!(super::program("   Compiling vastex v0.1.0").is_none());
         assert!(super::program("  Executable tests/gone.rs (target/debug/deps/gone-0)").unwrap().is_err());
     }

@@ -11,7 +11,7 @@ use xtask::limited::within;
 
 use crate::outcome::{Outcome, SEED};
 use crate::shell::{self, Usage};
-use crate::{test_programs, window};
+use crate::{setup, test_programs, window};
 
 /// Stands for the tests of the viewer of images and planets, in place of words of their names.
 const VIEWER: &str = "viewer";
@@ -47,46 +47,86 @@ pub(crate) fn run(words: &[&str]) -> Result<()> {
         return Err(Usage(format!("times takes words of names of tests, not '{option}'")).into());
     }
     let is_of_viewer = matches!(words, [VIEWER]);
-    let (mut rows, mut failed) = (Vec::new(), Vec::new());
+    if shell::processor_time().is_none() {
+        bail!("this system does not say how much processor time programs have taken");
+    }
+    setup::ensure(&setup::C_COMPILER)?;
+    setup::ensure(&setup::GRAPHICS_DRIVER)?;
+    let mut times = Times::default();
     for program in test_programs::compiled()? {
         let package = program.of().display().to_string();
-        for test in program.tests()? {
+        let tests = program.tests().unwrap_or_else(|error| {
+            times.fails(package.clone(), &error);
+            Vec::new()
+        });
+        for test in tests {
             let is_asked_for = match is_of_viewer {
                 true => belongs_to_viewer(&package, &test),
                 false => words.is_empty() || words.iter().any(|word| test.contains(word)),
             };
-            if !is_asked_for {
-                continue;
+            if is_asked_for {
+                times.take(format!("{package} {test}"), || alone(&program, &test));
             }
-            let before = shell::processor_time();
-            let ended = within(program.alone(&test).env("PROPTEST_RNG_SEED", SEED), test_programs::LIMIT)?;
-            let Some((before, after)) = before.zip(shell::processor_time()) else {
-                bail!("this system does not say how much processor time programs have taken");
-            };
-            let name = format!("{package} {test}");
-            if !ended.status.success() {
-                failed.push(name.clone());
-            }
-            rows.push((after.saturating_sub(before), name));
         }
     }
     if is_of_viewer {
-        let before = shell::processor_time().unwrap_or_default();
-        if matches!(window::check()?, Outcome::Passed) {
-            let taken = shell::processor_time().unwrap_or_default().saturating_sub(before);
-            rows.push((taken, "the window".to_owned()));
-        }
+        times.take("the window".to_owned(), window::check);
     }
-    rows.sort();
-    for (taken, name) in rows.iter().rev() {
-        println!("{:>8.2} s  {name}", taken.as_secs_f64());
-    }
-    let all: Duration = rows.iter().map(|(taken, _)| *taken).sum();
-    println!("{:>8.2} s  of a processor, all {}", all.as_secs_f64(), rows.len());
-    match &*failed {
+    times.rows.sort();
+    println!("\ndearest first:");
+    times.rows.iter().rev().for_each(told);
+    let all: Duration = times.rows.iter().map(|(taken, _)| *taken).sum();
+    println!("{:>8.2} s  of a processor, all {}", all.as_secs_f64(), times.rows.len());
+    match &*times.failed {
         [] => Ok(()),
         failed => bail!("failed: {}", failed.join(", ")),
     }
+}
+
+/// Runs a test of a program.
+fn alone(program: &test_programs::Program, test: &str) -> Result<Outcome> {
+    let ended = within(program.alone(test).env("PROPTEST_RNG_SEED", SEED), test_programs::LIMIT)?;
+    if !ended.status.success() {
+        let said = [ended.stdout, ended.stderr].concat();
+        bail!("{}: {}", ended.status, String::from_utf8_lossy(&said));
+    }
+    Ok(Outcome::Passed)
+}
+
+/// What has been taken so far, and the names of what failed.
+#[derive(Default)]
+struct Times {
+    rows: Vec<Row>,
+    failed: Vec<String>,
+}
+
+type Row = (Duration, String);
+
+impl Times {
+    /// Takes the time of something, which is told at once, also where it fails; what hangs is no reason to
+    /// lose what was taken before.
+    fn take(&mut self, name: String, run: impl FnOnce() -> Result<Outcome>) {
+        let before = shell::processor_time().unwrap_or_default();
+        let ended = run();
+        let taken = shell::processor_time().unwrap_or_default().saturating_sub(before);
+        match ended {
+            Ok(Outcome::Passed) => {}
+            Ok(Outcome::Skipped(why)) => return println!(" skipped    {name}: {why}"),
+            Err(error) => self.fails(name.clone(), &error),
+        }
+        let row = (taken, name);
+        told(&row);
+        self.rows.push(row);
+    }
+
+    fn fails(&mut self, name: String, error: &anyhow::Error) {
+        eprintln!("  failed    {name}: {error:#}");
+        self.failed.push(name);
+    }
+}
+
+fn told((taken, name): &Row) {
+    println!("{:>8.2} s  {name}", taken.as_secs_f64());
 }
 
 fn belongs_to_viewer(package: &str, test: &str) -> bool {
@@ -97,6 +137,17 @@ fn belongs_to_viewer(package: &str, test: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_fails_or_is_skipped_loses_nothing() {
+        let mut times = Times::default();
+        times.take("a".to_owned(), || Ok(Outcome::Passed));
+        times.take("b".to_owned(), || bail!("has not ended and was killed"));
+        times.take("c".to_owned(), || Ok(Outcome::Skipped("no display".to_owned())));
+        times.take("d".to_owned(), || Ok(Outcome::Passed));
+        let names: Vec<&str> = times.rows.iter().map(|(_, name)| name.as_str()).collect();
+        assert_eq!((names, &times.failed[..]), (vec!["a", "b", "d"], &["b".to_owned()][..]));
+    }
 
     #[test]
     fn the_tests_of_the_viewer_are_there() {

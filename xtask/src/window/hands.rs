@@ -16,6 +16,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use xtask::compiled_shaders;
 
 use super::display::{Display, SIZE, mean};
 use crate::{shaders, shell};
@@ -78,16 +79,8 @@ pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("WINIT_X11_SCALE_FACTOR", display.scale.to_string());
     command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
-    // What Mesa's driver has compiled before, in the tests, it need not compile again for each window.
-    if let Some(compiled) = caches() {
-        command.env("MESA_SHADER_CACHE_DIR", compiled);
-    }
-}
-
-/// Where programs that run here keep what they can make again.
-fn caches() -> Option<PathBuf> {
-    let there = std::env::var_os("XDG_CACHE_HOME").filter(|there| !there.is_empty()).map(PathBuf::from);
-    there.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
+    // What was compiled in the tests need not be compiled again for each window.
+    compiled_shaders::share(command);
 }
 
 struct Window<'a> {

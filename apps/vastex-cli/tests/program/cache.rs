@@ -4,6 +4,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use xtask::compiled_shaders;
+
 use crate::tool::{Ended, Sandbox};
 
 /// All files below a directory but locks.
@@ -22,13 +24,9 @@ fn run(sandbox: &Sandbox, args: &[&str]) -> Ended {
     Ended::of(with_cache(&mut sandbox.command(args), &sandbox.path("caches")))
 }
 
-/// A program whose cache is in a place of its own. What the driver has compiled before stays where it is: to
-/// compile it again takes longer than small pictures do.
+/// A program whose cache is in a place of its own, but for what the driver has compiled before.
 fn with_cache<'a>(command: &'a mut Command, place: &Path) -> &'a mut Command {
-    let of_home = || Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache"));
-    let compiled = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from).or_else(of_home);
-    command.envs(compiled.map(|compiled| ("MESA_SHADER_CACHE_DIR", compiled)));
-    command.env("XDG_CACHE_HOME", place)
+    compiled_shaders::share(command).env("XDG_CACHE_HOME", place)
 }
 
 /// What is kept there.

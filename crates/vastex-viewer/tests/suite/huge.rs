@@ -125,6 +125,8 @@ pub(super) struct World {
     pub(super) textures: Textures,
     formulas: Vec<Arc<Formula>>,
     desc: VolumeDesc,
+    /// Pixels of its pictures.
+    pub(super) size: [u32; 2],
 }
 
 impl World {
@@ -160,7 +162,7 @@ impl World {
         }
         let of = VolumeBox { size: [side; 3], voxel: DVec3::ONE };
         let desc = VolumeDesc { is_exact: true, ..VolumeDesc::new(of, channels) };
-        World { gpu, textures, formulas, desc }
+        World { gpu, textures, formulas, desc, size: SIZE }
     }
 
     /// The converged picture of a march.
@@ -193,7 +195,7 @@ impl World {
         (self.desc.mode, self.desc.density) = (mode, density);
         let renderer =
             VolumeRenderer::new(&self.gpu, &mut self.textures, self.desc.clone(), PICTURE).unwrap();
-        (renderer, Canvas::new(&self.gpu, SIZE, PICTURE, TargetKind::Direct))
+        (renderer, Canvas::new(&self.gpu, self.size, PICTURE, TargetKind::Direct))
     }
 
     /// Looks from a place until that has converged, and gives the commands that draw it; or until so many
@@ -214,7 +216,8 @@ impl World {
             }
             let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose: view }];
             let pictures = if stats.converged { Pictures::Always } else { Pictures::ForFeedback };
-            let frame = Frame { views: &views, expected: None, picture: SIZE, has_feedback: true, pictures };
+            let frame =
+                Frame { views: &views, expected: None, picture: self.size, has_feedback: true, pictures };
             let target = canvas.target();
             let encoder =
                 frame.record(&self.gpu, &mut self.textures, renderer, &target, |_, _| Ok(())).unwrap();
@@ -231,7 +234,7 @@ impl World {
         let levels: Vec<Vec<ArrayLevel>> = self.formulas.iter().map(|formula| formula.levels()).collect();
         let channels: Vec<ArrayChannel<'_>> =
             self.desc.channels.iter().zip(&levels).map(|(channel, levels)| (*channel, &levels[..])).collect();
-        picture(&self.desc, &channels, &view, SIZE)
+        picture(&self.desc, &channels, &view, self.size)
     }
 }
 

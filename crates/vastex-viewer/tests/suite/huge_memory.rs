@@ -1,9 +1,9 @@
 //! What a process has in memory while it explores a volume of 10^15 voxels and four channels is what it has
 //! while it explores one of 10^9, no more and no less; and pictures leave nothing behind.
 //!
-//! `VASTEX_HUGE_PLACES` says how many places are looked at in the place of so many bricks: what
-//! docs/volumes.md says of 60 is measured so.
-#![allow(clippy::print_stdout, reason = "a process of its own tells so what it took")]
+//! `VASTEX_HUGE_PLACES` says how many places are looked at, whatever is loaded for that: without a limit of
+//! time, and what memory was taken at most is told after each.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a process of its own tells so what it took")]
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -15,15 +15,15 @@ use super::huge::{HUGE, SMALL, World};
 
 /// Tells the test below that it is in a process of its own, and how many voxels a side has.
 const ALONE: &str = "VASTEX_HUGE_ALONE";
-/// Time that such a process has.
-const DEADLINE: Duration = Duration::from_secs(600);
+/// Time that such a process has; three follow one another in a program of tests that is killed after 600 s.
+const DEADLINE: Duration = Duration::from_secs(150);
 
 /// Bricks that are loaded: as many of either volume, up to those of a frame, so that as much has been
 /// read and uploaded.
 const BRICKS: u64 = 400;
 /// Places that are looked at for that, at most.
 const PLACES: u32 = 60;
-/// Looks at so many places of both volumes, whatever is loaded for that.
+/// Says that so many places of both volumes are to be looked at.
 const PLACES_ASKED: &str = "VASTEX_HUGE_PLACES";
 /// Stands for a process that only has the shaders compiled, which a driver may keep for those that
 /// follow.
@@ -32,12 +32,14 @@ const SHADERS: u32 = 0;
 /// Pictures before memory is looked at, pictures over which it may not grow, and by how many bytes for each
 /// it may seem to.
 const FIRST: u32 = 2;
-const PICTURES: u32 = 3;
-const MOST_PER_PICTURE: f64 = 1_048_576.0;
+const PICTURES: u32 = 10;
+const MOST_PER_PICTURE: f64 = 262_144.0;
+/// Pixels of these pictures: of what a picture may leave behind nothing depends on them.
+const PIXELS: [u32; 2] = [16, 16];
 
 /// Looks at all of a volume, and at what is around voxels of it, until so many bricks have been loaded.
 fn explore(side: u32) {
-    let asked = std::env::var(PLACES_ASKED).ok().and_then(|places| places.parse().ok());
+    let asked = places_asked();
     let (side, places) = if side == SHADERS { (SMALL, 1) } else { (side, asked.unwrap_or(PLACES)) };
     let bricks = if asked.is_some() { u64::MAX } else { BRICKS };
     // So few that either volume has more to upload, and has read as many more.
@@ -50,25 +52,24 @@ fn explore(side: u32) {
         let eye = target - DVec3::new(90.0, 70.0, -40.0);
         VolumeView::Around(VolumeCamera { target, eye, down: DVec3::Z, half_height: 0.35 })
     };
-    let is_explored = world.explored((VolumeMode::Emission, 10.0), (0..places).map(around), bricks);
+    let views = (0..places).map(|place| {
+        if asked.is_some() {
+            eprintln!("{side} voxels a side, {place} places: {} bytes", bytes_in_memory("VmHWM:"));
+        }
+        around(place)
+    });
+    let is_explored = world.explored((VolumeMode::Emission, 10.0), views, bricks);
     let stats = world.textures.stats();
     let (loaded, of_device) = (stats.pager.loaded, stats.pool_bytes + stats.table_bytes);
     println!("{loaded} bricks were loaded; {of_device} bytes of pools and tables");
     assert!(is_explored || places == 1 || asked.is_some(), "{loaded} bricks");
 }
 
-/// Bytes that this process had in memory at most.
-fn peak_bytes() -> u64 {
+/// Bytes that this process has in memory by a line of what Linux says of it: `VmRSS:` now, `VmHWM:` at most.
+fn bytes_in_memory(name: &str) -> u64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    let line = status.lines().find_map(|line| line.strip_prefix(name)).unwrap();
     line.trim().trim_end_matches(" kB").parse::<u64>().unwrap() << 10
-}
-
-/// Bytes that this process has in memory.
-fn resident_bytes() -> u64 {
-    let statm = std::fs::read_to_string("/proc/self/statm").unwrap();
-    let pages: u64 = statm.split(' ').nth(1).unwrap().parse().unwrap();
-    pages * 4096
 }
 
 /// Runs a test of this module in a process of its own, which is told `what`; gives the bytes that it
@@ -81,11 +82,11 @@ fn bytes_of(test: &str, what: u32) -> f64 {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    let begun = Instant::now();
+    let (begun, deadline) = (Instant::now(), deadline());
     while child.try_wait().unwrap().is_none() {
-        if begun.elapsed() > DEADLINE {
+        if deadline.is_some_and(|deadline| begun.elapsed() > deadline) {
             child.kill().unwrap();
-            panic!("{test} of {what} is not done after {DEADLINE:?}");
+            panic!("{test} of {what} is not done after {deadline:?}");
         }
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -97,9 +98,27 @@ fn bytes_of(test: &str, what: u32) -> f64 {
     bytes.unwrap_or_else(|| panic!("{said}"))
 }
 
-/// What a process of its own is told.
+/// What a process of its own is told; from then on its time counts, so that it ends where nobody waits for it
+/// any more, too.
 fn told() -> Option<u32> {
-    std::env::var(ALONE).ok()?.parse().ok()
+    let what = std::env::var(ALONE).ok()?.parse().ok()?;
+    if let Some(deadline) = deadline() {
+        std::thread::spawn(move || {
+            std::thread::sleep(deadline);
+            eprintln!("not done after {deadline:?}");
+            std::process::abort();
+        });
+    }
+    Some(what)
+}
+
+fn places_asked() -> Option<u32> {
+    std::env::var(PLACES_ASKED).ok()?.parse().ok()
+}
+
+/// None where somebody asks for places.
+fn deadline() -> Option<Duration> {
+    places_asked().is_none().then_some(DEADLINE)
 }
 
 /// A software driver's textures are among it.
@@ -107,7 +126,7 @@ fn told() -> Option<u32> {
 fn memory_of_the_process_does_not_grow_with_the_volume() {
     if let Some(side) = told() {
         explore(side);
-        return println!("\nbytes: {}", peak_bytes());
+        return println!("\nbytes: {}", bytes_in_memory("VmHWM:"));
     }
     let of = |side| bytes_of("memory_of_the_process_does_not_grow_with_the_volume", side);
     let [_, small, huge] = [SHADERS, SMALL, HUGE].map(of);
@@ -118,6 +137,7 @@ fn memory_of_the_process_does_not_grow_with_the_volume() {
 /// at most.
 fn drawn_again() -> u64 {
     let mut world = World::with_uploads(SMALL, 1 << 20, 2 << 20);
+    world.size = PIXELS;
     let target = DVec3::splat(500.5);
     let eye = target - DVec3::new(90.0, 70.0, -40.0);
     let around = VolumeView::Around(VolumeCamera { target, eye, down: DVec3::Z, half_height: 0.35 });
@@ -125,6 +145,7 @@ fn drawn_again() -> u64 {
         VolumeView::Plane(VolumePlane { middle: target, right: DVec3::X, down: DVec3::Y, pixel: 1.0 });
     let looks = [
         (VolumeMode::Average, VolumeView::Face(VolumeFace::PlusZ)),
+        (VolumeMode::Average, around),
         (VolumeMode::Emission, around),
         (VolumeMode::Iso, around),
         (VolumeMode::Mip, slice),
@@ -133,12 +154,12 @@ fn drawn_again() -> u64 {
         let mut before = 0;
         let views = (0..FIRST + PICTURES).map(|nth| {
             if nth == FIRST {
-                before = resident_bytes();
+                before = bytes_in_memory("VmRSS:");
             }
             view
         });
         world.explored((mode, 10.0), views, u64::MAX);
-        let grown = resident_bytes().saturating_sub(before) / u64::from(PICTURES);
+        let grown = bytes_in_memory("VmRSS:").saturating_sub(before) / u64::from(PICTURES);
         println!("{mode:?}: {grown} bytes a picture");
         grown
     });

@@ -3,6 +3,7 @@
 use super::Room;
 
 pub(super) const ROOMS: &[Room] = &[
+    ("compiled_shaders", &[]),
     ("limited", &[]),
     ("record", &["limited"]),
     ("lib", &[]),
@@ -37,7 +38,7 @@ pub(super) const ROOMS: &[Room] = &[
             "window",
         ],
     ),
-    ("times", &["outcome", "shell", "test_programs", "window"]),
+    ("times", &["outcome", "setup", "shell", "test_programs", "window"]),
     ("demo_program", &[]),
     ("demo", &["demo_program", "setup", "shell"]),
     ("shapes", &["inputs", "measure"]),
