@@ -8,6 +8,7 @@ mod images;
 mod jpeg;
 mod tiffs;
 mod trees;
+mod volume_files;
 mod volumes;
 
 pub(crate) use containers::{containers, exports, parts};

@@ -1,8 +1,9 @@
-//! Small volumes: Zarr of both versions, with chunks of Blosc and in shards, a plate, an archive, NIfTI, raw.
+//! Small volumes: Zarr of both versions, with chunks of Blosc and in shards, labels, a plate, an archive, NIfTI
+//! in one file and in two, raw; those of other programs, and those that are built here.
 
 use anyhow::Result;
 
-use super::grainy;
+use super::{grainy, volume_files};
 use crate::tree::Tree;
 
 /// Voxels along z, y and x of the images here.
@@ -128,6 +129,30 @@ fn v3_codecs() -> Tree {
     Tree { files }
 }
 
+/// An image of version 0.1, whose axes nobody names, with labels of 64 bits beside it.
+fn labels() -> Tree {
+    let chunk = |bytes: usize| grainy(12, bytes * CHUNK.iter().product::<usize>());
+    let array = |dtype: &str, shape: &str, chunks: &str| {
+        format!(
+            r#"{{"zarr_format":2,"shape":{shape},"chunks":{chunks},"dtype":"{dtype}","compressor":null,"fill_value":0,"order":"C","filters":null}}"#
+        )
+    };
+    let five = r#"{"multiscales":[{"version":"0.1","datasets":[{"path":"0"}]}]}"#;
+    let of_labels = r##"{"multiscales":[{"version":"0.4","axes":[{"name":"z","type":"space"},{"name":"y","type":"space"},{"name":"x","type":"space"}],
+"datasets":[{"path":"0"}]}],"image-label":{"version":"0.4","colors":[{"label-value":3,"rgba":[255,0,0,128]},{"label-value":9,"rgba":[0,9,0,255]}],"source":{"image":"../../"}}}"##;
+    let files = vec![
+        text(".zattrs", five),
+        text("0/.zarray", &array(">f4", "[1,2,3,4,6]", "[1,1,2,4,3]")),
+        ("0/0.0.0.0.0".into(), chunk(4)),
+        ("0/0.1.1.0.1".into(), chunk(4)),
+        text("labels/.zattrs", r#"{"labels":["cells"]}"#),
+        text("labels/cells/.zattrs", of_labels),
+        text("labels/cells/0/.zarray", &array("<u8", "[3,4,6]", "[2,4,3]")),
+        ("labels/cells/0/0.0.0".into(), chunk(8)),
+    ];
+    Tree { files }
+}
+
 fn plate() -> Tree {
     let plate = r#"{"plate":{"version":"0.4","wells":[{"path":"A/1"},{"path":"A/2"}]}}"#;
     let files = vec![
@@ -180,15 +205,28 @@ fn nifti() -> Vec<u8> {
     header
 }
 
+/// The header and the values in files of their own.
+fn nifti_pair() -> Tree {
+    let whole = nifti();
+    let (mut header, values) = (whole[..348].to_vec(), whole[352..].to_vec());
+    header[108..112].fill(0);
+    header[344..348].copy_from_slice(b"ni1\0");
+    Tree { files: vec![("b.hdr".into(), header), ("b.img".into(), values)] }
+}
+
 fn raw() -> Tree {
     let described = "width = 6\nheight = 4\ndepth = 3\nchannels = 2\nsample = \"u16\"\nendian = \"big\"\noffset = 2\norder = \"planar\"\n";
     Tree { files: vec![text("a.raw.toml", described), ("a.raw".into(), grainy(12, 2 + 2 * 6 * 4 * 3 * 2))] }
 }
 
-/// A volume each.
+/// A volume, or a list of them, each.
 pub(crate) fn volumes() -> Result<Vec<Vec<u8>>> {
     let file = |name: &str, content: Vec<u8>| Tree { files: vec![(name.to_owned(), content)] };
     let archive = file("a.zip", archive(&v2()));
-    let trees = [v2(), v3_shards(), v3_codecs(), plate(), archive, file("a.nii", nifti()), raw()];
+    let nifti = file("a.nii", nifti());
+    let mut trees =
+        vec![v2(), v3_shards(), v3_codecs(), labels(), plate(), archive, nifti, nifti_pair(), raw()];
+    trees.extend(volume_files::built(&raw())?);
+    trees.extend(volume_files::found()?);
     Ok(trees.iter().map(Tree::encode).collect())
 }

@@ -1,6 +1,7 @@
 //! Volumes: a directory of Zarr, and each file that looks like a volume. What opens must count its bricks and
 //! read, and be a source of tiles, or say why not.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -9,7 +10,7 @@ use pollster::block_on;
 use vastex_core::PagePos;
 use vastex_tiles::TileSource;
 use vastex_volume::{
-    BrickLayout, BrickPos, Opened, Volume, VolumeError, VolumeOptions, VolumeRegion, VolumeSource,
+    Brick, BrickLayout, BrickPos, Opened, Volume, VolumeError, VolumeOptions, VolumeRegion, VolumeSource,
     VolumeSourceError, is_volume, open,
 };
 
@@ -41,17 +42,25 @@ fn look(path: &Path, follows: bool) {
             if let Err(error) = read(&volume) {
                 check_error(&error);
             }
+            let labels = volume.about().labels.clone();
             read_tiles(&Arc::from(volume));
+            for name in labels.iter().take(MAX_READ).filter(|_| follows) {
+                look_below(&path.join("labels"), name);
+            }
         }
         Ok(Opened::Images(list)) => {
             for image in list.images.iter().take(MAX_READ).filter(|_| follows) {
-                // A list may name what is anywhere; the reader of a path takes what it is told.
-                if !image.contains("..") && !image.starts_with('/') {
-                    look(&path.join(image), false);
-                }
+                look_below(path, image);
             }
         }
         Err(error) => check_error(&error),
+    }
+}
+
+/// A list may name what is anywhere; the reader of a path takes what it is told.
+fn look_below(path: &Path, name: &str) {
+    if !name.contains("..") && !name.starts_with('/') {
+        look(&path.join(name), false);
     }
 }
 
@@ -59,7 +68,7 @@ fn check_error(error: &VolumeError) {
     assert!(!error.path.is_empty() && error.to_string().len() > error.path.len() + 2, "{error}");
 }
 
-/// Reads a box at the far corner of the first and of the last channel and time, level by level.
+/// Reads a box at the far corner of the first and of the last channel and time, level by level, and bricks.
 pub(super) fn read(volume: &Volume) -> Result<(), VolumeError> {
     let count = block_on(volume.count_bricks(false))?;
     assert!(count.absent.is_none_or(|absent| absent <= count.bricks));
@@ -71,29 +80,59 @@ pub(super) fn read(volume: &Volume) -> Result<(), VolumeError> {
             let at = std::array::from_fn(|axis| level.size[axis] - size[axis]);
             let values = block_on(volume.read(&VolumeRegion { level: number, channel, time, at, size }))?;
             assert_eq!(values.len() as u64, size.iter().product::<u64>() * about.dtype.bytes() as u64);
-            if number == 0 {
-                read_brick(volume, BrickPos { level: number, channel, time, at: [0; 3] })?;
-            }
+            read_bricks(volume, number, [channel, time])?;
         }
     }
     Ok(())
 }
 
-/// Puts a brick together, whose payload must be what a box has in its place.
-fn read_brick(volume: &Volume, pos: BrickPos) -> Result<(), VolumeError> {
-    const LAYOUT: BrickLayout = BrickLayout { side: 5, border: 1 };
-    let (about, mut found) = (volume.about(), None);
-    let work = block_on(volume.read_bricks(LAYOUT, &[pos], &mut |_, brick| found = Some(brick)))?;
-    let brick = found.expect("every brick that is named is delivered")?;
-    assert!(work.parts > 0 || brick.is_absent);
-    let (width, outer) = (about.dtype.bytes(), LAYOUT.outer() as usize);
-    let size = about.levels[pos.level].size.map(|side| side.min(LAYOUT.side.into()));
-    let region = VolumeRegion { level: pos.level, channel: pos.channel, time: pos.time, at: [0; 3], size };
+/// Small, so that most lie in several chunks and have neighbours.
+const LAYOUT: BrickLayout = BrickLayout { side: 5, border: 1 };
+
+/// Puts the brick at the near corner, one beside it and the one at the far corner together at once. Each must
+/// be what a box has in its place, the last voxels of the level beyond its faces.
+fn read_bricks(volume: &Volume, level: usize, [channel, time]: [u64; 2]) -> Result<(), VolumeError> {
+    let last = volume.about().levels[level].size.map(|side| (side - 1) / u64::from(LAYOUT.side));
+    let places = BTreeSet::from([[0; 3], last.map(|n| n.min(1)), last]);
+    let wanted: Vec<BrickPos> = places.into_iter().map(|at| BrickPos { level, channel, time, at }).collect();
+    let mut found = Vec::new();
+    let work = block_on(volume.read_bricks(LAYOUT, &wanted, &mut |pos, brick| found.push((pos, brick))))?;
+    found.sort_by_key(|(pos, _)| *pos);
+    assert!(found.iter().map(|(pos, _)| pos).eq(&wanted), "every brick that is named is delivered once");
+    let all_absent = found.iter().all(|(_, brick)| brick.as_ref().is_ok_and(|brick| brick.is_absent));
+    assert!(work.parts > 0 || all_absent || found.iter().any(|(_, brick)| brick.is_err()));
+    for (pos, brick) in found {
+        check_brick(volume, pos, &brick?)?;
+    }
+    Ok(())
+}
+
+fn check_brick(volume: &Volume, pos: BrickPos, brick: &Brick) -> Result<(), VolumeError> {
+    let (about, side) = (volume.about(), u64::from(LAYOUT.side));
+    let size = about.levels[pos.level].size;
+    // Of what is absent the borders are not said.
+    let border = if brick.is_absent { 0 } else { u64::from(LAYOUT.border) };
+    let at: [u64; 3] = std::array::from_fn(|axis| (pos.at[axis] * side).saturating_sub(border));
+    let end: [u64; 3] = std::array::from_fn(|axis| (pos.at[axis] * side + side + border).min(size[axis]));
+    let size = std::array::from_fn(|axis| end[axis] - at[axis]);
+    let region = VolumeRegion { level: pos.level, channel: pos.channel, time: pos.time, at, size };
     let values = block_on(volume.read(&region))?;
-    let [across, down, _] = size.map(|side| side as usize);
-    for (row, values) in values.chunks(across * width).enumerate().filter(|_| !brick.is_absent) {
-        let first = ((row / down + 1) * outer + row % down + 1) * outer + 1;
-        assert_eq!(brick.values[first * width..][..values.len()], *values, "row {row} of {pos:?}");
+    let width = about.dtype.bytes();
+    if brick.is_absent {
+        let is_one = values.chunks_exact(width).all(|value| *value == values[..width]);
+        assert!(is_one && brick.values.is_empty(), "{pos:?} is absent, and has values");
+        return Ok(());
+    }
+    let outer = u64::from(LAYOUT.outer());
+    // The voxel of the region for the one that is so far along an axis of the brick.
+    let within = |axis: usize, n: u64| {
+        (pos.at[axis] * side + n).saturating_sub(border).clamp(at[axis], end[axis] - 1) - at[axis]
+    };
+    assert_eq!(brick.values.len() as u64, outer.pow(3) * width as u64);
+    for (n, value) in (0..).zip(brick.values.chunks_exact(width)) {
+        let [x, y, z] = [within(0, n % outer), within(1, n / outer % outer), within(2, n / outer / outer)];
+        let from = ((z * size[1] + y) * size[0] + x) as usize * width;
+        assert_eq!(*value, values[from..from + width], "voxel {n} of {pos:?}");
     }
     Ok(())
 }
