@@ -1,13 +1,13 @@
 //! `cargo xtask campaign flips | fuzz`: more damaged files than the suite has time for.
 //!
-//! Flips are a test of vastex-tiles. Fuzzing is cargo-fuzz's, guided by coverage, where that and a nightly
-//! compiler are installed, and else vastex-fuzz's own, from a seed that each run takes from the clock and
-//! prints.
+//! Flips are a test of vastex-tiles. Fuzzing is cargo-fuzz's, guided by coverage; that and a nightly compiler
+//! are installed where they are missing. Where they cannot be had it is vastex-fuzz's own, from a seed that
+//! each run takes from the clock and prints.
 
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 
 use crate::shell::{self, Usage};
 
@@ -45,18 +45,41 @@ pub(crate) fn flips(options: &[&str]) -> Result<()> {
 
 pub(crate) fn fuzz(options: &[&str]) -> Result<()> {
     let (minutes, targets) = parse(options)?;
-    let guided = shell::succeeds(shell::command("cargo").args(["+nightly", "fuzz", "--version"]));
-    if !guided {
-        println!(
-            "without cargo-fuzz and a nightly compiler there is no guidance by coverage; `cargo install cargo-fuzz`"
-        );
-    }
+    let guided = match ensure_cargo_fuzz() {
+        Ok(()) => true,
+        Err(error) => {
+            println!("going on without guidance by coverage, from a seed: {error:#}");
+            false
+        }
+    };
     for target in targets {
         println!("\n{target}: {minutes} minutes");
         let mut fuzzer =
             if guided { with_coverage(target, minutes)? } else { without_coverage(target, minutes)? };
         shell::run(&mut fuzzer)
             .with_context(|| format!("{target}: an input did harm; keep it as a regression"))?;
+    }
+    Ok(())
+}
+
+/// Installs cargo-fuzz, and the nightly compiler that it needs, where they are missing. The error names the
+/// command that failed.
+fn ensure_cargo_fuzz() -> Result<()> {
+    /// What does not start, the program that brings it, and its arguments.
+    const NEEDS: [([&str; 2], &str, &[&str]); 2] = [
+        (["+nightly", "--version"], "rustup", &["toolchain", "install", "nightly", "--profile", "minimal"]),
+        (["fuzz", "--version"], "cargo", &["install", "cargo-fuzz", "--locked"]),
+    ];
+    for (needed, program, arguments) in NEEDS {
+        let starts = || shell::succeeds(shell::command("cargo").args(needed));
+        if starts() {
+            continue;
+        }
+        let installs = format!("{program} {}", arguments.join(" "));
+        println!("`cargo {}` does not start, and the fuzzer is guided by it: {installs}", needed[0]);
+        shell::run(shell::command(program).args(arguments))
+            .with_context(|| format!("`{installs}` failed; please install cargo-fuzz by that"))?;
+        ensure!(starts(), "`cargo {}` does not start after `{installs}`", needed[0]);
     }
     Ok(())
 }

@@ -81,7 +81,7 @@ Commands:
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
       --count N              bits [default: 10000]
-  campaign fuzz            damaged files for every reader; by cargo-fuzz where that is installed
+  campaign fuzz            damaged files for every reader; by cargo-fuzz, which is installed
       --minutes M            for each target [default: 30]
       --target T             only this one: container, part, image, profile, raw, mosaic, deep_zoom, gaia_sky,
                              celestia, prototype, export, volume
