@@ -114,5 +114,5 @@ fn no_target_is_left_out() {
 
 #[test]
 fn volume() {
-    sample("volume", 3_000);
+    sample("volume", 4_000);
 }
