@@ -1,5 +1,5 @@
-//! Small volumes: Zarr of both versions, with chunks of Blosc and in shards, labels, a plate, an archive, NIfTI
-//! in one file and in two, raw; those of other programs, and those that are built here.
+//! Small volumes: Zarr of both versions, with chunks of Blosc and in shards, labels, a plate, an archive,
+//! NIfTI in one file and in two, raw; those of other programs, and those that are built here.
 
 use anyhow::Result;
 
