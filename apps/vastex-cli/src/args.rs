@@ -225,8 +225,8 @@ pub(crate) struct SceneArgs {
     /// An image, which is built into --cache the first time; a container, a tile directory or a TIFF pyramid.
     /// Or planet:BITS[:IMAGE], a map that is generated while it is looked at, of 2^BITS texels round the
     /// equator (8 to 31) and with the continents of IMAGE, if that is named. Or a volume: OME-Zarr, Zarr,
-    /// NIfTI, a TIFF stack or raw values with a sidecar, which `render` draws with --on volume or slices. Or
-    /// a link as the window copies it, vastex:FILE?view=VIEW
+    /// NIfTI or raw values with a sidecar, which `render` draws as such; of TIFF a stack, which it draws with
+    /// --on volume or slices, else as an image. Or a link as the window copies it, vastex:FILE?view=VIEW
     pub(crate) source: PathBuf,
     /// What the image is put on
     #[arg(long, default_value = "image", value_name = "SCENE", value_parser = named(&Scene::ALL, Scene::name))]

@@ -1,6 +1,7 @@
 //! Sources as links name them: wherever a link is opened, it is the same file; and other windows, in which
 //! links are opened.
 
+use std::io::IsTerminal;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
@@ -42,9 +43,9 @@ fn is_scheme(text: &str) -> bool {
     text.len() > 1 && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte))
 }
 
-/// Opens another window, with what a link names or with nothing. It is a program of its own, and goes on when
-/// this one ends.
-pub(crate) fn open_window(link: Option<&str>, args: &ViewArgs) -> Result<()> {
+/// Opens another window: with what a link names, over which the shapes of these arguments lie if the link is
+/// of their file, or with nothing.
+pub(crate) fn open_window(link: Option<(&str, bool)>, args: &ViewArgs) -> Result<()> {
     let program = std::env::current_exe().context("the program does not know where it lies")?;
     let started = another(&program, link, args).spawn();
     let mut window = started.with_context(|| program.display().to_string())?;
@@ -53,12 +54,28 @@ pub(crate) fn open_window(link: Option<&str>, args: &ViewArgs) -> Result<()> {
     Ok(())
 }
 
-/// What starts the program with another window, in which a link is opened, or nothing. It keeps files where
-/// this one does.
-fn another(program: &Path, link: Option<&str>, args: &ViewArgs) -> Command {
+/// What starts the program with another window. It keeps files where this one does, and has the settings and
+/// the memory for tiles that this one was given.
+fn another(program: &Path, link: Option<(&str, bool)>, args: &ViewArgs) -> Command {
     let mut command = Command::new(program);
+    command.arg("view").args(link.map(|(link, _)| link));
     // A script that reads what this one prints does not wait for the other.
-    command.arg("view").args(link).stdin(Stdio::null()).stdout(Stdio::null());
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    if !std::io::stderr().is_terminal() {
+        command.stderr(Stdio::null());
+    }
+    // What ends this one at its terminal leaves the other alone.
+    #[cfg(unix)]
+    std::os::unix::process::CommandExt::process_group(&mut command, 0);
+    if let (Some((_, true)), Some(shapes)) = (link, &args.shapes) {
+        command.arg("--shapes").arg(shapes);
+    }
+    for settings in &args.scene.settings {
+        command.arg("--settings").arg(settings);
+    }
+    if let Some(mib) = args.scene.pool_mib {
+        command.arg("--pool-mib").arg(mib.to_string());
+    }
     let (cache, disk) = (&args.scene.cache, &args.scene.disk_cache);
     command.arg("--cache-gib").arg(cache.cache_gib.to_string());
     if let Some(place) = &cache.cache {
@@ -83,23 +100,49 @@ mod tests {
     }
 
     #[test]
-    fn another_window_opens_the_link_and_keeps_files_where_this_one_does() {
+    fn another_window_opens_the_link_and_is_set_as_this_one_is() {
         let cache = ["--cache", "off", "--disk-cache", "tiles", "--disk-cache-mib", "7"];
-        let args = asked(&[&["vastex", "view", "a.tif"][..], &cache].concat());
+        let set =
+            ["--settings", "a.toml", "--settings", "b.toml", "--pool-mib", "90", "--shapes", "a.geojson"];
+        let args = asked(&[&["vastex", "view", "a.tif"][..], &cache, &set].concat());
         let words = |link| {
             let command = another(Path::new("/bin/vastex"), link, &args);
             let words = command.get_args().map(|word| word.to_string_lossy().into_owned());
             std::iter::once("vastex".to_owned()).chain(words).collect::<Vec<_>>()
         };
         let link = "vastex:/data/a b.tif?view=image:x=1,y=2,zoom=3";
-        let same = words(Some(link));
-        let same = asked(&same.iter().map(String::as_str).collect::<Vec<_>>());
+        let opened = |has_shapes| {
+            let words = words(Some((link, has_shapes)));
+            asked(&words.iter().map(String::as_str).collect::<Vec<_>>())
+        };
+        let same = opened(true);
         assert_eq!(same.scene.source, Path::new(link));
         assert_eq!(same.scene.cache.cache.as_deref(), Some(Path::new("off")));
         assert_eq!(same.scene.disk_cache.disk_cache.as_deref(), Some(Path::new("tiles")));
         assert_eq!(same.scene.disk_cache.disk_cache_mib, 7);
+        assert_eq!((&same.scene.settings, same.scene.pool_mib), (&args.scene.settings, Some(90)));
+        assert_eq!(same.shapes.as_deref(), Some(Path::new("a.geojson")));
+        assert_eq!(opened(false).shapes, None, "they are of another file");
         assert_eq!(words(None)[..2], ["vastex", "view"]);
-        assert!(words(None)[2].starts_with("--"), "no file");
+        assert!(words(None)[2].starts_with("--") && !words(None).contains(&"--shapes".into()), "no file");
+    }
+
+    /// A shell that is told `view` reads a script of this name, which says of itself where it writes and
+    /// which group it belongs to.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn another_window_keeps_no_pipe_and_does_not_end_with_this_one() {
+        let directory = tempfile::tempdir().unwrap();
+        let says = "readlink /proc/$$/fd/1 /proc/$$/fd/2 > said; echo $$ >> said; cat /proc/$$/stat >> said";
+        std::fs::write(directory.path().join("view"), says).unwrap();
+        let mut window = another(Path::new("/bin/sh"), None, &asked(&["vastex", "view", "a.tif"]));
+        assert!(window.current_dir(&directory).status().unwrap().success());
+        let said = std::fs::read_to_string(directory.path().join("said")).unwrap();
+        let said: Vec<&str> = said.lines().collect();
+        assert_eq!(said[0], "/dev/null");
+        assert!(said[1] == "/dev/null" || std::io::stderr().is_terminal(), "{said:?}");
+        let stat: Vec<&str> = said[3].split(' ').collect();
+        assert_eq!((stat[0], stat[4]), (said[2], said[2]), "it leads a group of its own");
     }
 
     #[test]

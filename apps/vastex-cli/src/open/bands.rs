@@ -32,6 +32,13 @@ pub(crate) fn without_bands(path: &Path) -> &Path {
     path
 }
 
+/// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
+#[cfg(feature = "view")]
+pub(crate) fn is_same_file(path: &Path, other: &Path) -> bool {
+    let [path, other] = [path, other].map(|path| std::path::absolute(without_bands(path)));
+    matches!((path, other), (Ok(path), Ok(other)) if path == other)
+}
+
 /// Has the bands that layers are told opened, of files that have more than a layer can.
 #[cfg(feature = "build")]
 pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
@@ -57,4 +64,30 @@ pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
         asked.into_iter().for_each(|layer| layer.bands = Bands::AsStored);
     }
     Ok(())
+}
+
+#[cfg(all(test, feature = "view"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_is_the_same_however_its_path_is_written() {
+        let here = std::env::current_dir().unwrap();
+        assert!(is_same_file(Path::new("a.tif"), Path::new("./a.tif")));
+        assert!(is_same_file(&here.join("a.tif"), Path::new("a.tif")));
+        assert!(!is_same_file(Path::new("a.tif"), Path::new("b/a.tif")));
+    }
+
+    /// Shapes lie over a file whichever bands of it a person chooses.
+    #[cfg(feature = "build")]
+    #[test]
+    fn bands_of_a_file_are_the_same_file() {
+        let directory = tempfile::tempdir().unwrap();
+        let file = directory.path().join("a.tif");
+        std::fs::write(&file, "").unwrap();
+        let named = |name: &str| PathBuf::from(format!("{}:{name}", file.display()));
+        assert!(is_same_file(&named("bands=5,4,3"), &file));
+        assert!(is_same_file(&named("bands=1"), &named("bands=2")));
+        assert!(!is_same_file(&named("label"), &file));
+    }
 }

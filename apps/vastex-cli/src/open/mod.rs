@@ -37,7 +37,7 @@ use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
 pub(crate) use about::file_about;
 #[cfg(feature = "view")]
-pub(crate) use bands::{path_of as path_of_bands, without_bands};
+pub(crate) use bands::{is_same_file, path_of as path_of_bands, without_bands};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::WithoutPreview;
@@ -228,8 +228,8 @@ fn open_path(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result<
 /// What is said of a volume where an image is needed.
 fn of_volume(path: &Path) -> anyhow::Error {
     anyhow::anyhow!(
-        "{}: is a volume, and here an image is needed; `vastex view` shows volumes alone, `vastex render --on volume` draws \
-         them",
+        "{}: is a volume, and here an image is needed; `vastex view` shows volumes alone, `vastex render` draws them, and \
+         with `--on volume` or `--on slices` stacks in TIFF, too",
         path.display()
     )
 }
@@ -237,9 +237,9 @@ fn of_volume(path: &Path) -> anyhow::Error {
 /// Returns true if a path is a volume that cannot be taken for an image: pages of TIFF can.
 #[cfg(feature = "volumes")]
 pub(crate) fn is_volume(path: &Path) -> bool {
-    let is_tiff = path
-        .extension()
-        .is_some_and(|ending| ["tif", "tiff"].iter().any(|tiff| ending.eq_ignore_ascii_case(tiff)));
+    let is_tiff = path.extension().is_some_and(|ending| {
+        ["tif", "tiff", "btf", "tf8"].iter().any(|tiff| ending.eq_ignore_ascii_case(tiff))
+    });
     !is_tiff && vastex_volume::is_volume(path)
 }
 

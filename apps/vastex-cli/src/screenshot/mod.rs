@@ -162,7 +162,7 @@ impl Shot {
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
         let rows = rows_of(&self.source, looked).unwrap_or_default();
         let about = open::file_about(&self.source, looked, rows);
-        let shapes = args.shapes.as_ref().filter(|_| self.source == args.scene.source);
+        let shapes = args.shapes.as_ref().filter(|_| open::is_same_file(&self.source, &args.scene.source));
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         let [width, height, _] = tiles.description().geometry.size();
         Ok(Sources { tiles, over, about, shapes, image: [width, height] })

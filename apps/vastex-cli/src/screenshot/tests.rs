@@ -178,3 +178,45 @@ fn a_pyramid_is_drawn_while_the_window_waits_for_its_end() {
     patience.end();
     assert!(write(&patience).is_err());
 }
+
+/// TIFF of 4x4 texels in so many bands of 8 bits.
+#[cfg(feature = "build")]
+fn tiff_of_bands(bands: u32) -> Vec<u8> {
+    let entries: [[u32; 4]; 9] = [
+        [256, 4, 1, 4],
+        [257, 4, 1, 4],
+        [258, 3, 1, 8],
+        [259, 3, 1, 1],
+        [262, 3, 1, 1],
+        [273, 4, 1, 8 + 2 + 9 * 12 + 4],
+        [277, 3, 1, bands],
+        [278, 4, 1, 4],
+        [279, 4, 1, 16 * bands],
+    ];
+    let mut file = vec![b'I', b'I', 42, 0, 8, 0, 0, 0, 9, 0];
+    for [tag, kind, count, value] in entries {
+        file.extend((tag as u16).to_le_bytes().into_iter().chain((kind as u16).to_le_bytes()));
+        file.extend(count.to_le_bytes().into_iter().chain(value.to_le_bytes()));
+    }
+    file.resize(file.len() + 4 + 16 * bands as usize, 0);
+    file
+}
+
+/// A person may have chosen other bands than those that the command line names.
+#[cfg(feature = "build")]
+#[test]
+fn shapes_of_a_file_are_in_pictures_of_any_bands_of_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let [file, other, shapes] = ["six.tif", "b.tif", "a.geojson"].map(|name| directory.path().join(name));
+    [&file, &other].into_iter().for_each(|file| std::fs::write(file, tiff_of_bands(6)).unwrap());
+    std::fs::write(&shapes, r#"{"type":"Point","coordinates":[1,1]}"#).unwrap();
+    let [named, path] = [&file, &shapes].map(|path| path.to_str().unwrap());
+    let line = ["vastex", "view", "--cache", "off", "--shapes", path, named];
+    let Command::View(args) = Args::parse_from(line).command else { panic!() };
+    let of_bands = open::path_of_bands(&file, &[5, 4, 3]);
+    for (source, has_shapes) in [(&file, true), (&of_bands, true), (&other, false)] {
+        let sources =
+            Shot { source: source.clone(), ..shot_of(&args) }.open(&args, &Patience::default()).unwrap();
+        assert_eq!(sources.shapes.is_some(), has_shapes, "{}", source.display());
+    }
+}

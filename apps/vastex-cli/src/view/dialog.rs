@@ -4,6 +4,7 @@
 //! of that is true of both, and the window has a field for a path beside every dialog.
 
 use std::path::{Path, PathBuf};
+use std::pin::Pin;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -42,6 +43,9 @@ impl Chosen {
     }
 }
 
+/// What comes of a dialog that has begun.
+type Asked = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>;
+
 /// Asks for what is wanted, beginning in the folder of `beside`; `send` is called on another thread with what
 /// became of it.
 pub(super) fn choose(wanted: Wanted, beside: &Path, send: impl FnOnce(Chosen) + Send + 'static) {
@@ -55,12 +59,14 @@ pub(super) fn choose(wanted: Wanted, beside: &Path, send: impl FnOnce(Chosen) + 
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
+    // macOS has a dialog begun on the thread of the window, which this is called on; any thread may wait for it.
+    let begun = Instant::now();
+    let asked: Asked = match wanted {
+        Wanted::Folder => Box::pin(dialog.pick_folder()),
+        Wanted::File | Wanted::FileOver => Box::pin(dialog.pick_file()),
+    };
     let answer = move || {
-        let begun = Instant::now();
-        let file = match wanted {
-            Wanted::Folder => pollster::block_on(dialog.pick_folder()),
-            Wanted::File | Wanted::FileOver => pollster::block_on(dialog.pick_file()),
-        };
+        let file = pollster::block_on(asked);
         send(Chosen::of(file.map(|file| file.path().to_owned()), begun.elapsed()));
     };
     // Where no thread can be started nothing comes, and a person asks again.

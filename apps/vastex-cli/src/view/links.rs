@@ -175,7 +175,11 @@ impl App {
         let view = viewer.view_text(pose)?;
         // A file that the view does not name would lie over the others where the link is opened.
         let named = ViewText::from_text(&view, viewer.scene.image_size());
-        let last = named.ok().and_then(|view| view.textures().max()).unwrap_or(0);
+        let last = named.ok().map_or(0, |view| match view.names_layers() {
+            true => view.textures().max().unwrap_or(0),
+            // All of them are shown.
+            false => usize::MAX,
+        });
         let over = self.over.all(self.is_opening_shown()).take(last);
         Some(link::link_of(self.shown_path(), over, Some(view)))
     }
@@ -194,7 +198,8 @@ impl App {
         let link = self.link().filter(|_| is_same).transpose();
         let started = link.and_then(|link| {
             let link = link.map(|link| link.to_string());
-            link::open_window(link.as_deref(), &self.args)
+            let has_shapes = open::is_same_file(self.shown_path(), &self.args.scene.source);
+            link::open_window(link.as_deref().map(|link| (link, has_shapes)), &self.args)
         });
         if let Err(error) = started {
             let why = format!("no other window can be opened: {}", report::message(&error));

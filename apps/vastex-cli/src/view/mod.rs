@@ -266,7 +266,9 @@ impl App {
 
     /// Draws a frame. A lost device is replaced, with everything that was made from it.
     fn draw(&mut self, events: &ActiveEventLoop) -> Result<()> {
-        if let Some(file) = self.to_play.take_if(|_| self.shown.path().is_some()) {
+        // A path is of the file that it was named with, and another one may have come before that.
+        let to_play = self.to_play.take_if(|_| self.shown.path().is_some());
+        if let Some(file) = to_play.filter(|_| self.shown.is_of(self.args_of)) {
             self.play_file(events, &file)?;
         }
         self.keep_fitted();

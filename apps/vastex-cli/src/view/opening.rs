@@ -108,7 +108,8 @@ impl Openings {
         self.begun += 1;
         let (number, is_broken_off) = (self.begun, Arc::new(AtomicBool::new(false)));
         let refuse = send.clone();
-        if let Some(shapes) = args.shapes.clone().filter(|_| is_same(path, &args.scene.source)) {
+        // Previews are of files that lie over nothing.
+        if let Some(shapes) = shapes_of((path, has_previews), &args) {
             let send = send.clone();
             let is_broken_off = is_broken_off.clone();
             let goes_on = move || !is_broken_off.load(Ordering::Relaxed);
@@ -226,10 +227,10 @@ impl Drop for Openings {
     }
 }
 
-/// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
-fn is_same(path: &Path, other: &Path) -> bool {
-    let [path, other] = [path, other].map(|path| std::path::absolute(open::without_bands(path)));
-    matches!((path, other), (Ok(path), Ok(other)) if path == other)
+/// The file of shapes over a source, which lies over nothing or over another one: shapes are of the lowest,
+/// also where other bands of the same file lie over it.
+fn shapes_of((path, is_lowest): (&Path, bool), args: &ViewArgs) -> Option<PathBuf> {
+    args.shapes.clone().filter(|_| is_lowest && open::is_same_file(path, &args.scene.source))
 }
 
 /// Reads the shapes that lie over a source on a thread of their own: no picture waits for them.
@@ -367,35 +368,24 @@ impl OpenObserver for Reporter {
 
 #[cfg(test)]
 mod tests {
+    use clap::Parser as _;
+
     use super::*;
+    use crate::args::{Args, Command};
 
     #[test]
-    fn a_file_is_the_same_however_its_path_is_written() {
-        let here = std::env::current_dir().unwrap();
-        assert!(is_same(Path::new("a.tif"), Path::new("./a.tif")));
-        assert!(is_same(&here.join("a.tif"), Path::new("a.tif")));
-        assert!(!is_same(Path::new("a.tif"), Path::new("b/a.tif")));
-    }
-
-    /// Shapes lie over a file whichever bands of it a person chooses.
-    #[cfg(feature = "build")]
-    #[test]
-    fn bands_of_a_file_are_the_same_file() {
-        let directory = tempfile::tempdir().unwrap();
-        let file = directory.path().join("a.tif");
-        std::fs::write(&file, "").unwrap();
-        let named = |name: &str| PathBuf::from(format!("{}:{name}", file.display()));
-        assert!(is_same(&named("bands=5,4,3"), &file) && is_same(&named("bands=1"), &named("bands=2")));
-        assert!(!is_same(&named("label"), &file));
+    fn shapes_are_of_the_lowest_file_and_of_no_bands_over_it() {
+        let words = ["vastex", "view", "--shapes", "a.geojson", "a.tif"];
+        let Command::View(args) = Args::parse_from(words).command else { panic!() };
+        let has_shapes = |path: &str, is_lowest| shapes_of((Path::new(path), is_lowest), &args).is_some();
+        assert!(has_shapes("a.tif", true) && has_shapes("./a.tif", true));
+        assert!(!has_shapes("a.tif", false) && !has_shapes("b.tif", true));
     }
 
     /// What was built by then is taken over when the image is opened again.
     #[cfg(feature = "build")]
     #[test]
     fn a_window_that_closes_while_an_image_is_built_loses_nothing_of_it() {
-        use crate::args::{Args, Command};
-        use clap::Parser as _;
-
         let directory = tempfile::tempdir().unwrap();
         let (image, cache) = (directory.path().join("a.png"), directory.path().join("cache"));
         let side = 1400;

@@ -217,6 +217,11 @@ impl App {
         self.outcome = Ok(ExitCode::FAILURE);
         let before = self.files_before.take();
         let is_measured = self.is_measured();
+        // What was asked for with it is of no other file.
+        if opening == self.args_of {
+            self.to_play = None;
+            self.open.iter_mut().for_each(|open| open.viewer.scene.forget_asked());
+        }
         // What has come of it stays, in the place of what was there before.
         if self.shown.is_of(opening) {
             self.over.forget();

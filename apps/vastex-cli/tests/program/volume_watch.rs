@@ -51,6 +51,10 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
         assert!(page.contains(says), "{says}");
     }
     assert!(!page.contains("What the picture is made of"));
+    for channel in 0..3 {
+        assert!(page.contains(&format!("<th>channel</th><td>{channel}<")), "{page}");
+    }
+    assert!(!page.contains("<th>over it</th>"), "channels are no files");
     let replayed = sandbox.run(&["replay", "t.vxtrace", "--json"]).expect_code(0).json();
     assert!(replayed.to_string().contains("loads"), "{replayed}");
     for (words, says) in [

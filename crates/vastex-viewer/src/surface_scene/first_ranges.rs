@@ -81,6 +81,17 @@ impl FirstRanges {
         self.found.iter().any(|found| found.layer.0 == texture && found.range.is_some())
     }
 
+    /// Returns true if values have yet to say what is black and white of a layer, or have said it of a share
+    /// of their rows, in what an opening brought.
+    pub(super) fn is_due_in(&self, opening: u64, layer: &LayerOptions) -> bool {
+        let of_texture = |found: &&Found| self.opening == opening && found.layer.0 == layer.texture;
+        match self.found.iter().rfind(of_texture) {
+            Some(found) if found.is_last => false,
+            Some(found) => layer.range.is_none() || layer.range == found.range,
+            None => layer.range.is_none(),
+        }
+    }
+
     fn of(&self, layer: (usize, usize)) -> Option<Found> {
         self.found.iter().find(|found| found.layer == layer).copied()
     }

@@ -299,7 +299,14 @@ impl SurfaceScene {
         let before = std::mem::replace(&mut self.display, Display::Empty);
         self.remove(before.into_sources());
         self.layers_of = opening;
+        self.is_asked = false;
         self.in_its_place = Some(name.to_owned());
+    }
+
+    /// Forgets that files beside the one that is displayed next were asked for ([`FirstDisplay::is_asked`]):
+    /// they go with one that cannot be displayed.
+    pub fn forget_asked(&mut self) {
+        self.is_asked = false;
     }
 
     /// Sets how files are displayed at first, from the next one on. Returns what was set before.

@@ -4,6 +4,7 @@ use vastex::Filter;
 
 use super::SurfaceScene;
 use crate::camera::Pose;
+use crate::surface::LayerOptions;
 use crate::view_text::ViewText;
 
 impl SurfaceScene {
@@ -26,6 +27,13 @@ impl SurfaceScene {
             if self.settings.range_is_free && self.first_ranges.has_range(shown.texture) {
                 said.range = shown.range;
             }
+        }
+        // Values that have yet to say what is black and white say it where the view is shown, too: a layer
+        // that is named has all of the scale there.
+        let layers = if options.layers.is_empty() { &view.layers } else { &options.layers };
+        let is_due = |layer: &LayerOptions| self.first_ranges.is_due_in(self.layers_of, layer);
+        if self.settings.range_is_free && layers.iter().any(is_due) {
+            view.layers.clear();
         }
         Some(view.to_text(displayed.size))
     }

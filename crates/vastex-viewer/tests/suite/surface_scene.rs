@@ -280,3 +280,52 @@ fn a_range_over_the_whole_scale_comes_back_from_a_text_and_what_is_unsaid_is_no_
     assert_eq!(show(&mut window, &first), Some(automatic));
     assert_eq!(show(&mut window, place), Some(automatic), "a place says nothing of layers");
 }
+
+/// A link may be copied before the values of an image are there, or while few of its rows are.
+#[test]
+fn a_text_of_before_the_range_of_the_values_is_known_leaves_it_to_them() {
+    let mut window = Window::new();
+    let pose = Pose::first(Scene::Image);
+    let words = || (0..IMAGE[0] * IMAGE[1]).flat_map(|n| (n as u16 % 2000).to_le_bytes()).collect();
+    let names_layers = |window: &Window| {
+        ViewText::from_text(&window.scene.view_text(pose).unwrap(), IMAGE).unwrap().names_layers()
+    };
+    let rows = Arc::new(AtomicU64::new(240));
+    let preview = window.source_of((LayerFormat::R16, words()), Some(rows));
+    window.scene.show_preview(1, "a.png", preview).unwrap();
+    assert!(!names_layers(&window));
+    window.settle();
+    assert!(!names_layers(&window), "half of the rows are there");
+    let source = window.source_of((LayerFormat::R16, words()), None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.settle();
+    assert!(names_layers(&window));
+    // What was found of one file says nothing of the next.
+    let next = window.source_of((LayerFormat::R16, words()), None);
+    window.scene.show_source(2, "b.png", next).unwrap();
+    let early = window.scene.view_text(pose).unwrap();
+    assert!(!early.contains("layer="), "{early}");
+    window.settle();
+    let range = |window: &Window| window.scene.settings().options.layers[0].range;
+    let automatic = range(&window);
+    assert!(window.scene.show_view(&ViewText::from_text(&early, IMAGE).unwrap()));
+    window.settle();
+    assert!(automatic.is_some_and(|[_, white]| white < 0.1) && range(&window) == automatic);
+}
+
+/// Heights of another file are those of the file that they were named with.
+#[test]
+fn files_beside_one_that_cannot_be_displayed_go_with_it() {
+    for is_forgotten in [false, true] {
+        let mut window = Window::new();
+        let mut settings = window.scene.settings().clone();
+        settings.options.heights.texture = Some(1);
+        window.scene.set_first_display(FirstDisplay { layers: Vec::new(), settings, is_asked: true });
+        if is_forgotten {
+            window.scene.forget_asked();
+        }
+        let source = window.source([30, 40, 220], None);
+        window.scene.show_source(2, "b.png", source).unwrap();
+        assert_eq!(window.scene.settings().options.heights.texture.is_none(), is_forgotten);
+    }
+}

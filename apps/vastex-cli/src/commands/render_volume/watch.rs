@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use anyhow::Result;
 use serde::Serialize;
-use vastex::Textures;
 use vastex::diagnostics::PoolDump;
+use vastex::{LayerId, TextureId, Textures};
 use vastex_scenes::Picture;
 use vastex_tiles::DiskTier;
 use vastex_viewer::stage::StageScene;
@@ -94,6 +94,16 @@ impl Watch {
     ) -> Result<()> {
         let Some(report) = &self.report else { return Ok(()) };
         let (textures, source) = (&drawing.textures, &args.source);
+        let desc = drawing.renderer.desc();
+        let is_one = desc.channels.len() + usize::from(desc.labels.is_some()) <= 1;
+        let part = |texture: TextureId| {
+            let is_it = |layer: LayerId| layer.texture() == texture && !is_one;
+            if desc.labels.as_ref().is_some_and(|labels| is_it(labels.layer)) {
+                return Some(("labels", args.look.labels.labels.clone().unwrap_or_default()));
+            }
+            let nth = desc.channels.iter().position(|channel| is_it(channel.layer))?;
+            Some(("channel", drawing.shown.get(nth)?.0.channel.to_string()))
+        };
         report.write_run(Run {
             title: source.display().to_string(),
             stats: &textures.stats(),
@@ -101,7 +111,7 @@ impl Watch {
             warnings,
             picture,
             overlays: Vec::new(),
-            source: run_report::source_rows(textures, source),
+            source: run_report::source_rows(textures, source, part),
             settings: settings_rows(args, textures),
             said,
         })

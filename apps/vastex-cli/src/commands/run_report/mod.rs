@@ -8,8 +8,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
-use vastex::Textures;
 use vastex::diagnostics::{Cell, FrameStats, PoolDump, PoolRecord};
+use vastex::{TextureId, Textures};
 use vastex_core::Dims;
 use vastex_scenes::{Offscreen, Outcome, Overlay, Picture};
 use vastex_viewer::ViewText;
@@ -105,7 +105,7 @@ impl RunReport {
             warnings,
             picture: &offscreen.picture(),
             overlays: drawn,
-            source: source_rows(textures, &args.scene.source),
+            source: source_rows(textures, &args.scene.source, |_| None),
             settings: settings_rows(args, offscreen),
             said: pools.map_or_else(|| told.to_owned(), |pools| format!("{told}\n\n{pools}")),
         })
@@ -251,8 +251,13 @@ fn cell(record: &PoolRecord, column: &str) -> Option<f64> {
     }
 }
 
-/// What is known of a source, of which there are these textures.
-pub(crate) fn source_rows(textures: &Textures, source: &Path) -> Vec<(String, String)> {
+/// What is known of a source, of which there are these textures. `part` says of one which part of a volume
+/// it is, and its name, where there are several.
+pub(crate) fn source_rows(
+    textures: &Textures,
+    source: &Path,
+    part: impl Fn(TextureId) -> Option<(&'static str, String)>,
+) -> Vec<(String, String)> {
     let mut rows = Vec::new();
     let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
     for (n, texture) in textures.inspect().textures().enumerate() {
@@ -260,8 +265,10 @@ pub(crate) fn source_rows(textures: &Textures, source: &Path) -> Vec<(String, St
         let described = shown.description();
         let geometry = &described.geometry;
         let [width, height, depth] = geometry.size();
-        if n > 0 {
-            row("over it", shown.name().unwrap_or_default().to_owned());
+        match part(texture) {
+            Some((kind, name)) => row(kind, name),
+            None if n > 0 => row("over it", shown.name().unwrap_or_default().to_owned()),
+            None => {}
         }
         match geometry.dims() {
             Dims::D2 => row("texels", format!("{width} x {height}")),
