@@ -73,8 +73,19 @@ pub(crate) fn picture(
     view: &VolumeView,
     size: [u32; 2],
 ) -> Vec<[f64; 3]> {
+    coarser_picture(desc, channels, view, size, 0.0)
+}
+
+/// The same at a mip bias, in levels: pixels are as much larger where they choose a level.
+pub(crate) fn coarser_picture(
+    desc: &VolumeDesc,
+    channels: &[ArrayChannel<'_>],
+    view: &VolumeView,
+    size: [u32; 2],
+    mip_bias: f64,
+) -> Vec<[f64; 3]> {
     let levels: Vec<&[ArrayLevel]> = channels.iter().map(|(_, levels)| *levels).collect();
-    pictures(std::slice::from_ref(desc), &levels, view, size).remove(0)
+    pictures_at(std::slice::from_ref(desc), &levels, view, size, mip_bias).remove(0)
 }
 
 /// Pictures of one volume by several modes and looks, with one box and one step: what is sampled along a ray
@@ -85,10 +96,21 @@ pub(crate) fn pictures(
     view: &VolumeView,
     size: [u32; 2],
 ) -> Vec<Vec<[f64; 3]>> {
+    pictures_at(descs, levels, view, size, 0.0)
+}
+
+fn pictures_at(
+    descs: &[VolumeDesc],
+    levels: &[&[ArrayLevel]],
+    view: &VolumeView,
+    size: [u32; 2],
+    mip_bias: f64,
+) -> Vec<Vec<[f64; 3]>> {
     let of = &descs[0].of;
     assert!(descs.iter().all(|desc| desc.of == *of && desc.step == descs[0].step));
     let rays = view.rays(of, size);
-    let pixel = |way: f64| rays.pixel + rays.growth * way;
+    let coarser = mip_bias.exp2();
+    let pixel = |way: f64| (rays.pixel + rays.growth * way) * coarser;
     let mut pictures = vec![Vec::new(); descs.len()];
     for (x, y) in (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))) {
         let (x, y) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -101,7 +123,7 @@ pub(crate) fn pictures(
         for (desc, pixels) in descs.iter().zip(&mut pictures) {
             let light = match &sampled {
                 Some(sampled) => sampled.light(desc),
-                None if view.is_slice() => slice(desc, levels, origin, rays.pixel),
+                None if view.is_slice() => slice(desc, levels, origin, rays.pixel * coarser),
                 None => DVec3::ZERO,
             };
             pixels.push(light.to_array().map(|light| 255.0 * display(light)));
