@@ -105,7 +105,7 @@ pub use textures::{
     AddError, Ahead, Bindings, Cpu, Inspect, Memory, Pixels, TextureMut, TextureRef, Textures, TraceControl,
     ViewMut, ViewRef, ViewSettings,
 };
-pub use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_TURNS};
+pub use vastex_core::shader_constants::{JITTER_CYCLE, RAY_ANSWERS, RAY_BRICKS, RAY_TURNS};
 pub use vastex_core::{
     AddressMode, AskError, BiasRule, Description, Dims, Event, Feedback, Geometry, GeometryError,
     GeometrySpec, GroupError, GroupNumber, Layer, LayerFormat, Level, LevelRule, NodataValue,

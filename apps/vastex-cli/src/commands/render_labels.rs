@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
-use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeLabels};
+use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox, VolumeLabels};
 use vastex_volume::{Convention, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
 use super::volume::no_volume;
@@ -71,6 +71,17 @@ impl Labels {
         let format = self.source.description().layers[0].format;
         let tuning = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
         PoolRule { formats: Some(vec![format]), tuning, ..PoolRule::default() }
+    }
+
+    /// Where they lie in the world of the picture: their box, and its first corner.
+    pub(super) fn place(&self) -> (VolumeBox, [f64; 3]) {
+        (self.of, self.begin)
+    }
+
+    /// How often a ray is looked along for them: once, and for the selected one alone before.
+    pub(super) fn looks(&self, args: &RenderVolumeArgs) -> u32 {
+        let others = args.look.labels.label_others.unwrap_or_default();
+        if self.selected.is_some() && others == OtherLabels::Dimmed { 2 } else { 1 }
     }
 
     /// Adds them to textures, as they are to be shown.

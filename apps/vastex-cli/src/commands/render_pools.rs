@@ -37,9 +37,6 @@ pub(super) fn large_bricks(about: &VolumeAbout, filters: VolumeFilters) -> Resul
     Ok((texels * format.texel_bytes() as u64, geometry.page_count()))
 }
 
-/// GPU memory that is taken for bricks at most where nobody says how much.
-const MOST_BYTES: u64 = 1 << 30;
-
 /// GPU memory for bricks.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PoolBytes {
@@ -86,6 +83,10 @@ fn pages_of(sources: &[Arc<VolumeSource>]) -> u64 {
     let pages = sources.iter().map(|source| source.description().geometry.page_count());
     pages.fold(0, u64::saturating_add)
 }
+
+/// GPU memory that is taken for bricks of channels at most, and as much for those of labels, where nobody says
+/// how much; and for ordinary textures that pictures are compared with.
+pub(crate) const MOST_BYTES: u64 = 1 << 30;
 
 /// GPU memory in which all bricks of sources of one shape are shown at once, on a device of such limits that
 /// filters so; `None` where no pool of it has so many slots.

@@ -11,10 +11,9 @@ use vastex_volume::VolumeSource;
 use super::OpenedVolume;
 use crate::args::SceneArgs;
 use crate::commands::render;
+use crate::commands::render_pools::MOST_BYTES;
 
-/// GPU memory that is taken for bricks at most where nobody says how much.
-const MOST_BYTES: u64 = 1 << 30;
-/// And at least, which is little.
+/// GPU memory that is taken for bricks at least where nobody says how much, which is little.
 const LEAST_BYTES: u64 = 32 << 20;
 /// Times of which bricks are kept: the one that is seen, the one that comes, and two ahead.
 const TIMES: u64 = 4;

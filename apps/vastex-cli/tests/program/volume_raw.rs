@@ -88,3 +88,46 @@ fn infinite_values_are_the_ends_of_the_range() {
     let (_, picture) = drawn(&sandbox, words);
     assert!(picture[..24].iter().all(|code| *code == 255), "{:?}", &picture[..24]);
 }
+
+/// Four that are infinite and four below all, along a ray, and voxels that are longer along one axis: neither
+/// their mean nor how steep a surface between them is has no number.
+#[test]
+fn infinite_values_have_a_mean_and_a_surface() {
+    let sandbox = Sandbox::new();
+    let row = [f32::INFINITY, f32::NEG_INFINITY].map(|value| [value; 4]).concat();
+    let values: Vec<u8> = row.iter().cycle().take(8 * 8 * 8).flat_map(|value| value.to_le_bytes()).collect();
+    write(&sandbox, [8; 3], "f32", &values);
+    let mut about = sandbox.read("volume.raw.toml");
+    about.extend(b"scale = [1, 1, 4]\n");
+    sandbox.write("volume.raw.toml", &about);
+    for (words, code) in [
+        ("average --view +x", 128),
+        ("average --view -x", 128),
+        ("iso --iso 0 --view +x", 255),
+        ("iso --iso 0 --view -x", 255),
+    ] {
+        let words = format!("--on volume --mode {words} --channels 0:FFFFFF:-4..4 --size 8x8");
+        let (_, picture) = drawn(&sandbox, &words);
+        assert!(picture.iter().all(|found| found.abs_diff(code) <= 1), "{words}: {picture:?}");
+    }
+}
+
+/// Labels that a ray of 40,000 voxels meets at its end: there its way is so long that a part of a voxel is lost
+/// in rounding.
+#[test]
+fn labels_are_seen_at_the_end_of_a_long_ray() {
+    let sandbox = Sandbox::new();
+    let size = [2, 2, 40_000];
+    let mut values = vec![0; 4 * 40_000];
+    write(&sandbox, size, "u8", &values);
+    for file in ["volume.raw", "volume.raw.toml"] {
+        std::fs::copy(sandbox.path(file), sandbox.path(&file.replace("volume", "image"))).unwrap();
+    }
+    values[..4].fill(7);
+    write(&sandbox, size, "u8", &values);
+    let words = "render image.raw --on volume --mode mip --view -z --channels 0 --step 2 --labels volume.raw --label-opacity 1 \
+                 --size 2x2 -o picture.png";
+    sandbox.run(&words.split_whitespace().collect::<Vec<_>>()).expect_code(0);
+    let picture = sandbox.read_rgb("picture.png");
+    assert!(picture.iter().all(|pixel| *pixel != [0; 3]), "{picture:?}");
+}

@@ -163,3 +163,20 @@ fn what_is_too_large_to_be_drawn_says_how_large_it_may_be() {
         ["2147483647 voxels: 4194304 at most", "bricks of 64", "take a coarser level, or a part of it"];
     assert!(said.iter().all(|part| told.contains(part)) && !told.contains("pages"), "{told}");
 }
+
+/// A path from all of a large volume to one of its voxels, and through to within: rays are long, and few of
+/// their samples are of fine levels.
+#[test]
+fn a_path_leads_into_a_large_volume() {
+    let sandbox = Sandbox::new();
+    write(&sandbox, "large.zarr", 100_000, None);
+    let at = "volume:x=50000,y=50000,z=50000";
+    let path = format!(
+        "vastex path 1\nfps 1\n0 {at},zoom=1,yaw=0,pitch=0\n1 {at},zoom=1000,yaw=20,pitch=10\n2 {at},zoom=50000,yaw=60,pitch=30\n"
+    );
+    sandbox.write("into.path", path.as_bytes());
+    let words = "render large.zarr --on volume --mode mip --camera-path into.path --channels 0 --range 0,1 --size 16x12 --json -o p-%d.png";
+    let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
+    assert_eq!(told["converged"], true, "{told}");
+    assert!(sandbox.read_rgb("p-2.png").iter().all(|pixel| *pixel == [0; 3]));
+}

@@ -1,6 +1,6 @@
 //! The text of the shaders that draw volumes, and what it is told in.
 
-use vastex::FeedbackMode;
+use vastex::{FeedbackMode, RAY_BRICKS};
 
 use crate::layers::Palette;
 
@@ -14,6 +14,10 @@ pub enum LabelsInText {
     /// By themselves.
     Alone,
 }
+
+/// Samples of a ray at most, and voxels of labels that it is looked for them in: those of as many bricks of 64
+/// voxels as feedback asks for.
+pub const RAY_SAMPLES: u32 = RAY_BRICKS * 64;
 
 /// The text of the shaders that draw volumes. `vastex` is the text for the kind of one channel, which serves
 /// all others, since they lie in the same textures; with labels for a group of the members `image`, that
@@ -34,11 +38,17 @@ pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> St
         LabelsInText::Alone => &[own, include_str!("wgsl/labels_alone.wgsl")],
     };
     let maps = Palette::wgsl();
-    let text = [&volume[..], of_labels, &[&maps, vastex]].concat().join("\n");
+    let samples = samples_text();
+    let text = [&volume[..], of_labels, &[&samples, &maps, vastex]].concat().join("\n");
     match told_in(labels, mode) {
         wgpu::BufferUsages::STORAGE => text.replace("var<uniform> volume_", "var<storage, read> volume_"),
         _ => text,
     }
+}
+
+/// What shaders have of [`RAY_SAMPLES`].
+fn samples_text() -> String {
+    format!("const VOLUME_SAMPLES: u32 = {RAY_SAMPLES}u;")
 }
 
 /// The text of the shader that shows the mean of several pictures.

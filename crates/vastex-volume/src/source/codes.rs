@@ -4,17 +4,17 @@ use vastex_core::LayerFormat;
 
 use crate::values::DType;
 
-/// The greatest float that is mixed: the difference of two is still finite, and the march of the shaders
-/// begins with it.
-const MOST: f32 = 1e38;
+/// The greatest float that is mixed: the sum of all samples of a ray is still finite, and so is what is
+/// steepest between two voxels, per length of the world.
+const MOST: f32 = 1e30;
 
 /// How stored values stand in tiles.
 ///
 /// Whole numbers of 8 and 16 bits are shares of their full range, as they are stored; those with a sign are
 /// moved so that the least is 0. Floats of 16 and 32 bits are as they are stored. What has more bits becomes
 /// the nearest float of 32 bits, of which 24 bits are exact; who needs the others asks for
-/// [values](crate::VolumeSource::value_at). Infinite floats, and those beyond 1e38 either way, stand there as
-/// 1e38 or -1e38 (of 16 bits, as the greatest or the least that is finite), so that they can be mixed. Labels
+/// [values](crate::VolumeSource::value_at). Infinite floats, and those beyond 1e30 either way, stand there as
+/// 1e30 or -1e30 (of 16 bits, as the greatest or the least that is finite), so that they can be mixed. Labels
 /// are whole numbers of 32 or 64 bits, those with a sign in two's complement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ValueCodes {
@@ -24,7 +24,7 @@ pub struct ValueCodes {
     pub base: f64,
     /// See [`ValueCodes::base`].
     pub gain: f64,
-    /// True if a tile has every bit of a stored value, of floats of one that is finite.
+    /// True if a tile has every bit of a stored value, of floats of one from -1e30 to 1e30.
     pub is_exact: bool,
     dtype: DType,
 }
@@ -222,10 +222,10 @@ mod tests {
     fn infinite_values_are_the_ends_of_what_can_be_mixed() {
         let values = [f32::INFINITY, f32::NEG_INFINITY, 3e38, -3e38, 1.5];
         let texels = ValueCodes::of_values(DType::F32).encode(values.map(f32::to_le_bytes).concat());
-        assert_eq!(texels, [1e38_f32, -1e38, 1e38, -1e38, 1.5].map(f32::to_le_bytes).concat());
+        assert_eq!(texels, [1e30_f32, -1e30, 1e30, -1e30, 1.5].map(f32::to_le_bytes).concat());
         let values = [f64::INFINITY, f64::NEG_INFINITY, -1e300].map(f64::to_le_bytes).concat();
         let texels = ValueCodes::of_values(DType::F64).encode(values);
-        assert_eq!(texels, [1e38_f32, -1e38, -1e38].map(f32::to_le_bytes).concat());
+        assert_eq!(texels, [1e30_f32, -1e30, -1e30].map(f32::to_le_bytes).concat());
         let halves = [0x7c00_u16, 0xfc00, 0x7bff, 0x7e00, 0x7c01, 0x3c00, 0x0000];
         let texels = ValueCodes::of_values(DType::F16).encode(halves.map(u16::to_le_bytes).concat());
         // What is no number stays what it is.

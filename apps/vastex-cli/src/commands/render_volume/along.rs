@@ -9,10 +9,9 @@ use vastex_scenes::Picture;
 use vastex_viewer::volume::{VolumeBox, VolumeView};
 use vastex_viewer::volume_scene::{VolumeLayout, VolumePane};
 use vastex_viewer::{CameraPath, VolumePlace, VolumeViewText};
-use vastex_volume::{VolumeAbout, VolumeOptions, levels_of};
+use vastex_volume::VolumeAbout;
 
 use super::asked::{Asked, copied};
-use super::steps::Sampling;
 use super::watch::Watch;
 use super::{Drawing, box_of};
 use crate::args::{RenderVolumeArgs, Toward};
@@ -79,7 +78,11 @@ impl Along {
         self.path.pose_of_frame(frame).time
     }
 
-    fn view(&self, frame: u64, of: VolumeBox, size: [u32; 2]) -> VolumeView {
+    pub(super) fn frames(&self) -> u64 {
+        self.frames.max(1)
+    }
+
+    pub(super) fn view(&self, frame: u64, of: VolumeBox, size: [u32; 2]) -> VolumeView {
         copied(&self.path.pose_of_frame(frame).of(&self.view), of, size).0
     }
 }
@@ -92,14 +95,7 @@ pub(super) fn draw(
     watch: &mut Watch,
 ) -> Result<(bool, Picture)> {
     let (of, size) = (box_of(asked.volume.about())?, drawing.canvas.size());
-    let frames = along.map_or(1, |along| along.frames.max(1));
-    let (_, levels) = levels_of(asked.volume.about(), brick, VolumeOptions::default().border)?;
-    let sampling = Sampling {
-        mode: drawing.args.look.mode(),
-        channels: asked.channels.len(),
-        step: drawing.args.look.step(),
-        is_processor: drawing.gpu.is_processor(),
-    };
+    let frames = along.map_or(1, Along::frames);
     let (mut converged, mut number) = (true, 0);
     loop {
         if let Some(along) = along {
@@ -109,7 +105,6 @@ pub(super) fn draw(
                 drawing.go_to(asked, brick, watch.disk.as_ref())?;
             }
         }
-        sampling.check((&of, &levels), (&drawing.view, size))?;
         drawing.most_frames = drawing.frames + super::MOST_FRAMES;
         converged &= drawing.play(|textures| watch.note(textures))?;
         let picture = drawing.picture()?;

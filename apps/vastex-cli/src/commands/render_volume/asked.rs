@@ -16,6 +16,8 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, le
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
 use super::super::volume::no_volume;
+use super::along::Along;
+use super::steps::Sampling;
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
 
@@ -42,11 +44,11 @@ impl Asked {
         Ok(Asked { volume, channels, view, time: args.look.time() })
     }
 
-    /// Puts what is seen into textures, with the disk cache before it, and gives the side of its bricks in
+    /// Puts what is seen into textures, with the disk cache before it, where no ray of a picture is cut, and gives the side of its bricks in
     /// voxels.
     pub(super) fn drawing<'a>(
         &self,
-        args: &'a RenderVolumeArgs,
+        (args, along): (&'a RenderVolumeArgs, Option<&Along>),
         gpu: &'a Gpu,
         disk: Option<&Arc<DiskTier>>,
     ) -> Result<(Drawing<'a>, u32)> {
@@ -63,6 +65,8 @@ impl Asked {
         if self.channels.is_empty() && labels.is_none() {
             bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
         }
+        Sampling::new(args, gpu.is_processor(), (about, self.channels.len(), brick), labels.as_ref())?
+            .check_all((along, self.view.0), args.size)?;
         let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
         let bytes = pool_bytes(args, (&gpu.device.limits(), filters), [&sources, of_labels])?;

@@ -23,7 +23,7 @@ pub(crate) struct Recorded {
 pub(crate) fn recorded(args: &RenderVolumeArgs, gpu: &Gpu) -> Result<Recorded> {
     let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;
-    let (mut drawing, brick) = asked.drawing(args, gpu, None)?;
+    let (mut drawing, brick) = asked.drawing((args, path.as_ref()), gpu, None)?;
     drawing.textures.ahead().trace().record();
     let of_path = (path.as_ref(), &mut asked);
     let output = &mut PictureOutput::Nothing;

@@ -12,11 +12,8 @@ use vastex_volume::{Volume, VolumeSource};
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, RenderVolumeArgs};
 use crate::commands::compared::Compared;
-use crate::commands::render_pools::{PoolBytes, brick_bytes, bytes_for_all};
+use crate::commands::render_pools::{MOST_BYTES, PoolBytes, brick_bytes, bytes_for_all};
 use crate::report;
-
-/// GPU memory that it may take: 1 GiB.
-const MOST_BYTES: u64 = 1 << 30;
 
 /// Compares a picture that was drawn `mip_bias` levels coarser than wanted.
 pub(super) fn compare(

@@ -1,69 +1,220 @@
-//! How many samples rays through a volume have, and whether what draws takes as many: a ray that is cut is
-//! told of before it is drawn.
+//! How many samples, bricks and labels rays through a volume meet, and whether what draws takes as many: a ray
+//! that is cut is told of before anything is drawn.
 
 use anyhow::{Result, bail};
 use glam::DVec3;
-use vastex::VoxelLevels;
-use vastex_viewer::volume::{VolumeBox, VolumeMode, VolumeView};
+use vastex::{RAY_BRICKS, VoxelLevels};
+use vastex_viewer::volume::{RAY_SAMPLES, VolumeBox, VolumeMode, VolumeRays, VolumeView};
+use vastex_volume::{VolumeAbout, VolumeOptions, levels_of};
 
-/// Samples of a ray beyond which it is not looked at further (volume.wgsl).
-const MOST_SAMPLES: f64 = 16_777_216.0;
+use super::along::Along;
+use super::box_of;
+use crate::args::RenderVolumeArgs;
+use crate::commands::render_labels::Labels;
+
 /// A software driver ends a pixel without a word after 65,535 turns of loops, of all loops together; some of
-/// these are of bricks.
-const MOST_TURNS: f64 = 62_000.0;
+/// these are counted nowhere here.
+const MOST_TURNS: f64 = 64_000.0;
+/// Turns in which a change of the level is found along a ray in perspective (steps.wgsl).
+const TURNS_PER_LEVEL: f64 = 50.0;
+
+/// Voxels that are drawn, and where.
+pub(super) struct Voxels {
+    of: VolumeBox,
+    /// The first corner.
+    begin: DVec3,
+    levels: VoxelLevels,
+    brick: u32,
+}
 
 /// How rays are sampled.
 pub(super) struct Sampling {
-    pub(super) mode: VolumeMode,
-    pub(super) channels: usize,
-    pub(super) step: f64,
+    mode: VolumeMode,
+    channels: usize,
+    step: f64,
     /// Whether a processor draws.
-    pub(super) is_processor: bool,
+    is_processor: bool,
+    image: Voxels,
+    /// Labels over it, and how often a ray is looked along for them.
+    labels: Option<(Voxels, u32)>,
 }
 
 impl Sampling {
-    /// Fails where rays of a view may have more samples than are taken.
-    pub(super) fn check(
+    /// Of so many channels of a volume in bricks of so many voxels a side.
+    pub(super) fn new(
+        args: &RenderVolumeArgs,
+        is_processor: bool,
+        (about, channels, brick): (&VolumeAbout, usize, u32),
+        labels: Option<&Labels>,
+    ) -> Result<Sampling> {
+        let (_, levels) = levels_of(about, brick, VolumeOptions::default().border)?;
+        let labels = labels.map(|labels| {
+            let (of, begin) = labels.place();
+            let levels = VoxelLevels::clone(labels.source.levels());
+            (Voxels { of, begin: begin.into(), levels, brick }, labels.looks(args))
+        });
+        Ok(Sampling {
+            mode: args.look.mode(),
+            channels,
+            step: args.look.step(),
+            is_processor,
+            image: Voxels { of: box_of(about)?, begin: DVec3::ZERO, levels, brick },
+            labels,
+        })
+    }
+
+    /// Fails where rays of a picture of a path may be cut, or of the one view where there is none.
+    pub(super) fn check_all(
         &self,
-        (of, levels): (&VolumeBox, &VoxelLevels),
-        (view, size): (&VolumeView, [u32; 2]),
+        (along, view): (Option<&Along>, VolumeView),
+        size: [u32; 2],
     ) -> Result<()> {
+        let Some(along) = along else { return self.check(&view, size) };
+        (0..along.frames()).try_for_each(|frame| self.check(&along.view(frame, self.image.of, size), size))
+    }
+
+    /// Fails where rays of a view may meet more than is taken.
+    fn check(&self, view: &VolumeView, size: [u32; 2]) -> Result<()> {
         if view.is_slice() {
             return Ok(());
         }
-        // A step apart, a ray has no more than the longest side has voxels, of the finest level that is
-        // wanted.
-        let longest_side = levels.level(0).scale.into_iter().fold(0.0, f64::max);
-        let level = levels.wanted_level(narrowest_pixel(of, view, size) * longest_side);
-        let samples = f64::from(levels.level(level).size.into_iter().max().unwrap_or(1)) / self.step;
-        let most = self.most().floor();
-        if samples > most {
-            let least = (self.step * samples / most * 100.0).ceil() / 100.0;
-            let who = if self.is_processor { "this adapter, a processor," } else { "a ray" };
+        let rays = view.rays(&self.image.of, size);
+        let image = if self.channels > 0 { self.image.met(&rays, &self.image) } else { Met::default() };
+        let (labels, looks) = match &self.labels {
+            Some((labels, looks)) => (labels.met(&rays, &self.image), f64::from(*looks)),
+            None => (Met::default(), 0.0),
+        };
+        let bricks = image.bricks.max(labels.bricks).floor();
+        if bricks > f64::from(RAY_BRICKS) {
             bail!(
-                "--step {}: rays would have up to {samples:.0} samples, and {who} takes {most} at most; write {least} or more",
-                self.step
+                "rays would meet up to {bricks} bricks, and {RAY_BRICKS} are shown at most; draw a smaller picture, of which \
+                 coarser levels are seen, look along a shorter side, or give a larger --pool-mib, which makes bricks larger"
             );
         }
-        Ok(())
-    }
-
-    fn most(&self) -> f64 {
-        let channels = self.channels.max(1) as f64;
-        match (self.is_processor, self.mode) {
-            (false, _) => MOST_SAMPLES,
-            // What is gathered of all channels is begun and added in loops, too.
-            (true, VolumeMode::Emission) => MOST_TURNS / (channels + 2.0),
-            (true, _) => MOST_TURNS / channels,
+        let who = if self.is_processor { "this adapter, a processor," } else { "a ray" };
+        // Turns of loops for labels, for what a sample takes, and for what all samples take beside it.
+        let of_labels = looks * (labels.crossed + 2.0 * labels.bricks + 30.0);
+        if self.is_processor && self.labels.is_some() && of_labels > MOST_TURNS {
+            let most = MOST_TURNS / looks;
+            bail!(
+                "rays would pass up to {:.0} voxels of labels, and {who} takes {most:.0} at most; draw a smaller picture, of which \
+                 coarser levels are seen, look along a shorter side, or leave the labels out",
+                labels.crossed
+            );
         }
+        let channels = self.channels as f64;
+        let (of_sample, beside) = match self.mode {
+            // They are added to one another, 16 at a time, and fewer where a brick ends.
+            VolumeMode::Emission => {
+                let of_chunk = 2.0 * channels + 3.0;
+                (channels + 1.0 + of_chunk / 16.0, of_chunk * image.bricks + TURNS_PER_LEVEL * image.changes)
+            }
+            _ => (channels, channels * (2.0 * image.bricks + TURNS_PER_LEVEL * image.changes)),
+        };
+        let samples = image.voxels / self.step;
+        let most = match self.is_processor {
+            true => ((MOST_TURNS - of_labels - beside) / of_sample.max(1.0)).min(f64::from(RAY_SAMPLES)),
+            false => f64::from(RAY_SAMPLES),
+        };
+        if self.channels == 0 || samples <= most {
+            return Ok(());
+        }
+        let taken = most.max(0.0).floor();
+        let advice = match most >= 1.0 {
+            true => format!("write {} or more", (image.voxels / most * 100.0).ceil() / 100.0),
+            false => "no step is long enough; show fewer channels, or no labels".to_owned(),
+        };
+        bail!(
+            "--step {}: rays would have up to {samples:.0} samples, and {who} takes {taken} at most; {advice}",
+            self.step
+        );
     }
 }
 
-/// The side of a pixel in the world where a ray first meets the box, at least.
-fn narrowest_pixel(of: &VolumeBox, view: &VolumeView, size: [u32; 2]) -> f64 {
-    let rays = view.rays(of, size);
-    let eye = rays.origin[0];
-    rays.pixel + rays.growth * (eye - eye.clamp(DVec3::ZERO, of.extent())).length()
+/// What a ray meets at most.
+#[derive(Clone, Copy, Debug, Default)]
+struct Met {
+    /// Voxels along the axis along which it meets most: the samples at a step of 1.
+    voxels: f64,
+    /// Voxels that it passes, along all axes.
+    crossed: f64,
+    bricks: f64,
+    /// Levels, where they follow from how far it is.
+    changes: f64,
+}
+
+impl Met {
+    /// Adds so many voxels of a level along each axis, in bricks of so many a side.
+    fn add(&mut self, voxels: DVec3, brick: u32) {
+        self.voxels += voxels.max_element();
+        self.crossed += voxels.element_sum();
+        self.bricks += voxels.element_sum() / f64::from(brick) + 1.0;
+    }
+}
+
+impl Voxels {
+    /// What rays meet of them, of each level where it is wanted; only within the box of an image is anything
+    /// drawn.
+    fn met(&self, rays: &VolumeRays, image: &Voxels) -> Met {
+        let mut met = Met::default();
+        let levels = 0..self.levels.levels().len();
+        if rays.growth == 0.0 {
+            // All rays look the same way, and of one level.
+            let direction = rays.toward[0].normalize_or(DVec3::Z).abs();
+            let length = self.longest(direction).min(image.longest(direction));
+            let level = levels.rev().find(|level| self.widest(*level) <= rays.pixel * (1.0 + 1e-12));
+            met.add(direction * length / self.voxel(level.unwrap_or(0)), self.brick);
+            return met;
+        }
+        let [own, of_image] = [self.distances(rays.origin[0]), image.distances(rays.origin[0])];
+        let (first, mut last) = (own[0].max(of_image[0]), own[1].min(of_image[1]));
+        // From the coarsest one on, which begins where a pixel is as large as its voxels.
+        for level in levels.rev() {
+            let begin = match level {
+                0 => first,
+                _ => ((self.widest(level) - rays.pixel) / rays.growth).max(first),
+            };
+            if begin < last {
+                let voxel = self.voxel(level);
+                let size = self.levels.level(level as u8).size.map(f64::from);
+                // A sample more where the level changes.
+                met.add(((last - begin) / voxel).min(DVec3::from_array(size)) + 1.0, self.brick);
+                met.changes += 1.0;
+                last = begin;
+            }
+        }
+        met
+    }
+
+    /// The longest way through them.
+    fn longest(&self, direction: DVec3) -> f64 {
+        // What does not move along an axis is not bounded by it.
+        (self.of.extent() / direction).min_element()
+    }
+
+    /// How near to a place they are, and how far they reach from it.
+    fn distances(&self, eye: DVec3) -> [f64; 2] {
+        let (from, extent) = (eye - self.begin, self.of.extent());
+        let nearest = (from - from.clamp(DVec3::ZERO, extent)).length();
+        [nearest, from.abs().max((extent - from).abs()).length()]
+    }
+
+    /// The sides of a voxel of a level.
+    fn voxel(&self, level: usize) -> DVec3 {
+        let scale = |level: u8| DVec3::from_array(self.levels.level(level).scale);
+        scale(level as u8) / scale(0) * self.of.voxel
+    }
+
+    /// The side of a pixel from which on a level suits it: that of its longest voxel, but along axes along
+    /// which those of level 0 are as long.
+    fn widest(&self, level: usize) -> f64 {
+        let (voxel, finest) = (self.voxel(level), self.of.voxel);
+        let sides = voxel.to_array().into_iter().zip(finest.to_array());
+        sides
+            .filter(|(side, finest)| *side > finest * (1.0 + 1e-12))
+            .map(|(side, _)| side)
+            .fold(0.0, f64::max)
+    }
 }
 
 #[cfg(test)]
@@ -73,38 +224,84 @@ mod tests {
 
     use super::*;
 
-    fn checked(sampling: &Sampling, size: [u64; 3], view: VolumeView, picture: [u32; 2]) -> Result<()> {
+    const FACE: VolumeView = VolumeView::Face(VolumeFace::PlusZ);
+
+    fn voxels(size: [u64; 3], brick: u32) -> Voxels {
         let level = StoredLevel { size, scale: [2.0; 3], origin: [0.0; 3] };
-        let (_, levels) = VoxelLevels::new(&[level], 64, 1)?;
+        let (_, levels) = VoxelLevels::new(&[level], brick, 1).unwrap();
         let of = VolumeBox::new(size.map(|side| side as u32), [1.0; 3]);
-        sampling.check((&of, &levels), (&view, picture))
+        Voxels { of, begin: DVec3::ZERO, levels, brick }
+    }
+
+    /// Of 2 x 2 voxels and so many along z, in mip.
+    fn of(is_processor: bool, step: f64, depth: u64) -> Sampling {
+        let image = voxels([2, 2, depth], 64);
+        Sampling { mode: VolumeMode::Mip, channels: 1, step, is_processor, image, labels: None }
+    }
+
+    fn checked(sampling: &Sampling, view: VolumeView, size: [u32; 2]) -> Result<(), String> {
+        sampling.check(&view, size).map_err(|error| error.to_string())
     }
 
     #[test]
     fn a_step_of_which_rays_have_too_many_samples_is_refused_with_one_that_is_taken() {
-        let face = VolumeView::Face(VolumeFace::PlusZ);
-        let gpu = |step| Sampling { mode: VolumeMode::Mip, channels: 3, step, is_processor: false };
-        checked(&gpu(1.0), [2, 2, 4_194_304], face, [2, 2]).unwrap();
-        let error = checked(&gpu(0.2), [2, 2, 4_194_304], face, [2, 2]).unwrap_err().to_string();
-        assert!(error.contains("20971520 samples") && error.ends_with("write 0.25 or more"), "{error}");
-        checked(&gpu(0.25), [2, 2, 4_194_304], face, [2, 2]).unwrap();
-        let processor = |mode, step, channels| Sampling { mode, channels, step, is_processor: true };
-        let deep = |mode, step, channels| {
-            checked(&processor(mode, step, channels), [2, 2, 70_000], face, [2, 2]).map_err(|e| e.to_string())
+        let deep = |sampling: Sampling| checked(&sampling, FACE, [2, 2]);
+        deep(of(false, 1.0, 262_000)).unwrap();
+        let error = deep(of(false, 0.2, 262_000)).unwrap_err();
+        assert!(error.contains("1310000 samples") && error.ends_with("write 1 or more"), "{error}");
+        assert!(deep(of(true, 1.0, 70_000)).unwrap_err().ends_with("write 1.14 or more"));
+        deep(of(true, 1.14, 70_000)).unwrap();
+        assert!(deep(Sampling { channels: 2, ..of(true, 1.14, 70_000) }).is_err());
+        let emission = |step| deep(Sampling { mode: VolumeMode::Emission, ..of(true, step, 30_000) });
+        assert!(emission(1.0).is_err() && emission(4.0).is_ok());
+        // Along a short side there are few.
+        checked(&of(true, 1.0, 70_000), VolumeView::Face(VolumeFace::PlusX), [70_000, 2]).unwrap();
+    }
+
+    #[test]
+    fn rays_of_more_bricks_than_feedback_asks_for_are_refused_whatever_the_step() {
+        let small = |depth| {
+            let image = voxels([2, 2, depth], 32);
+            checked(&Sampling { image, ..of(false, 9.0, depth) }, FACE, [2, 2])
         };
-        assert!(deep(VolumeMode::Mip, 1.0, 1).unwrap_err().ends_with("write 1.13 or more"));
-        assert!(deep(VolumeMode::Mip, 1.13, 1).is_ok() && deep(VolumeMode::Mip, 1.13, 2).is_err());
-        assert!(deep(VolumeMode::Emission, 1.13, 1).is_err());
-        // Of what is smaller than a pixel coarser levels are sampled, and in perspective, too; slices have no
-        // rays.
-        let of = processor(VolumeMode::Mip, 1.0, 1);
-        checked(&of, [100_000; 3], face, [125, 125]).unwrap();
-        assert!(checked(&of, [100_000; 3], face, [100_000, 100_000]).is_err());
-        let large = VolumeBox::new([100_000; 3], [1.0; 3]);
-        let around = VolumeCamera::around(&large, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
-        checked(&of, [100_000; 3], VolumeView::Around(around), [125, 125]).unwrap();
-        let within = VolumeCamera { eye: large.extent() * 0.4, ..around };
-        assert!(checked(&of, [100_000; 3], VolumeView::Around(within), [125, 125]).is_err());
-        checked(&of, [100_000; 3], VolumeView::Slice { axis: 2, voxel: 5 }, [100_000, 100_000]).unwrap();
+        small(131_000).unwrap();
+        let error = small(132_000).unwrap_err();
+        assert!(error.contains("4126 bricks") && !error.contains("--step"), "{error}");
+        assert!(checked(&of(false, 100.0, 4_194_304), FACE, [2, 2]).is_err());
+    }
+
+    #[test]
+    fn the_levels_that_are_wanted_along_rays_are_counted() {
+        let large = Sampling { image: voxels([100_000; 3], 64), ..of(true, 1.0, 1) };
+        checked(&large, FACE, [125, 125]).unwrap();
+        assert!(checked(&large, FACE, [100_000, 100_000]).is_err());
+        let around = VolumeCamera::around(&large.image.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
+        checked(&large, VolumeView::Around(around), [125, 125]).unwrap();
+        // Near the eye the finest level is wanted, and coarser ones soon.
+        let within = VolumeCamera { eye: large.image.of.extent() * 0.4, ..around };
+        let met =
+            large.image.met(&VolumeView::Around(within).rays(&large.image.of, [125, 125]), &large.image);
+        assert!((500.0..5000.0).contains(&met.voxels), "{met:?}");
+        checked(&large, VolumeView::Around(within), [125, 125]).unwrap();
+        assert!(checked(&large, VolumeView::Around(within), [100_000, 100_000]).is_err());
+        checked(&large, VolumeView::Slice { axis: 2, voxel: 5 }, [100_000, 100_000]).unwrap();
+    }
+
+    #[test]
+    fn labels_take_of_what_is_left_for_samples() {
+        let with = |step, depth, looks| {
+            let labels = Some((voxels([2, 2, depth], 64), looks));
+            checked(&Sampling { labels, ..of(true, step, depth) }, FACE, [2, 2])
+        };
+        checked(&of(true, 1.0, 30_000), FACE, [2, 2]).unwrap();
+        with(1.0, 30_000, 1).unwrap();
+        let error = with(1.0, 31_900, 1).unwrap_err();
+        assert!(error.ends_with("write 1.07 or more"), "{error}");
+        with(1.07, 31_900, 1).unwrap();
+        let error = with(1.0, 31_900, 2).unwrap_err();
+        assert!(error.contains("31900 voxels of labels") && !error.contains("--step"), "{error}");
+        let alone =
+            Sampling { channels: 0, labels: Some((voxels([2, 2, 40_000], 64), 1)), ..of(true, 0.1, 9) };
+        checked(&Sampling { image: voxels([2, 2, 40_000], 64), ..alone }, FACE, [2, 2]).unwrap();
     }
 }

@@ -180,7 +180,7 @@ fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
     while way < ray.end && voxels < VOLUME_SAMPLES {
         let level = volume_label_level(way);
         // A little within, where rounding does not put it before the brick's beginning.
-        let within = min(way + 0.002 * volume_label_step(ray, level), ray.end);
+        let within = min(volume_onward(way, 0.002 * volume_label_step(ray, level)), ray.end);
         let brick = vastex_brick_label(volume_labels.id, volume_labels.anchor, volume_at(ray, within), level);
         let exit = min(ray.end, within + vastex_brick_exit(brick, volume_at(ray, within), ray.direction));
         let origin = brick.base + ray.origin * brick.scale;
@@ -281,9 +281,10 @@ fn volume_label_end(own: VolumeRay) -> f32 {
 fn volume_label_next(own: VolumeRay, way: f32, end: f32) -> f32 {
     let level = volume_label_level(way);
     let step = volume_label_step(own, level);
-    let within = min(way + 0.01 * step, end);
+    let within = min(volume_onward(way, 0.01 * step), end);
     let box = vastex_volume_box_label(volume_labels.id, volume_labels.anchor, volume_at(own, within), level);
-    return min(max(within + vastex_box_exit(box, volume_at(own, within), own.direction), way + 0.02 * step), end);
+    let exit = within + vastex_box_exit(box, volume_at(own, within), own.direction);
+    return min(max(exit, volume_onward(way, 0.02 * step)), end);
 }
 
 // The bricks of labels that a ray asks for; of a slice one.

@@ -1,4 +1,5 @@
-// Volumes: rays through boxes of voxels, and slices. After this stand display.wgsl and the text of Vastex for one
+// Volumes: rays through boxes of voxels, and slices. What is left of a ray after VOLUME_SAMPLES samples, as far as they are counted (steps.wgsl),
+// or as many voxels of labels, is not looked at; text.rs says how many these are. After this stand display.wgsl and the text of Vastex for one
 // channel, which serves the others too.
 //
 // Offsets are in voxels of level 0 from the anchor; ways along a ray in lengths of the world. What the modes mean is said in docs/volumes.md;
@@ -10,8 +11,6 @@ const VOLUME_AVERAGE: u32 = 2u;
 const VOLUME_EMISSION: u32 = 3u;
 const VOLUME_ISO: u32 = 4u;
 const VOLUME_SLICE: u32 = 5u;
-// Samples along a ray, at most, as far as they are counted (steps.wgsl), and voxels of labels: what is left of a longer one is not looked at.
-const VOLUME_SAMPLES: u32 = 16777216u;
 // Samples that are blended together, for which each channel is looked up once.
 const VOLUME_CHUNK: u32 = 16u;
 // What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
@@ -136,6 +135,12 @@ fn volume_at(ray: VolumeRay, way: f32) -> vec3<f32> {
     return ray.origin + ray.direction * way;
 }
 
+// A way that is farther by a length, and by a step of single precision at least: far from where a ray begins less than that is lost in
+// rounding, and the ray would stand still.
+fn volume_onward(way: f32, length: f32) -> f32 {
+    return max(way + length, way * 1.00000024);
+}
+
 // The sides of a pixel at a way along a ray [voxels of level 0].
 fn volume_pixel(way: f32) -> vec3<f32> {
     return vec3<f32>(volume_scene.pixel + volume_scene.pixel_growth * way) / volume_scene.voxel;
@@ -236,10 +241,7 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
         }
         let middle = volume_at(ray, volume_way(steps, ray, 0u));
         // Of each sample, tau and the light of all channels times theirs.
-        var gathered: array<vec4<f32>, VOLUME_CHUNK>;
-        for (var nth = 0u; nth < VOLUME_CHUNK; nth++) {
-            gathered[nth] = vec4<f32>(0.0);
-        }
+        var gathered = array<vec4<f32>, VOLUME_CHUNK>();
         var all_samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
         samples = VOLUME_CHUNK;
         var shows = false;

@@ -174,7 +174,8 @@ fn volume_next_brick(ray: VolumeRay, id: u32, way: f32, end: f32) -> f32 {
     let level = volume_level_asked(ray, id, way);
     // A little within, where rounding does not put it before its beginning.
     let step = volume_step(ray, id, u32(floor(level)));
-    let within = min(way + 0.01 * step, end);
+    let within = min(volume_onward(way, 0.01 * step), end);
     let box = vastex_volume_box(id, volume_scene.anchor, volume_at(ray, within), level);
-    return min(max(within + vastex_box_exit(box, volume_at(ray, within), ray.direction), way + 0.02 * step), end);
+    let exit = within + vastex_box_exit(box, volume_at(ray, within), ray.direction);
+    return min(max(exit, volume_onward(way, 0.02 * step)), end);
 }
