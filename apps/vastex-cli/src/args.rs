@@ -18,12 +18,14 @@ pub(crate) use crop::{CropArgs, CropPlace, CropSize};
 pub(crate) use disk_cache::DiskCacheArgs;
 #[cfg(feature = "build")]
 pub(crate) use export::{ExportArgs, FormatName, LayoutName};
-pub(crate) use info::{InfoArgs, OriginsArgs};
+pub(crate) use info::InfoArgs;
 pub(crate) use learn::LearnArgs;
 #[cfg(feature = "view")]
 pub(crate) use link::{is_link, without_help};
 #[cfg(feature = "build")]
 pub(crate) use merge::MergeArgs;
+pub(crate) use origins::OriginsArgs;
+use pixels::{parse_pixel, parse_size};
 #[cfg(feature = "record")]
 pub(crate) use record::RecordArgs;
 pub(crate) use render::{CameraMotion, PictureFormat, RenderArgs};
@@ -40,8 +42,6 @@ pub(crate) use volume_build::{Downsample, Zarr};
 pub(crate) use volume_labels::LabelArgs;
 #[cfg(feature = "volumes")]
 pub(crate) use volume_look::{AskedChannel, VolumeLookArgs};
-
-use pixels::{parse_pixel, parse_size};
 
 #[cfg(feature = "build")]
 mod build;
@@ -66,6 +66,7 @@ mod learn;
 mod link;
 #[cfg(feature = "build")]
 mod merge;
+mod origins;
 mod pixels;
 mod planet;
 mod reading;

@@ -55,7 +55,7 @@ pub(crate) fn open_window(link: Option<(&str, bool)>, args: &ViewArgs) -> Result
 }
 
 /// What starts the program with another window. It keeps files where this one does, and has the settings and
-/// the memory for tiles that this one was given.
+/// the memory for tiles that this one was given; of the same source it is told what this one was.
 fn another(program: &Path, link: Option<(&str, bool)>, args: &ViewArgs) -> Command {
     let mut command = Command::new(program);
     command.arg("view").args(link.map(|(link, _)| link));
@@ -83,6 +83,15 @@ fn another(program: &Path, link: Option<(&str, bool)>, args: &ViewArgs) -> Comma
     }
     if let Some(place) = &disk.disk_cache {
         command.arg("--disk-cache").arg(place).arg("--disk-cache-mib").arg(disk.disk_cache_mib.to_string());
+    }
+    #[cfg(feature = "volumes")]
+    {
+        let link = link.and_then(|(link, _)| link.parse::<Link>().ok());
+        let is_source =
+            link.is_some_and(|link| named(&args.scene.source).is_ok_and(|source| source == link.source));
+        if let Some(name) = args.volume.origins.name().filter(|_| is_source) {
+            command.arg("--origins").arg(name);
+        }
     }
     command
 }
@@ -143,6 +152,22 @@ mod tests {
         assert!(said[1] == "/dev/null" || std::io::stderr().is_terminal(), "{said:?}");
         let stat: Vec<&str> = said[3].split(' ').collect();
         assert_eq!((stat[0], stat[4]), (said[2], said[2]), "it leads a group of its own");
+    }
+
+    /// Of the source alone: of another volume nobody has said it.
+    #[cfg(feature = "volumes")]
+    #[test]
+    fn another_window_of_the_source_is_told_what_its_translations_are_of() {
+        let args = asked(&["vastex", "view", "/data/a.zarr", "--origins", "corner"]);
+        for (link, is_told) in [
+            (Some("vastex:/data/a.zarr?view=volume:x=1,y=2,z=3,zoom=1"), true),
+            (Some("vastex:/data/b.zarr"), false),
+            (None, false),
+        ] {
+            let command = another(Path::new("/bin/vastex"), link.map(|link| (link, false)), &args);
+            let words: Vec<_> = command.get_args().collect();
+            assert_eq!(words.ends_with(&["--origins".as_ref(), "corner".as_ref()]), is_told, "{words:?}");
+        }
     }
 
     #[test]

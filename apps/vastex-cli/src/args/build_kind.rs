@@ -14,7 +14,7 @@ impl BuildArgs {
             (self.volume.keep_z, "--keep-z is of volumes"),
             (self.volume.zarr.is_some(), "--zarr is of volumes"),
             (self.volume.shards.is_some(), "--shards is of volumes"),
-            (self.volume.places.origins.is_some(), "--origins is of volumes"),
+            (self.volume.origins.is_given(), "--origins is of volumes"),
             (
                 self.compress == Some(Compress::Gzip),
                 "--compress gzip is of OME-Zarr, which is made of volumes",

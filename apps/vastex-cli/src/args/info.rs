@@ -2,10 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{CacheArgs, ClapArgs, parse_size};
-pub(crate) use origins::OriginsArgs;
-
-mod origins;
+use super::{CacheArgs, ClapArgs, OriginsArgs, parse_size};
 
 /// What `vastex info` is told.
 #[derive(Debug, ClapArgs)]
@@ -33,5 +30,5 @@ pub(crate) struct InfoArgs {
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
     #[command(flatten)]
-    pub(crate) places: OriginsArgs,
+    pub(crate) origins: OriginsArgs,
 }

@@ -22,7 +22,7 @@ pub(crate) struct VolumeArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=64))]
     pub(crate) shards: Option<u64>,
     #[command(flatten)]
-    pub(crate) places: OriginsArgs,
+    pub(crate) origins: OriginsArgs,
 }
 
 /// How coarser levels of a volume are made.

@@ -76,7 +76,7 @@ pub(crate) struct VolumeLookArgs {
     #[arg(long, value_name = "D", value_parser = parse_step)]
     pub(crate) density: Option<f64>,
     #[command(flatten)]
-    pub(crate) places: OriginsArgs,
+    pub(crate) origins: OriginsArgs,
     /// What a view says beside that.
     #[arg(skip)]
     pub(crate) of_view: OfView,
@@ -113,7 +113,7 @@ impl VolumeLookArgs {
             (self.time.is_some(), "--time"),
             (self.step.is_some(), "--step"),
             (self.density.is_some(), "--density"),
-            (self.places.origins.is_some(), "--origins"),
+            (self.origins.is_given(), "--origins"),
         ];
         let given = given.iter().find(|(is_given, _)| *is_given).map(|(_, name)| *name);
         given.or(self.labels.of_labels_alone())

@@ -66,7 +66,7 @@ fn options(args: &BuildArgs) -> Result<VolumeOptions> {
             Downsample::Majority => Reduction::Majority,
         }),
         keep_z: args.volume.keep_z,
-        convention: args.volume.places.convention(),
+        convention: args.volume.origins.convention(),
         threads: args.threads.count(),
         tolerant: args.tolerant,
         memory_limit: args.memory_mib.map_or(usual.memory_limit, |mib| mib << 20),

@@ -21,6 +21,9 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     if super::volume::is_described_as_volume(&args.file) {
         return super::volume::info(args);
     }
+    if args.origins.is_given() {
+        bail!("{}: is no volume, and --origins is for volumes; leave it out", args.file.display());
+    }
     if let Some((source, summary)) = super::source_info::of(&args.file, &args.cache)? {
         let said = format!("{}\n{}", args.file.display(), summary.text());
         return say(args, source.description(), &summary, said);

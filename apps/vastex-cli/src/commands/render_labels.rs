@@ -6,10 +6,10 @@ use std::sync::Arc;
 use anyhow::{Context, Result, bail};
 use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
 use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox, VolumeLabels};
-use vastex_volume::{Convention, Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
+use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
 use super::volume::no_volume;
-use crate::args::RenderVolumeArgs;
+use crate::args::{OriginsArgs, RenderVolumeArgs};
 use crate::report;
 
 /// Labels that are drawn.
@@ -22,33 +22,37 @@ pub(super) struct Labels {
 }
 
 impl Labels {
-    /// The labels that are asked for over a volume, at a time, in bricks of so many voxels a side: those that
-    /// are named, or the volume itself where it is one of labels. `None` if there are none.
-    pub(super) fn open(
-        args: &RenderVolumeArgs,
-        image: &Arc<Volume>,
-        (brick, time): (u32, u64),
-    ) -> Result<Option<Labels>> {
+    /// The labels that are asked for over a volume: those that are named, or the volume itself where it is
+    /// one of labels. `None` if there are none. They are opened once for all times.
+    pub(super) fn volume(args: &RenderVolumeArgs, image: &Arc<Volume>) -> Result<Option<Arc<Volume>>> {
         let (about, asked) = (image.about(), &args.look.labels);
         // Of labels by themselves a view says how they look, and which they are is known.
         let of_view = args.look.of_view.labels;
         let own_name = Path::new(&about.path).file_name().and_then(|name| name.to_str());
         let is_own = |named: &str| of_view == Some(true) || own_name == Some(named);
-        let volume = match (&asked.labels, about.is_label) {
-            (None, true) if of_view == Some(false) => return Ok(None),
-            (Some(named), true) if is_own(named) => image.clone(),
+        match (&asked.labels, about.is_label) {
+            (None, true) if of_view == Some(false) => Ok(None),
+            (Some(named), true) if is_own(named) => Ok(Some(image.clone())),
             (Some(_), true) => bail!(
                 "--labels: {} is a volume of labels itself; name the image that they lie beside as the source",
                 about.path
             ),
-            (None, true) => image.clone(),
-            (Some(named), false) => open_named(named, about, args.look.places.convention())?,
+            (None, true) => Ok(Some(image.clone())),
+            (Some(named), false) => open_named(named, about, args.look.origins).map(Some),
             (None, false) => match asked.of_labels_alone() {
-                None => return Ok(None),
+                None => Ok(None),
                 Some(option) => bail!("{option}: it goes with --labels NAME, {}", listed(about)),
             },
-        };
-        let of_labels = volume.about();
+        }
+    }
+
+    /// Labels of a volume at a time, in bricks of so many voxels a side, over an image.
+    pub(super) fn open(
+        args: &RenderVolumeArgs,
+        (volume, about): (&Arc<Volume>, &VolumeAbout),
+        (brick, time): (u32, u64),
+    ) -> Result<Labels> {
+        let (of_labels, asked) = (volume.about(), &args.look.labels);
         let time = if of_labels.times > 1 { time } else { 0 };
         let options = VolumeOptions {
             labels: Some(true),
@@ -63,13 +67,14 @@ impl Labels {
         let source = report::say_if_slow(&text, || VolumeSource::open(volume.clone(), &options))?;
         let (of, begin) = place(of_labels, about)?;
         let selected = asked.label_selected.map(|label| selected(label, of_labels)).transpose()?;
-        Ok(Some(Labels { source: Arc::new(source), of, begin, selected }))
+        Ok(Labels { source: Arc::new(source), of, begin, selected })
     }
 
     /// The rule for the pool of labels, of so many bytes.
     pub(super) fn pool(&self, bytes: u64) -> PoolRule {
         let format = self.source.description().layers[0].format;
-        let tuning = PoolTuning { bytes: Some(bytes), ..PoolTuning::default() };
+        let tuning =
+            PoolTuning { bytes: Some(bytes), allow_size_scale: Some(false), ..PoolTuning::default() };
         PoolRule { formats: Some(vec![format]), tuning, ..PoolRule::default() }
     }
 
@@ -110,17 +115,22 @@ impl Labels {
     }
 }
 
-/// Those beside an image by their name, or any by their path.
-fn open_named(named: &str, about: &VolumeAbout, origins: Option<Convention>) -> Result<Arc<Volume>> {
+/// Those beside an image by their name, or any by their path. What is said of the image's translations is
+/// said of the labels beside it, and of no others.
+fn open_named(named: &str, about: &VolumeAbout, origins: OriginsArgs) -> Result<Arc<Volume>> {
+    let mut convention = None;
     let path = match about.labels.iter().any(|name| name == named) {
-        true => Path::new(&about.path).join("labels").join(named),
+        true => {
+            convention = origins.convention();
+            Path::new(&about.path).join("labels").join(named)
+        }
         // Within an archive there is no such file.
         false if Path::new(named).ancestors().any(|path| !path.as_os_str().is_empty() && path.exists()) => {
             PathBuf::from(named)
         }
         false => bail!("--labels {named}: {}, and there is no such file", listed(about)),
     };
-    match open_placed(&path, origins).with_context(|| format!("--labels {named}"))? {
+    match open_placed(&path, convention).with_context(|| format!("--labels {named}"))? {
         Opened::Volume(volume) => Ok(Arc::new(*volume)),
         Opened::Images(list) => bail!("--labels {named}: {}", no_volume(&list)),
     }

@@ -42,7 +42,7 @@ pub(super) fn info(args: &InfoArgs) -> Result<ExitCode> {
     if args.estimate.is_some() {
         bail!("{}: pools of volumes are not estimated; leave out --estimate", args.file.display());
     }
-    match open_placed(&args.file, args.places.convention())? {
+    match open_placed(&args.file, args.origins.convention())? {
         Opened::Images(list) => match args.json {
             true => report::print_json(&ListSummary::new(&list))?,
             false => report::print(&list_text(&list))?,

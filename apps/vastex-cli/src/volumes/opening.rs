@@ -30,7 +30,7 @@ pub(crate) struct OpenHow {
 impl OpenHow {
     /// As arguments say.
     pub(crate) fn of(args: &ViewArgs) -> OpenHow {
-        let (origins, args) = (args.volume.places.convention(), &args.scene);
+        let (origins, args) = (args.volume.origins.convention(), &args.scene);
         let cache = match &args.cache.cache {
             Some(cache) => Some(cache.clone()).filter(|cache| cache.as_os_str() != "off"),
             None => usual_cache(),
@@ -43,6 +43,12 @@ impl OpenHow {
     /// The same for who shows what has come at once, and looks in every frame what has changed.
     pub(crate) fn live(self) -> OpenHow {
         OpenHow { is_live: true, ..self }
+    }
+
+    /// What is said of the translations of the command line's source is said of no other volume.
+    #[cfg(feature = "view")]
+    pub(crate) fn of_source(self, is_source: bool) -> OpenHow {
+        OpenHow { origins: self.origins.filter(|_| is_source), ..self }
     }
 
     /// A source of bricks of so many voxels along a side.

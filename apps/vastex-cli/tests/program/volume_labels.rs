@@ -150,4 +150,9 @@ fn the_words_for_labels_are_checked() {
         let told = sandbox.run(&words).expect_code(code).stderr;
         assert!(told.contains(part), "{words:?}: {told}");
     }
+    // What is said of the image's translations is said of no labels that lie elsewhere.
+    sandbox.write("far.raw", &[3; SIZE[0] * SIZE[1] * SIZE[2]]);
+    sandbox.write("far.raw.toml", b"width = 24\nheight = 20\ndepth = 12\nsample = \"u8\"\n");
+    let words = "render cells.zarr --on slices --slice z=5 --size 24x20 --labels far.raw --origins corner";
+    sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
 }

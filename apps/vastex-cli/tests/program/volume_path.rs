@@ -100,6 +100,17 @@ fn a_path_leads_through_slices_and_times() {
         let seen = middle(&format!("v-{nth}.png"));
         assert!(seen.iter().all(|code| code.abs_diff(value) <= 3), "{nth}: {seen:?}, not {value}");
     }
+    // What is read of labels is counted of all times.
+    for name in ["raw", "raw.toml"] {
+        sandbox.write(&format!("labels.{name}"), &sandbox.read(&format!("stack.{name}")));
+    }
+    let bytes_read = |more: &str| {
+        let words =
+            format!("render stack.raw --on volume --size 32x32 --camera-path slices.path --json{more}");
+        let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0).json();
+        told["bytes_read"].as_u64().unwrap()
+    };
+    assert_eq!(bytes_read(" --labels labels.raw") - bytes_read(""), voxels.len() as u64);
     sandbox.write("late.path", path.replace("time=1", "time=5").as_bytes());
     let words = "render stack.raw --on volume --size 32x32 --camera-path late.path -o v-%d.png";
     let told = sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(1).stderr;

@@ -67,13 +67,18 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
         let ended = sandbox.run(&words).expect_code(2);
         assert!(ended.stderr.contains(says), "{words:?}: {ended}");
     }
-    for (words, says) in
-        [("--stats-csv a.csv --record-trace a.csv", "would be one file"), ("-o no/a.png", "no/a.png")]
-    {
+    let settings = b"[reading]\nreads_at_once = 5\n";
+    sandbox.write("s.toml", settings);
+    for (words, says) in [
+        ("--stats-csv a.csv --record-trace a.csv", "would be one file"),
+        ("-o no/a.png", "no/a.png"),
+        ("--settings s.toml --stats-csv s.toml", "s.toml"),
+    ] {
         let words: Vec<&str> = words.split(' ').collect();
         let ended = sandbox.run(&[&["render", HEAD, "--on", "volume"][..], &words].concat()).expect_code(1);
         assert!(ended.stderr.contains(says), "{words:?}: {ended}");
     }
+    assert_eq!(sandbox.read("s.toml"), settings, "what is read is not written over");
 }
 
 #[test]

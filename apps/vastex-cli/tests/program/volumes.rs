@@ -60,6 +60,9 @@ fn info_has_the_keys_that_scripts_use() {
     assert_eq!((&told["convention"], &corner["convention"]), (&json!("center"), &json!("corner")));
     let half = |of: &serde_json::Value, key: &str| of["levels"][1][key][0].as_f64().unwrap();
     assert_eq!(half(&corner, "origin"), half(&told, "origin") + 0.5 * half(&told, "scale"));
+    sandbox.write("a.pgm", b"P5 1 1 255\n7");
+    let ended = sandbox.run(&["info", "a.pgm", "--origins", "corner"]).expect_code(1);
+    assert!(ended.stderr.contains("a.pgm: is no volume, and --origins is for volumes"), "{ended}");
     assert_eq!(told["oddities"].as_array().unwrap().len(), 3);
     let text = sandbox.run(&["info", "v04-center.zip", "--count"]).expect_code(0).stdout;
     for words in [

@@ -72,7 +72,11 @@ fn number(value: f64, apart: f64) -> String {
 }
 
 /// By what rule coarser levels were made, or are made where the file lacks them, if maxima are dimmer there.
+/// Nothing is said of a volume of labels, which has none.
 pub(super) fn dimmer_text(facts: &VolumeFacts) -> Option<String> {
+    if facts.channels.is_empty() {
+        return None;
+    }
     let dims = |rule: &&str| *rule != "max";
     let stored = facts.downsample.as_deref().filter(dims).map(|rule| ("coarser levels were made", rule));
     let made =
@@ -145,6 +149,9 @@ mod tests {
         let of_made = text(None, Some("mean")).unwrap();
         assert!(of_made.starts_with("levels that the file lacks are made by mean"), "{of_made}");
         assert_eq!(text(Some("max"), Some("mean")), Some(of_made));
+        let of_labels =
+            VolumeFacts { channels: Vec::new(), made_by: Some("majority".to_owned()), ..facts_for_tests() };
+        assert_eq!(dimmer_text(&of_labels), None);
     }
 
     #[test]

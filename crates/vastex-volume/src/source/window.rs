@@ -73,8 +73,9 @@ impl VolumeSource {
     }
 }
 
-/// Returns true if channels are the colours of pictures: those of a TIFF file, and of others the three or
-/// four of 8 bits of which the first three are red, green and blue, as pictures come that were converted.
+/// Returns true if channels are the colours of pictures: those of a TIFF file, and of others the three of 8
+/// bits that are red, green and blue, as pictures come that were converted. A fourth is how opaque they are
+/// if it has no colour or is not shown; in a colour of its own it is a channel, and so are the others.
 fn are_colors(about: &VolumeAbout) -> bool {
     // Stacks of TIFF name windows of colours alone.
     if about.kind == "tiff-stack" {
@@ -85,6 +86,10 @@ fn are_colors(about: &VolumeAbout) -> bool {
     about.dtype.bytes() == 1
         && matches!(about.channels, 3 | 4)
         && about.channel_info.len() >= 3
+        && about
+            .channel_info
+            .get(3)
+            .is_none_or(|fourth| fourth.color.is_none() || fourth.is_active == Some(false))
         && about.channel_info.iter().zip(three).all(is)
 }
 

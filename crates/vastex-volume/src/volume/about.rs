@@ -100,9 +100,6 @@ pub enum Convention {
 }
 
 impl Convention {
-    /// Both conventions.
-    pub const ALL: [Convention; 2] = [Convention::Corner, Convention::Center];
-
     /// How far the place that a translation is of lies from the corner, in sides of a voxel.
     pub(crate) fn inward(self) -> f64 {
         match self {

@@ -154,7 +154,7 @@ impl Volume {
         let about = &mut self.about;
         if about.kind != "ome-zarr" {
             let why = format!(
-                "is no OME-Zarr, which alone has translations that may be of corners or of middles ({}); leave that out",
+                "is no OME-Zarr, which alone has translations that may be of corners or of middles; leave out --origins {}",
                 convention.name()
             );
             return Err(VolumeFault::Request(why).at(&about.path));

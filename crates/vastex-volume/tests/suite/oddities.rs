@@ -177,4 +177,5 @@ fn translations_are_of_what_somebody_says() {
     }
     let error = open_placed(&path("one.nii"), Some(Convention::Corner)).unwrap_err().to_string();
     assert!(error.contains("one.nii") && error.contains("no OME-Zarr"), "{error}");
+    assert!(error.ends_with("leave out --origins corner"), "{error}");
 }

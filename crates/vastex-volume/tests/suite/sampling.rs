@@ -255,20 +255,23 @@ fn windows_are_those_of_the_file_unless_they_say_nothing() {
     assert_eq!(block_on(source(&volume).usual_window()).unwrap(), [3.0, 4.0]);
 }
 
-/// Three channels of 8 bits in these colours, with values from 0 to 19 and windows of all that bytes can be.
-fn dim_channels(colors: [&str; 3]) -> (TempDir, Arc<Volume>) {
+/// Channels of 8 bits of which this is said, with values from 0 to 19 and windows of all that bytes can be.
+fn dim_channels(said: &[&str]) -> (TempDir, Arc<Volume>) {
     let directory = tempfile::tempdir().unwrap();
     let axes = ["c", "z", "y", "x"].map(|name| format!("{{\"name\":\"{name}\"}}")).join(",");
     let window = "{\"min\":0,\"max\":255,\"start\":0,\"end\":255}";
-    let channels = colors.map(|color| format!("{{\"color\":\"{color}\",\"window\":{window}}}")).join(",");
+    let channel = |said: &&str| format!("{{{said}\"window\":{window}}}");
+    let (count, channels) = (said.len(), said.iter().map(channel).collect::<Vec<_>>().join(","));
     let about = format!(
         "{{\"multiscales\":[{{\"version\":\"0.4\",\"axes\":[{axes}],\"datasets\":[{{\"path\":\"0\"}}]}}],\
          \"omero\":{{\"channels\":[{channels}]}}}}"
     );
-    let array = "{\"zarr_format\":2,\"shape\":[3,5,4,2],\"chunks\":[3,5,4,2],\"dtype\":\"|u1\",\"compressor\":null,\
-                 \"fill_value\":0,\"order\":\"C\",\"filters\":null,\"dimension_separator\":\".\"}";
+    let array = format!(
+        "{{\"zarr_format\":2,\"shape\":[{count},5,4,2],\"chunks\":[{count},5,4,2],\"dtype\":\"|u1\",\
+         \"compressor\":null,\"fill_value\":0,\"order\":\"C\",\"filters\":null,\"dimension_separator\":\".\"}}"
+    );
     std::fs::create_dir(directory.path().join("0")).unwrap();
-    let values: Vec<u8> = (0..120).map(|n| n % 20).collect();
+    let values: Vec<u8> = (0..40 * count as u8).map(|n| n % 20).collect();
     for (key, content) in [
         (".zgroup", b"{\"zarr_format\":2}".as_slice()),
         (".zattrs", about.as_bytes()),
@@ -284,12 +287,21 @@ fn dim_channels(colors: [&str; 3]) -> (TempDir, Arc<Volume>) {
 #[test]
 fn windows_of_all_that_bytes_can_be_say_nothing_unless_they_are_of_colours() {
     for (colors, window) in [
-        (["00FFFF", "FF00FF", "FFFF00"], [0.0, 19.0]),
-        (["FF0000", "00FF00", "00FFFF"], [0.0, 19.0]),
-        (["FF0000", "00FF00", "0000FF"], [0.0, 255.0]),
+        (vec!["00FFFF", "FF00FF", "FFFF00"], [0.0, 19.0]),
+        (vec!["FF0000", "00FF00", "00FFFF"], [0.0, 19.0]),
+        (vec!["FF0000", "00FF00", "0000FF"], [0.0, 255.0]),
+        (vec!["FF0000", "00FF00", "0000FF", ""], [0.0, 255.0]),
+        (vec!["FF0000", "00FF00", "0000FF", "hidden"], [0.0, 255.0]),
+        (vec!["FF0000", "00FF00", "0000FF", "FFFFFF"], [0.0, 19.0]),
     ] {
-        let (_directory, volume) = dim_channels(colors);
-        for channel in 0..3 {
+        let said = colors.iter().map(|color| match *color {
+            "" => String::new(),
+            "hidden" => "\"color\":\"FFFFFF\",\"active\":false,".to_owned(),
+            color => format!("\"color\":\"{color}\","),
+        });
+        let said: Vec<String> = said.collect();
+        let (_directory, volume) = dim_channels(&said.iter().map(String::as_str).collect::<Vec<_>>());
+        for channel in 0..colors.len() as u64 {
             let options = VolumeOptions { channel, ..VolumeOptions::default() };
             let source = VolumeSource::open(volume.clone(), &options).unwrap();
             assert_eq!(block_on(source.usual_window()).unwrap(), window, "{colors:?} {channel}");

@@ -43,7 +43,7 @@ const ALL: &[OfImages] = &[
     with_value("fade-ms", "bricks are there at once: a ray blends many of them already"),
     with_value(
         "prefetch-sets",
-        "sets are learned of places over an image; a picture of a volume has one place",
+        "sets are learned of places over an image; each picture of a volume waits for all that it shows",
     ),
     alone(
         "direct",
@@ -56,7 +56,7 @@ const ALL: &[OfImages] = &[
     with_value("estimate-unseen", ESTIMATE),
     with_value(
         "cache-gib",
-        "made levels that --cache keeps take a seventh of the coarsest stored one; the window keeps its directory small",
+        "made levels that --cache keeps take a part of the coarsest stored one (docs/volumes.md); the window keeps its directory small",
     ),
     with_value("height-layer", SURFACES),
     with_value("height-scale", SURFACES),

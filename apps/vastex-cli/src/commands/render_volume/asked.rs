@@ -24,6 +24,8 @@ use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScen
 /// What is to be seen of a volume, which is open.
 pub(super) struct Asked {
     pub(super) volume: Arc<Volume>,
+    /// The labels over it, if any are shown, which keep what is read of them from time to time.
+    labels: Option<Arc<Volume>>,
     pub(super) channels: Vec<AskedChannel>,
     pub(super) view: (VolumeView, VolumeClip),
     /// The time, from 0.
@@ -33,7 +35,7 @@ pub(super) struct Asked {
 impl Asked {
     /// Opens the volume, and finds out whether it has what is asked for.
     pub(super) fn open(args: &RenderVolumeArgs) -> Result<Asked> {
-        let volume = match open_placed(&args.source, args.look.places.convention())? {
+        let volume = match open_placed(&args.source, args.look.origins.convention())? {
             Opened::Volume(volume) => Arc::new(*volume),
             Opened::Images(list) => bail!(no_volume(&list)),
         };
@@ -41,7 +43,8 @@ impl Asked {
         let VolumeOptions { brick, border, .. } = VolumeOptions::default();
         levels_of(volume.about(), brick, border)?;
         let channels = channels_of(args, volume.about())?;
-        Ok(Asked { volume, channels, view, time: args.look.time() })
+        let labels = Labels::volume(args, &volume)?;
+        Ok(Asked { volume, labels, channels, view, time: args.look.time() })
     }
 
     /// Puts what is seen into textures, with the disk cache before it, where no ray of a picture is cut, and gives the side of its bricks in
@@ -81,9 +84,10 @@ impl Asked {
         self.channels.iter().map(of).collect()
     }
 
-    /// The labels over them, if any are shown.
+    /// The labels over them at the time, if any are shown.
     pub(super) fn labels(&self, args: &RenderVolumeArgs, brick: u32) -> Result<Option<Labels>> {
-        Labels::open(args, &self.volume, (brick, self.time))
+        let of = |labels| Labels::open(args, (labels, self.volume.about()), (brick, self.time));
+        self.labels.as_ref().map(of).transpose()
     }
 }
 

@@ -165,7 +165,7 @@ fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
 /// Nothing is written over what is read, and no two things into one file.
 pub(super) fn check_places(args: &RenderVolumeArgs) -> Result<()> {
     let [trace, csv, json] = args.watch.files.places();
-    let inputs = std::iter::once(&args.source).chain(&args.path.camera_path);
+    let inputs = std::iter::once(&args.source).chain(&args.path.camera_path).chain(&args.paging.settings);
     let page = args.watch.report.as_deref().map(run_report::page_in);
     Inputs::of(inputs.map(|file| &**file)).check(&[
         (PICTURE, args.output.as_deref()),

@@ -1,10 +1,11 @@
 //! The metadata of an image of OME-Zarr: axes, levels and where they lie, channels, labels.
 //!
-//! Level 0 has the translation that the source has; each coarser level is moved by half of what its voxels
-//! are larger, so that the middles of voxels lie where they are.
+//! Translations are of the middles of first voxels: each coarser level is moved by half of what its voxels are
+//! larger, so that voxels lie where they do in the source. Of one level alone they are of its corner, which
+//! is how readers take them where no coarser level tells.
 
 use serde_json::{Map, Value, json};
-use vastex_volume::{Convention, DType, Reduction, VolumeAbout, VolumeChannel};
+use vastex_volume::{DType, Reduction, VolumeAbout, VolumeChannel};
 
 use super::arrays::{Arrays, ZarrVersion};
 use crate::volume::levels::Level;
@@ -31,18 +32,14 @@ pub(super) fn image(
         ["x", "y", "z"].map(space),
     );
     let finest = &about.levels[0];
+    let are_of_middles = levels.iter().any(|level| level.scale != levels[0].scale);
+    let inward = if are_of_middles { 0.5 } else { 0.0 };
     let datasets: Vec<Value> = levels
         .iter()
         .enumerate()
         .map(|(number, level)| {
             let scale: [f64; 3] = std::array::from_fn(|axis| finest.scale[axis] * level.scale[axis] as f64);
-            let moved: [f64; 3] = std::array::from_fn(|axis| {
-                let own = match about.convention {
-                    Convention::Corner => finest.origin[axis],
-                    Convention::Center => finest.origin[axis] + 0.5 * finest.scale[axis],
-                };
-                own + 0.5 * (scale[axis] - finest.scale[axis])
-            });
+            let moved: [f64; 3] = std::array::from_fn(|axis| finest.origin[axis] + inward * scale[axis]);
             let mut transformations = vec![json!({"type": "scale", "scale": axes.along(1.0, 1.0, scale)})];
             if moved != [0.0; 3] {
                 let translation = axes.along(0.0, 0.0, moved);

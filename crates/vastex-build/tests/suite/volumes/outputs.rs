@@ -7,7 +7,7 @@ use vastex_build::{
     Compression, ContainerOptions, VolumeOptions, ZarrCodec, ZarrOptions, ZarrVersion, build_volume,
 };
 use vastex_tiles::verify_file;
-use vastex_volume::{BrickCount, Convention, DType, Reduction};
+use vastex_volume::{BrickCount, Convention, DType, Opened, Reduction, open_placed};
 
 use super::{Raw, container, opened, whole, zarr};
 
@@ -51,7 +51,7 @@ fn metadata_say_where_levels_lie_and_who_made_them() {
         dataset["coordinateTransformations"],
         json!([
             {"type": "scale", "scale": [1.0, 1.0, 4.0, 1.0, 1.0]},
-            {"type": "translation", "translation": [0.0, 0.0, 1.0, 0.25, 0.25]}
+            {"type": "translation", "translation": [0.0, 0.0, 2.0, 0.5, 0.5]}
         ])
     );
     let array = json_in(&raw.out("out.zarr/1/zarr.json"));
@@ -61,7 +61,33 @@ fn metadata_say_where_levels_lie_and_who_made_them() {
     assert_eq!((about.unit.as_deref(), about.convention), (Some("micrometer"), Convention::Center));
     assert_eq!((about.version.as_deref(), about.downsample.as_deref()), (Some("0.5"), Some("mean")));
     let origins: Vec<_> = about.levels.iter().map(|level| level.origin).collect();
-    assert_eq!(origins, [[-0.25, -0.25, -1.0]; 3]);
+    assert_eq!(origins, [[0.0; 3]; 3]);
+}
+
+/// Levels lie in what is built where they lie in the source, whatever somebody says of its translations, and
+/// so do labels of other sizes beside them.
+#[test]
+fn what_is_built_lies_where_the_source_lies() {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, labels) in [("v04-center.zip", "labels/cells"), ("v05-corner.zip", "")] {
+        for convention in [None, Some(Convention::Corner), Some(Convention::Center)] {
+            let out = dir.path().join("out.zarr");
+            let options =
+                VolumeOptions { convention, ..zarr(ZarrOptions { chunk: [8; 3], ..ZarrOptions::default() }) };
+            build_volume(&fixture(name), &out, &options, &()).unwrap();
+            for below in ["", labels] {
+                let at = fixture(name).join(below);
+                let source = match open_placed(&at, convention).unwrap() {
+                    Opened::Volume(volume) => *volume,
+                    Opened::Images(list) => panic!("{list:?}"),
+                };
+                let built = opened(&out.join(below));
+                let origins = [&source, &built].map(|volume| volume.about().levels[0].origin);
+                let apart = std::iter::zip(origins[0], origins[1]).map(|(one, other)| (one - other).abs());
+                assert!(apart.fold(0.0, f64::max) < 1e-9, "{name}/{below} {convention:?}: {origins:?}");
+            }
+        }
+    }
 }
 
 #[test]
