@@ -70,8 +70,12 @@ pub(super) fn open_shrunk_picture(
         Some(bands) => tiff::open(open_file(path)?, Some(bands))?,
         None => open_as_stored(path)?,
     };
-    let can_be = oriented::is_turned(stored.header()) && stored.header().memory <= memory;
-    Ok(can_be.then(|| oriented::upright(Box::new(Shrunk::new(stored, most)))))
+    if !oriented::is_turned(stored.header()) {
+        return Ok(None);
+    }
+    let shrunk = Shrunk::new(stored, most);
+    let can_be = shrunk.header().memory <= memory;
+    Ok(can_be.then(|| oriented::upright(Box::new(shrunk))))
 }
 
 /// Rows of what is stored, and what they are.

@@ -27,7 +27,7 @@ impl Shrunk {
         let size = [header.width, header.height];
         let mut step = 1;
         while header.image_bytes() > most && step < size[0].max(size[1]) {
-            step *= 2;
+            step = step.saturating_mul(2);
             [header.width, header.height] = size.map(|side| side.div_ceil(step));
         }
         header.memory = header.memory.saturating_add(inner.header().row_bytes() as u64);

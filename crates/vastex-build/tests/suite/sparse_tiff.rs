@@ -227,3 +227,24 @@ fn bands_of_tiles_are_read_at_a_share_of_their_size() {
         assert_eq!(u32::from(value), 3 * 40 + texel % 40, "texel {n}");
     }
 }
+
+/// A file of some bytes that claims rows of gigabytes has no share, and nobody makes room for a row of it.
+#[test]
+fn rows_of_gigabytes_have_no_share() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    for (photometric, compression) in [(1, 1), (2, 1), (1, 32773), (2, 32773)] {
+        let mut file = HandmadeTiff::new([u32::MAX, 4], &[64; 3], photometric, [u32::MAX, 4], false);
+        file.set(339, 3);
+        file.set(259, compression);
+        file.chunks = vec![vec![0; 900]];
+        std::fs::write(&path, file.bytes()).unwrap();
+        // Whether it is opened at all is another question.
+        let reduced = open_reduced(&path, 512);
+        assert!(!matches!(reduced, Ok(Some(_))), "{photometric} {compression}");
+        // What is opened and read by rows is cut off, before there is room for a row.
+        if let Ok(mut reader) = vastex_build::open(&path) {
+            assert!(reader.read_rows(&mut []).is_ok());
+        }
+    }
+}

@@ -61,13 +61,37 @@ fn pack_bits(mut bytes: &[u8]) -> Vec<u8> {
 struct Kind(Vec<u32>, u32, u32, u32, bool, bool);
 
 impl Kind {
+    fn stored(&self) -> Vec<u8> {
+        texels((SIZE[0] * SIZE[1] * self.0[0] / 8) as usize * self.0.len(), 21)
+    }
+
+    /// The rows of what is stored as it is, where that are whole numbers without a sign.
+    fn shown(&self) -> Option<Vec<u8>> {
+        let Kind(bits, sample_format, photometric, _, is_planar, big_endian) = self;
+        let (stored, sample, channels) = (self.stored(), bits[0] as usize / 8, bits.len());
+        let count = stored.len() / sample / channels;
+        let of = |[texel, channel]: [usize; 2]| {
+            let at = if *is_planar { channel * count + texel } else { texel * channels + channel };
+            let mut value = stored[at * sample..][..sample].to_vec();
+            if *big_endian {
+                value.reverse();
+            }
+            if *photometric == 0 {
+                value.iter_mut().for_each(|byte| *byte = !*byte);
+            }
+            value
+        };
+        let places = (0..count).flat_map(|texel| (0..channels).map(move |channel| [texel, channel]));
+        (*sample_format == 1).then(|| places.flat_map(of).collect())
+    }
+
     /// A file in strips of so many rows, of bytes that could be anything.
     fn file(&self, compression: u32, rows: u32) -> HandmadeTiff {
         let Kind(bits, sample_format, photometric, predictor, is_planar, big_endian) = self.clone();
         let sample = bits[0] as usize / 8;
         let planes = if is_planar { bits.len() } else { 1 };
         let texel = sample * bits.len() / planes;
-        let stored = texels(SIZE[0] as usize * SIZE[1] as usize * sample * bits.len(), 21);
+        let stored = self.stored();
         let chunk = [SIZE[0], rows];
         let mut file =
             HandmadeTiff { big_endian, ..HandmadeTiff::new(SIZE, &bits, photometric, chunk, false) };
@@ -135,6 +159,11 @@ fn one_strip_has_the_rows_of_many() {
             assert!(fault.is_none() && many.2.is_none(), "{kind:?} {compression}: {fault:?} {:?}", many.2);
             assert!(header.format == many.0.format && rows == many.1, "{kind:?} {compression}");
             assert_eq!(header.notices, many.0.notices, "{kind:?} {compression}");
+            if compression == NONE
+                && let Some(shown) = kind.shown()
+            {
+                assert!(rows == shown, "{kind:?}");
+            }
             let planes = if kind.4 { kind.0.len() as u64 } else { 1 };
             assert!(header.memory < planes << 20, "{kind:?} {compression}: {}", header.memory);
         }
@@ -303,6 +332,28 @@ fn a_jpeg_of_one_strip_that_is_damaged_has_rows_up_to_there() {
 struct Converted(Vec<u32>, u32, u32, bool, &'static str);
 
 impl Converted {
+    /// The bands of what is stored as it is, where bands are shown.
+    fn shown(&self) -> Option<Vec<u8>> {
+        let Converted(bits, photometric, _, is_planar, named) = self;
+        let sample = bits[0] as usize / 8;
+        if *photometric != 1 || sample == 0 {
+            return None;
+        }
+        let bands = named.strip_prefix(":bands=").unwrap_or("1,2,3");
+        let bands: Vec<usize> = bands.split(',').map(|band| band.parse::<usize>().unwrap() - 1).collect();
+        let count = (SIZE[0] * SIZE[1]) as usize;
+        let stored = texels(count * sample * bits.len(), 23);
+        let of = |texel: usize, band: usize| {
+            let at = if *is_planar { band * count + texel } else { texel * bits.len() + band };
+            &stored[at * sample..][..sample]
+        };
+        Some(
+            (0..count)
+                .flat_map(|texel| bands.iter().map(|band| of(texel, *band)).collect::<Vec<_>>().concat())
+                .collect(),
+        )
+    }
+
     fn file(&self, compression: u32, rows: u32) -> HandmadeTiff {
         let Converted(bits, photometric, predictor, is_planar, _) = self;
         let planes = if *is_planar { bits.len() } else { 1 };
@@ -367,6 +418,11 @@ fn what_is_converted_has_the_rows_of_many_strips() {
             let ((many, expected), (one, rows)) = (read(7), read(SIZE[1]));
             assert!(one.format == many.format && rows == expected, "{what}");
             assert_eq!(one.notices, many.notices, "{what}");
+            if compression == NONE
+                && let Some(shown) = converted.shown()
+            {
+                assert!(rows == shown, "{what}");
+            }
             assert!(one.memory < planes << 20, "{what}: {}", one.memory);
         }
     }
@@ -419,9 +475,37 @@ fn a_fax_of_one_strip_has_the_rows_of_many() {
     for rows in [9, SIZE[1]] {
         let mut file = HandmadeTiff::new(SIZE, &[1], 0, [SIZE[0], rows], false);
         file.set(259, 4);
+        // What is said of prediction means nothing there.
+        file.set(317, 2);
         file.chunks = (0..SIZE[1]).step_by(rows as usize).map(|first| strip(first, rows)).collect();
         let (header, found, fault) = read(&path, &file.bytes());
         assert!(fault.is_none() && found == expected, "{rows}: {fault:?}");
         assert!(header.notices.is_empty(), "{:?}", header.notices);
     }
+}
+
+/// A list of lengths that goes on behind that of the only strip is not read whole: the strip is held.
+#[test]
+fn a_list_of_lengths_without_an_end_is_not_read() {
+    let sandbox = Sandbox::new();
+    let path = sandbox.path("image.tif");
+    let file = Converted(vec![8; 4], 5, 1, false, "").file(DEFLATE, SIZE[1]);
+    let (_, expected, _) = read(&path, &file.bytes());
+    let mut bytes = file.bytes();
+    let len = file.chunks[0].len() as u32;
+    let count = (1u32 << 22) + 1;
+    let entry = [0x17, 1, 4, 0, 1, 0, 0, 0];
+    let at = bytes.windows(8).position(|window| window == entry).unwrap();
+    let end = bytes.len() as u32;
+    bytes[at + 4..at + 8].copy_from_slice(&count.to_le_bytes());
+    bytes[at + 8..at + 12].copy_from_slice(&end.to_le_bytes());
+    bytes.extend(len.to_le_bytes());
+    std::fs::write(&path, &bytes).unwrap();
+    let long = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    long.set_len(u64::from(end) + 4 * u64::from(count)).unwrap();
+    let mut reader = open(&path).unwrap();
+    assert_eq!(reader.header().notices.len(), 2, "{:?}", reader.header().notices);
+    let mut rows = vec![0; expected.len()];
+    reader.read_rows(&mut rows).unwrap();
+    assert!(rows == expected);
 }

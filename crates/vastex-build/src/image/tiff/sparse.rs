@@ -9,6 +9,8 @@ use crate::image::{ImageHeader, InputFault, RowReader};
 
 /// Bytes of rows that are decoded, at most. That many are some tenths of a second of one core.
 const DECODED: u64 = 96 << 20;
+/// Bytes that reading may take, a row included: a first picture is asked for of any file, however wide.
+const MOST_MEMORY: u64 = 256 << 20;
 /// Strips of which fewer are too few for a picture.
 const LEAST_BANDS: u64 = 32;
 
@@ -76,12 +78,12 @@ fn every(rows: u32, bytes: u64, [step, height]: [u32; 2]) -> Option<u32> {
 impl SparseReader {
     /// An image at a share of its size, the longer side about `side` texels or somewhat more; `None` where
     /// that is no quicker than to read all of it: in images that are not much larger, and where strips are so
-    /// long that too few can be decoded.
+    /// long that too few can be decoded; and where a row is so long that it takes too much memory.
     pub(super) fn new(reader: Box<dyn AnyRows>, strips: Strips, side: u32) -> Option<SparseReader> {
         let mut header = reader.header().clone();
-        let row = vec![0; header.row_bytes()];
         let step = header.width.max(header.height) / side.max(1);
-        if step < 2 {
+        let row_bytes = header.row_bytes();
+        if step < 2 || header.memory.saturating_add(row_bytes as u64) > MOST_MEMORY {
             return None;
         }
         let (rows, every) = match strips {
@@ -89,7 +91,7 @@ impl SparseReader {
             Strips::Decoded { rows, bytes } => (rows, every(rows, bytes, [step, header.height])?),
         };
         (header.width, header.height) = (header.width.div_ceil(step), header.height.div_ceil(step));
-        Some(SparseReader { reader, header, step, rows, every, next_row: 0, row })
+        Some(SparseReader { reader, header, step, rows, every, next_row: 0, row: vec![0; row_bytes] })
     }
 
     /// The row of the image that is shown as a row.

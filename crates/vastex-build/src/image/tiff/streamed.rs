@@ -5,8 +5,8 @@
 use std::sync::Arc;
 
 use super::chunks::Chunks;
-use super::file::strip_rows::{MOST_HELD, StripRows};
-use super::file::{TiffImage, codecs};
+use super::file::TiffImage;
+use super::file::strip_rows::StripRows;
 use super::samples::place_row;
 use crate::image::InputFault;
 
@@ -24,15 +24,13 @@ impl StreamedRows {
     /// Returns true if an image has strips that can be decoded from the top, and are better not held. Looks
     /// at how each of them begins, where they are JPEG.
     pub(super) fn can_be_of(image: &TiffImage, chunks: &Chunks) -> bool {
-        let is_large = chunks.rows >= image.size[1] || chunks.decoded_bytes() > MOST_HELD;
-        is_large && chunks.is_of(image) && image.has_streams()
+        image.has_large_strips() && chunks.is_of(image) && image.has_streams()
     }
 
     /// The rows of an image [of the kind](StreamedRows::can_be_of).
     pub(super) fn new(image: TiffImage, chunks: &Arc<Chunks>) -> StreamedRows {
-        let stored = vec![0; chunks.stored_row(image.samples_of_chunk())];
         let rows = StripRows::of_planes(image, (0..chunks.planes_read()).collect());
-        StreamedRows { rows, chunks: chunks.clone(), stored, rounded: false }
+        StreamedRows { rows, chunks: chunks.clone(), stored: Vec::new(), rounded: false }
     }
 
     /// Bytes that reading takes.
@@ -42,7 +40,7 @@ impl StreamedRows {
 
     /// Returns true if a row can be read without those before it.
     pub(super) fn is_plain(&self) -> bool {
-        self.rows.image().compression == codecs::NONE
+        self.rows.image().is_plain()
     }
 
     /// The next row that is read is this one.
@@ -54,11 +52,18 @@ impl StreamedRows {
     /// Fills `rows` with the next ones.
     pub(super) fn read(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         for row in rows.chunks_exact_mut(self.chunks.row_bytes()) {
-            self.rows.begin()?;
-            self.read_row(row)?;
-            self.rows.end()?;
+            if let Err(fault) = self.read_next(row) {
+                self.rows.forget();
+                return Err(fault);
+            }
         }
         Ok(())
+    }
+
+    fn read_next(&mut self, row: &mut [u8]) -> Result<(), InputFault> {
+        self.rows.begin()?;
+        self.read_row(row)?;
+        self.rows.end()
     }
 
     /// Reads the next row, of all planes.
@@ -75,6 +80,7 @@ impl StreamedRows {
                 self.rows.image().shown_row(row);
                 continue;
             }
+            self.stored.resize(self.chunks.stored_row(self.rows.image().samples_of_chunk()), 0);
             self.rows.fill(plane, &mut self.stored)?;
             self.rows.image().shown_row(&mut self.stored);
             if cfg!(target_endian = "big") {

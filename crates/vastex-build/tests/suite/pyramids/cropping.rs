@@ -283,3 +283,22 @@ fn strips_of_any_size_give_what_they_store() {
     let expected: Vec<u8> = expected.chunks_exact(6).flat_map(|texel| [texel[2], texel[3]]).collect();
     assert!(npy.ends_with(&expected));
 }
+
+/// A source that failed fails once more, where one plane can be read and the next one cannot.
+#[test]
+fn a_source_that_failed_says_so_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.tif");
+    let size = [16_384u32, 2800u32];
+    let mut file = HandmadeTiff::new(size, &[16; 3], 2, size, false);
+    file.set(259, 32773);
+    file.set(284, 2);
+    let plane = [0x81, 0].repeat(2800 * 16_384 * 2 / 128);
+    file.chunks = vec![plane.clone(), vec![0; 10], plane];
+    std::fs::write(&path, file.bytes()).unwrap();
+    let mut source = CropSource::open(&path, 0).unwrap();
+    for _ in 0..2 {
+        let error = cut(&mut source, [5, 0], [7, 2], CropFormat::Npy).unwrap_err().to_string();
+        assert!(error.contains("a strip has 10 bytes"), "{error}");
+    }
+}

@@ -199,7 +199,8 @@ impl TiffImage {
     /// Undoes what was done to a row of a strip or tile, of all its channels or of one, before it was
     /// compressed: samples are little-endian afterwards.
     pub(super) fn put_in_order(&self, row: &mut [u8]) {
-        if self.compression == codecs::JPEG {
+        // Their decoders know of pixels: libtiff does not follow a predictor there either.
+        if matches!(self.compression, codecs::JPEG | codecs::FAX4) {
             return;
         }
         let (channels, sample) = (self.samples_of_chunk(), self.number.bytes());

@@ -2,10 +2,18 @@
 //! scans of documents mostly are.
 
 use std::io::{self, BufRead, Read};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use fax::decoder::{DecodeStatus, Group4Decoder};
 
 use crate::image::quiet;
+
+/// Bytes that a row may have beside those of its texels. The decoder keeps all changes of a row, of which a
+/// code of some bits is one, so that a row without an end would take as much memory as the file is long.
+const SPARE_BYTES: usize = 64 << 10;
+/// Bytes of the longest codes of a texel, and more.
+const TEXEL_BYTES: usize = 8;
 
 /// Decodes a strip or tile of so many columns and rows, as [`FaxRows`] does.
 pub(super) fn decode(stored: &[u8], size: [u32; 2], is_reversed: bool) -> Result<Vec<u8>, String> {
@@ -19,6 +27,8 @@ pub(super) fn decode(stored: &[u8], size: [u32; 2], is_reversed: bool) -> Result
 /// byte on. Rows that end the page may be missing, and are white.
 pub(super) struct FaxRows<'a> {
     decoder: Group4Decoder<Stored<'a>>,
+    /// Bytes that may be read for the row that is being decoded.
+    left: Arc<AtomicUsize>,
     width: u16,
     rows: u32,
     /// Rows that were decoded.
@@ -44,18 +54,23 @@ impl<'a> FaxRows<'a> {
         let width =
             u16::try_from(columns).map_err(|_| format!("it has {columns} columns; fax has 65535 at most"))?;
         let row = vec![0; usize::from(width).div_ceil(8)];
-        let bytes: Stored<'a> = match is_reversed {
-            true => Box::new(stored.bytes().map(|byte| byte.map(u8::reverse_bits))),
-            false => Box::new(stored.bytes()),
-        };
+        let left = Arc::new(AtomicUsize::new(most_of_row(width)));
+        let counted = left.clone();
+        let bytes: Stored<'a> = Box::new(stored.bytes().map(move |byte| {
+            let left = counted.load(Ordering::Relaxed);
+            let left = left.checked_sub(1).ok_or_else(|| io::Error::other("a row does not end"))?;
+            counted.store(left, Ordering::Relaxed);
+            byte.map(|byte| if is_reversed { byte.reverse_bits() } else { byte })
+        }));
         let decoder = Group4Decoder::new(bytes, width).map_err(|error| error.to_string())?;
         let given = row.len();
-        Ok(FaxRows { decoder, width, rows, done: 0, is_ended: false, row, given })
+        Ok(FaxRows { decoder, left, width, rows, done: 0, is_ended: false, row, given })
     }
 
     fn next_row(&mut self) -> Result<(), String> {
-        let FaxRows { decoder, width, rows, done, is_ended, row, given } = self;
+        let FaxRows { decoder, left, width, rows, done, is_ended, row, given } = self;
         row.fill(0);
+        left.store(most_of_row(*width), Ordering::Relaxed);
         if !*is_ended {
             let ended = quiet::catch(|| match decoder.advance() {
                 Ok(DecodeStatus::Incomplete) if !is_row(decoder.transition(), *width) => {
@@ -88,6 +103,11 @@ impl Read for FaxRows<'_> {
         self.given += count;
         Ok(count)
     }
+}
+
+/// Bytes that a row of so many columns may have.
+fn most_of_row(width: u16) -> usize {
+    usize::from(width) * TEXEL_BYTES + SPARE_BYTES
 }
 
 /// Returns true for changes that a row can have. The decoder takes others, which may be as many as there are
@@ -125,18 +145,22 @@ mod tests {
     fn a_row_that_goes_back_and_forth_is_refused() {
         assert!(is_row(&[], 1) && is_row(&[0, 1], 1) && is_row(&[3, 3, 9], 10));
         assert!(!is_row(&[17, 18, 17, 18], 64) && !is_row(&[5; 13], 10));
-        // A row of 20 white texels and a black one.
-        let mut bits = ["001", "0001000", "010", "1"].concat();
-        // Three to the left of its changes, 17 and 18 by turns, and then to the end.
-        bits += &"0000010".repeat(8000);
-        bits += "1111";
-        let bytes: Vec<u8> = bits
-            .as_bytes()
-            .chunks(8)
-            .map(|eight| eight.iter().enumerate().map(|(n, bit)| (bit & 1) << (7 - n)).sum())
-            .collect();
-        let refused = decode(&bytes, [64, 3], false).unwrap_err();
-        assert!(refused.contains("row 1 of 3 goes back"), "{refused}");
+        let refused = |times: usize| {
+            // A row of 20 white texels and a black one.
+            let mut bits = ["001", "0001000", "010", "1"].concat();
+            // Three to the left of its changes, 17 and 18 by turns, and then to the end.
+            bits += &"0000010".repeat(times);
+            bits += "1111";
+            let bytes: Vec<u8> = bits
+                .as_bytes()
+                .chunks(8)
+                .map(|eight| eight.iter().enumerate().map(|(n, bit)| (bit & 1) << (7 - n)).sum())
+                .collect();
+            decode(&bytes, [64, 3], false).unwrap_err()
+        };
+        assert!(refused(8000).contains("row 1 of 3 goes back"), "{}", refused(8000));
+        // So many changes are not even kept.
+        assert!(refused(100_000).contains("after 1 rows of 3"), "{}", refused(100_000));
     }
 
     #[test]

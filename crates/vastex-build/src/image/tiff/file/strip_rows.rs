@@ -13,7 +13,7 @@ use crate::image::positioned::Positioned;
 use crate::image::tiff::samples::most_from_a_byte;
 
 /// Bytes of a decoded strip, beyond which it is not held as a whole.
-pub(in crate::image::tiff) const MOST_HELD: u64 = 64 << 20;
+const MOST_HELD: u64 = 64 << 20;
 /// Bytes that are read of the file at once.
 const BUFFER_BYTES: u64 = 256 << 10;
 /// Rows of an image that a decoder of JPEG holds about.
@@ -75,7 +75,8 @@ impl TiffImage {
 
     /// Returns true if none of its strips is left out of the file.
     fn are_all_stored(&self) -> bool {
-        if self.offsets.count > MOST_LOOKED_UP {
+        let longest = self.lengths.iter().map(|list| list.count).fold(self.offsets.count, u64::max);
+        if longest > MOST_LOOKED_UP {
             return false;
         }
         let all = |list| self.file.all_values(list, &self.place).ok();
@@ -158,6 +159,19 @@ impl StripRows {
     /// Reads the next row: the samples of the bands, or of all of them, side by side and little-endian, each
     /// of a byte where they have fewer bits.
     pub(crate) fn read_row(&mut self) -> Result<Vec<u8>, InputFault> {
+        let row = self.read_next();
+        if row.is_err() {
+            self.forget();
+        }
+        row
+    }
+
+    /// Forgets the strips that are being read, as after an error: some planes may be ahead of others.
+    pub(in crate::image::tiff) fn forget(&mut self) {
+        self.strips.clear();
+    }
+
+    fn read_next(&mut self) -> Result<Vec<u8>, InputFault> {
         self.begin()?;
         let sample = self.image.number.bytes();
         let stride = self.planes.len() * sample;
@@ -185,7 +199,8 @@ impl StripRows {
         Ok(texels)
     }
 
-    /// Begins to read the strip that holds the next row, from there on, where it is not being read.
+    /// Begins to read the strip that holds the next row, from there on, where it is not being read. Fails where
+    /// the file has too few bytes for that row, so that nobody makes room for it.
     pub(in crate::image::tiff) fn begin(&mut self) -> Result<(), InputFault> {
         if !self.strips.is_empty() {
             return Ok(());
@@ -194,6 +209,7 @@ impl StripRows {
         let strip = row / self.image.chunk[1];
         let (row_bytes, all) = (self.image.packed_row(), self.strip_bytes());
         let before = u64::from(row % self.image.chunk[1]) * row_bytes;
+        let mut strips = Vec::with_capacity(self.planes.len());
         for plane in &self.planes {
             let place = self.place();
             let (mut at, len) = self.image.stored_at([*plane, 0, strip], &place)?;
@@ -204,6 +220,14 @@ impl StripRows {
                 (at, len) = (at.saturating_add(before), rest);
             } else if all > len.saturating_mul(most_from_a_byte(self.image.compression as u16)) {
                 return Err(damaged(&place, format!("a strip has {len} bytes, which cannot hold {all}")));
+            }
+            let there = self.image.file.len().saturating_sub(at).min(len);
+            let most = match self.image.is_plain() {
+                true => there,
+                false => there.saturating_mul(most_from_a_byte(self.image.compression as u16)),
+            };
+            if row_bytes > most {
+                return Err(InputFault::Truncated { place });
             }
             let is_cut = at.checked_add(len).is_none_or(|end| end > self.image.file.len());
             let stored = self.image.read_from(at, len)?;
@@ -218,8 +242,9 @@ impl StripRows {
                     return Err(damaged(&place, "its data ends or makes no sense before this row"));
                 }
             }
-            self.strips.push(Strip { decoder, decoded: before, is_cut });
+            strips.push(Strip { decoder, decoded: before, is_cut });
         }
+        self.strips = strips;
         Ok(())
     }
 
@@ -248,12 +273,14 @@ impl StripRows {
     pub(in crate::image::tiff) fn end(&mut self) -> Result<(), InputFault> {
         let place = self.place();
         let strip = self.next_row / self.image.chunk[1];
-        self.next_row += 1;
+        let next = self.next_row + 1;
         if self.is_sparse && self.image.is_plain() {
             self.strips.clear();
+            self.next_row = next;
             return Ok(());
         }
-        if !self.next_row.is_multiple_of(self.image.chunk[1]) && self.next_row < self.image.size[1] {
+        if !next.is_multiple_of(self.image.chunk[1]) && next < self.image.size[1] {
+            self.next_row = next;
             return Ok(());
         }
         let rows = self.image.chunk_rows(strip);
@@ -262,6 +289,7 @@ impl StripRows {
         for mut strip in self.strips.drain(..) {
             codecs::check_end(&mut *strip.decoder, wanted, spare).map_err(|why| damaged(&place, why))?;
         }
+        self.next_row = next;
         Ok(())
     }
 
