@@ -258,7 +258,7 @@ fn read_shapes(
 /// A volume, or why there is none.
 #[cfg(feature = "volumes")]
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
-    let how = OpenHow::of(args).live().of_source(is_same(path, &args.scene.source));
+    let how = OpenHow::of(args).live().of_source(open::is_same_file(path, &args.scene.source));
     let opened = open_volume(path, how).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
         let rows = volume::rows(&opened.volume).unwrap_or_default();
