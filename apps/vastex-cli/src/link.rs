@@ -43,8 +43,8 @@ fn is_scheme(text: &str) -> bool {
     text.len() > 1 && text.bytes().all(|byte| byte.is_ascii_alphanumeric() || b"+-.".contains(&byte))
 }
 
-/// Opens another window: with what a link names, over which the shapes of these arguments lie if the link is
-/// of their file, or with nothing.
+/// Opens another window: with what a link names, or with nothing. The flag beside the link says that it is of
+/// the source of these arguments, whose shapes and origins then are its own, too.
 pub(crate) fn open_window(link: Option<(&str, bool)>, args: &ViewArgs) -> Result<()> {
     let program = std::env::current_exe().context("the program does not know where it lies")?;
     let started = another(&program, link, args).spawn();
@@ -85,13 +85,8 @@ fn another(program: &Path, link: Option<(&str, bool)>, args: &ViewArgs) -> Comma
         command.arg("--disk-cache").arg(place).arg("--disk-cache-mib").arg(disk.disk_cache_mib.to_string());
     }
     #[cfg(feature = "volumes")]
-    {
-        let link = link.and_then(|(link, _)| link.parse::<Link>().ok());
-        let is_source =
-            link.is_some_and(|link| named(&args.scene.source).is_ok_and(|source| source == link.source));
-        if let Some(name) = args.volume.origins.name().filter(|_| is_source) {
-            command.arg("--origins").arg(name);
-        }
+    if let (Some((_, true)), Some(name)) = (link, args.volume.origins.name()) {
+        command.arg("--origins").arg(name);
     }
     command
 }
@@ -142,7 +137,8 @@ mod tests {
     #[test]
     fn another_window_keeps_no_pipe_and_does_not_end_with_this_one() {
         let directory = tempfile::tempdir().unwrap();
-        let says = "readlink /proc/$$/fd/1 /proc/$$/fd/2 > said; echo $$ >> said; cat /proc/$$/stat >> said";
+        let says =
+            "readlink /proc/$$/fd/1 /proc/$$/fd/2 | cat > said; echo $$ >> said; cat /proc/$$/stat >> said";
         std::fs::write(directory.path().join("view"), says).unwrap();
         let mut window = another(Path::new("/bin/sh"), None, &asked(&["vastex", "view", "a.tif"]));
         assert!(window.current_dir(&directory).status().unwrap().success());
@@ -160,11 +156,11 @@ mod tests {
     fn another_window_of_the_source_is_told_what_its_translations_are_of() {
         let args = asked(&["vastex", "view", "/data/a.zarr", "--origins", "corner"]);
         for (link, is_told) in [
-            (Some("vastex:/data/a.zarr?view=volume:x=1,y=2,z=3,zoom=1"), true),
-            (Some("vastex:/data/b.zarr"), false),
+            (Some(("vastex:/data/a.zarr?view=volume:x=1,y=2,z=3,zoom=1", true)), true),
+            (Some(("vastex:/data/b.zarr", false)), false),
             (None, false),
         ] {
-            let command = another(Path::new("/bin/vastex"), link.map(|link| (link, false)), &args);
+            let command = another(Path::new("/bin/vastex"), link, &args);
             let words: Vec<_> = command.get_args().collect();
             assert_eq!(words.ends_with(&["--origins".as_ref(), "corner".as_ref()]), is_told, "{words:?}");
         }

@@ -198,8 +198,8 @@ impl App {
         let link = self.link().filter(|_| is_same).transpose();
         let started = link.and_then(|link| {
             let link = link.map(|link| link.to_string());
-            let has_shapes = open::is_same_file(self.shown_path(), &self.args.scene.source);
-            link::open_window(link.as_deref().map(|link| (link, has_shapes)), &self.args)
+            let is_of_source = open::is_same_file(self.shown_path(), &self.args.scene.source);
+            link::open_window(link.as_deref().map(|link| (link, is_of_source)), &self.args)
         });
         if let Err(error) = started {
             let why = format!("no other window can be opened: {}", report::message(&error));
