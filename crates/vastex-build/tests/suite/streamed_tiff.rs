@@ -5,7 +5,7 @@ use std::path::Path;
 
 use vastex_build::{ImageHeader, InputFault, open};
 
-use crate::common::files::{HandmadeTiff, jpeg, smooth};
+use crate::common::files::{HandmadeTiff, jpeg, pack_bits, smooth};
 use crate::common::sandbox::Sandbox;
 use crate::common::texels;
 
@@ -31,28 +31,6 @@ fn compress(compression: u32, bytes: &[u8]) -> Vec<u8> {
         ZSTD => zstd::stream::encode_all(bytes, 3).unwrap(),
         _ => pack_bits(bytes),
     }
-}
-
-/// Runs of equal bytes, and of others; with bytes between them that mean nothing.
-fn pack_bits(mut bytes: &[u8]) -> Vec<u8> {
-    let mut packed = Vec::new();
-    while let [first, ..] = bytes {
-        let equal = bytes.iter().take(128).take_while(|byte| *byte == first).count();
-        let taken = match equal {
-            1 => {
-                let others = bytes.windows(2).take(127).take_while(|pair| pair[0] != pair[1]).count().max(1);
-                packed.push((others - 1) as u8);
-                packed.extend(&bytes[..others]);
-                others
-            }
-            equal => {
-                packed.extend([(257 - equal) as u8, *first, 0x80]);
-                equal
-            }
-        };
-        bytes = &bytes[taken..];
-    }
-    packed
 }
 
 /// What a file is of: bits of its samples, their kind (1 unsigned, 2 signed, 3 floats), photometric

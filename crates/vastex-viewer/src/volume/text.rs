@@ -15,8 +15,8 @@ pub enum LabelsInText {
     Alone,
 }
 
-/// Samples of a ray at most, and voxels of labels that it is looked for them in: those of as many bricks of 64
-/// voxels as feedback asks for.
+/// Samples of a ray at most, and voxels of labels that it is followed through: those of as many bricks of
+/// 64 voxels as feedback asks for.
 pub const RAY_SAMPLES: u32 = RAY_BRICKS * 64;
 
 /// The text of the shaders that draw volumes. `vastex` is the text for the kind of one channel, which serves

@@ -82,7 +82,13 @@ impl Along {
         self.frames.max(1)
     }
 
-    pub(super) fn view(&self, frame: u64, of: VolumeBox, size: [u32; 2]) -> VolumeView {
+    /// What all pictures of it look at.
+    pub(super) fn views(&self, about: &VolumeAbout, size: [u32; 2]) -> Result<Vec<VolumeView>> {
+        let of = box_of(about)?;
+        Ok((0..self.frames()).map(|frame| self.view(frame, of, size)).collect())
+    }
+
+    fn view(&self, frame: u64, of: VolumeBox, size: [u32; 2]) -> VolumeView {
         copied(&self.path.pose_of_frame(frame).of(&self.view), of, size).0
     }
 }

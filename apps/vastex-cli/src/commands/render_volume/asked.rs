@@ -16,7 +16,6 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, le
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
 use super::super::volume::no_volume;
-use super::along::Along;
 use super::steps::Sampling;
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
@@ -47,11 +46,11 @@ impl Asked {
         Ok(Asked { volume, labels, channels, view, time: args.look.time() })
     }
 
-    /// Puts what is seen into textures, with the disk cache before it, where no ray of a picture is cut, and gives the side of its bricks in
-    /// voxels.
+    /// Puts what is seen into textures, with the disk cache before it, and gives the side of its bricks in
+    /// voxels; fails where a ray of a picture would be cut, of the views of a path if there is one.
     pub(super) fn drawing<'a>(
         &self,
-        (args, along): (&'a RenderVolumeArgs, Option<&Along>),
+        (args, path): (&'a RenderVolumeArgs, Option<&[VolumeView]>),
         gpu: &'a Gpu,
         disk: Option<&Arc<DiskTier>>,
     ) -> Result<(Drawing<'a>, u32)> {
@@ -68,8 +67,9 @@ impl Asked {
         if self.channels.is_empty() && labels.is_none() {
             bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
         }
+        let own = [self.view.0];
         Sampling::new(args, gpu.is_processor(), (about, self.channels.len(), brick), labels.as_ref())?
-            .check_all((along, self.view.0), args.size)?;
+            .check_all(path.unwrap_or(&own), args.size)?;
         let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
         let bytes = pool_bytes(args, (&gpu.device.limits(), filters), [&sources, of_labels])?;

@@ -7,7 +7,6 @@ use vastex::{RAY_BRICKS, VoxelLevels};
 use vastex_viewer::volume::{RAY_SAMPLES, VolumeBox, VolumeMode, VolumeRays, VolumeView};
 use vastex_volume::{VolumeAbout, VolumeOptions, levels_of};
 
-use super::along::Along;
 use super::box_of;
 use crate::args::RenderVolumeArgs;
 use crate::commands::render_labels::Labels;
@@ -63,14 +62,9 @@ impl Sampling {
         })
     }
 
-    /// Fails where rays of a picture of a path may be cut, or of the one view where there is none.
-    pub(super) fn check_all(
-        &self,
-        (along, view): (Option<&Along>, VolumeView),
-        size: [u32; 2],
-    ) -> Result<()> {
-        let Some(along) = along else { return self.check(&view, size) };
-        (0..along.frames()).try_for_each(|frame| self.check(&along.view(frame, self.image.of, size), size))
+    /// Fails where rays of any of the views may be cut.
+    pub(super) fn check_all(&self, views: &[VolumeView], size: [u32; 2]) -> Result<()> {
+        views.iter().try_for_each(|view| self.check(view, size))
     }
 
     /// Fails where rays of a view may meet more than is taken.

@@ -161,3 +161,25 @@ impl HandmadeTiff {
         out
     }
 }
+
+/// PackBits: runs of equal bytes, and of others; with bytes between them that mean nothing.
+pub(crate) fn pack_bits(mut bytes: &[u8]) -> Vec<u8> {
+    let mut packed = Vec::new();
+    while let [first, ..] = bytes {
+        let equal = bytes.iter().take(128).take_while(|byte| *byte == first).count();
+        let taken = match equal {
+            1 => {
+                let others = bytes.windows(2).take(127).take_while(|pair| pair[0] != pair[1]).count().max(1);
+                packed.push((others - 1) as u8);
+                packed.extend(&bytes[..others]);
+                others
+            }
+            equal => {
+                packed.extend([(257 - equal) as u8, *first, 0x80]);
+                equal
+            }
+        };
+        bytes = &bytes[taken..];
+    }
+    packed
+}
