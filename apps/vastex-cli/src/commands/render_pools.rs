@@ -84,8 +84,8 @@ fn pages_of(sources: &[Arc<VolumeSource>]) -> u64 {
     pages.fold(0, u64::saturating_add)
 }
 
-/// GPU memory that is taken for bricks of channels at most, and as much for those of labels, where nobody says
-/// how much; and for ordinary textures that pictures are compared with.
+/// GPU memory that is taken for bricks of channels at most, and as much for those of labels, where nobody
+/// says how much; and for ordinary textures that pictures are compared with.
 pub(crate) const MOST_BYTES: u64 = 1 << 30;
 
 /// GPU memory in which all bricks of sources of one shape are shown at once, on a device of such limits that

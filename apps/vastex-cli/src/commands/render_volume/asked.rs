@@ -69,7 +69,8 @@ impl Asked {
         }
         let own = [self.view.0];
         Sampling::new(args, gpu.is_processor(), (about, self.channels.len(), brick), labels.as_ref())?
-            .check_all(path.unwrap_or(&own), args.size)?;
+            .check_all(path.unwrap_or(&own), args.size)
+            .context(source.clone())?;
         let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
         let bytes = pool_bytes(args, (&gpu.device.limits(), filters), [&sources, of_labels])?;

@@ -23,7 +23,8 @@ pub(crate) struct Recorded {
 pub(crate) fn recorded(args: &RenderVolumeArgs, gpu: &Gpu) -> Result<Recorded> {
     let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;
-    let (mut drawing, brick) = asked.drawing((args, path.as_ref()), gpu, None)?;
+    let views = path.as_ref().map(|path| path.views(asked.volume.about(), args.size)).transpose()?;
+    let (mut drawing, brick) = asked.drawing((args, views.as_deref()), gpu, None)?;
     drawing.textures.ahead().trace().record();
     let of_path = (path.as_ref(), &mut asked);
     let output = &mut PictureOutput::Nothing;

@@ -1,5 +1,5 @@
-//! How many samples, bricks and labels rays through a volume meet, and whether what draws takes as many: a ray
-//! that is cut is told of before anything is drawn.
+//! How many samples, bricks and labels rays through a volume meet, and whether what draws takes as many: a
+//! ray that is cut is told of before anything is drawn.
 
 use anyhow::{Result, bail};
 use glam::DVec3;

@@ -1,8 +1,8 @@
 //! The metadata of an image of OME-Zarr: axes, levels and where they lie, channels, labels.
 //!
-//! Translations are of the middles of first voxels: each coarser level is moved by half of what its voxels are
-//! larger, so that voxels lie where they do in the source. Of one level alone they are of its corner, which
-//! is how readers take them where no coarser level tells.
+//! Translations are of the middles of first voxels: each coarser level is moved by half of what its voxels
+//! are larger, so that voxels lie where they do in the source. Of one level alone they are of its corner,
+//! which is how readers take them where no coarser level tells.
 
 use serde_json::{Map, Value, json};
 use vastex_volume::{DType, Reduction, VolumeAbout, VolumeChannel};

@@ -199,8 +199,8 @@ impl StripRows {
         Ok(texels)
     }
 
-    /// Begins to read the strip that holds the next row, from there on, where it is not being read. Fails where
-    /// the file has too few bytes for that row, so that nobody makes room for it.
+    /// Begins to read the strip that holds the next row, from there on, where it is not being read. Fails
+    /// where the file has too few bytes for that row, so that nobody makes room for it.
     pub(in crate::image::tiff) fn begin(&mut self) -> Result<(), InputFault> {
         if !self.strips.is_empty() {
             return Ok(());
