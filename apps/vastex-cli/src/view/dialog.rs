@@ -59,7 +59,8 @@ pub(super) fn choose(wanted: Wanted, beside: &Path, send: impl FnOnce(Chosen) + 
     if let Some(folder) = folder.filter(|folder| folder.is_dir()) {
         dialog = dialog.set_directory(folder);
     }
-    // macOS has a dialog begun on the thread of the window, which this is called on; any thread may wait for it.
+    // macOS has a dialog begun on the thread of the window, which this is called on; any thread may wait for
+    // its end.
     let begun = Instant::now();
     let asked: Asked = match wanted {
         Wanted::Folder => Box::pin(dialog.pick_folder()),
