@@ -5,8 +5,9 @@ use clap::{Args as ClapArgs, ValueEnum};
 /// What translations are of, where somebody knows better than the metadata.
 #[derive(Clone, Copy, Debug, Default, ClapArgs)]
 pub(crate) struct OriginsArgs {
-    /// What translations of the levels of an OME-Zarr are of, whatever its metadata look like: corner or
-    /// center of the first voxel. Without it, `vastex info` says what they are taken to be of
+    /// What translations of the levels of an OME-Zarr that is named here, and of labels beside it, are of,
+    /// whatever its metadata look like: corner or center of the first voxel. Without it, `vastex info` says
+    /// what they are taken to be of
     #[arg(long, value_enum, value_name = "CONVENTION", hide_possible_values = true)]
     origins: Option<Origins>,
 }

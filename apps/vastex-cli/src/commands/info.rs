@@ -21,7 +21,7 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     if super::volume::is_described_as_volume(&args.file) {
         return super::volume::info(args);
     }
-    if args.origins.is_given() {
+    if args.origins.is_given() && args.file.exists() {
         bail!("{}: is no volume, and --origins is for volumes; leave it out", args.file.display());
     }
     if let Some((source, summary)) = super::source_info::of(&args.file, &args.cache)? {

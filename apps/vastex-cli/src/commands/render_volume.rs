@@ -55,7 +55,7 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     let views = path.as_ref().map(|path| path.views(asked.volume.about(), args.size)).transpose()?;
-    let (mut drawing, brick) = asked.drawing((args, views.as_deref()), &gpu, watch.disk.as_ref())?;
+    let (mut drawing, brick) = asked.drawing((args, views), &gpu, watch.disk.as_ref())?;
     watch.begin(&mut drawing);
     let (converged, picture) =
         along::draw((&mut drawing, brick), (path.as_ref(), &mut asked), &mut output, &mut watch)

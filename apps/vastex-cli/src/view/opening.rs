@@ -255,10 +255,16 @@ fn read_shapes(
     thread.map(drop).context("no thread can be started to read shapes")
 }
 
+/// Whether the command line names a file.
+#[cfg(feature = "volumes")]
+fn is_named(path: &Path, args: &ViewArgs) -> bool {
+    std::iter::once(&args.scene.source).chain(&args.files).any(|named| open::is_same_file(path, named))
+}
+
 /// A volume, or why there is none.
 #[cfg(feature = "volumes")]
 fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
-    let how = OpenHow::of(args).live().of_source(open::is_same_file(path, &args.scene.source));
+    let how = OpenHow::of(args).live().of_named(is_named(path, args));
     let opened = open_volume(path, how).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
         let rows = volume::rows(&opened.volume).unwrap_or_default();

@@ -45,10 +45,10 @@ impl OpenHow {
         OpenHow { is_live: true, ..self }
     }
 
-    /// What is said of the translations of the command line's source is said of no other volume.
+    /// What the command line says of translations is said of the volumes that it names, and of no others.
     #[cfg(feature = "view")]
-    pub(crate) fn of_source(self, is_source: bool) -> OpenHow {
-        OpenHow { origins: self.origins.filter(|_| is_source), ..self }
+    pub(crate) fn of_named(self, is_named: bool) -> OpenHow {
+        OpenHow { origins: self.origins.filter(|_| is_named), ..self }
     }
 
     /// A source of bricks of so many voxels along a side.

@@ -73,6 +73,7 @@ fn a_run_tells_of_a_volume_what_it_tells_of_an_image() {
         ("--stats-csv a.csv --record-trace a.csv", "would be one file"),
         ("-o no/a.png", "no/a.png"),
         ("--settings s.toml --stats-csv s.toml", "s.toml"),
+        ("--labels s.toml --stats-csv s.toml", "s.toml: is the source as well as the output"),
     ] {
         let words: Vec<&str> = words.split(' ').collect();
         let ended = sandbox.run(&[&["render", HEAD, "--on", "volume"][..], &words].concat()).expect_code(1);

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::path::Path;
 
 use tiff::encoder::{Compression, DeflateLevel, TiffEncoder, colortype};
-use vastex_build::open_reduced;
+use vastex_build::{CropFormat, CropRegion, CropSource, crop, open_reduced};
 
 use crate::common::files::HandmadeTiff;
 use crate::common::sandbox::Sandbox;
@@ -242,9 +242,11 @@ fn rows_of_gigabytes_have_no_share() {
         // Whether it is opened at all is another question.
         let reduced = open_reduced(&path, 512);
         assert!(!matches!(reduced, Ok(Some(_))), "{photometric} {compression}");
-        // What is opened and read by rows is cut off, before there is room for a row.
-        if let Ok(mut reader) = vastex_build::open(&path) {
-            assert!(reader.read_rows(&mut []).is_ok());
-        }
+        // Nor is a texel cut out of a strip that has no room.
+        let region = CropRegion { at: [5, 1], size: [1, 1] };
+        let cut = CropSource::open(&path, 0)
+            .and_then(|mut source| crop(&mut source, region, CropFormat::Npy, &mut Vec::new(), &()));
+        let error = cut.unwrap_err().to_string();
+        assert!(error.contains("image.tif: holds strips of") && error.contains("at once"), "{error}");
     }
 }

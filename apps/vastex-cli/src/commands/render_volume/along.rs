@@ -82,10 +82,14 @@ impl Along {
         self.frames.max(1)
     }
 
-    /// What all pictures of it look at.
-    pub(super) fn views(&self, about: &VolumeAbout, size: [u32; 2]) -> Result<Vec<VolumeView>> {
+    /// What each picture of it looks at: a day has millions of pictures.
+    pub(super) fn views(
+        &self,
+        about: &VolumeAbout,
+        size: [u32; 2],
+    ) -> Result<impl Iterator<Item = VolumeView>> {
         let of = box_of(about)?;
-        Ok((0..self.frames()).map(|frame| self.view(frame, of, size)).collect())
+        Ok((0..self.frames()).map(move |frame| self.view(frame, of, size)))
     }
 
     fn view(&self, frame: u64, of: VolumeBox, size: [u32; 2]) -> VolumeView {

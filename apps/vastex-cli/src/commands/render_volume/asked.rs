@@ -50,7 +50,7 @@ impl Asked {
     /// voxels; fails where a ray of a picture would be cut, of the views of a path if there is one.
     pub(super) fn drawing<'a>(
         &self,
-        (args, path): (&'a RenderVolumeArgs, Option<&[VolumeView]>),
+        (args, path): (&'a RenderVolumeArgs, Option<impl Iterator<Item = VolumeView>>),
         gpu: &'a Gpu,
         disk: Option<&Arc<DiskTier>>,
     ) -> Result<(Drawing<'a>, u32)> {
@@ -67,10 +67,14 @@ impl Asked {
         if self.channels.is_empty() && labels.is_none() {
             bail!("{source}: the view shows no channel and no labels of it, so there is nothing to be drawn");
         }
-        let own = [self.view.0];
-        Sampling::new(args, gpu.is_processor(), (about, self.channels.len(), brick), labels.as_ref())?
-            .check_all(path.unwrap_or(&own), args.size)
-            .context(source.clone())?;
+        let (own, clip) = &self.view;
+        let shown = (about, self.channels.len(), clip);
+        let sampling = Sampling::new(args, gpu.is_processor(), (shown, brick), labels.as_ref())?;
+        let checked = match path {
+            Some(mut path) => path.try_for_each(|view| sampling.check(&view, args.size)),
+            None => sampling.check(own, args.size),
+        };
+        checked.context(source.clone())?;
         let sources = self.sources(args, brick)?;
         let of_labels = labels.as_ref().map_or(&[][..], |labels| std::slice::from_ref(&labels.source));
         let bytes = pool_bytes(args, (&gpu.device.limits(), filters), [&sources, of_labels])?;

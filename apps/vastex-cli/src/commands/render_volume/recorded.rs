@@ -24,7 +24,7 @@ pub(crate) fn recorded(args: &RenderVolumeArgs, gpu: &Gpu) -> Result<Recorded> {
     let (path, mut asked) = along::opened(args)?;
     let mut watch = Watch::new(args)?;
     let views = path.as_ref().map(|path| path.views(asked.volume.about(), args.size)).transpose()?;
-    let (mut drawing, brick) = asked.drawing((args, views.as_deref()), gpu, None)?;
+    let (mut drawing, brick) = asked.drawing((args, views), gpu, None)?;
     drawing.textures.ahead().trace().record();
     let of_path = (path.as_ref(), &mut asked);
     let output = &mut PictureOutput::Nothing;

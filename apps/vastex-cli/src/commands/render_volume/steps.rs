@@ -4,7 +4,7 @@
 use anyhow::{Result, bail};
 use glam::DVec3;
 use vastex::{RAY_BRICKS, VoxelLevels};
-use vastex_viewer::volume::{RAY_SAMPLES, VolumeBox, VolumeMode, VolumeRays, VolumeView};
+use vastex_viewer::volume::{RAY_SAMPLES, VolumeBox, VolumeClip, VolumeMode, VolumeRays, VolumeView};
 use vastex_volume::{VolumeAbout, VolumeOptions, levels_of};
 
 use super::box_of;
@@ -20,8 +20,8 @@ const TURNS_PER_LEVEL: f64 = 50.0;
 /// Voxels that are drawn, and where.
 pub(super) struct Voxels {
     of: VolumeBox,
-    /// The first corner.
-    begin: DVec3,
+    /// The corners of what is left of them, in the world.
+    shown: [DVec3; 2],
     levels: VoxelLevels,
     brick: u32,
 }
@@ -39,36 +39,31 @@ pub(super) struct Sampling {
 }
 
 impl Sampling {
-    /// Of so many channels of a volume in bricks of so many voxels a side.
+    /// Of so many channels of what is left of a volume, in bricks of so many voxels a side.
     pub(super) fn new(
         args: &RenderVolumeArgs,
         is_processor: bool,
-        (about, channels, brick): (&VolumeAbout, usize, u32),
+        ((about, channels, clip), brick): ((&VolumeAbout, usize, &VolumeClip), u32),
         labels: Option<&Labels>,
     ) -> Result<Sampling> {
         let (_, levels) = levels_of(about, brick, VolumeOptions::default().border)?;
         let labels = labels.map(|labels| {
             let (of, begin) = labels.place();
             let levels = VoxelLevels::clone(labels.source.levels());
-            (Voxels { of, begin: begin.into(), levels, brick }, labels.looks(args))
+            (Voxels::new(of, begin.into(), (levels, brick), clip), labels.looks(args))
         });
         Ok(Sampling {
             mode: args.look.mode(),
             channels,
             step: args.look.step(),
             is_processor,
-            image: Voxels { of: box_of(about)?, begin: DVec3::ZERO, levels, brick },
+            image: Voxels::new(box_of(about)?, DVec3::ZERO, (levels, brick), clip),
             labels,
         })
     }
 
-    /// Fails where rays of any of the views may be cut.
-    pub(super) fn check_all(&self, views: &[VolumeView], size: [u32; 2]) -> Result<()> {
-        views.iter().try_for_each(|view| self.check(view, size))
-    }
-
     /// Fails where rays of a view may meet more than is taken.
-    fn check(&self, view: &VolumeView, size: [u32; 2]) -> Result<()> {
+    pub(super) fn check(&self, view: &VolumeView, size: [u32; 2]) -> Result<()> {
         if view.is_slice() {
             return Ok(());
         }
@@ -87,11 +82,12 @@ impl Sampling {
         }
         let who = if self.is_processor { "this adapter, a processor," } else { "a ray" };
         // Turns of loops for labels, for what a sample takes, and for what all samples take beside it.
-        let of_labels = looks * (labels.crossed + 2.0 * labels.bricks + 30.0);
+        let beside_labels = 2.0 * labels.bricks + 30.0;
+        let of_labels = looks * (labels.crossed + beside_labels);
         if self.is_processor && self.labels.is_some() && of_labels > MOST_TURNS {
-            let most = MOST_TURNS / looks;
+            let most = (MOST_TURNS / looks - beside_labels).max(0.0).floor();
             bail!(
-                "rays would pass up to {:.0} voxels of labels, and {who} takes {most:.0} at most; draw a smaller picture, of which \
+                "rays would pass up to {:.0} voxels of labels, and {who} takes {most} at most; draw a smaller picture, of which \
                  coarser levels are seen, look along a shorter side, or leave the labels out",
                 labels.crossed
             );
@@ -147,6 +143,14 @@ impl Met {
 }
 
 impl Voxels {
+    /// Those of a box whose first corner is at `begin`, of which a clip leaves a part.
+    fn new(of: VolumeBox, begin: DVec3, (levels, brick): (VoxelLevels, u32), clip: &VolumeClip) -> Voxels {
+        let [low, high] = clip.corners;
+        // The plane of a clip is not heeded: it can only hide more.
+        let low = begin.max(low);
+        Voxels { of, shown: [low, (begin + of.extent()).min(high).max(low)], levels, brick }
+    }
+
     /// What rays meet of them, of each level where it is wanted; only within the box of an image is anything
     /// drawn.
     fn met(&self, rays: &VolumeRays, image: &Voxels) -> Met {
@@ -183,14 +187,17 @@ impl Voxels {
     /// The longest way through them.
     fn longest(&self, direction: DVec3) -> f64 {
         // What does not move along an axis is not bounded by it.
-        (self.of.extent() / direction).min_element()
+        let length = |axis: usize| match direction[axis] {
+            0.0 => f64::INFINITY,
+            along => (self.shown[1][axis] - self.shown[0][axis]) / along,
+        };
+        length(0).min(length(1)).min(length(2))
     }
 
     /// How near to a place they are, and how far they reach from it.
     fn distances(&self, eye: DVec3) -> [f64; 2] {
-        let (from, extent) = (eye - self.begin, self.of.extent());
-        let nearest = (from - from.clamp(DVec3::ZERO, extent)).length();
-        [nearest, from.abs().max((extent - from).abs()).length()]
+        let [low, high] = self.shown;
+        [(eye - eye.clamp(low, high)).length(), (eye - low).abs().max((high - eye).abs()).length()]
     }
 
     /// The sides of a voxel of a level.
@@ -224,7 +231,7 @@ mod tests {
         let level = StoredLevel { size, scale: [2.0; 3], origin: [0.0; 3] };
         let (_, levels) = VoxelLevels::new(&[level], brick, 1).unwrap();
         let of = VolumeBox::new(size.map(|side| side as u32), [1.0; 3]);
-        Voxels { of, begin: DVec3::ZERO, levels, brick }
+        Voxels::new(of, DVec3::ZERO, (levels, brick), &VolumeClip::default())
     }
 
     /// Of 2 x 2 voxels and so many along z, in mip.
@@ -262,6 +269,12 @@ mod tests {
         let error = small(132_000).unwrap_err();
         assert!(error.contains("4126 bricks") && !error.contains("--step"), "{error}");
         assert!(checked(&of(false, 100.0, 4_194_304), FACE, [2, 2]).is_err());
+        // Of what is cut away nothing is met.
+        let whole = of(false, 100.0, 4_194_304);
+        let clip = VolumeClip { corners: [DVec3::ZERO, DVec3::splat(200_000.0)], plane: None };
+        let Voxels { of, levels, brick, .. } = whole.image;
+        let image = Voxels::new(of, DVec3::ZERO, (levels, brick), &clip);
+        checked(&Sampling { image, ..whole }, FACE, [2, 2]).unwrap();
     }
 
     #[test]
@@ -294,6 +307,9 @@ mod tests {
         with(1.07, 31_900, 1).unwrap();
         let error = with(1.0, 31_900, 2).unwrap_err();
         assert!(error.contains("31900 voxels of labels") && !error.contains("--step"), "{error}");
+        // 32,000 turns a look, of which 499 or 500 bricks take two each.
+        let most: u32 = error.split(" takes ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+        assert!((30_900..31_000).contains(&most), "{error}");
         let alone =
             Sampling { channels: 0, labels: Some((voxels([2, 2, 40_000], 64), 1)), ..of(true, 0.1, 9) };
         checked(&Sampling { image: voxels([2, 2, 40_000], 64), ..alone }, FACE, [2, 2]).unwrap();

@@ -1,6 +1,7 @@
 //! What is told of a run that draws a volume, and kept of it: the trace, figures of every frame, the page
 //! about it, what lies in pools, why a pixel shows what it shows, and bricks on a disk.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::Result;
@@ -165,9 +166,12 @@ fn explain(drawing: &mut Drawing<'_>, pixel: [u32; 2]) -> Result<Explained> {
 /// Nothing is written over what is read, and no two things into one file.
 pub(super) fn check_places(args: &RenderVolumeArgs) -> Result<()> {
     let [trace, csv, json] = args.watch.files.places();
-    let inputs = std::iter::once(&args.source).chain(&args.path.camera_path).chain(&args.paging.settings);
+    // Labels beside the image are called by a name, which need not be that of a file.
+    let labels = args.look.labels.labels.as_deref().map(Path::new).filter(|labels| labels.exists());
+    let others = args.path.camera_path.iter().chain(&args.paging.settings).map(|file| &**file);
+    let inputs = std::iter::once(&*args.source).chain(others).chain(labels);
     let page = args.watch.report.as_deref().map(run_report::page_in);
-    Inputs::of(inputs.map(|file| &**file)).check(&[
+    Inputs::of(inputs).check(&[
         (PICTURE, args.output.as_deref()),
         trace,
         csv,
