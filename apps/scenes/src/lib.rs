@@ -34,7 +34,7 @@ pub use offscreen::{
 pub use planet::{Part, Planet};
 pub use planet_image::{PlanetImageError, planet_image};
 pub use reference::{Reference, ReferenceError, Taps};
-pub use traced::trace_of;
+pub use traced::{trace_of, trace_of_every};
 pub use vastex_viewer::{
     CameraBinding, ColorMap, DescribeError, DisplayOptions, GlobeGrid, GlobePose, Gpu, GpuSetupError,
     Heights, HeightsError, LayerOptions, Layers, LayersError, Mesh, Overlay, OverlayRenderer, Path, Picture,

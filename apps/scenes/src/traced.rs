@@ -17,12 +17,21 @@ use vastex_viewer::Scene;
 ///
 /// Costs about 0.1 ms for every 1,000 pixels of a picture in each frame, a 64th of which are looked at.
 pub fn trace_of(scene: Scene, path: Path, geometry: &Geometry, picture: [u32; 2]) -> Trace {
+    trace_of_every(1, scene, path, geometry, picture)
+}
+
+/// The trace of the first frame of a path and of every so-many-th after it, as [`trace_of`] makes them.
+///
+/// # Panics
+///
+/// If every 0th frame is asked for.
+pub fn trace_of_every(nth: usize, scene: Scene, path: Path, geometry: &Geometry, picture: [u32; 2]) -> Trace {
     let mut trace = Trace::new();
     let Ok(texture) = trace.add_texture(geometry.clone()) else { return trace };
     let mut feedback = CpuFeedback::new(geometry, texture);
     let [width, height, _] = geometry.size().map(|side| side as f32);
     let [columns, rows] = picture.map(|side| side as f32);
-    for frame in 0..path.frames() {
+    for frame in (0..path.frames()).step_by(nth) {
         let pose = path.pose(scene, f64::from(width) / f64::from(height), frame);
         let world_from_clip = pose
             .clip_from_world(f64::from(columns) / f64::from(rows), f64::from(width) / f64::from(height))

@@ -13,7 +13,7 @@ use vastex_viewer::camera::{Aim, Controller, GroundHeights, Move};
 use vastex_viewer::inspect::texel_at;
 
 use crate::common::{gpu, settings, settle};
-use crate::values::{Ground, SIZE, seen_in, with_heights};
+use crate::values::{Ground, SIZE, look, seen_in, with_heights};
 
 const PICTURE: [u32; 2] = [128, 80];
 
@@ -133,7 +133,7 @@ fn what_is_free_shows_what_a_picture_of_its_own_would_show() {
         settle(&mut whole, pose);
         let mut alone = offscreen(scene, &options, view.whole);
         load_all(&mut alone);
-        settle(&mut alone, pose);
+        look(&mut alone, pose);
         let (all, of_part) = (whole.picture(), alone.picture());
         let (width, mut covered, mut other, mut worst) = (view.whole[0] as usize, 0, 0, 0);
         let [left, top] = view.at.map(|at| -at as usize);

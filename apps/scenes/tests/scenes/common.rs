@@ -1,11 +1,13 @@
 //! What the picture tests share: a device, and images that are hard on filters.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
-use vastex::{AddressMode, Filter, Pace, PoolSettings, Settings, TileSource};
+use vastex::source::{Codec, Tile};
+use vastex::{AddressMode, Filter, Pace, PagePos, PoolSettings, Settings, TileSource};
 use vastex_build::{BuildOptions, Compression};
-use vastex_scenes::{Gpu, Offscreen, Path, Pose, Scene, Until, headless_gpu};
+use vastex_scenes::{Gpu, Offscreen, Outcome, Path, Pose, Scene, Until, headless_gpu};
 use vastex_wgpu::test_device::check_adapter;
 
 /// The device that all tests of a process share. There is always one: `cargo xtask test` installs a driver.
@@ -22,6 +24,23 @@ pub(crate) fn gpu() -> &'static Gpu {
 /// the same. What those of a GPU may differ by stands in docs/draw-checks.md, "What a GPU may differ by".
 pub(crate) fn is_processor() -> bool {
     gpu().is_processor()
+}
+
+/// The tiles that a source has made, which many pictures are drawn of: to make one takes longer than to draw
+/// it.
+#[derive(Default)]
+pub(crate) struct Tiles(Mutex<HashMap<PagePos, Tile>>);
+
+impl Tiles {
+    /// The tile of a page, which `make` makes where it is asked for the first time.
+    pub(crate) fn get(&self, pos: PagePos, make: impl FnOnce() -> Vec<u8>) -> Tile {
+        let made = self.0.lock().unwrap().get(&pos).cloned();
+        made.unwrap_or_else(|| {
+            let tile = Tile { codec: Codec::Raw, bytes: make().into() };
+            self.0.lock().unwrap().insert(pos, tile.clone());
+            tile
+        })
+    }
 }
 
 /// What an image is made and built with.
@@ -104,9 +123,20 @@ pub(crate) fn converged(
     settings: Settings,
 ) -> Offscreen {
     let mut offscreen = Offscreen::new(gpu(), source, scene, size, settings).unwrap();
-    let outcome = offscreen.run(path, Until::Converged, |_, _| ()).unwrap();
-    assert!(outcome.converged, "{scene:?}: {:?}", outcome.stats);
+    play(&mut offscreen, path);
     offscreen
+}
+
+/// Plays one frame in ten of a path, and stays at its end until all is there: only the last picture is looked
+/// at, and what was seen on the way there is what may be left behind.
+pub(crate) fn play(offscreen: &mut Offscreen, path: Path) -> Outcome {
+    const EVERY: u64 = 10;
+    let (scene, image) = (offscreen.renderer().scene(), offscreen.renderer().image_aspect());
+    let pose = |frame| path.pose(scene, image, EVERY * frame);
+    let frames = path.frames().div_ceil(EVERY);
+    let outcome = offscreen.run_along(frames, pose, Until::Converged, |_, _| ()).unwrap();
+    assert!(outcome.converged, "{scene:?} {path:?}: {:?}", outcome.stats);
+    outcome
 }
 
 /// Draws until everything that the pose wants is there.

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use vastex::survey::{SurveySettings, SurveyedTexture};
 use vastex::{Filter, Geometry, PagePos, TextureNumber, TileSource};
 use vastex_core::GeometrySpec;
-use vastex_scenes::{Estimate, Estimating, Offscreen, Path, Scene, trace_of};
+use vastex_scenes::{Estimate, Estimating, Offscreen, Path, Scene, trace_of_every};
 use vastex_tiles::PropertySource;
 
 use crate::common::{gpu, settings};
 
 const PICTURE: [u32; 2] = [1280, 720];
+/// Of so many frames of a path one is looked at.
+const EVERY: usize = 16;
 
 /// Pages of a feedback with their ancestors.
 fn set_of(geometry: &Geometry, feedback: &[vastex_core::WantedPage]) -> BTreeSet<PagePos> {
@@ -27,17 +29,16 @@ fn on_the_five_paths_what_feedback_finds_is_estimated() {
     let geometry = Geometry::new(GeometrySpec::image(32768, 16384)).unwrap();
     let texture = SurveyedTexture::new(TextureNumber::new(0).unwrap(), &geometry);
     for (scene, path) in Scene::SMOOTH.into_iter().flat_map(|scene| Path::ALL.map(|path| (scene, path))) {
-        let trace = trace_of(scene, path, &geometry, PICTURE);
+        let trace = trace_of_every(EVERY, scene, path, &geometry, PICTURE);
         let mut line = format!("{}/{}", scene.name(), path.name());
         for estimate in [Estimate::Quadtree, Estimate::Distance] {
             let (mut wanted, mut found) = (0, 0);
             let [mut all, mut coarser, mut missing] = [0; 3];
-            for frame in (0..path.frames()).step_by(16) {
+            for (pages, frame) in trace.frames().iter().zip((0..path.frames()).step_by(EVERY)) {
                 let pose = path.pose(scene, 2.0, frame);
                 let settings = SurveySettings::default();
                 let surveyed = estimate.of_view(scene, &pose, texture, PICTURE, settings, frame).unwrap();
                 let in_estimate = set_of(&geometry, &surveyed.seen.pages);
-                let pages = &trace.frames()[frame as usize];
                 for page in pages {
                     let pos = page.page.pos(geometry.dims());
                     let is_there = |pos| in_estimate.contains(&pos);

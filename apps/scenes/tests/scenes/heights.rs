@@ -18,7 +18,7 @@ use vastex_scenes::{
 };
 use vastex_tiles::Codec;
 
-use crate::common::{gpu, settings};
+use crate::common::{Tiles, gpu, settings};
 use crate::pictures::assert_alike;
 
 const SIZE: [u32; 2] = [1024, 512];
@@ -28,6 +28,7 @@ const PICTURE: [u32; 2] = [240, 136];
 struct Ground {
     description: Arc<Description>,
     height: fn(Vec2) -> f32,
+    tiles: Tiles,
 }
 
 impl Ground {
@@ -38,7 +39,7 @@ impl Ground {
         let layers = vec![Layer::new("color", LayerFormat::Rgba8), Layer::new("height", heights)];
         let one = Description::one_layer(geometry, LayerFormat::Rgba8);
         let description = Description { layers, ..one };
-        Arc::new(Ground { description: Arc::new(description), height })
+        Arc::new(Ground { description: Arc::new(description), height, tiles: Tiles::default() })
     }
 
     fn fill(&self, level: u8, level_box: Box3, offset: [u32; 3], tile: &mut [u8]) {
@@ -68,15 +69,14 @@ impl TileSource for Ground {
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
-        let (geometry, mut tile) = (&self.description.geometry, vec![0; self.description.tile_bytes()]);
-        match geometry.is_tail(pos) {
-            true => (geometry.tail().first_level()..=geometry.coarsest()).for_each(|level| {
-                let (of_level, offset) = (geometry.level_box_of_tail(level), geometry.tail().offset(level));
-                self.fill(level, of_level, offset, &mut tile);
-            }),
-            false => self.fill(pos.level, geometry.level_box_of_tile(pos), [0; 3], &mut tile),
-        }
-        Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: tile.into() }) })
+        let tile = self.tiles.get(pos, || {
+            let mut tile = vec![0; self.description.tile_bytes()];
+            for (level, level_box, offset) in self.description.geometry.tile_boxes(pos) {
+                self.fill(level, level_box, offset, &mut tile);
+            }
+            tile
+        });
+        Box::pin(async move { Ok(tile) })
     }
 }
 
@@ -376,7 +376,7 @@ fn without_heights_there_is_no_terrain() {
         let one = Description::one_layer(Geometry::new(spec).unwrap(), format);
         let layers = vec![Layer::new(names[0], format)];
         let description = Arc::new(Description { layers, ..one });
-        Arc::new(Ground { description, height: |_| 0.0 })
+        Arc::new(Ground { description, height: |_| 0.0, tiles: Tiles::default() })
     };
     let showing = |source: Arc<dyn TileSource>, shown: &DisplayOptions| {
         Offscreen::showing(shown, gpu(), source, Scene::Terrain, [8, 8], settings(4, Filter::Trilinear)).err()

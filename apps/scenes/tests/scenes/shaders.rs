@@ -7,10 +7,11 @@ use memchr::memmem::Finder;
 #[path = "../../examples/shaders/list.rs"]
 mod list;
 
-/// One text of so many is validated here, more of the library's; a browser takes all of them in a step of its
-/// own. Neighbours in the list differ in one option, and no option has a multiple of so many values.
-const ONE_OF: usize = 37;
-const ONE_OF_LIBRARY: usize = 7;
+/// One text of so many is validated here, more of the library's; a browser takes a text with every
+/// declaration there is in a step of its own, and wgpu whatever a test uses. Neighbours in the list differ in
+/// one option, and no option has a multiple of so many values.
+const ONE_OF: usize = 113;
+const ONE_OF_LIBRARY: usize = 29;
 
 /// Both are asked of one walk, since making the texts is what takes long.
 #[test]
@@ -28,7 +29,7 @@ fn shader_texts_are_valid_and_every_shader_file_is_part_of_one() {
         nth += 1;
         unknown.retain(|(_, part)| part.find(text.as_bytes()).is_none());
     });
-    assert!(checked > 200 && checked * ONE_OF >= nth, "{checked} of {nth}");
+    assert!(checked > 80 && checked * ONE_OF >= nth, "{checked} of {nth}");
     let unknown: Vec<&PathBuf> = unknown.into_iter().map(|(file, _)| file).collect();
     assert!(unknown.is_empty(), "no text has {unknown:?}");
 }

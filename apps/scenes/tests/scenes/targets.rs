@@ -57,7 +57,10 @@ fn light_and_display_values_give_the_same_picture() {
         let gain = range.map_or(1.0, |[black, white]| 1.0 / (white - black));
         let image = Image { channels, sixteen_bit, ..Image::new(300, 200, 64) };
         let (_directory, path) = image.build();
-        for scene in [Scene::Image, Scene::Globe] {
+        // What is drawn into a target depends on the texels; a globe differs from an image by its edge.
+        let scenes =
+            if channels == png::ColorType::Rgb { &[Scene::Image, Scene::Globe][..] } else { &[Scene::Image] };
+        for &scene in scenes {
             let what = format!("{channels:?} of 16 bits {sixteen_bit} on {}", scene.name());
             let picture = |target| {
                 let mut offscreen = drawn(vastex::open(&path).unwrap(), scene, target, range);

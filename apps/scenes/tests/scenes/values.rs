@@ -2,22 +2,22 @@
 //! camera sees there, as f64 has it.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use glam::{DMat3, DVec2, DVec3};
-use vastex::source::{ReadFuture, Tile};
+use vastex::source::ReadFuture;
 use vastex::{
     AddressMode, Description, Filter, Geometry, GeometrySpec, Layer, LayerFormat, PagePos, Region,
     TileSource, Urgency,
 };
 use vastex_core::{Box3, Dims};
 use vastex_scenes::{DisplayOptions, Heights, Offscreen, PlanetLight, PlanetOptions, Pose, Scene};
-use vastex_tiles::{Codec, PropertySource};
+use vastex_tiles::PropertySource;
 use vastex_viewer::camera::{Aim, Controller, Move};
 use vastex_viewer::inspect::{Histogram, texel_at};
 
-use crate::common::{gpu, settings, settle};
+use crate::common::{Tiles, gpu, settings};
 
 pub(crate) const SIZE: [u32; 2] = [1024, 512];
 const PICTURE: [u32; 2] = [192, 120];
@@ -27,16 +27,23 @@ const TANGENT: f64 = 0.577_350_269_189_625_8;
 /// Colours that say which texel they are of, and heights of hills beside them.
 pub(crate) struct Ground {
     description: Arc<Description>,
+    tiles: Tiles,
 }
 
 impl Ground {
+    /// The only one there is: all tests draw the same.
     pub(crate) fn new() -> Arc<Ground> {
+        static GROUND: LazyLock<Arc<Ground>> = LazyLock::new(Ground::make);
+        GROUND.clone()
+    }
+
+    fn make() -> Arc<Ground> {
         let address = [AddressMode::Wrap, AddressMode::Clamp, AddressMode::Clamp];
         let spec = GeometrySpec { page: 64, address, ..GeometrySpec::image(SIZE[0], SIZE[1]) };
         let geometry = Geometry::new(spec).unwrap();
         let layers = vec![Layer::new("color", LayerFormat::Rgba8), Layer::new("height", LayerFormat::R16)];
         let description = Description { layers, ..Description::one_layer(geometry, LayerFormat::Rgba8) };
-        Arc::new(Ground { description: Arc::new(description) })
+        Arc::new(Ground { description: Arc::new(description), tiles: Tiles::default() })
     }
 
     /// Hills some tens of texels long, flat at the poles, where all meridians meet.
@@ -69,11 +76,14 @@ impl TileSource for Ground {
     }
 
     fn read(&self, pos: PagePos) -> ReadFuture<'_> {
-        let (geometry, mut tile) = (&self.description.geometry, vec![0; self.description.tile_bytes()]);
-        for (level, level_box, offset) in geometry.tile_boxes(pos) {
-            self.fill(level, level_box, offset, &mut tile);
-        }
-        Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: tile.into() }) })
+        let tile = self.tiles.get(pos, || {
+            let mut tile = vec![0; self.description.tile_bytes()];
+            for (level, level_box, offset) in self.description.geometry.tile_boxes(pos) {
+                self.fill(level, level_box, offset, &mut tile);
+            }
+            tile
+        });
+        Box::pin(async move { Ok(tile) })
     }
 }
 
@@ -85,8 +95,15 @@ fn loaded(scene: Scene, options: &DisplayOptions, pose: Pose) -> Offscreen {
     let textures = offscreen.textures_mut();
     let ticket = textures.ahead().prefetch(texture, &Region::whole(), Urgency::default()).unwrap();
     textures.finish(&ticket, Duration::from_secs(60)).unwrap();
-    settle(&mut offscreen, pose);
+    look(&mut offscreen, pose);
     offscreen
+}
+
+/// Looks from a pose: every page is in memory, so nothing has to come.
+pub(crate) fn look(offscreen: &mut Offscreen, pose: Pose) {
+    for _ in 0..2 {
+        offscreen.frame(pose).unwrap();
+    }
 }
 
 /// Where a camera is, and its directions to the right, upwards and ahead.
@@ -188,7 +205,7 @@ fn the_value_below_a_pixel_is_that_of_the_texel_that_is_seen_there() {
     for (scene, poses) in scenes() {
         let mut offscreen = loaded(scene, &DisplayOptions::default(), poses[0]);
         for pose in poses {
-            settle(&mut offscreen, pose);
+            look(&mut offscreen, pose);
             let (textures, renderer) = (offscreen.textures(), offscreen.renderer());
             let asked = (renderer, renderer.layer());
             let mut count = 0;
@@ -260,7 +277,7 @@ fn over_heights_the_place_below_a_pixel_is_the_one_that_is_drawn_there() {
     ] {
         let mut offscreen = loaded(scene, &with_heights(scale), poses[0]);
         for (n, &pose) in poses.iter().enumerate() {
-            settle(&mut offscreen, pose);
+            look(&mut offscreen, pose);
             let drawn = offscreen.places(&pose);
             let (textures, renderer) = (offscreen.textures(), offscreen.renderer());
             let mut sight = renderer.sight(textures, &pose, (PICTURE, SIZE));
@@ -272,7 +289,9 @@ fn over_heights_the_place_below_a_pixel_is_the_one_that_is_drawn_there() {
                 way.with_x(if scene.is_round() { way.x.min(turn - way.x) } else { way.x }).length()
             };
             let (mut covered, mut other_cover, mut far, mut worst) = (0, 0, 0, 0.0_f64);
-            for (at, place) in drawn.iter().enumerate() {
+            // One pixel of a square of four.
+            let is_asked = |at: usize| at.is_multiple_of(2) && (at / width).is_multiple_of(2);
+            for (at, place) in drawn.iter().enumerate().filter(|(at, _)| is_asked(*at)) {
                 let pixel = DVec2::new((at % width) as f64, (at / width) as f64) + 0.5;
                 let found = sight.at(pixel).map(|seen| seen.texel);
                 covered += usize::from(place.is_some());
@@ -289,18 +308,18 @@ fn over_heights_the_place_below_a_pixel_is_the_one_that_is_drawn_there() {
                 "{scene:?} {pose:?}: {far} of {covered} are elsewhere, by {worst} pixels at most; of \
                  {other_cover} one is beside"
             );
-            assert!(covered > 2000, "{what}");
+            assert!(covered > 500, "{what}");
             // Along outlines either side may be seen: of those there are many where the ground is seen from
             // beside its edge.
             let few = if scene == Scene::Terrain && n == 3 { 20 } else { 50 };
             assert!(far * 50 <= covered && other_cover * few <= covered, "{what}");
             // And what is stored there is told.
             let asked = (renderer, renderer.layer());
-            let pixels =
-                (0..drawn.len()).map(|at| DVec2::new((at % width) as f64, (at / width) as f64) + 0.5);
-            let mut values = pixels
-                .filter_map(|pixel| texel_at(textures, asked, &pose, (PICTURE, SIZE), pixel))
-                .step_by(1000);
+            let pixels = (0..drawn.len())
+                .step_by(1001)
+                .map(|at| DVec2::new((at % width) as f64, (at / width) as f64) + 0.5);
+            let mut values =
+                pixels.filter_map(|pixel| texel_at(textures, asked, &pose, (PICTURE, SIZE), pixel));
             let found = values.nth(1).unwrap();
             let color = color_of(found.level, found.texel).map(f64::from);
             assert_eq!(found.values[..3], color[..3], "{what}");
@@ -390,7 +409,7 @@ fn over_heights_what_is_seen_stays_under_the_pointer() {
             let mut heights = heights.expect("the scene has heights");
             camera.apply_over(moved, aspects, Some(&mut heights));
             let pose = camera.pose();
-            settle(offscreen, pose);
+            look(offscreen, pose);
             pose
         };
         for (what, pixel, step) in [
@@ -408,11 +427,11 @@ fn over_heights_what_is_seen_stays_under_the_pointer() {
         // As if the ground were level it would not, but where it is as high as below the camera.
         let mut worst = 0.0_f64;
         for pixel in [from, DVec2::new(30.5, 60.5), DVec2::new(100.5, 90.5), DVec2::new(150.5, 75.5)] {
-            settle(&mut offscreen, pose);
+            look(&mut offscreen, pose);
             let held = drawn_at(&offscreen, &pose, pixel);
             let mut level = Controller::new(pose);
             level.apply(Move::ZoomTo(2.0, point(pixel)), aspects);
-            settle(&mut offscreen, level.pose());
+            look(&mut offscreen, level.pose());
             let [here, right] =
                 [DVec2::ZERO, DVec2::X].map(|beside| drawn_at(&offscreen, &level.pose(), pixel + beside));
             worst = worst.max(here.distance(held) / here.distance(right));

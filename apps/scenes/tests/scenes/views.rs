@@ -1,9 +1,9 @@
 //! Two views in one picture equal the same views of an ordinary texture.
 
-use crate::common::{Image, gpu, settings};
+use crate::common::{Image, gpu, play, settings};
 use crate::pictures::assert_alike;
 use vastex::Filter;
-use vastex_scenes::{Offscreen, Path, Scene, Until, Views};
+use vastex_scenes::{Offscreen, Path, Scene, Views};
 
 const SIZE: [u32; 2] = [320, 180];
 
@@ -18,8 +18,7 @@ fn both_views_equal_those_of_an_ordinary_texture() {
         let mut offscreen =
             Offscreen::new(gpu(), source, scene, SIZE, settings(16, Filter::Trilinear)).unwrap();
         offscreen.show(views).unwrap();
-        let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
-        assert!(outcome.converged, "{what}: {:?}", outcome.stats);
+        play(&mut offscreen, Path::Zoom);
         assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0, "{what}");
         assert_alike(&offscreen.compare().unwrap().0, &what);
         let picture = offscreen.picture();
@@ -37,13 +36,11 @@ fn what_a_second_view_wants_is_not_there_without_it() {
     let source = vastex::open(&file).unwrap();
     let mut offscreen =
         Offscreen::new(gpu(), source, Scene::Image, SIZE, settings(16, Filter::Trilinear)).unwrap();
-    let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
-    assert!(outcome.converged);
-    let before = outcome.stats.pager.loaded;
+    let before = play(&mut offscreen, Path::Zoom).stats.pager.loaded;
     offscreen.show(Views::Mirror).unwrap();
     assert!(offscreen.share_at_wanted_level().unwrap() < 0.7, "the mirror shows another part of the image");
-    let outcome = offscreen.run(Path::Zoom, Until::Converged, |_, _| ()).unwrap();
-    assert!(outcome.converged && outcome.stats.pager.loaded > before);
+    let outcome = play(&mut offscreen, Path::Zoom);
+    assert!(outcome.stats.pager.loaded > before);
     assert_eq!(offscreen.share_at_wanted_level().unwrap(), 1.0);
     offscreen.show(Views::One).unwrap();
     let wanted = offscreen.textures().stats().pager.wanted;
