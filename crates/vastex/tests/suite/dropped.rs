@@ -65,7 +65,7 @@ impl Dropped {
 fn whatever_is_dropped(mode: FeedbackMode) {
     let (mut control, mut screen) = (screen(mode, 400), screen(mode, 400));
     let kinds = [Dropped::Wanted, Dropped::Picture, Dropped::Both, Dropped::EverySecond];
-    let cases = kinds.into_iter().flat_map(|kind| (0..6).map(move |begin| (kind, begin)));
+    let cases = kinds.into_iter().flat_map(|kind| [0, 2, 5].map(move |begin| (kind, begin)));
     for ((kind, begin), nth) in cases.zip(0..) {
         let expected = sharp(&mut control, nth);
         let mapping = pose(nth);
