@@ -21,9 +21,10 @@ use super::super::is_device_lost;
 use super::Viewer;
 use crate::report;
 
-/// Frames after which what a view wants is known, and how long it is waited for at most until it is sharp.
+/// Frames after which what a view wants is known, and how long it is waited for at most until it is sharp:
+/// the window has its picture meanwhile, and a slow machine draws few frames in a second.
 const FIRST_WANTED: u32 = 8;
-const LONGEST_WAIT: Duration = Duration::from_secs(1);
+const LONGEST_WAIT: Duration = Duration::from_secs(10);
 /// Between two frames that nobody sees, so that the window has the device for its own.
 const PAUSE: Duration = Duration::from_millis(8);
 /// Threads that make textures at once: each of them has pools of its own. One that was broken off ends as
