@@ -5,6 +5,7 @@ mod find;
 mod initial_look;
 mod kept;
 pub(crate) mod labels;
+mod listed;
 mod opening;
 mod pools;
 
@@ -25,9 +26,9 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumePlane, Vol
 pub(crate) use self::labels::read_labels;
 use crate::commands::render_pools::brick_side;
 use crate::commands::render_volume::box_of;
-use crate::commands::volume::no_volume;
 use crate::disk_cache;
 pub(crate) use find::find as find_label;
+pub(crate) use listed::Listed;
 pub(crate) use opening::{OpenHow, opens_as_volume};
 
 /// Places along a ray that a click looks at, at most.
@@ -64,11 +65,12 @@ pub(crate) struct ReadChannel {
     pub(crate) usual: [f64; 2],
 }
 
-/// Opens a volume, and reads what is known of it. Its values are read later.
+/// Opens a volume, and reads what is known of it. Its values are read later. [`Listed`] is the error of what
+/// lists volumes.
 pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
     let volume = match open_placed(path, how.origins)? {
         Opened::Volume(volume) => Arc::new(*volume),
-        Opened::Images(list) => bail!(no_volume(&list)),
+        Opened::Images(list) => return Err(Listed(list).into()),
     };
     opening::check_channels(volume.about())?;
     let mut options = how.options(VolumeOptions::default().brick);

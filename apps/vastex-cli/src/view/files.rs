@@ -79,6 +79,11 @@ impl Files {
         Files { files, current: 0, dropped_at: None, waiting: None }
     }
 
+    /// Files of which one is to be shown.
+    pub(super) fn among(files: Vec<PathBuf>, current: usize) -> Files {
+        Files { files, current, dropped_at: None, waiting: None }
+    }
+
     /// The file to show.
     pub(super) fn current(&self) -> &Path {
         &self.files[self.current]

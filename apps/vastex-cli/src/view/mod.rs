@@ -4,11 +4,12 @@
 //! carries actions out. `opening` opens a source on a thread, `showing` displays it or refuses it, `shown` is
 //! the one that is seen, `over` lays others over it. `viewer` draws the viewer's scene on what `device`
 //! finds, `shell` is egui in the window, `requests` does what is asked for in its panel. `files` knows the
-//! next file, `dialog` asks the system for one, `recent` remembers them and `bookmarks` views of them, both
-//! by `state`. What goes out of the window is in `outgoing`: pictures (`shots`), camera paths (`flight`),
-//! texts (`clipboard`, `links`). `events` translates winit's events, `surface` is where pictures appear,
-//! `times` what is measured of the window, `remembered` what it was like when it was closed last. Of volumes
-//! `volume_work` reads what is needed, and `volume_flight` moves them along paths.
+//! next file, `offered` the images of a plate, `dialog` asks the system for a file, `recent` remembers them
+//! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures
+//! (`shots`), camera paths (`flight`), texts (`clipboard`, `links`). `events` translates winit's events,
+//! `surface` is where pictures appear, `times` what is measured of the window, `remembered` what it was like
+//! when it was closed last. Of volumes `volume_work` reads what is needed, and `volume_flight` moves them
+//! along paths.
 
 mod bookmarks;
 mod clipboard;
@@ -18,6 +19,7 @@ mod events;
 mod files;
 mod flight;
 mod links;
+mod offered;
 #[cfg(feature = "volumes")]
 mod one_search;
 mod opening;
@@ -129,6 +131,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         over: Over::new(args.scene.files_over()),
         shown: Shown::default(),
         args_of: 1,
+        offered_with: None,
         linked: None,
         before_link: None,
         keeps_camera: false,
@@ -190,6 +193,8 @@ struct App {
     shown: Shown,
     /// The opening that the arguments say of where the camera is and what is shown.
     args_of: u64,
+    /// The arguments, where they are said of what lists the images that are offered.
+    offered_with: Option<Arc<ViewArgs>>,
     /// The link that is being opened; and what was asked for before the one that was opened last.
     linked: Option<Linked>,
     before_link: Option<(FirstDisplay, Arc<ViewArgs>, u64)>,

@@ -32,7 +32,7 @@ use crate::open::{self, Looked, OpenObserver};
 #[cfg(feature = "build")]
 use crate::open::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "volumes")]
-use crate::volumes::{OpenHow, OpenedVolume, open_volume, opens_as_volume};
+use crate::volumes::{Listed, OpenHow, OpenedVolume, open_volume, opens_as_volume};
 
 /// Between two reports of how far it is; tests hear of every step.
 const EVERY: Duration = Duration::from_millis(if cfg!(test) { 0 } else { 200 });
@@ -66,6 +66,9 @@ pub(super) enum OpeningEvent {
     /// It is a volume.
     #[cfg(feature = "volumes")]
     Volume(Box<ToShow>),
+    /// It lists volumes, as a plate does.
+    #[cfg(feature = "volumes")]
+    Listed(Listed),
     Failed(Error),
 }
 
@@ -255,10 +258,11 @@ fn read_shapes(
     thread.map(drop).context("no thread can be started to read shapes")
 }
 
-/// Whether the command line names a file.
+/// Whether the command line names a file, or a plate that it is an image of.
 #[cfg(feature = "volumes")]
 fn is_named(path: &Path, args: &ViewArgs) -> bool {
-    std::iter::once(&args.scene.source).chain(&args.files).any(|named| open::is_same_file(path, named))
+    let mut named = std::iter::once(&args.scene.source).chain(&args.files);
+    named.any(|named| open::is_same_file(path, named) || path.starts_with(named))
 }
 
 /// A volume, or why there is none.
@@ -270,7 +274,10 @@ fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
         let rows = volume::rows(&opened.volume).unwrap_or_default();
         Ok(Box::new((opened, settings, rows.into())))
     });
-    opened.map_or_else(OpeningEvent::Failed, OpeningEvent::Volume)
+    match opened {
+        Ok(opened) => OpeningEvent::Volume(opened),
+        Err(error) => error.downcast().map_or_else(OpeningEvent::Failed, OpeningEvent::Listed),
+    }
 }
 
 fn by_fault(path: &Path, panic: &(dyn Any + Send)) -> OpeningEvent {

@@ -133,6 +133,8 @@ impl App {
             },
             OpeningEvent::Failed(error) => Err(error),
             #[cfg(feature = "volumes")]
+            OpeningEvent::Listed(listed) => Err(listed.into()),
+            #[cfg(feature = "volumes")]
             OpeningEvent::Volume(_) => Err(anyhow::anyhow!(
                 "{}: is a volume, which cannot lie over an image; open it alone",
                 path.display()

@@ -13,7 +13,8 @@ use vastex_viewer::panels::WindowAsked;
 use winit::event_loop::ActiveEventLoop;
 
 use super::dialog::{self, Chosen, Wanted};
-use super::files::{Files, Folder, Step, list_beside};
+use super::files::{Folder, Step, list_beside};
+use super::offered::files_among;
 use super::viewer::{DIALOG, MadeAnew};
 use super::{App, Message};
 use crate::args::is_link;
@@ -50,7 +51,8 @@ impl App {
         // Other bands of a file are seen where those before were.
         let is_bands = open::without_bands(path) != path;
         self.keeps_camera = is_bands && open::file_of(path) == open::file_of(self.shown_path());
-        let before = std::mem::replace(&mut self.files, Files::new(path, &[]));
+        let files = files_among(self.offered(), path);
+        let before = std::mem::replace(&mut self.files, files);
         self.files_before.get_or_insert(before);
         self.open_another()
     }

@@ -10,9 +10,10 @@ use vastex_viewer::camera::Controller;
 #[cfg(feature = "volumes")]
 use vastex_viewer::volume_scene::VolumeLook;
 
+use super::offered::name_among;
 use super::opening::{OpeningEvent, Report};
 use super::viewer::OF_FILE;
-use super::{App, Message, name_of};
+use super::{App, Message};
 use crate::report;
 
 impl App {
@@ -22,6 +23,7 @@ impl App {
         self.over.begin_again();
         self.open.iter_mut().for_each(|open| open.viewer.scene.beside.forget_notes());
         let number = self.begin(&path, true, false)?;
+        self.follow_offer(&path, number);
         self.linked.iter_mut().for_each(|linked| linked.opening = Some(number));
         Ok(())
     }
@@ -53,7 +55,8 @@ impl App {
     /// opened. The number of the opening, 0 without a window.
     pub(super) fn begin(&mut self, path: &Path, has_previews: bool, is_again: bool) -> Result<u64> {
         let Some(open) = &mut self.open else { return Ok(0) };
-        open.viewer.scene.begin_opening(&name_of(path))?;
+        let name = name_among(open.viewer.scene.beside.panel().offered(), path);
+        open.viewer.scene.begin_opening(&name)?;
         open.window.request_redraw();
         let (preparer, proxy) = (open.viewer.scene.preparer(), self.proxy.clone());
         // Nobody listens where the window is closed.
@@ -105,7 +108,8 @@ impl App {
             let path = opening.path.clone();
             return self.on_report_of_over(&path, event);
         }
-        let (name, path, first) = (name_of(&opening.path), opening.path.clone(), opening.first);
+        let (path, first) = (opening.path.clone(), opening.first);
+        let name = name_among(open.viewer.scene.beside.panel().offered(), &path);
         match event {
             OpeningEvent::Shapes(_) => {}
             #[cfg(feature = "build")]
@@ -168,6 +172,12 @@ impl App {
                     Err(error) => self.refuse(first, error)?,
                 }
             }
+            #[cfg(feature = "volumes")]
+            OpeningEvent::Listed(listed) => {
+                open.viewer.scene.end_opening()?;
+                self.openings.end();
+                self.offer(first, &path, listed)?;
+            }
             OpeningEvent::Failed(error) => {
                 open.viewer.scene.end_opening()?;
                 self.openings.end();
@@ -192,7 +202,10 @@ impl App {
                 self.fitted = None;
             }
             self.input.rest();
-            self.open.iter_mut().for_each(|open| open.viewer.bookmarks.turn_to(path));
+            self.open.iter_mut().for_each(|open| {
+                open.viewer.bookmarks.turn_to(path);
+                open.viewer.scene.beside.turn_to(path.as_os_str());
+            });
         }
     }
 
@@ -213,7 +226,7 @@ impl App {
 
     /// A file cannot be shown: that is said on stderr and in the window, which offers to open another one
     /// where it has nothing to show; it ends a program that measures. The exit code tells of it in any case.
-    fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
+    pub(super) fn refuse(&mut self, opening: u64, error: Error) -> Result<()> {
         self.outcome = Ok(ExitCode::FAILURE);
         let before = self.files_before.take();
         let is_measured = self.is_measured();

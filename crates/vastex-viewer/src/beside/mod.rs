@@ -12,12 +12,13 @@ mod hud;
 mod tuning;
 mod wake;
 
+use std::ffi::OsStr;
 use std::time::Duration;
 
 use crate::hud::Chosen;
 use crate::input::Action;
 use crate::layers::Ground;
-use crate::panels::{Messages, WindowAsked, WindowPanel};
+use crate::panels::{Messages, OfferedImages, WindowAsked, WindowPanel};
 use crate::remembered::Remembered;
 use crate::stage::{Clock, PartTime};
 use crate::title::Title;
@@ -170,6 +171,22 @@ impl Beside {
     /// Opens the panel, with the keys in the field for a path.
     pub fn ask_for_path(&mut self) {
         self.panel.ask_for_path();
+    }
+
+    /// Offers images that something lists, for a person to choose from: in the panel, which opens where
+    /// something is displayed, else in the middle of the window.
+    pub fn offer_images(&mut self, images: OfferedImages, is_empty: bool) {
+        self.panel.offer(images);
+        if !is_empty {
+            self.panel.open();
+        }
+        self.is_stale = true;
+    }
+
+    /// What a path opens is displayed: unless that is one of the images that are offered, these are offered
+    /// no more.
+    pub fn turn_to(&mut self, path: &OsStr) {
+        self.panel.turn_to(path);
     }
 
     /// Hides the list of keys. Returns true if it was shown.

@@ -62,4 +62,4 @@ pub use volume::{VolumeChange, VolumePanel, VolumeStatus};
 pub use volume_histogram::VolumeValues;
 pub use volume_panes::VolumePanes;
 pub use volume_words::volume_status_text;
-pub use window::{WindowAsked, WindowOfVolume, WindowPanel, WindowStatus, say_below};
+pub use window::{OfferedImages, WindowAsked, WindowOfVolume, WindowPanel, WindowStatus, say_below};

@@ -2,12 +2,13 @@
 //! an image, and what there is to say.
 
 mod bands;
+mod images;
 mod room;
 mod told;
 mod volume;
 mod welcome;
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 
 use egui::{
     Align2, Area, Button, CollapsingHeader, Color32, ComboBox, Frame, Id, ProgressBar, RichText, ScrollArea,
@@ -23,6 +24,8 @@ use crate::camera::Pose;
 use crate::remembered::{ChosenGround, Remembered};
 use crate::scene::Scene;
 use bands::bands_of_file;
+pub use images::OfferedImages;
+use images::{ImagesPanel, images_of_file};
 use room::{PANEL_WIDTH, Room};
 pub use told::{WindowAsked, WindowStatus};
 pub use volume::WindowOfVolume;
@@ -44,6 +47,8 @@ pub struct WindowPanel {
     position: PositionPanel,
     views: BookmarksPanel,
     info: InfoPanel,
+    /// Images that something lists, to choose from.
+    images: ImagesPanel,
     /// What is measured in the image, while that is done.
     pub measure: Option<Measure>,
     /// How layers are displayed.
@@ -68,6 +73,7 @@ impl Default for WindowPanel {
             position: PositionPanel::default(),
             views: BookmarksPanel::default(),
             info: InfoPanel::default(),
+            images: ImagesPanel::default(),
             measure: None,
             display: DisplayPanel::default(),
             free: None,
@@ -115,6 +121,23 @@ impl WindowPanel {
     pub fn show_about(&mut self) {
         self.open();
         self.info.open();
+    }
+
+    /// Offers images that something lists, in the place of those before: in the panel, or in the middle of a
+    /// window that displays nothing.
+    pub fn offer(&mut self, images: OfferedImages) {
+        self.images.offer(images);
+    }
+
+    /// The images that are offered, if any are.
+    pub fn offered(&self) -> Option<&OfferedImages> {
+        self.images.offered()
+    }
+
+    /// What a path opens is displayed: unless that is one of the images that are offered, these are offered
+    /// no more.
+    pub fn turn_to(&mut self, path: &OsStr) {
+        self.images.turn_to(path);
     }
 
     /// Returns true if a window, of which nothing is taken yet, has room for what the machine does beside
@@ -188,6 +211,9 @@ impl WindowPanel {
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     self.files(ui, told.recent, told.texture.is_some(), &mut asked);
+                    if told.texture.is_some() {
+                        self.images.show(ui, &mut asked);
+                    }
                     images_of_file(ui, told.images, &mut asked);
                     told.bands.iter().for_each(|bands| bands_of_file(ui, bands, &mut asked));
                     self.info.show(ui, told.rows);
@@ -218,7 +244,9 @@ impl WindowPanel {
                 }
             });
         }
-        if told.texture.is_none() && told.opening.is_none() {
+        if told.texture.is_none() && self.images.offered().is_some() {
+            self.images.show_alone(ui, &mut asked);
+        } else if told.texture.is_none() && told.opening.is_none() {
             welcome(ui, (&mut self.path, told.recent), &mut asked);
         }
         keys_window(ui.ctx(), &mut self.keys_are_shown);
@@ -327,22 +355,6 @@ fn name_of(path: &str) -> &str {
     let name = path.trim_end_matches('/').rsplit('/').next();
     let name = name.and_then(|name| name.rsplit(if cfg!(windows) { '\\' } else { '/' }).next());
     name.filter(|name| !name.is_empty()).unwrap_or(path)
-}
-
-/// The images of the file that is displayed, to be opened in its place: the labels of slides, and other
-/// pages.
-fn images_of_file(ui: &mut Ui, images: &[(String, OsString)], asked: &mut Vec<WindowAsked>) {
-    if images.is_empty() {
-        return;
-    }
-    ui.horizontal_wrapped(|ui| {
-        ui.label("Images");
-        for (name, path) in images {
-            if ui.button(name).on_hover_text(path.to_string_lossy()).clicked() {
-                asked.push(WindowAsked::Open(path.clone()));
-            }
-        }
-    });
 }
 
 /// Light, dark, or as the system is.

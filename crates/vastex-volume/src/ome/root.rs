@@ -120,6 +120,15 @@ async fn list_images(
         ("a file of several images", series(keys, prefix, found, &mut oddities).await?)
     };
     let mut paths = paths;
+    // Who opens one of them opens what lies there.
+    paths.retain(|path| {
+        let lies_below = parts(path).is_some_and(|parts| !parts.is_empty());
+        if !lies_below {
+            oddities
+                .push(format!("the image '{}' is not below what lists it; it is left out", shortened(path)));
+        }
+        lies_below
+    });
     if paths.len() > MOST_IMAGES {
         oddities.push(format!("more than {MOST_IMAGES} images are listed; the first of them are taken"));
         paths.truncate(MOST_IMAGES);

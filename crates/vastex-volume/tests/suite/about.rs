@@ -138,6 +138,18 @@ fn lists_name_their_images() {
 }
 
 #[test]
+fn images_that_do_not_lie_below_their_list_are_left_out() {
+    let directory = tempfile::tempdir().unwrap();
+    let labels = r#"{"labels": ["cells", "../../cells", "", "./", "/cells/fine"]}"#;
+    std::fs::write(directory.path().join(".zattrs"), labels).unwrap();
+    let Opened::Images(list) = open(directory.path()).unwrap() else { panic!() };
+    assert_eq!(list.images, ["cells", "/cells/fine"]);
+    let odd = list.oddities.join("\n");
+    assert_eq!(list.oddities.len(), 3, "{odd}");
+    assert!(odd.contains("'../../cells' is not below"), "{odd}");
+}
+
+#[test]
 fn absent_bricks_are_counted_without_reading_values() {
     let count = |volume: &Volume| block_on(volume.count_bricks(false)).unwrap();
     // 70 voxels a side are two bricks; the only stored chunk lies in the first.

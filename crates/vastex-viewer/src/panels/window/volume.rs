@@ -43,6 +43,7 @@ impl WindowPanel {
                 });
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     self.files(ui, shown.recent, false, &mut asked);
+                    self.images.show(ui, &mut asked);
                     self.info.show(ui, shown.rows);
                     ui.separator();
                     changes = own.show(ui, look, &shown.told);
