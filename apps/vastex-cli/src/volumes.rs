@@ -87,6 +87,7 @@ pub(crate) fn open_volume(path: &Path, how: OpenHow) -> Result<OpenedVolume> {
     if brick != options.brick {
         options.brick = brick;
         (source, facts.brick) = (open(&options)?, brick);
+        facts.levels = Some(source.levels().clone());
     }
     if how.disk.is_some() {
         disk_cache::say_not_kept(&source);
@@ -135,6 +136,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
         downsample: about.downsample.clone(),
         made_by: source.made_by().map(|rule| rule.name().to_owned()),
         brick: VolumeOptions::default().brick,
+        levels: Some(source.levels().clone()),
     })
 }
 
@@ -357,8 +359,13 @@ mod tests {
         let Opened::Volume(volume) = volume else { panic!("no volume") };
         let options = VolumeOptions { labels: Some(true), ..VolumeOptions::default() };
         let source = Arc::new(VolumeSource::open(Arc::new(*volume), &options).unwrap());
-        let place =
-            LabelsPlace { of: opened.facts.of, begin: [0.0; 3], colors: Arc::default(), bounds: [0, 0xffff] };
+        let place = LabelsPlace {
+            of: opened.facts.of,
+            begin: [0.0; 3],
+            colors: Arc::default(),
+            bounds: [0, 0xffff],
+            levels: None,
+        };
         let of = opened.facts.of;
         // What is told is what is stored of the voxel.
         let mut told = 0;

@@ -11,7 +11,7 @@ use egui::Rect;
 use vastex::{Pace, Settings};
 use vastex_scenes::{Gpu, Picture, headless_gpu};
 use vastex_viewer::hud::{Hud, HudData};
-use vastex_viewer::panels::VolumePanes;
+use vastex_viewer::panels::{VolumePanes, ray_cut_text};
 use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, VolumeScene, pane_rects};
 
 use super::paint::OverPainter;
@@ -83,7 +83,10 @@ impl VolumeShot {
         };
         self.check_panes(&gpu, &scene.look)?;
         let mut rows = output.png_rows(self.size)?;
-        let is_whole = self.play(&mut scene, &opened, patience).context(source)?;
+        let is_whole = self.play(&mut scene, &opened, patience).context(source.clone())?;
+        if let Some(cut) = scene.ray_cut() {
+            report::say(&format!("note: {source}: {}", ray_cut_text(&cut)));
+        }
         let most = args.scene.part_side.map_or(MOST_SIDE, |side| side.min(MOST_SIDE));
         self.paint((&gpu, &scene), most, patience, &mut rows)?;
         rows.finish()?;

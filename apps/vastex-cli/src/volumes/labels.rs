@@ -88,7 +88,8 @@ pub(crate) fn read_labels(
     let prepared = preparer.read_blocking(tiles, settings)?;
     let bounds = about.dtype.bounds().map(|(least, most)| [least, most]);
     let bounds = bounds.with_context(|| format!("{}: {} are no labels", about.path, about.dtype.name()))?;
-    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors, bounds } })
+    let levels = Some(source.levels().clone());
+    Ok(ReadLabels { source, prepared, place: LabelsPlace { of, begin, colors, bounds, levels } })
 }
 
 /// The label at a place; nothing where there is none.

@@ -61,5 +61,5 @@ pub(crate) use unnamed::unnamed;
 pub use volume::{VolumeChange, VolumePanel, VolumeStatus};
 pub use volume_histogram::VolumeValues;
 pub use volume_panes::VolumePanes;
-pub use volume_words::volume_status_text;
+pub use volume_words::{ray_cut_text, volume_status_text};
 pub use window::{OfferedImages, WindowAsked, WindowOfVolume, WindowPanel, WindowStatus, say_below};

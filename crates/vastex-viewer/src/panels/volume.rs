@@ -6,9 +6,9 @@ use egui::{
 
 use super::palettes::palette_controls;
 use super::volume_histogram::{VolumeValues, volume_histogram};
-use super::volume_words::{dimmer_text, place_text, point_rows};
+use super::volume_words::{dimmer_text, place_text, point_rows, ray_cut_text};
 use crate::layers::Palette;
-use crate::volume::{MOST_END, OtherLabels, VolumeBox, VolumeMode, least_apart, parse_label};
+use crate::volume::{MOST_END, OtherLabels, RayCut, VolumeBox, VolumeMode, least_apart, parse_label};
 use crate::volume_scene::{
     ChannelLook, ClipLook, PointAnswer, VolumeFacts, VolumeLayout, VolumeLook, VolumePane,
 };
@@ -52,6 +52,8 @@ pub struct VolumeStatus<'a> {
     pub missing: u32,
     /// See [`VolumeStatus::missing`].
     pub bias: f64,
+    /// Of what rays may meet more than is taken.
+    pub cut: Option<RayCut>,
     /// What lies where the last click was.
     pub clicked: Option<&'a PointAnswer>,
     /// Of each channel, as far as that is known, which values it has.
@@ -452,6 +454,9 @@ fn state(ui: &mut Ui, look: &VolumeLook, told: &VolumeStatus<'_>) {
     ui.label(said);
     if told.bias > 0.0 {
         ui.label(format!("{:.1} levels coarser, so that all of it fits into the pool", told.bias));
+    }
+    if let Some(cut) = &told.cut {
+        ui.label(ray_cut_text(cut));
     }
     if look.shown().next().is_none() && !look.channels.is_empty() {
         ui.label("No channel is shown.");

@@ -1,8 +1,10 @@
 //! Places, lengths and values of a volume in words.
 
 use glam::{DVec2, DVec3};
+use vastex::RAY_BRICKS;
 
 use super::lengths::TexelSize;
+use crate::volume::RayCut;
 use crate::volume_scene::{PointAnswer, VolumeFacts};
 
 /// Units of length as OME names them, and as people write them.
@@ -84,6 +86,23 @@ pub(super) fn dimmer_text(facts: &VolumeFacts) -> Option<String> {
     stored.or(made).map(|(what, rule)| format!("{what} by {rule}: maxima are dimmer there"))
 }
 
+/// What is said where rays meet more than is taken.
+pub fn ray_cut_text(cut: &RayCut) -> String {
+    let (what, remedy) = match cut {
+        RayCut::Bricks(_) => (format!("meet more than {RAY_BRICKS} bricks"), "zoom out"),
+        RayCut::Labels(_) => {
+            ("pass more voxels of labels than a processor takes".to_owned(), "hide the labels")
+        }
+        RayCut::Samples(_, Some(_)) => {
+            ("have more samples than are taken".to_owned(), "choose a longer step")
+        }
+        RayCut::Samples(_, None) => {
+            ("have more samples than are taken".to_owned(), "show fewer channels, or no labels")
+        }
+    };
+    format!("Rays may {what}: what lies behind is not seen; {remedy}, or look along a shorter side")
+}
+
 /// A place of the scene's world in the file's own system.
 pub(super) fn place_text(facts: &VolumeFacts, place: DVec3) -> String {
     let at = |axis: usize| {
@@ -152,6 +171,19 @@ mod tests {
         let of_labels =
             VolumeFacts { channels: Vec::new(), made_by: Some("majority".to_owned()), ..facts_for_tests() };
         assert_eq!(dimmer_text(&of_labels), None);
+    }
+
+    #[test]
+    fn rays_that_are_cut_are_told_with_what_helps() {
+        for (cut, parts) in [
+            (RayCut::Bricks(5000.0), ["more than 4096 bricks", "zoom out"]),
+            (RayCut::Labels([9.0, 8.0]), ["voxels of labels", "hide the labels"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step"]),
+            (RayCut::Samples([9.0, 0.0], None), ["more samples", "fewer channels"]),
+        ] {
+            let text = ray_cut_text(&cut);
+            assert!(parts.iter().all(|part| text.contains(part)), "{text}");
+        }
     }
 
     #[test]

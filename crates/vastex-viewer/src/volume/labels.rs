@@ -98,6 +98,12 @@ impl VolumeLabels {
         }
     }
 
+    /// How often a ray is looked along for them: once, and for the selected one alone before, which is seen
+    /// through the others.
+    pub fn looks(&self) -> u32 {
+        if self.selected.is_some() && self.others == OtherLabels::Dimmed { 2 } else { 1 }
+    }
+
     /// What shaders are told, for rays in a volume with such voxels; `id` is that of their texture.
     pub(super) fn uniform(&self, id: u32, voxel: DVec3, rays: &VolumeRays, anchor: [u32; 3]) -> LabelUniform {
         let size = UVec3::from_array(self.of.size).as_dvec3();

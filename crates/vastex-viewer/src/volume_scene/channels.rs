@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use vastex::{TextureId, Textures};
+use vastex::{TextureId, Textures, VoxelLevels};
 
 use super::look::{VolumeFacts, VolumeLook};
 use crate::gpu::Gpu;
@@ -44,6 +44,8 @@ pub struct LabelsPlace {
     pub colors: Arc<LabelColors>,
     /// The least and the greatest number that their values can have.
     pub bounds: [i128; 2],
+    /// Where the voxels of their levels lie, if that is known.
+    pub levels: Option<Arc<VoxelLevels>>,
 }
 
 impl LabelsPlace {
@@ -122,6 +124,12 @@ impl Channels {
     fn labels_wait(&self, look: &VolumeLook) -> bool {
         let held = look.labels.shown.and_then(|nth| self.labels.get(nth)).map(|(held, _)| *held);
         matches!(held, Some(Held::Absent | Held::Asked))
+    }
+
+    /// Where the voxels of the labels that are shown lie, if that is known.
+    pub(super) fn levels_of_labels(&self, look: &VolumeLook) -> Option<Arc<VoxelLevels>> {
+        let (_, place) = self.labels.get(look.labels.shown?)?;
+        place.as_ref()?.levels.clone()
     }
 
     fn shown_labels(&self, look: &VolumeLook) -> Option<VolumeLabels> {
@@ -306,7 +314,7 @@ mod tests {
     fn a_label_beyond_what_values_can_be_is_none_of_them() {
         let bits = |bounds: [i128; 2], label: i128| {
             let of = VolumeBox::new([1; 3], [1.0; 3]);
-            LabelsPlace { of, begin: [0.0; 3], colors: Arc::default(), bounds }.bits_of(label)
+            LabelsPlace { of, begin: [0.0; 3], colors: Arc::default(), bounds, levels: None }.bits_of(label)
         };
         let (of_u8, of_i8, of_u32) = ([0, 255], [-128, 127], [0, i128::from(u32::MAX)]);
         let (of_i64, of_u64) = ([i64::MIN.into(), i64::MAX.into()], [0, u64::MAX.into()]);

@@ -3,7 +3,10 @@
 mod clip;
 mod tilt;
 
+use std::sync::Arc;
+
 use glam::DVec3;
+use vastex::VoxelLevels;
 
 use crate::layers::Palette;
 use crate::volume::{
@@ -51,6 +54,8 @@ pub struct VolumeFacts {
     pub made_by: Option<String>,
     /// Voxels of a brick along each side.
     pub brick: u32,
+    /// Where the voxels of the levels lie, if that is known: it says how much rays meet.
+    pub levels: Option<Arc<VoxelLevels>>,
 }
 
 impl VolumeFacts {
@@ -72,6 +77,7 @@ impl VolumeFacts {
             downsample: None,
             made_by: None,
             brick: 64,
+            levels: None,
         }
     }
 
@@ -416,6 +422,7 @@ pub(crate) mod tests {
             downsample: Some("mean".into()),
             made_by: None,
             brick: 64,
+            levels: None,
         }
     }
 

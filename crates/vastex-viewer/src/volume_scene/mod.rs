@@ -10,6 +10,7 @@
 
 mod ahead;
 mod channels;
+mod cut;
 mod frames;
 mod hands;
 mod host;

@@ -13,7 +13,7 @@ use crate::beside::{Beside, TILES, Tuned, VOLUME, Wake};
 use crate::gpu::Gpu;
 use crate::hud::HudChange;
 use crate::input::InputEvent;
-use crate::panels::{PanelPainter, VolumePanel, VolumeValues};
+use crate::panels::{PanelPainter, VolumePanel, VolumeValues, ray_cut_text};
 use crate::surface_scene::{PictureFormat, PictureFormats};
 use crate::title::TitleParts;
 use crate::view_text::{VolumeFlight, VolumeViewError, VolumeViewText};
@@ -26,6 +26,8 @@ use crate::volume_scene::{
 /// that are not shown.
 const EVERY: Duration = Duration::from_millis(250);
 const REST: Duration = Duration::from_millis(2);
+/// What is said of rays that are cut, as a topic.
+const CUT: &str = "rays that are cut";
 
 /// A volume that is to be shown.
 pub struct VolumeToShow {
@@ -70,6 +72,8 @@ pub struct ShownVolume {
     is_led: bool,
     /// True if the host makes levels, of which it is to be asked now and then.
     is_being_made: bool,
+    /// What was said of rays that are cut, while they are.
+    cut: Option<String>,
     /// Why the last frame could draw nothing: each one fails alike until another thing is shown.
     fault: Option<String>,
 }
@@ -102,6 +106,7 @@ impl ShownVolume {
             rests: false,
             is_led: false,
             is_being_made: false,
+            cut: None,
             fault: None,
         })
     }
@@ -242,6 +247,7 @@ impl ShownVolume {
                 }
             }
         }
+        is_other |= self.tell_of_cut(beside);
         let now = beside.now();
         let is_due = self.is_led || self.scene.is_due();
         let is_early = |(at, size): (Duration, [u32; 2])| now.saturating_sub(at) < EVERY && size == self.size;
@@ -256,6 +262,18 @@ impl ShownVolume {
         }
         self.name_pictures(painter);
         Ok(true)
+    }
+
+    /// Says that rays are cut, as long as they are. Returns true if something else is said than before.
+    fn tell_of_cut(&mut self, beside: &mut Beside) -> bool {
+        let cut = self.scene.ray_cut().map(|cut| ray_cut_text(&cut));
+        let is_other = cut != self.cut;
+        if is_other {
+            beside.forget(CUT);
+            cut.iter().for_each(|said| beside.show_note(CUT, said));
+            self.cut = cut;
+        }
+        is_other
     }
 
     /// Makes the pictures known to what draws the panels, where they are others.

@@ -38,6 +38,7 @@ impl ShownVolume {
             share,
             missing: stats.missing,
             bias: f64::from(stats.bias_eighths) / 8.0,
+            cut: self.scene.ray_cut(),
             clicked: clicked.as_ref(),
             values: &self.values,
         };

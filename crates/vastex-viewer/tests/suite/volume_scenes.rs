@@ -8,7 +8,7 @@ use glam::DVec2;
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::{
     Description, Geometry, GeometrySpec, Layer, LayerFormat, Pace, PagePos, PoolSettings, PoolTuning,
-    Settings, TextureSettings, TileSource,
+    Settings, StoredLevel, TextureSettings, TileSource, VoxelLevels,
 };
 use vastex_viewer::Gpu;
 use vastex_viewer::input::{InputEvent, Key};
@@ -52,6 +52,8 @@ impl TileSource for Even {
 
 /// What is known of an even volume.
 pub(crate) fn facts(channels: usize, times: u64) -> VolumeFacts {
+    let level = StoredLevel { size: SIZE.map(u64::from), scale: [1.0; 3], origin: [0.0; 3] };
+    let (_, levels) = VoxelLevels::new(&[level], 16, 1).unwrap();
     VolumeFacts {
         name: "even".into(),
         of: VolumeBox::new(SIZE, [1.0; 3]),
@@ -68,6 +70,7 @@ pub(crate) fn facts(channels: usize, times: u64) -> VolumeFacts {
         downsample: None,
         made_by: None,
         brick: 16,
+        levels: Some(Arc::new(levels)),
     }
 }
 
@@ -139,6 +142,7 @@ impl Host {
             begin: [0.0; 3],
             colors,
             bounds: [0, i128::from(u32::MAX)],
+            levels: None,
         };
         self.scene.add_labels((nth, time), prepared, place).unwrap();
     }

@@ -9,6 +9,7 @@ use vastex::{Pace, PoolId, TextureSettings};
 use vastex_viewer::beside::{VOLUME, Wake, WindowState};
 use vastex_viewer::hud::HudChange;
 use vastex_viewer::input::{Action, InputEvent, Key};
+use vastex_viewer::volume::RayCut;
 use vastex_viewer::volume_scene::{PointAnswer, VolumeAsked, VolumeLayout, VolumeLook, VolumePane};
 use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
 use vastex_viewer::{CameraPath, Pose, Remembered, Scene, VolumeFlight, VolumeViewText};
@@ -18,6 +19,8 @@ use super::volume_scenes::{even, even_in_bricks_of, facts, settings};
 
 /// When a frame is due after one that was left out.
 const SOON: Wake = Wake::After(Duration::from_millis(2));
+/// What is said of rays that are cut, as a topic.
+const CUT: &str = "rays that are cut";
 /// A pixel of the picture beside the crosshair.
 const MIDDLE: [u32; 2] = [SIZE[0] / 2 + 3, SIZE[1] / 2 + 3];
 
@@ -122,6 +125,29 @@ fn a_volume_is_shown_by_the_calls_that_show_surfaces_and_rests_as_they_do() {
     assert!(window.scene.pointed().is_some_and(|pointed| pointed.length() < 1e-6));
     let title = window.title().unwrap();
     assert!(title.starts_with("c.png – ") && title.contains(": 1"), "{title}");
+}
+
+#[test]
+fn rays_that_are_cut_are_told_as_long_as_they_are() {
+    let mut window = Window::new();
+    window.show_volume(1);
+    window.volume.as_mut().unwrap().scene.look.layout = VolumeLayout::One(VolumePane::Space);
+    let mut with_step = |step| {
+        window.volume.as_mut().unwrap().scene.look.step = step;
+        window.settle_volume();
+        window.volume.as_ref().unwrap().scene.ray_cut()
+    };
+    assert_eq!(with_step(1.0), None);
+    assert!(matches!(with_step(1e-4), Some(RayCut::Samples(_, Some(_)))));
+    assert_eq!(with_step(1.0), None);
+    assert!(!window.scene.beside.forget(CUT), "that holds no more");
+    window.volume.as_mut().unwrap().scene.look.step = 1e-4;
+    window.settle_volume();
+    assert!(window.scene.beside.forget(CUT));
+    // A slice has one sample.
+    window.volume.as_mut().unwrap().scene.look.layout = VolumeLayout::One(VolumePane::Z);
+    window.settle_volume();
+    assert!(!window.scene.beside.forget(CUT));
 }
 
 #[test]

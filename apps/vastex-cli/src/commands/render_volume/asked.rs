@@ -16,7 +16,7 @@ use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, le
 use super::super::render_labels::Labels;
 use super::super::render_pools::{brick_side, large_bricks, pool_bytes};
 use super::super::volume::no_volume;
-use super::steps::Sampling;
+use super::steps::{bounds_of, check};
 use super::{Drawing, box_of, source_of};
 use crate::args::{AskedChannel, AskedSlice, RenderVolumeArgs, Toward, VolumeScene};
 
@@ -69,10 +69,10 @@ impl Asked {
         }
         let (own, clip) = &self.view;
         let shown = (about, self.channels.len(), clip);
-        let sampling = Sampling::new(args, gpu.is_processor(), (shown, brick), labels.as_ref())?;
+        let bounds = bounds_of(args, gpu.is_processor(), (shown, brick), labels.as_ref())?;
         let checked = match path {
-            Some(mut path) => path.try_for_each(|view| sampling.check(&view, args.size)),
-            None => sampling.check(own, args.size),
+            Some(mut path) => path.try_for_each(|view| check(&bounds, &view, args.size)),
+            None => check(&bounds, own, args.size),
         };
         checked.context(source.clone())?;
         let sources = self.sources(args, brick)?;

@@ -15,6 +15,7 @@ struct Shown {
     panel: VolumePanel,
     asked: Vec<VolumeChange>,
     clicked: Option<PointAnswer>,
+    cut: Option<RayCut>,
     values: Vec<Option<VolumeValues>>,
 }
 
@@ -27,6 +28,7 @@ impl Shown {
             panel: VolumePanel::default(),
             asked: Vec::new(),
             clicked: None,
+            cut: None,
             values: Vec::new(),
         }
     }
@@ -39,6 +41,7 @@ impl Shown {
             share: 0.876,
             missing: 3,
             bias: 0.0,
+            cut: shown.cut,
             clicked: shown.clicked.as_ref(),
             values: &shown.values,
         };
@@ -273,6 +276,14 @@ fn a_click_tells_values_with_their_level_and_place() {
         assert!(harness.query_by_label(said).is_some(), "{said}");
     }
     assert!(harness.query_by_label("87 % at the wanted level, 3 bricks to come").is_some());
+}
+
+#[test]
+fn rays_that_are_cut_are_told() {
+    for (cut, is_told) in [(None, false), (Some(RayCut::Samples([3e5, 262_144.0], Some(1.2))), true)] {
+        let harness = Shown { cut, ..Shown::new(facts_for_tests()) }.harness();
+        assert_eq!(harness.query_by_label_contains("choose a longer step").is_some(), is_told);
+    }
 }
 
 #[test]

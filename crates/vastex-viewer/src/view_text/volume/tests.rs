@@ -21,6 +21,7 @@ fn facts() -> VolumeFacts {
         downsample: None,
         made_by: None,
         brick: 64,
+        levels: None,
     }
 }
 
