@@ -33,8 +33,8 @@ const BATCH: usize = 1 << 20;
 const BROWSERS: usize = 4;
 /// Faults that are shown.
 const SHOWN: usize = 20;
-/// Of so many texts that no test used the suite shows one.
-const ONE_OF: u64 = 4;
+/// Of so many texts that no test used and that declare nothing new the suite shows one.
+const ONE_OF: u64 = 16;
 
 /// The step: a module of every text that `is_shown` names, and every pipeline.
 pub(crate) fn check() -> Result<Outcome> {
@@ -68,15 +68,14 @@ fn check_texts(are_all_shown: bool) -> Result<Outcome> {
         bail!("xtask/src/browser.html makes no pipeline of the entry point {entry}, which {text} has");
     }
     let used = if are_all_shown { HashSet::new() } else { used()? };
-    let shown: Vec<(&str, &str)> = texts
-        .iter()
-        .map(|(name, text)| (name.as_str(), text.as_str()))
-        .filter(|(name, text)| are_all_shown || is_shown(name, text, &used))
-        .collect();
+    let shown: Vec<(&str, &str)> = match are_all_shown {
+        true => texts.iter().map(|(name, text)| (name.as_str(), text.as_str())).collect(),
+        false => part(&texts, &used),
+    };
     if !are_all_shown {
         println!(
-            "{} of {} texts are shown: the {} that tests used, and one of {ONE_OF} of the others; \
-             `cargo xtask campaign browser` shows all",
+            "{} of {} texts are shown: the {} that tests used, those that declare what none before them does, and \
+             one of {ONE_OF} of the others; `cargo xtask campaign browser` shows all",
             shown.len(),
             texts.len(),
             count_used(&texts, &used)?
@@ -130,11 +129,51 @@ fn count_used(texts: &BTreeMap<String, String>, used: &HashSet<String>) -> Resul
     Ok(count)
 }
 
-/// Returns true for a text that the suite shows: one that the tests used, one that is to be refused, and of
-/// the others a fixed sample by their names, so that a new text moves no other one into the sample or out of
-/// it. What the page makes pipelines of it has besides.
-fn is_shown(name: &str, text: &str, used: &HashSet<String>) -> bool {
+/// The texts that the suite shows: those that [`is_drawn`], and of the others each that declares something
+/// that no text before it does, so that a browser sees every function, structure, binding and constant there
+/// is. What the page makes pipelines of it has besides.
+fn part<'a>(texts: &'a BTreeMap<String, String>, used: &HashSet<String>) -> Vec<(&'a str, &'a str)> {
+    let texts = texts.iter().map(|(name, text)| (name.as_str(), text.as_str()));
+    let (mut shown, others): (Vec<_>, Vec<_>) = texts.partition(|(name, text)| is_drawn(name, text, used));
+    let mut seen: HashSet<&str> = shown.iter().flat_map(|(_, text)| declarations(text)).collect();
+    for (name, text) in others {
+        let before = seen.len();
+        seen.extend(declarations(text));
+        if seen.len() > before {
+            shown.push((name, text));
+        }
+    }
+    shown.sort_unstable();
+    shown
+}
+
+/// Returns true for a text that the tests used, for one that is to be refused, and of the others for a fixed
+/// sample by their names, so that a new text moves no other one into the sample or out of it.
+fn is_drawn(name: &str, text: &str, used: &HashSet<String>) -> bool {
     name.starts_with(TO_BE_REFUSED) || used.contains(text) || drawn(name).is_multiple_of(ONE_OF)
+}
+
+/// The declarations of a text: what stands on a line of its own, and what ends with a brace at the beginning
+/// of a line, with the lines of comments and attributes above it.
+fn declarations(text: &str) -> impl Iterator<Item = &str> {
+    let (mut rest, mut is_within) = (text, false);
+    let mut begun = 0;
+    std::iter::from_fn(move || {
+        while let Some(line) = rest[begun..].split_inclusive('\n').next() {
+            begun += line.len();
+            let line = line.trim_end();
+            let ends = if is_within { line == "}" } else { line.ends_with([';', '}']) };
+            is_within = (is_within || line.ends_with('{')) && line != "}";
+            if ends {
+                let (declaration, after) = rest.split_at(begun);
+                (rest, begun) = (after, 0);
+                return Some(declaration.trim_start());
+            }
+        }
+        let last = std::mem::take(&mut rest);
+        begun = 0;
+        (!last.trim().is_empty()).then_some(last)
+    })
 }
 
 /// A number by chance that is a name's: FNV-1a, the upper half folded into the lower one, whose last bits
@@ -304,15 +343,38 @@ mod tests {
     #[test]
     fn the_suite_shows_what_tests_used_what_is_refused_and_a_fixed_part_of_the_rest() {
         let used = HashSet::from(["used".to_owned()]);
-        let names: Vec<String> = (0..4000).map(|n| format!("scene-{n}.wgsl")).collect();
-        let shown = names.iter().filter(|name| is_shown(name, "other", &used)).count();
+        let names: Vec<String> = (0..16_000).map(|n| format!("scene-{n}.wgsl")).collect();
+        let shown = names.iter().filter(|name| is_drawn(name, "other", &used)).count();
         assert!((900..1100).contains(&shown), "{shown} of {}", names.len());
-        assert!(names.iter().all(|name| is_shown(name, "used", &used)));
+        assert!(names.iter().all(|name| is_drawn(name, "used", &used)));
         let refused = names.iter().map(|name| format!("{TO_BE_REFUSED}{name}"));
-        assert!(refused.into_iter().all(|name| is_shown(&name, "other", &used)));
+        assert!(refused.into_iter().all(|name| is_drawn(&name, "other", &used)));
         // The sample is the same each time.
         assert_eq!(drawn("scene-0.wgsl"), drawn("scene-0.wgsl"));
         assert_eq!(drawn(""), 0xcbf2_9ce4_8422_2325 ^ 0xcbf2_9ce4);
+    }
+
+    #[test]
+    fn whatever_is_declared_anywhere_is_shown_in_some_text() {
+        let own = |n: usize| format!("@group(0) @binding({n}) var<uniform> own_{n}: u32;\n");
+        let common = "// A function.\nfn common() {\n    if true {\n    }\n}\n";
+        let other = "struct Other {\n    a: u32,\n}\nfn last() {}\n";
+        assert_eq!(
+            declarations(&[&own(0), common, other].concat()).collect::<Vec<_>>(),
+            [&own(0), common, "struct Other {\n    a: u32,\n}\n", "fn last() {}\n"]
+        );
+        let mut texts: BTreeMap<String, String> =
+            (0..200).map(|n| (format!("{n:03}.wgsl"), [&own(n % 7), common].concat())).collect();
+        let of_own = |shown: &[(&str, &str)], n| shown.iter().any(|(_, text)| text.starts_with(&own(n)));
+        let before = part(&texts, &HashSet::new()).len();
+        assert!((7..40).contains(&before), "{before}");
+        assert!((0..7).all(|n| of_own(&part(&texts, &HashSet::new()), n)));
+        // A text that is not drawn, with a function that no other has.
+        let name = (0..).map(|n| format!("x{n}")).find(|name| !drawn(name).is_multiple_of(ONE_OF)).unwrap();
+        texts.insert(name.clone(), [&own(0), common, other].concat());
+        let shown = part(&texts, &HashSet::new());
+        assert!(shown.len() == before + 1 && shown.iter().any(|(shown, _)| *shown == name));
+        assert!(shown.is_sorted());
     }
 
     #[test]

@@ -23,6 +23,7 @@ mod inputs;
 mod kills;
 mod land_mask;
 mod measure;
+mod once;
 mod outcome;
 mod python;
 mod record_command;
@@ -97,6 +98,9 @@ Exit codes: 0 done, 1 something failed, 2 the command line is wrong.
 ";
 
 fn main() -> ExitCode {
+    if let Some(ended) = once::in_place_of_rustdoc() {
+        return ended;
+    }
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match dispatch(&arguments) {

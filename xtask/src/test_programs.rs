@@ -172,15 +172,20 @@ fn program(line: &str) -> Option<Result<Program>> {
     }))
 }
 
-/// The package of a program, by the list of files that the compiler leaves beside it: the first is the one
-/// that cargo named.
+/// The package of a program, by the list of files that the compiler leaves beside it.
 fn package(program: &Path, source: &str) -> Result<PathBuf> {
     let list = program.with_extension("d");
     let text = fs::read_to_string(&list).with_context(|| list.display().to_string())?;
-    let first = text.lines().next().and_then(|line| line.split_once(": ")?.1.split(' ').next());
-    let package = first.and_then(|first| first.strip_suffix(source));
+    let package = package_of(&text, source);
     let package = package.with_context(|| format!("{}: does not begin with {source}", list.display()))?;
     Ok(shell::root().join(package))
+}
+
+/// The package of a list of files: the first of Rust is the one that cargo named. Clippy's compiler names its
+/// settings before that.
+fn package_of<'a>(list: &'a str, source: &str) -> Option<&'a str> {
+    let mut files = list.lines().next()?.split_once(": ")?.1.split(' ');
+    files.find(|file| file.ends_with(".rs"))?.strip_suffix(source)
 }
 
 fn shown(package: &Path) -> &Path {
@@ -202,6 +207,17 @@ mod tests {
         assert_eq!(running(beside), ["b"]);
         assert_eq!(running("test a ... ok\ntest b - should panic ... ok\ntest c ... "), ["c"]);
         assert!(running("error: it printed nothing").is_empty());
+    }
+
+    #[test]
+    fn a_package_is_found_by_either_compiler() {
+        let source = "tests/suite/main.rs";
+        for first in ["", "/a/clippy.toml "] {
+            let list = format!("/a/suite-0.d: {first}crates/b/{source} crates/b/tests/suite/c.rs\n\nd:\n");
+            assert_eq!(package_of(&list, source), Some("crates/b/"), "{list}");
+            assert_eq!(package_of(&list, "src/lib.rs"), None);
+        }
+        assert_eq!(package_of("", source), None);
     }
 
     #[test]

@@ -3,8 +3,8 @@
 //!
 //! Where rustup has the target's standard library, the project's own compiler does it. Else Debian's second
 //! Rust compiler does, building the standard library from the sources that come with it. Where neither is to
-//! be had the step is skipped, loudly. That no C is compiled for the target is an invariant and tested as
-//! such.
+//! be had the step is skipped, loudly. Nothing is optimised. That no C is compiled for the target is an
+//! invariant and tested as such.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,7 +12,7 @@ use std::process::Command;
 use anyhow::{Result, bail};
 
 use crate::outcome::Outcome;
-use crate::{setup, shell};
+use crate::{once, setup, shell};
 
 const TARGET: &str = "wasm32-unknown-unknown";
 const CRATES: &[&str] =
@@ -22,9 +22,20 @@ const DEBIAN_RUSTC: &str = "/usr/bin/rustc";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/std";
 const DEBIAN_PACKAGES: &[&str] = &["rustc-web", "rust-web-src", "lld-22"];
 
-/// What is compiled here is run once, if at all.
-const NOT_OPTIMISED: &[&str] =
-    &["--config", "profile.dev.opt-level=0", "--config", "profile.dev.package.\"*\".opt-level=0"];
+/// What is compiled here is run once, if at all. That of vastex-wgpu has a level of its own.
+const NOT_OPTIMISED: &[&str] = &[
+    "--config",
+    "profile.dev.debug=false",
+    "--config",
+    "profile.dev.opt-level=0",
+    "--config",
+    "profile.dev.package.\"*\".opt-level=0",
+    "--config",
+    "profile.dev.package.vastex-wgpu.opt-level=0",
+];
+/// Features, those first with which the program of the step `web` is compiled: what the others need is the
+/// same for the most part, so that it is compiled once, and not checked apart from that.
+const FEATURES: [&[&str]; 3] = [&["--no-default-features"], &[], &["--features", "vastex-viewer/egui"]];
 
 /// A compiler with which the target can be built.
 enum Toolchain {
@@ -41,8 +52,8 @@ pub(crate) fn check() -> Result<Outcome> {
         );
         return Ok(Outcome::Skipped(format!("no compiler for {TARGET}")));
     };
-    for features in [&[][..], &["--no-default-features"], &["--features", "vastex-viewer/egui"]] {
-        let mut command = cargo_for(&toolchain, "check");
+    for features in FEATURES {
+        let mut command = cargo_for(&toolchain, "build");
         for name in CRATES {
             command.args(["-p", name]);
         }
@@ -62,8 +73,7 @@ pub(crate) fn check() -> Result<Outcome> {
 pub(crate) fn build_program(package: &str) -> Result<Option<PathBuf>> {
     let Some(toolchain) = find_toolchain() else { return Ok(None) };
     let mut command = cargo_for(&toolchain, "rustc");
-    command.args(["-p", package, "--lib", "--crate-type", "cdylib", "--config", "profile.dev.debug=false"]);
-    command.args(NOT_OPTIMISED);
+    command.args(["-p", package, "--lib", "--crate-type", "cdylib"]);
     shell::run(&mut command)?;
     let directory = match toolchain {
         Toolchain::Own => shell::target_dir(),
@@ -119,13 +129,13 @@ fn debian_target_dir() -> PathBuf {
 
 fn cargo_for(toolchain: &Toolchain, subcommand: &str) -> Command {
     let mut command = shell::cargo(subcommand);
-    command.args(["--target", TARGET]);
+    command.args(["--target", TARGET]).args(NOT_OPTIMISED);
     // What it says is read here, whatever the terminal shows.
     command.env("CARGO_TERM_COLOR", "never");
+    // Lints are those of the native code.
+    command.env_remove(once::WRAPPER);
     if let Toolchain::Debian = toolchain {
         command.arg("--target-dir").arg(debian_target_dir());
-        // That halves the time of the standard library.
-        command.args(NOT_OPTIMISED);
         command.arg("-Zbuild-std=std,panic_abort").env("RUSTC", DEBIAN_RUSTC).env("RUSTC_BOOTSTRAP", "1");
         command.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER", linker().unwrap_or("wasm-ld"));
     }

@@ -13,7 +13,7 @@ use anyhow::{Context, Result, bail};
 
 use crate::browser::site::{self, Answer, Site};
 use crate::outcome::{Outcome, cargo_test};
-use crate::{setup, shell, wasm};
+use crate::{once, setup, shell, wasm};
 
 const PAGE: &str = include_str!("web.html");
 /// How far apart two codes of 8 bits may be.
@@ -99,7 +99,8 @@ fn write_script(program: &Path, directory: &Path) -> Result<bool> {
         return Ok(false);
     }
     let mut command = shell::cargo("run");
-    command.args(["--quiet", "--manifest-path", BINDGEN]);
+    // Others' code, and a few lines: nothing that lints are for.
+    command.args(["--quiet", "--manifest-path", BINDGEN]).env_remove(once::WRAPPER);
     command
         .arg("--target-dir")
         .arg(shell::target_dir().join("bindgen"))

@@ -1,0 +1,151 @@
+//! Lints and documentation from the compilation that the tests need anyway, where whoever calls asks for it.
+//!
+//! Clippy checks the workspace, and all it is made of, apart from what is compiled, and so does `cargo doc`:
+//! from an empty directory that is a quarter of all that is compiled. Where cargo is told to compile the
+//! workspace by Clippy's compiler ([`WRAPPER`], as `.ci/run` does), lints are found on the way, and rustdoc
+//! reads what was compiled. What a developer compiles stays that of the plain compiler.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use anyhow::{Context, Result, bail};
+
+use crate::outcome::cargo_test;
+use crate::shell;
+
+/// Names to cargo what compiles the crates of the workspace.
+pub(crate) const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
+/// Clippy's compiler, which does all that rustc does.
+const CLIPPY: &str = "clippy-driver";
+/// Names to this program, where cargo calls it in rustdoc's place, the directory for the pages.
+const PAGES: &str = "VASTEX_PAGES";
+
+/// Returns true if the workspace is compiled by Clippy's compiler.
+pub(crate) fn is_asked_for() -> bool {
+    env::var_os(WRAPPER)
+        .is_some_and(|wrapper| Path::new(&wrapper).file_stem().is_some_and(|name| name == CLIPPY))
+}
+
+/// Compiles every target of the workspace, and fails where a lint fires, but compiles all the same, so that
+/// the steps after this one have what they need.
+pub(crate) fn lint() -> Result<()> {
+    let mut command = cargo_test();
+    command.args(["--workspace", "--all-targets", "--no-run"]).env("CARGO_TERM_COLOR", "never");
+    let said = shell::run_with_stderr(&mut command)?;
+    let warned: Vec<&str> = said.iter().map(String::as_str).filter(|line| is_warned(line)).collect();
+    match &*warned {
+        [] => Ok(()),
+        warned => bail!("lints fire:\n{}", warned.join("\n")),
+    }
+}
+
+/// Returns true if cargo says that a crate has warnings, as it does also where nothing was compiled anew.
+fn is_warned(line: &str) -> bool {
+    let rest = line.strip_prefix("warning: `").and_then(|rest| rest.split_once('`'));
+    rest.is_some_and(|(_, rest)| rest.contains("generated"))
+}
+
+/// Writes the pages of every library into a directory: cargo calls this program as it would call rustdoc for
+/// the examples of the documentation, and so with all that was compiled.
+pub(crate) fn document(pages: &Path) -> Result<()> {
+    if pages.exists() {
+        fs::remove_dir_all(pages).with_context(|| pages.display().to_string())?;
+    }
+    let libraries = libraries()?;
+    // Rustdoc links to the pages of another crate where there is a directory for them.
+    for library in &libraries {
+        fs::create_dir_all(pages.join(library))?;
+    }
+    let mut command = shell::cargo("test");
+    command.env("RUSTDOC", env::current_exe()?).env(PAGES, pages).env("RUSTDOCFLAGS", "-D warnings");
+    shell::run(command.args(["--workspace", "--doc"]))?;
+    match libraries.iter().find(|library| !pages.join(library).join("index.html").is_file()) {
+        None => Ok(()),
+        Some(library) => bail!("cargo has not had {library} documented, as it does where `doctest` is false"),
+    }
+}
+
+/// The names by which Rust knows the libraries of the workspace.
+fn libraries() -> Result<Vec<String>> {
+    let mut packages = vec![shell::root().join("xtask")];
+    for folder in ["crates", "apps"] {
+        for entry in fs::read_dir(shell::root().join(folder))? {
+            packages.push(entry?.path());
+        }
+    }
+    packages.retain(|package| package.join("src/lib.rs").is_file());
+    packages
+        .iter()
+        .map(|package| {
+            let manifest = fs::read_to_string(package.join("Cargo.toml"))?;
+            let name = manifest.lines().find_map(|line| line.strip_prefix("name = "));
+            let name = name.with_context(|| format!("{} has no name", package.display()))?;
+            Ok(name.trim_matches('"').replace('-', "_"))
+        })
+        .collect()
+}
+
+/// Does what rustdoc does, where cargo calls this program in its place; `None` where a person calls it.
+pub(crate) fn in_place_of_rustdoc() -> Option<ExitCode> {
+    let pages = env::var_os(PAGES)?;
+    let mut rustdoc = Command::new("rustdoc");
+    rustdoc.args(without_tests(env::args_os().skip(1))).arg("--out-dir").arg(pages);
+    let succeeds = rustdoc.status().is_ok_and(|status| status.success());
+    Some(if succeeds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// What rustdoc is told, without what makes it run examples in place of writing pages.
+fn without_tests(told: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let (mut kept, mut is_value) = (Vec::new(), false);
+    for word in told {
+        let text = word.to_string_lossy();
+        let is_of_tests = is_value || text.starts_with("--test");
+        // The options but the first have a value, which is the next word.
+        is_value = !is_value && is_of_tests && text != "--test" && !text.contains('=');
+        if !is_of_tests {
+            kept.push(word);
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rustdoc_is_told_nothing_of_tests() {
+        let told = |words: &str| words.split(' ').map(OsString::from).collect::<Vec<_>>();
+        let all = "--crate-name a --test src/lib.rs --test-run-directory /a --test-args --quiet -L dependency=x \
+                   --test-runtool=y --cfg z -D warnings";
+        assert_eq!(
+            without_tests(told(all).into_iter()),
+            told("--crate-name a src/lib.rs -L dependency=x --cfg z -D warnings")
+        );
+    }
+
+    #[test]
+    fn libraries_are_those_of_the_workspace() {
+        let libraries = libraries().unwrap();
+        for name in ["vastex", "vastex_core", "vastex_browser", "xtask"] {
+            assert!(libraries.iter().any(|library| library == name), "{name} of {libraries:?}");
+        }
+        assert!(!libraries.iter().any(|library| library == "vastex_cli"), "it is a program alone");
+    }
+
+    #[test]
+    fn a_lint_that_fires_is_told_from_the_rest_of_what_cargo_says() {
+        for line in [
+            "warning: `vastex` (lib) generated 1 warning",
+            "warning: `vastex-core` (lib test) generated 4 warnings (run `cargo clippy --fix` to apply 1)",
+        ] {
+            assert!(is_warned(line), "{line}");
+        }
+        for line in ["   Compiling vastex v0.1.0", "warning: unused variable: `generated`", "    Finished"] {
+            assert!(!is_warned(line), "{line}");
+        }
+    }
+}
