@@ -7,7 +7,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args as ClapArgs, CommandFactory, Parser, Subcommand};
 use vastex::{FeedbackMode, Filter};
 use vastex_scenes::{DisplayOptions, LayerOptions, Overlay, Pose, Scene};
-use vastex_viewer::layers::CompareMode;
+use vastex_viewer::layers::{CompareMode, Placement};
 use vastex_viewer::{Link, ViewText, VolumeViewText};
 
 #[cfg(feature = "build")]
@@ -312,19 +312,15 @@ impl SceneArgs {
         }
         if let Some(view) = &said {
             let is_compared = view.compare_mode.is_some() && self.layers.compare_mode != CompareMode::Off;
+            let is_placed = view.placement.is_some() && self.layers.placement != Placement::Stretched;
+            let is_high = view.planet.exaggeration.is_some() && self.planet.exaggeration.is_some();
+            let is_dense = view.planet.atmosphere.is_some() && self.planet.atmosphere.is_some();
             let twice = [
                 (is_compared, "how layers are compared", "--compare-mode"),
+                (is_placed, "where images of other sizes lie", "--placement"),
                 (view.planet.sun.is_some() && self.planet.sun.is_some(), "where the sun stands", "--sun"),
-                (
-                    view.planet.exaggeration.is_some() && self.planet.exaggeration.is_some(),
-                    "how high mountains are made",
-                    "--exaggeration",
-                ),
-                (
-                    view.planet.atmosphere.is_some() && self.planet.atmosphere.is_some(),
-                    "how dense the air is",
-                    "--atmosphere",
-                ),
+                (is_high, "how high mountains are made", "--exaggeration"),
+                (is_dense, "how dense the air is", "--atmosphere"),
             ];
             if let Some((_, what, option)) = twice.iter().find(|(is_twice, ..)| *is_twice) {
                 return Err(conflict(&format!(
@@ -415,14 +411,16 @@ impl SceneArgs {
         let mut shown = DisplayOptions {
             layers: self.layers.layers(),
             compare_mode: self.layers.compare_mode,
+            placement: self.layers.placement,
             heights,
             planet,
             ..DisplayOptions::default()
         };
         let Some(view) = self.view_text([1; 2]) else { return shown };
-        let mode = shown.compare_mode;
+        let (mode, placement) = (shown.compare_mode, shown.placement);
         view.change(&mut shown);
         shown.compare_mode = view.compare_mode.unwrap_or(mode);
+        shown.placement = view.placement.unwrap_or(placement);
         if !view.names_layers() {
             // A file that lights, clouds or heights are of is shown as a layer only if one is named.
             let is_named = |texture| self.layers.layers.iter().any(|layer| layer.texture == texture);

@@ -21,6 +21,13 @@ fn flat(options: &Choice, members: Vec<KindMember>) -> String {
     shaders::layered(&text, layers)
 }
 
+/// Of a list of textures of unlike size that lie texel upon texel.
+fn by_texel(options: &Choice, members: Vec<KindMember>) -> String {
+    let count = members.len();
+    let (text, layers) = listed(options, members, count);
+    shaders::layered(&text, LayersText { is_by_texel: true, ..layers })
+}
+
 /// Of one over heights, which are the last.
 fn relief(options: &Choice, members: Vec<KindMember>) -> String {
     let count = members.len() - 1;
@@ -47,6 +54,11 @@ pub(super) fn each(visit: &mut Visit<'_>) {
                 let of = if is_one_texture { "-one" } else { "" };
                 let by = if bits == 0 { String::new() } else { format!("-by{bits}") };
                 visit(&format!("layered-{count}-{pools}{of}{by}-{}", name_of(options)), text);
+                // Two images over one another, smooth or seen near.
+                if count == 2 && !is_one_texture && matches!(bits, 0 | 3) {
+                    let text = by_texel(options, (0..count).map(layer).collect());
+                    visit(&format!("layered-by-texel-{pools}{by}-{}", name_of(options)), text);
+                }
             }
         }
         let first_again = [0, 1, 0].iter().zip(NAMES).map(|(pool, name)| member(options, name, *pool, 0));

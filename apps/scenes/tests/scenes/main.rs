@@ -4,6 +4,7 @@
 
 mod ahead;
 mod beside_panels;
+mod by_texel;
 mod common;
 mod compiling;
 mod descent;

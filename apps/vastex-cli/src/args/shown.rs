@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use clap::Args as ClapArgs;
-use vastex_viewer::layers::{CompareMode, MOST_LAYERS};
+use vastex_viewer::layers::{CompareMode, MOST_LAYERS, Placement};
 use vastex_viewer::surface::{MOST_STOPS, ParseLayerError, range_of};
 use vastex_viewer::{Curve, LayerOptions};
 
@@ -44,8 +44,8 @@ pub(crate) struct ShownArgs {
         conflicts_with_all = ["layer_shown", "range", "exposure", "curve"]
     )]
     pub(crate) layers: Vec<LayerOptions>,
-    /// Lay another file over the source, stretched over the same place, its first layer if no --layer is of
-    /// it; may be given several times, the lowest first. In a window it lies over the first file only, and
+    /// Lay another file over the source, over the same place (--placement), its first layer if no --layer is
+    /// of it; may be given several times, the lowest first. In a window it lies over the first file only, and
     /// goes when another is opened
     #[arg(long, value_name = "FILE")]
     pub(crate) over: Vec<PathBuf>,
@@ -54,6 +54,11 @@ pub(crate) struct ShownArgs {
     /// magnified; beside, all layers side by side
     #[arg(long, default_value = "off", value_name = "MODE")]
     pub(crate) compare_mode: CompareMode,
+    /// Where images lie whose size is another than the lowest one's, on an image seen flat: stretched over
+    /// all of its place; or by-texel, texel upon texel from the upper left corner, so that nothing is shown
+    /// of an image beyond its edges
+    #[arg(long, default_value = "stretched", value_name = "HOW")]
+    pub(crate) placement: Placement,
 }
 
 impl ShownArgs {
@@ -251,6 +256,7 @@ mod tests {
             layers: layers.iter().map(|layer| parse_layer(layer).unwrap()).collect(),
             over: vec![PathBuf::from("b.png"); over],
             compare_mode,
+            placement: Placement::default(),
         };
         let textures = |args: &ShownArgs| args.layers().iter().map(|layer| layer.texture).collect::<Vec<_>>();
         assert_eq!(textures(&args(&[], 2, CompareMode::Off)), [0, 1, 2]);

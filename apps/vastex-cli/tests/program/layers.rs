@@ -127,6 +127,7 @@ fn files_lie_over_one_another_and_are_compared() {
         ("--over relief.png --layer depth --layer depth:file=3", 2, "'file=3': there are 2 files"),
         ("--compare-mode swipe", 2, "lay a file over it with --over"),
         ("--over relief.png --compare-mode swap", 2, "write off, swipe[:AT]"),
+        ("--over relief.png --placement middle", 2, "write stretched or by-texel"),
         ("--over relief.png --compare", 2, "--compare compares one opaque layer"),
     ] {
         let ended = run(&sandbox, &format!("render earth.vastex {words} -o x.png")).expect_code(code);
@@ -135,6 +136,33 @@ fn files_lie_over_one_another_and_are_compared() {
     std::fs::copy(sandbox.path("over.png"), sandbox.path("kept.png")).unwrap();
     let ended = run(&sandbox, "render earth.vastex --over kept.png -o kept.png");
     assert!(ended.expect_code(1).stderr.contains("kept.png: is the source as well as the output"));
+}
+
+/// A part of an image lies upon it texel by texel, if that is said, and is stretched otherwise.
+#[test]
+fn images_of_unlike_size_lie_where_they_are_told_to() {
+    let sandbox = sandbox_with_layers();
+    run(&sandbox, "crop relief.png --at 0,0 --size 540x270 -o crop.png").expect_code(0);
+    let picture = |placed: &str, view: &str| {
+        let view = format!("image:x=540,y=270,zoom=20;layer=;layer=:file=2;compare=difference:1000{view}");
+        let words =
+            format!("render relief.png --over crop.png --cache off --filter nearest {placed} --size 60x30");
+        let words = format!("{words} --view {view} -o a.png");
+        run(&sandbox, &words).expect_code(0);
+        sandbox.read_rgb("a.png")
+    };
+    let (by_option, by_view) = (picture("--placement by-texel", ""), picture("", ";placement=by-texel"));
+    assert!(by_option == by_view && by_view != picture("", ""));
+    // The part ends in the middle of the picture. Where it is, it differs from the whole in nothing.
+    let ground = by_view[30 * 60 - 1];
+    assert_ne!(ground, [0; 3]);
+    for (n, pixel) in by_view.iter().enumerate() {
+        let is_in_both = n % 60 < 30 && n / 60 < 15;
+        assert_eq!(*pixel, if is_in_both { [0; 3] } else { ground }, "{},{}", n % 60, n / 60);
+    }
+    let twice = "render relief.png --over crop.png --placement by-texel --view image:x=1,y=1,zoom=1;placement=stretched";
+    let refused = run(&sandbox, &format!("{twice} -o a.png")).expect_code(2);
+    assert!(refused.stderr.contains("leave out --placement"), "{refused}");
 }
 
 #[test]

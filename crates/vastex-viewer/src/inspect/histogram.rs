@@ -43,7 +43,7 @@ impl Histogram {
         let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
         let description = textures.texture(layer.texture()).ok()?.description();
         let [width, height, _] = description.geometry.size();
-        let texels = size([width, height]);
+        let (texels, spread) = (size([width, height]), size(renderer.layers().spread_over([width, height])));
         let sizes = (picture, image);
         let exact = renderer.sight(textures, pose, sizes);
         let [mut low, mut high] = exact.bounds()?;
@@ -58,16 +58,21 @@ impl Histogram {
         let mut sight = renderer.rough_sight(textures, pose, sizes, pixels_a_place);
         // Somewhat finer than the places and no finer: the tiles of every pixel of a large view would take
         // longer than a frame.
-        let texels_a_pixel = texels.x / f64::from(image[0]) * pixels_a_place / 4.0;
+        let texels_a_pixel = spread.x / f64::from(image[0]) * pixels_a_place / 4.0;
         let mut sampler = textures.cpu().sampler(layer)?;
         let mut channels = vec![Vec::new(); color_map.value_channels()];
         let mut is_seen = false;
         for (row, column) in (0..places[1]).flat_map(|row| (0..places[0]).map(move |column| (row, column))) {
             let share = (DVec2::new(column.into(), row.into()) + 0.5) / size(places);
             let Some(seen) = sight.at(low + (high - low) * share) else { continue };
+            let texel = seen.texel * spread / size(image);
+            // A layer that lies texel upon texel may end before the image does.
+            if spread != texels && !(texel.x < texels.x && texel.y < texels.y) {
+                continue;
+            }
             is_seen = true;
             let level = (seen.texels_a_pixel * texels_a_pixel).log2().floor().clamp(0.0, 31.0) as u8;
-            let texel = (seen.texel * texels / size(image)).min(texels - 1.0).max(DVec2::ZERO);
+            let texel = texel.min(texels - 1.0).max(DVec2::ZERO);
             let sampled = sampler.texel([texel.x as u32, texel.y as u32], level).value;
             let Some(shown) = color_map.values_of(sampled) else { continue };
             for (values, value) in channels.iter_mut().zip(shown) {

@@ -24,7 +24,8 @@ pub struct InspectedTexel {
 }
 
 /// The texel of a layer below a pixel of a scene's picture, in pixels from the top left; `None` beside the
-/// image, on every surface ([`SceneRenderer::sight`]). `image` is the image's size, of which the texture may
+/// image, on every surface ([`SceneRenderer::sight`]), and where a layer that lies texel upon texel on the
+/// lowest one has none. `image` is the image's size, of which the texture may
 /// have fewer texels.
 pub fn texel_at(
     textures: &Textures,
@@ -34,13 +35,13 @@ pub fn texel_at(
     pixel: DVec2,
 ) -> Option<InspectedTexel> {
     let seen = renderer.sight(textures, pose, (picture, image)).at(pixel)?;
-    texel_of(textures, layer, image, seen)
+    texel_of(textures, (renderer, layer), image, seen)
 }
 
 /// The texel of a layer at a place of an image.
 fn texel_of(
     textures: &Textures,
-    layer: LayerId,
+    (renderer, layer): (&SceneRenderer, LayerId),
     image: [u32; 2],
     SeenPlace { texel: place, texels_a_pixel }: SeenPlace,
 ) -> Option<InspectedTexel> {
@@ -48,9 +49,10 @@ fn texel_of(
     let texel = inside(place, image)?;
     let description = textures.texture(layer.texture()).ok()?.description();
     let [width, height, _] = description.geometry.size();
-    let held = inside(place * size([width, height]) / size(image), [width, height])?;
+    let spread = size(renderer.layers().spread_over([width, height]));
+    let held = inside(place * spread / size(image), [width, height])?;
     // What is drawn is at least as fine as its pixels, where there are such levels.
-    let share = f64::from(width) / f64::from(image[0]);
+    let share = spread.x / f64::from(image[0]);
     let level = (share * texels_a_pixel).log2().floor().clamp(0.0, 31.0) as u8;
     let CpuSample { value, level } = textures.cpu().sampler(layer)?.texel(held, level);
     let format = description.layers.get(layer.index())?.format;

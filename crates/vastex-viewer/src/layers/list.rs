@@ -1,6 +1,6 @@
 //! A list of shown layers, drawn one over the other in its order.
 
-use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Sampled, Textures};
+use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Member, Sampled, Textures};
 
 use super::text::{LayersText, MOST_LAYERS, PlanetText, member};
 use super::{ColorMap, CompareMode, LayerUniform, Panes};
@@ -87,6 +87,9 @@ pub struct Layers {
     /// What is seen of them, where that is less and more than one texture.
     seen: Option<GroupId>,
     compare_mode: CompareMode,
+    /// Columns and rows of the lowest layer's texture, where textures of unlike size lie upon it texel by
+    /// texel.
+    by_texel: Option<[u32; 2]>,
 }
 
 impl Layers {
@@ -94,8 +97,8 @@ impl Layers {
     pub fn one(layer: ShownLayer) -> Layers {
         let layer = ShownLayer { opacity: 1.0, is_visible: true, ..layer };
         let (heights, group, seen) = (None, None, None);
-        let (planet, compare_mode) = (None, CompareMode::Off);
-        Layers { layers: vec![layer], planet, heights, is_single: true, group, seen, compare_mode }
+        let (planet, compare_mode, by_texel) = (None, CompareMode::Off, None);
+        Layers { layers: vec![layer], planet, heights, is_single: true, group, seen, compare_mode, by_texel }
     }
 
     /// Layers on a surface that `heights` displace, if there are any.
@@ -107,7 +110,23 @@ impl Layers {
         layers: Vec<ShownLayer>,
         heights: Option<LayerId>,
     ) -> Result<Layers, LayersError> {
-        Layers::of(textures, layers, None, heights)
+        Layers::of(textures, layers, (None, heights), None)
+    }
+
+    /// Layers that lie upon the lowest one texel by texel from the upper left corner, on an image
+    /// ([`super::Placement::ByTexel`]). Each that is seen has an entry of feedback of its own, so that it
+    /// takes as many jitter cycles as there are layers until all of them are there. Otherwise as
+    /// [`Layers::new`], also where all of them have one size.
+    pub fn by_texel(textures: &mut Textures, layers: Vec<ShownLayer>) -> Result<Layers, LayersError> {
+        let lowest = layers.first().map(|shown| size_of(textures, shown.layer));
+        let by_texel = lowest.filter(|_| Layers::are_unlike(textures, &layers));
+        Layers::of(textures, layers, (None, None), by_texel)
+    }
+
+    /// Returns true if textures of layers have unlike sizes.
+    pub fn are_unlike(textures: &Textures, layers: &[ShownLayer]) -> bool {
+        let size = |shown: &ShownLayer| size_of(textures, shown.layer);
+        layers.windows(2).any(|two| size(&two[0]) != size(&two[1]))
     }
 
     /// Layers of the ground of a planet, its lights and its clouds, if there are any, and what stands for its
@@ -123,14 +142,14 @@ impl Layers {
         }
         let has = PlanetText { has_night: parts.night.is_some(), has_clouds: parts.clouds.is_some() };
         let layers = ground.into_iter().chain(parts.night).chain(parts.clouds).collect();
-        Layers::of(textures, layers, Some(has), Some(heights))
+        Layers::of(textures, layers, (Some(has), Some(heights)), None)
     }
 
     fn of(
         textures: &mut Textures,
         layers: Vec<ShownLayer>,
-        planet: Option<PlanetText>,
-        heights: Option<LayerId>,
+        (planet, heights): (Option<PlanetText>, Option<LayerId>),
+        by_texel: Option<[u32; 2]>,
     ) -> Result<Layers, LayersError> {
         if !(1..=MOST_LAYERS).contains(&layers.len()) {
             return Err(LayersError::Count(layers.len()));
@@ -139,12 +158,14 @@ impl Layers {
         let group = if is_single && heights.is_none() {
             None
         } else {
-            let members = layers.iter().enumerate().map(|(n, shown)| (member(n), shown.layer));
-            let heights = heights.map(|layer| (HEIGHT.to_owned(), layer));
+            let of_layer = if by_texel.is_some() { Member::apart } else { Member::new };
+            let members = layers.iter().enumerate().map(|(n, shown)| of_layer(member(n), shown.layer));
+            let heights = heights.map(|layer| Member::new(HEIGHT, layer));
             Some(textures.add_group(members.chain(heights))?)
         };
         let compare_mode = CompareMode::Off;
-        let mut made = Layers { layers, planet, heights, is_single, group, seen: None, compare_mode };
+        let mut made =
+            Layers { layers, planet, heights, is_single, group, seen: None, compare_mode, by_texel };
         made.gather_seen(textures)?;
         Ok(made)
     }
@@ -297,6 +318,26 @@ impl Layers {
         beneath().filter(|_| is_beside).unwrap_or(&self.layers[upper])
     }
 
+    /// The layers that may be asked about at such a place: the one that is seen there, and where layers that
+    /// lie texel upon texel are not compared those beneath it, which are seen where it has no texel.
+    pub fn seen_at(&self, across: f64) -> impl Iterator<Item = &ShownLayer> {
+        let see_through = self.by_texel.is_some() && self.compare_mode == CompareMode::Off;
+        let beneath = if see_through { &self.layers[..self.inspected_number()] } else { &[] };
+        let beneath = beneath.iter().rev().filter(|shown| shown.is_seen());
+        std::iter::once(self.inspected_at(across)).chain(beneath)
+    }
+
+    /// Over how many texels of its own a layer's texture of so many lies on the place of the lowest one: over
+    /// all of them, or where they lie texel upon texel over as many as the lowest one has.
+    pub fn spread_over(&self, texels: [u32; 2]) -> [u32; 2] {
+        self.by_texel.unwrap_or(texels)
+    }
+
+    /// Returns true if textures of unlike size lie upon the lowest one texel by texel.
+    pub fn is_by_texel(&self) -> bool {
+        self.by_texel.is_some()
+    }
+
     /// Returns true if the text is that of one opaque layer.
     pub fn is_single(&self) -> bool {
         self.is_single
@@ -330,11 +371,7 @@ impl Layers {
     /// Texels of each layer's texture, of the heights' and of what is wanted together: as a group has them,
     /// those of its largest texture.
     pub(crate) fn sizes(&self, textures: &Textures) -> [[u32; 2]; MOST_LAYERS + 2] {
-        let size = |layer: LayerId| {
-            let Ok(texture) = textures.texture(layer.texture()) else { return [1; 2] };
-            let [width, height, _] = texture.description().geometry.size();
-            [width, height]
-        };
+        let size = |layer: LayerId| size_of(textures, layer);
         let texels = |layer: &LayerId| size(*layer).iter().map(|&side| u64::from(side)).product::<u64>();
         let mut wanted: Vec<LayerId> = self.wanted().collect();
         wanted.sort_unstable_by_key(|layer| std::cmp::Reverse(layer.texture()));
@@ -356,7 +393,8 @@ impl Layers {
     fn gather_seen(&mut self, textures: &mut Textures) -> Result<(), LayersError> {
         let (wanted, is_all) = (self.wanted().collect::<Vec<LayerId>>(), self.is_all_wanted());
         let members = || wanted.iter().enumerate().map(|(n, layer)| (member(n), *layer));
-        let seen = if is_all || wanted.len() < 2 { None } else { Some(textures.add_group(members())?) };
+        let is_asked = !is_all && wanted.len() > 1 && self.by_texel.is_none();
+        let seen = if !is_asked { None } else { Some(textures.add_group(members())?) };
         if let Some(before) = std::mem::replace(&mut self.seen, seen) {
             textures.remove(before);
         }
@@ -378,7 +416,8 @@ impl Layers {
         } else if self.can_compare() {
             let [begins, difference] = self.compare_mode.told();
             let uppermost = &mut uniforms[self.inspected_number()];
-            (uppermost.begins, uppermost.difference) = (begins, difference);
+            let is_alone = self.by_texel.is_some() && self.compare_mode.takes_turns();
+            (uppermost.begins, uppermost.difference) = (begins, if is_alone { -1.0 } else { difference });
         }
         uniforms
     }
@@ -406,13 +445,21 @@ impl Layers {
     pub fn text_of(&self, kinds: &Kinds) -> LayersText {
         let (is_single, is_grouped) = (self.is_single, self.group.is_some());
         let breaks = LayersText::list(kinds, self.over_one_another().len()).breaks;
-        LayersText { count: self.count(), is_single, is_grouped, breaks, planet: self.planet }
+        let (count, planet, is_by_texel) = (self.count(), self.planet, self.is_by_texel());
+        LayersText { count, is_single, is_grouped, breaks, planet, is_by_texel }
     }
 
     /// Returns true if the layers are on a planet.
     pub fn is_on_planet(&self) -> bool {
         self.planet.is_some()
     }
+}
+
+/// Columns and rows of a layer's texture; 1 where it was removed.
+fn size_of(textures: &Textures, layer: LayerId) -> [u32; 2] {
+    let Ok(texture) = textures.texture(layer.texture()) else { return [1; 2] };
+    let [width, height, _] = texture.description().geometry.size();
+    [width, height]
 }
 
 fn is_single(layers: &[ShownLayer]) -> bool {

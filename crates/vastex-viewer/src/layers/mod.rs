@@ -16,7 +16,7 @@ mod values;
 use glam::Vec4;
 use vastex::Layer;
 
-pub use compare::{CompareMode, ParseCompareModeError};
+pub use compare::{CompareMode, ParseCompareModeError, ParsePlacementError, Placement};
 pub use ground::Ground;
 pub use list::{Layers, LayersError, PlanetLayers, ShownLayer};
 pub(crate) use palette::PaletteUniform;
@@ -76,7 +76,7 @@ pub(crate) struct LayerUniform {
     map: u32,
     id: u32,
     /// The share of the picture's width to the left of which it is not drawn, and by how much its difference
-    /// from what lies beneath is magnified.
+    /// from what lies beneath is magnified; below 0 where nothing beneath it is seen where it has no texel.
     pub(crate) begins: f32,
     pub(crate) difference: f32,
     nodata: f32,

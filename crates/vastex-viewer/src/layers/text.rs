@@ -13,8 +13,8 @@ pub(super) fn member(n: usize) -> String {
 }
 
 /// What a text depends on that shows a list of layers: how many there are, whether it is a single opaque one,
-/// whether they are members of a group, which of them are sampled by the same lines, and whether they are on
-/// a planet.
+/// whether they are members of a group, which of them are sampled by the same lines, whether they are on a
+/// planet, and whether they lie texel upon texel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LayersText {
     /// Layers.
@@ -28,6 +28,8 @@ pub struct LayersText {
     pub breaks: u8,
     /// Which parts a planet has beside its ground, the last of the layers, if they are on one.
     pub planet: Option<PlanetText>,
+    /// True if textures of unlike size lie upon the lowest one texel by texel, in fixed point.
+    pub is_by_texel: bool,
 }
 
 /// What a planet has beside its ground.
@@ -79,8 +81,14 @@ impl Called {
 
 impl LayersText {
     /// One opaque layer alone.
-    pub const ALONE: LayersText =
-        LayersText { count: 1, is_single: true, is_grouped: false, breaks: 0, planet: None };
+    pub const ALONE: LayersText = LayersText {
+        count: 1,
+        is_single: true,
+        is_grouped: false,
+        breaks: 0,
+        planet: None,
+        is_by_texel: false,
+    };
     /// One opaque layer beside heights.
     pub const BESIDE_HEIGHTS: LayersText = LayersText { is_grouped: true, ..LayersText::ALONE };
 
@@ -89,22 +97,17 @@ impl LayersText {
         let reads: Vec<usize> = kinds.member_reads().take(count).collect();
         let is_break = |n: &usize| reads[*n] != reads[*n - 1];
         let breaks = (1..reads.len().min(MOST_LAYERS)).filter(is_break).fold(0, |bits, n| bits | (1 << n));
-        LayersText { count, is_single: false, is_grouped: true, breaks, planet: None }
+        LayersText { count, breaks, is_single: false, ..LayersText::BESIDE_HEIGHTS }
     }
 
     /// One layer of the ground of a planet and the parts that it has beside it.
     pub fn planet(parts: PlanetText) -> LayersText {
-        LayersText {
-            count: 1 + parts.count(),
-            is_single: false,
-            is_grouped: true,
-            breaks: 0,
-            planet: Some(parts),
-        }
+        let (count, planet) = (1 + parts.count(), Some(parts));
+        LayersText { count, planet, is_single: false, ..LayersText::BESIDE_HEIGHTS }
     }
 
     /// The functions `shown_WAY` and `inspected_WAY` of shaders, for a uv and in fixed point, and
-    /// `layer_look`.
+    /// `layer_look`, and `asked_fixed`: what feedback is told of a place in fixed point.
     pub fn wgsl(self) -> String {
         let looks = match self.is_single {
             true => "fn layer_look(look: Look, n: u32) -> Look {\n    return look;\n}\n".to_owned(),
@@ -121,7 +124,38 @@ impl LayersText {
             function("sample", "vec4<f32>") + &function("inspect", "VastexInspection")
         };
         let ats: String = (0..self.count).map(at).collect();
-        [looks, ats, self.of_way("mesh"), self.of_way("fixed")].concat()
+        [looks, ats, self.of_way("mesh"), self.of_way("fixed"), self.asked()].concat()
+    }
+
+    /// The pages that are asked for in fixed point: by one entry for all layers, or of each by its own.
+    fn asked(self) -> String {
+        let body = match self.is_by_texel {
+            true => self.asked_in_turns(),
+            false => "    let place = fixed_place(layer_look(look, PLACE_WANTED), scene.ids.all);\n    return vastex_feedback_fixed_grad(\
+                      scene.ids.all, scene.ids.view, place.anchor, place.offset, place.ddx, place.ddy);\n"
+                .to_owned(),
+        };
+        format!("fn asked_fixed(look: Look, at: vec4<f32>) -> vec4<u32> {{\n{body}}}\n")
+    }
+
+    fn asked_in_turns(self) -> String {
+        let asked = |run: Range<usize>| {
+            let call = format!(
+                "vastex_feedback_{}_fixed_grad(id, scene.ids.view, place.anchor, place.offset, place.ddx, place.ddy)",
+                member(run.start)
+            );
+            match run.start {
+                0 => format!("    var asked = {call};\n"),
+                first => format!("    if n >= {first}u {{\n        asked = {call};\n    }}\n"),
+            }
+        };
+        let asked: String = self.runs().into_iter().map(asked).collect();
+        format!(
+            "    let n = layered_turn(look, at, {}u);\n    let id = layered[n].id;\n    \
+             let place = fixed_place(layer_look(look, n), id);\n{asked}    \
+             return select(vec4<u32>(0u), asked, layered_is_drawn(look, n) & layered_has(look, n));\n",
+            self.count
+        )
     }
 
     fn of_way(self, way: &str) -> String {
@@ -157,7 +191,7 @@ impl LayersText {
     }
 
     fn several(self, way: &str) -> (String, String) {
-        let overs = self.sum(way, "light_of_ground");
+        let overs = self.sum(way, "light_of_ground") + &self.lacking(way);
         let inspected = |run: Range<usize>| {
             let call = self.call("inspect", way, run.start, Called::Counted, "look");
             match run.start {
@@ -175,12 +209,26 @@ impl LayersText {
         )
     }
 
+    /// Whether textures lie texel upon texel where a surface is placed so.
+    fn lies_by_texel(self, way: &str) -> bool {
+        self.is_by_texel && way == "fixed"
+    }
+
+    /// Takes away what is seen where one of the layers that are compared has no texel.
+    fn lacking(self, way: &str) -> String {
+        if !self.lies_by_texel(way) {
+            return String::new();
+        }
+        format!("    sum = select(sum, scene_ground(), layered_lacks(look, at, {}u));\n", self.count)
+    }
+
     /// The light of the layers that lie over one another, on ground that is so light.
     fn sum(self, way: &str, light: &str) -> String {
         let over = |run: Range<usize>| {
             let sampled = self.call("sample", way, run.start, Called::Counted, "look");
             let then = format!("sum = layered_over(sum, {sampled}, n, {light});");
-            in_turns(run, "layered_is_seen(look, at, n)", &then)
+            let is_there = if self.lies_by_texel(way) { " & layered_has(look, n)" } else { "" };
+            in_turns(run, &format!("layered_is_seen(look, at, n){is_there}"), &then)
         };
         let overs: String = self.runs().into_iter().map(over).collect();
         format!("    var sum = scene_ground();\n{overs}")
@@ -249,7 +297,7 @@ mod tests {
     use super::*;
 
     fn list(count: usize, breaks: u8) -> LayersText {
-        LayersText { count, is_single: false, is_grouped: true, breaks, planet: None }
+        LayersText { count, breaks, is_single: false, ..LayersText::BESIDE_HEIGHTS }
     }
 
     /// The functions that show something, and how often they sample.
@@ -275,6 +323,7 @@ mod tests {
         let text = list(5, 0b0_1010);
         assert_eq!(text.runs(), [0..1, 1..3, 3..5]);
         assert_eq!(samples(text), [3, 3]);
+        assert_eq!(samples(LayersText { is_by_texel: true, ..text }), [3, 3]);
         let planet = LayersText::planet(PlanetText { has_night: true, has_clouds: true });
         assert_eq!(samples(planet), [3, 3], "ground, lights, and clouds with their shadows");
         for text in [text, planet] {

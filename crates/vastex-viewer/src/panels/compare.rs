@@ -3,7 +3,7 @@
 
 use egui::{Area, Color32, Context, CursorIcon, Id, Rect, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2};
 
-use crate::layers::CompareMode;
+use crate::layers::{CompareMode, Placement};
 
 /// Width in points of what can be taken hold of.
 const GRIP: f32 = 14.0;
@@ -31,6 +31,23 @@ pub(super) fn compare_controls(ui: &mut Ui, mode: &mut CompareMode) {
         }
     };
     ui.add(slider);
+}
+
+/// Where images of unlike size lie.
+pub(super) fn placement_controls(ui: &mut Ui, placement: &mut Placement) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Sizes differ").on_hover_text("images of other sizes lie over the lowest one");
+        for one in Placement::ALL {
+            let told = match one {
+                Placement::Stretched => "each over all of the lowest one's place: for copies at another scale",
+                Placement::ByTexel => {
+                    "texel upon texel, from the upper left corner: for crops and other scans; nothing is shown of \
+                     an image beyond its edges"
+                }
+            };
+            ui.selectable_value(placement, one, one.name()).on_hover_text(told);
+        }
+    });
 }
 
 /// Paints the line of [`CompareMode::Swipe`] over a picture that is so many physical pixels wide, within

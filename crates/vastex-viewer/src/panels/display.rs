@@ -4,11 +4,11 @@
 use egui::{Button, ComboBox, DragValue, RichText, Slider, SliderClamping, Ui};
 use vastex::Layer;
 
-use super::compare::compare_controls;
+use super::compare::{compare_controls, placement_controls};
 use super::palettes::palette_controls;
 use super::shades::shades;
 use crate::inspect::{Histogram, float_text};
-use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, StoredScale};
+use crate::layers::{Bands, CompareMode, Curve, MOST_LAYERS, Nodata, Placement, StoredScale};
 use crate::surface::{LayerOptions, MOST_STOPS};
 
 /// The share of the values in view, in percent, that is left out at each end by the automatic range of the
@@ -37,6 +37,8 @@ pub struct ShownTextures<'a> {
     pub shown: &'a mut Vec<LayerOptions>,
     /// How the uppermost of them is compared with those beneath it, for the panel to change.
     pub compare_mode: &'a mut CompareMode,
+    /// The place of images of unlike size, for the panel to change; `None` where there are none.
+    pub placement: Option<&'a mut Placement>,
     /// The values of [`DisplayPanel::layer`] that are in view, if they are known.
     pub histogram: Option<&'a Histogram>,
 }
@@ -78,11 +80,11 @@ impl DisplayPanel {
         Some(stored.map(|value| scale.sampled(value)))
     }
 
-    /// Shows the panel. Returns true if anything of [`ShownTextures::shown`] or
-    /// [`ShownTextures::compare_mode`] is another than before.
+    /// Shows the panel. Returns true if anything of [`ShownTextures::shown`],
+    /// [`ShownTextures::compare_mode`] or [`ShownTextures::placement`] is another than before.
     pub fn show(&mut self, ui: &mut Ui, told: &mut ShownTextures<'_>) -> bool {
-        let ShownTextures { textures, shown, compare_mode, histogram } = told;
-        let before = (shown.clone(), **compare_mode);
+        let ShownTextures { textures, shown, compare_mode, placement, histogram } = told;
+        let before = (shown.clone(), **compare_mode, placement.as_deref().copied());
         let first_of = |texture| LayerOptions { texture, ..LayerOptions::default() };
         let plain: Vec<LayerOptions> = (0..textures.len().max(1)).map(first_of).collect();
         if shown.is_empty() {
@@ -94,6 +96,7 @@ impl DisplayPanel {
             self.list(ui, textures, shown);
             if shown.len() > 1 {
                 compare_controls(ui, compare_mode);
+                placement.iter_mut().for_each(|placement| placement_controls(ui, placement));
             }
             ui.separator();
             // What follows is one layer.
@@ -107,7 +110,7 @@ impl DisplayPanel {
         if **shown == plain && before.0.is_empty() {
             shown.clear();
         }
-        **shown != before.0 || **compare_mode != before.1
+        (&**shown, **compare_mode, placement.as_deref().copied()) != (&before.0, before.1, before.2)
     }
 
     /// The layers that are shown, the uppermost first, one of which is selected.

@@ -8,8 +8,8 @@ use super::relief::{Heights, HeightsError, Relief};
 use super::renderer::SceneDesc;
 use super::tiling::Tiling;
 use crate::layers::{
-    Bands, ColorMap, CompareMode, Curve, Layers, LayersError, Nodata, Palette, PlanetLayers, ShownLayer,
-    StoredScale, Tone, UnknownLayer,
+    Bands, ColorMap, CompareMode, Curve, Layers, LayersError, Nodata, Palette, Placement, PlanetLayers,
+    ShownLayer, StoredScale, Tone, UnknownLayer,
 };
 use crate::scene::Scene;
 use crate::stage::TargetKind;
@@ -176,7 +176,7 @@ impl PlanetOptions {
     }
 }
 
-/// What is shown of a texture, or of several that lie over one another, each stretched over the same place.
+/// What is shown of a texture, or of several that lie over one another.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DisplayOptions {
     /// The layers, the lowest first; where none is asked for, the first one of each texture, the first
@@ -184,6 +184,8 @@ pub struct DisplayOptions {
     pub layers: Vec<LayerOptions>,
     /// How the uppermost layer that is seen is compared with those beneath it.
     pub compare_mode: CompareMode,
+    /// Where layers lie whose texture is of another size than the lowest one's.
+    pub placement: Placement,
     /// How scenes with heights are displaced: the terrain always, the planet where there are any, the globe
     /// where anything is said of them.
     pub heights: Heights,
@@ -287,6 +289,18 @@ impl DisplayOptions {
         Ok(PlanetLayers { night: of(&self.planet.night)?, clouds: of(&self.planet.clouds)? })
     }
 
+    /// Returns true if layers lie texel upon texel in a scene.
+    pub fn lie_by_texel(&self, scene: Scene, textures: &Textures, layers: &[ShownLayer]) -> bool {
+        self.placement == Placement::ByTexel && self.can_place(scene, textures, layers)
+    }
+
+    /// Returns true if it matters for layers in a scene how they are placed: on an image that is seen once,
+    /// where their textures are of unlike sizes.
+    pub fn can_place(&self, scene: Scene, textures: &Textures, layers: &[ShownLayer]) -> bool {
+        let is_flat = scene == Scene::Image && self.tiling == Tiling::default();
+        is_flat && Layers::are_unlike(textures, layers)
+    }
+
     /// A scene with what is asked to be shown of textures that are shown together. `layers` are those of
     /// [`DisplayOptions::layers_of`], `known` heights that were found before, which are looked for once.
     pub fn describe(
@@ -307,6 +321,7 @@ impl DisplayOptions {
                 let parts = self.planet_layers(scene, textures, shown)?;
                 Layers::on_planet(textures, layers, parts, relief.layer())?
             }
+            None if self.lie_by_texel(scene, textures, &layers) => Layers::by_texel(textures, layers)?,
             relief => Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?,
         };
         layers.compare(self.compare_mode);

@@ -76,15 +76,17 @@ pub(crate) struct LayerPlace {
     anchor: [u32; 2],
     fraction: Vec2,
     ratio: Vec2,
-    unused: Vec2,
+    end: Vec2,
 }
 
 impl LayerPlace {
-    /// Of a texture of `size` texels beside one of `of` texels, over a place in uv.
-    pub(super) fn new(middle: DVec2, size: [u32; 2], of: [u32; 2]) -> LayerPlace {
-        let [texels, others] = [size, of].map(|size| DVec2::from(size.map(f64::from)));
-        let (anchor, fraction) = anchored(middle * texels, texels);
-        LayerPlace { anchor, fraction, ratio: (texels / others).as_vec2(), unused: Vec2::ZERO }
+    /// Of a texture of `size` texels beside one of `of` texels, over a place in uv, in which so many texels
+    /// of its own would lie over all of the other.
+    pub(super) fn new(middle: DVec2, (size, spread): ([u32; 2], [u32; 2]), of: [u32; 2]) -> LayerPlace {
+        let [texels, spread, others] = [size, spread, of].map(|size| DVec2::from(size.map(f64::from)));
+        let (anchor, fraction) = anchored(middle * spread, texels);
+        let end = texels - DVec2::from(anchor.map(f64::from));
+        LayerPlace { anchor, fraction, ratio: (spread / others).as_vec2(), end: end.as_vec2() }
     }
 }
 

@@ -338,8 +338,9 @@ impl SceneRenderer {
         let is_image = matches!(pose, Pose::Image { .. });
         let seen = if is_image { PicturePart::all(part.size) } else { self.seen_in(part) };
         let (pose, picture) = (&pose.in_part(part, self.size), seen.whole);
+        let is_always_fixed = self.made_of.always_fixed || self.layers.is_by_texel();
         let is_fixed =
-            self.maker.has_fixed && (self.made_of.always_fixed || fixed::is_needed(pose, self.size, picture));
+            self.maker.has_fixed && (is_always_fixed || fixed::is_needed(pose, self.size, picture));
         let middle = fixed::middle(pose).unwrap_or_default();
         match &self.relief {
             Some(relief) => {
@@ -418,7 +419,8 @@ impl StageScene for SceneRenderer {
         let panes = self.panes_in(picture);
         let part = self.part_of([panes.width, picture[1]]);
         let (placed, middle, seen) = self.placed(textures, pose, &part);
-        let places: Places = self.layers.sizes(textures).map(|size| LayerPlace::new(middle, size, self.size));
+        let place = |size| LayerPlace::new(middle, (size, self.layers.spread_over(size)), self.size);
+        let places: Places = self.layers.sizes(textures).map(place);
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
         let view = self.view_in(part.whole);

@@ -128,10 +128,10 @@ impl SurfaceScene {
         // Of a preview that grows, much is not there yet.
         let source = self.display.displayed().filter(|source| source.is_whole())?;
         let (picture, panes) = (self.size(), self.panes());
-        let shown = source.renderer.layers().inspected_at(panes.across(pointer));
         let pixel = panes.within(panes.at(pointer), pointer);
-        let asked = (&source.renderer, shown.layer);
-        inspect::texel_at(&self.textures, asked, pose, (picture, source.size), pixel)
+        let sizes = (picture, source.size);
+        let at = |layer| inspect::texel_at(&self.textures, (&source.renderer, layer), pose, sizes, pixel);
+        source.renderer.layers().seen_at(panes.across(pointer)).find_map(|shown| at(shown.layer))
     }
 
     /// What the line at the foot of the picture says; `None` if it is hidden, or the picture is no

@@ -2,10 +2,11 @@
 //! overlay in the place of the picture, if any. When it is displayed is `display`'s business.
 
 mod blueprint;
+mod described;
 
 use std::sync::Arc;
 
-use vastex::{Filter, Region, TextureId, Textures, TileSource};
+use vastex::{Region, TextureId, Textures, TileSource};
 
 use super::picture_format::{PictureFormat, PictureFormats};
 use super::source::{DisplayError, Growth, PreparedSource};
@@ -18,6 +19,7 @@ use crate::surface::{
     DescribeError, DisplayOptions, Heights, Relief, SceneDesc, SceneRenderer, shows_large_texels,
 };
 pub use blueprint::Blueprint;
+use described::{Texels, described, shown_layers, texels_of};
 
 /// What the sources of a window are shown with.
 #[derive(Clone, Debug)]
@@ -62,6 +64,9 @@ pub struct Displayed {
     is_generated: bool,
     /// True if its texels are shown as they are, blended with nothing.
     is_crisp: bool,
+    /// True if one of the textures has fewer texels than its image, so that none lies upon another texel by
+    /// texel.
+    is_reduced: bool,
     growth: Growth,
     /// Rows of a growing preview that were there when it was looked at last.
     rows_seen: u32,
@@ -81,6 +86,7 @@ impl Displayed {
         let PreparedSource { prepared, tiles, size, about, growth } = source;
         let texture = textures.add(prepared).map_err(|refused| refused.error)?;
         let is_generated = about.is_generated;
+        let is_reduced = texels_of(textures, texture)? != size;
         let drawn = (texture, is_generated);
         let mut made = Displayed::of_texture(gpu, textures, formats, settings, drawn);
         if made.is_err() && may_be_image && settings.scene != Scene::Image {
@@ -95,7 +101,6 @@ impl Displayed {
             }
         };
         textures.texture_mut(texture)?.set_name(name);
-        let [width, height, _] = textures.texture(texture)?.description().geometry.size();
         let mut displayed = Displayed {
             texture,
             over: Vec::new(),
@@ -104,13 +109,14 @@ impl Displayed {
             overlay: None,
             name: name.to_owned(),
             size,
-            texels: [width, height],
+            texels: texels_of(textures, texture)?,
             about,
             format,
             relief,
             heights: settings.options.heights.clone(),
             is_generated,
             is_crisp: false,
+            is_reduced,
             growth,
             rows_seen: 0,
         };
@@ -126,7 +132,8 @@ impl Displayed {
         (texture, is_generated): (TextureId, bool),
     ) -> Result<(SceneRenderer, Option<Relief>, PictureFormat), DisplayError> {
         let mut relief = None;
-        let drawn = described(settings, (false, is_generated), textures, &[texture], &mut relief)?;
+        let how = Texels { is_generated, ..Texels::default() };
+        let drawn = described(settings, how, textures, &[texture], &mut relief)?;
         let format = formats.for_layers(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
@@ -144,7 +151,8 @@ impl Displayed {
         let is_crisp = self.is_crisp && settings.scene == Scene::Image;
         let heights = &settings.options.heights;
         let mut relief = self.relief.clone().filter(|_| self.heights == *heights);
-        let drawn = described(settings, (is_crisp, self.is_generated), textures, &shown, &mut relief)?;
+        let how = Texels { is_crisp, ..self.how() };
+        let drawn = described(settings, how, textures, &shown, &mut relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
         let mut renderer = renderer.inspect_err(|_| layers.remove(textures))?;
@@ -177,7 +185,11 @@ impl Displayed {
             let is_same = (shown.layer, shown.filter) == (asked.layer, asked.filter);
             is_same && shown.color_map.shares_pipelines(&asked.color_map)
         };
-        let is_same_list = shown.len() == asked.len() && shown.iter().zip(&asked).all(is_alike);
+        let lie_by_texel =
+            !self.is_reduced && settings.options.lie_by_texel(self.renderer.scene(), textures, &asked);
+        let is_same_list = lie_by_texel == layers.is_by_texel()
+            && shown.len() == asked.len()
+            && shown.iter().zip(&asked).all(is_alike);
         if !is_same_list || is_single(&shown) != is_single(&asked) {
             return self.put_on(gpu, textures, settings);
         }
@@ -208,6 +220,8 @@ impl Displayed {
     ) -> Result<(), DisplayError> {
         let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
         textures.texture_mut(texture)?.set_name(name);
+        let was_reduced = self.is_reduced;
+        self.is_reduced |= texels_of(textures, texture)? != source.size;
         self.over.push(texture);
         self.sources.push(source.tiles);
         let is_fixed_anew = source.about.is_generated && !self.is_generated;
@@ -220,6 +234,7 @@ impl Displayed {
             self.over.pop();
             self.sources.pop();
             self.is_generated &= !is_fixed_anew;
+            self.is_reduced = was_reduced;
             textures.remove(texture);
         }
         shown
@@ -232,6 +247,18 @@ impl Displayed {
             layers.compare(mode);
             self.renderer.set_layers(&gpu.queue, textures, &layers);
         }
+    }
+
+    /// Returns true if it matters how the layers are placed that are shown.
+    pub fn can_place(&self, textures: &Textures, settings: &DisplaySettings) -> bool {
+        let shown: Vec<ShownLayer> = self.renderer.layers().iter().copied().collect();
+        !self.is_reduced && settings.options.can_place(self.renderer.scene(), textures, &shown)
+    }
+
+    /// How its texels are shown.
+    fn how(&self) -> Texels {
+        let Displayed { is_crisp, is_generated, is_reduced, .. } = *self;
+        Texels { is_crisp, is_generated, is_reduced }
     }
 
     /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
@@ -318,52 +345,14 @@ impl Displayed {
     }
 }
 
-/// The layers that are asked to be shown of textures.
-fn shown_layers(
-    options: &DisplayOptions,
-    is_crisp: bool,
-    textures: &Textures,
-    shown: &[TextureId],
-) -> Result<Vec<ShownLayer>, DescribeError> {
-    let mut layers = options.layers_of(textures, shown)?;
-    for layer in layers.iter_mut().filter(|layer| is_crisp && layer.filter.is_none()) {
-        layer.filter = Some(Filter::Nearest);
-    }
-    Ok(layers)
-}
-
-/// A scene with what is asked to be shown of textures. Its heights, if the scene has any, are looked for
-/// once.
-fn described(
-    DisplaySettings { scene, options, .. }: &DisplaySettings,
-    (is_crisp, is_generated): (bool, bool),
-    textures: &mut Textures,
-    shown: &[TextureId],
-    known: &mut Option<Relief>,
-) -> Result<SceneDesc, DescribeError> {
-    let layers = shown_layers(options, is_crisp, textures, shown)?;
-    // Those of a file of their own may have come since, and what is shown where there are none may be another
-    // layer.
-    let of_file = options.heights.texture.and_then(|texture| shown.get(texture));
-    let is_known = |relief: &Relief| match of_file {
-        Some(texture) => *texture == relief.layer().texture(),
-        None => !relief.is_level(),
-    };
-    let relief = known.clone().filter(is_known);
-    let mut described = options.describe(*scene, textures, shown, layers, relief)?;
-    described.always_fixed |= is_generated;
-    if described.relief.is_some() {
-        known.clone_from(&described.relief);
-    }
-    Ok(described)
-}
-
-/// Texels that are shown as they are where they are large, on whatever layers are put.
+/// Texels that are shown as they are where they are large, on whatever layers are put, and layers of unlike
+/// size that lie where they are told to.
 #[cfg(test)]
 mod tests {
-    use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings};
+    use vastex::{Filter, ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings};
 
     use super::*;
+    use crate::layers::Placement;
     use crate::surface::LayerOptions;
 
     /// Columns and rows of the image.
@@ -455,6 +444,44 @@ mod tests {
             assert_eq!(filters(&displayed), [None], "back from {scene:?}");
             displayed.follow(&gpu, &mut textures, &settings, Some(8.0)).unwrap();
             assert_eq!(filters(&displayed), CRISP_TEXELS);
+        }
+    }
+
+    #[test]
+    fn layers_of_unlike_size_lie_texel_upon_texel_where_they_are_told_to() {
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        // Of an image of which there is a coarser level alone no texel has a place.
+        for (is_whole, size) in [(true, [16, 16]), (false, [32, 32])] {
+            let (mut textures, mut displayed, settings) = displayed(&gpu);
+            assert!(!displayed.can_place(&textures, &settings), "there is one image");
+            let image =
+                ImageSource::new(LayerFormat::R16, [16, 16], vec![7; 512], &ImageOptions::default()).unwrap();
+            let tiles: Arc<dyn TileSource> = Arc::new(image);
+            let over = PreparedSource {
+                prepared: textures
+                    .preparer()
+                    .read_blocking(tiles.clone(), TextureSettings::default())
+                    .unwrap(),
+                tiles,
+                size,
+                about: FileAbout::default(),
+                growth: Growth::Whole,
+            };
+            displayed.lay_over(&gpu, &mut textures, &settings, ("over", over)).unwrap();
+            assert_eq!(displayed.can_place(&textures, &settings), is_whole);
+            assert!(!displayed.renderer.layers().is_by_texel());
+            let mut by_texel = settings.clone();
+            by_texel.options.placement = Placement::ByTexel;
+            displayed.show_layers(&gpu, &mut textures, &by_texel).unwrap();
+            assert_eq!(displayed.renderer.layers().is_by_texel(), is_whole);
+            displayed
+                .put_on(&gpu, &mut textures, &DisplaySettings { scene: Scene::Globe, ..by_texel.clone() })
+                .unwrap();
+            assert!(!displayed.renderer.layers().is_by_texel(), "a globe is covered by each image");
+            displayed.put_on(&gpu, &mut textures, &by_texel).unwrap();
+            assert_eq!(displayed.renderer.layers().is_by_texel(), is_whole);
+            displayed.show_layers(&gpu, &mut textures, &settings).unwrap();
+            assert!(!displayed.renderer.layers().is_by_texel());
         }
     }
 }

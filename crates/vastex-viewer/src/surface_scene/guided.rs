@@ -39,8 +39,8 @@ impl Guided<'_> {
         // A share of a pane's width, counted from the first pane on.
         let across = |pixel: DVec2| f64::from(pane) + pixel.x / f64::from(view.picture[0].max(1));
         let value = |pixel: DVec2| {
-            let layer = layers.inspected_at(across(pixel)).layer;
-            inspect::texel_at(textures, (renderer, layer), &view.pose, sizes, pixel)
+            let at = |layer| inspect::texel_at(textures, (renderer, layer), &view.pose, sizes, pixel);
+            layers.seen_at(across(pixel)).find_map(|shown| at(shown.layer))
         };
         paint_guides(ui.painter(), free, &view, texel_size, value);
         shapes.into_iter().for_each(|shapes| shapes.paint(ui.painter(), free, &view));
@@ -48,7 +48,7 @@ impl Guided<'_> {
             1 => Thumbnail::of_layers(textures, layers, view.image, size),
             _ => Thumbnail::of_shown(
                 textures,
-                layers.in_panes().nth(pane as usize).into_iter(),
+                (layers, layers.in_panes().nth(pane as usize).into_iter()),
                 view.image,
                 size,
             ),

@@ -42,6 +42,9 @@ impl SurfaceScene {
         let hud_data = self.hud_data();
         let mut options = self.settings.options.layers.clone();
         let mut compare_mode = self.settings.options.compare_mode;
+        let mut placement = self.settings.options.placement;
+        let can_place =
+            self.display.displayed().is_some_and(|source| source.can_place(&self.textures, &self.settings));
         let mut planet = self.settings.options.planet.clone();
         let (mut asked, mut is_changed) = (Vec::new(), false);
         let histogram = self.values.as_ref().and_then(|values| values.histogram.as_ref());
@@ -81,6 +84,7 @@ impl SurfaceScene {
                 textures,
                 shown: &mut options,
                 compare_mode: &mut compare_mode,
+                placement: can_place.then_some(&mut placement),
                 histogram,
             });
             let mut told = WindowStatus {
@@ -149,6 +153,9 @@ impl SurfaceScene {
         if std::mem::replace(&mut self.settings.options.compare_mode, compare_mode) != compare_mode {
             // Panes show other parts of the image than one picture.
             self.wake();
+        }
+        if std::mem::replace(&mut self.settings.options.placement, placement) != placement {
+            self.show_layers(self.settings.options.layers.clone());
         }
         if self.settings.options.planet != planet {
             self.light_planet(planet);

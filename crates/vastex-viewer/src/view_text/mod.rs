@@ -16,7 +16,7 @@ mod tests;
 mod volume;
 
 use crate::camera::{Pose, PoseTextError};
-use crate::layers::{CompareMode, MOST_LAYERS};
+use crate::layers::{CompareMode, MOST_LAYERS, Placement};
 use crate::overlay::Overlay;
 use crate::scene::Scene;
 use crate::surface::{DisplayOptions, Heights, LayerOptions, PlanetOptions};
@@ -26,10 +26,11 @@ pub use planet::{ParseSunError, Sun, ViewPlanet};
 pub use volume::{VOLUME_KEYS, ViewChannel, ViewLabels, ViewSlices, VolumeViewError, VolumeViewText};
 
 /// The keys of a text after its pose, each with what stands after it.
-pub const KEYS: [(&str, &str); 11] = [
+pub const KEYS: [(&str, &str); 12] = [
     ("on", "image, plane, globe, terrain or planet"),
     ("layer", "[NAME][:SETTING].., the lowest first"),
     ("compare", "off, swipe[:AT], flicker[:SECONDS], difference[:TIMES] or beside"),
+    ("placement", "stretched or by-texel"),
     ("overlay", "off, levels, wanted, deficit, pages, feedback, table or atlas"),
     ("height", "[NAME][:file=N][:scale=N][:zero=N]"),
     ("sun", "LON,LAT or off"),
@@ -51,6 +52,8 @@ pub struct ViewText {
     pub layers: Vec<LayerOptions>,
     /// How the uppermost layer is compared with those beneath it, if the text says so.
     pub compare_mode: Option<CompareMode>,
+    /// Where layers of another size than the lowest one's lie, if the text says so.
+    pub placement: Option<Placement>,
     /// What is drawn in the place of the picture, where that is said: an overlay, or nothing.
     pub overlay: Option<Option<Overlay>>,
     /// The heights that displace the scene, where anything is said of them.
@@ -99,6 +102,7 @@ impl ViewText {
             scene: None,
             layers: Vec::new(),
             compare_mode: None,
+            placement: None,
             overlay: None,
             heights: None,
             planet: ViewPlanet::default(),
@@ -127,6 +131,7 @@ impl ViewText {
             scene: Some(scene),
             layers,
             compare_mode: Some(options.compare_mode).filter(|mode| *mode != CompareMode::Off),
+            placement: Some(options.placement).filter(|placement| *placement != Placement::Stretched),
             overlay: overlay.map(Some),
             heights: has_heights.then(|| options.heights.clone()),
             planet: match scene {
@@ -150,8 +155,9 @@ impl ViewText {
     pub fn change(&self, options: &mut DisplayOptions) {
         if self.names_layers() {
             options.layers.clone_from(&self.layers);
-            options.compare_mode = CompareMode::Off;
+            (options.compare_mode, options.placement) = (CompareMode::Off, Placement::Stretched);
         }
+        options.placement = self.placement.unwrap_or(options.placement);
         if let Some(mode) = self.compare_mode {
             options.compare_mode = mode;
         }
@@ -187,6 +193,9 @@ impl ViewText {
         }
         if let Some(mode) = &self.compare_mode {
             add("compare", mode);
+        }
+        if let Some(placement) = &self.placement {
+            add("placement", placement);
         }
         if let Some(overlay) = self.overlay {
             add("overlay", &overlay.map_or("off", Overlay::name));
@@ -229,6 +238,9 @@ impl ViewText {
             "layer" => self.layers.push(layer()?),
             "compare" => {
                 self.compare_mode = Some(value.parse::<CompareMode>().map_err(|why| why.to_string())?);
+            }
+            "placement" => {
+                self.placement = Some(value.parse::<Placement>().map_err(|why| why.to_string())?);
             }
             "overlay" => self.overlay = Some(overlay_of(value)?),
             "height" => self.heights = Some(heights::of_text(value)?),

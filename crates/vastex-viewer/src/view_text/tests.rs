@@ -119,7 +119,8 @@ fn views_by_chance_are_what_their_texts_say() {
             is_torn: false,
         });
         let planet = any_planet(&mut chance);
-        let view = ViewText { pose, scene, layers, compare_mode, overlay, heights, planet };
+        let placement = [None, Some(Placement::Stretched), Some(Placement::ByTexel)][chance.below(3)];
+        let view = ViewText { pose, scene, layers, compare_mode, placement, overlay, heights, planet };
         let text = view.to_text(SIZE);
         assert!(!text.contains(char::is_whitespace), "{text}");
         let again = ViewText::from_text(&text, SIZE).unwrap_or_else(|error| panic!("{text}: {error}"));
@@ -215,5 +216,13 @@ fn texts_of_before_say_what_they_said() {
     let layers = view("image:x=1,y=2,zoom=3;layer=color;layer=height:map=viridis:opacity=0.5");
     layers.change(&mut options);
     assert_eq!((options.layers.len(), options.compare_mode), (2, CompareMode::Off));
+    // Texts of before images of unlike size could lie otherwise.
+    let placed = view("image:x=1,y=2,zoom=3;placement=by-texel");
+    placed.change(&mut options);
+    assert_eq!(options.placement, Placement::ByTexel);
+    view("image:x=1,y=2,zoom=3;compare=swipe").change(&mut options);
+    assert_eq!(options.placement, Placement::ByTexel, "nothing is said of it");
+    layers.change(&mut options);
+    assert_eq!(options.placement, Placement::Stretched);
     assert_eq!(layers.overlay(Some(Overlay::Table)), None, "what layers are named for is a picture");
 }

@@ -73,6 +73,7 @@ const ALL: &[OfImages] = &[
     with_value("curve", "channels have a window and gamma; --channels and --range say them"),
     with_value("over", "nothing lies over a volume but --labels"),
     with_value("compare-mode", "nothing lies over a volume but --labels"),
+    with_value("placement", "nothing lies over a volume but --labels"),
 ];
 
 /// The word of images that was given, if one was.

@@ -13,6 +13,8 @@ struct Texture {
     panel: DisplayPanel,
     textures: Vec<PanelTexture>,
     compare_mode: CompareMode,
+    /// Where there are images of unlike size.
+    placement: Option<Placement>,
     shown: Vec<LayerOptions>,
     histogram: Option<Histogram>,
     changes: u32,
@@ -26,14 +28,16 @@ fn harness(layers: &[(&str, LayerFormat)], values: Option<Vec<f32>>) -> Harness<
             layers: layers.iter().map(|(name, format)| Layer::new(*name, *format)).collect(),
         }],
         compare_mode: CompareMode::Off,
+        placement: None,
         shown: Vec::new(),
         histogram: values.map(|values| Histogram::of_values(vec![values])),
         changes: 0,
     };
     let show = |ui: &mut Ui, texture: &mut Texture| {
-        let Texture { panel, textures, compare_mode, shown, histogram, changes } = texture;
-        let histogram = histogram.as_ref();
-        let is_changed = panel.show(ui, &mut ShownTextures { textures, shown, compare_mode, histogram });
+        let Texture { panel, textures, compare_mode, placement, shown, histogram, changes } = texture;
+        let (histogram, placement) = (histogram.as_ref(), placement.as_mut());
+        let mut told = ShownTextures { textures, shown, compare_mode, placement, histogram };
+        let is_changed = panel.show(ui, &mut told);
         *changes += u32::from(is_changed);
     };
     Harness::builder().with_size([320.0, 480.0]).build_ui_state(show, texture)
@@ -150,6 +154,13 @@ fn files_over_one_another_are_compared() {
     click(&mut harness, "difference");
     assert_eq!(harness.state().compare_mode, CompareMode::Difference(4.0));
     assert_eq!(harness.state().changes, 2);
+    // Where they lie is asked if their sizes differ.
+    assert!(harness.query_by_label("by-texel").is_none());
+    harness.state_mut().placement = Some(Placement::Stretched);
+    harness.run();
+    click(&mut harness, "by-texel");
+    assert_eq!((harness.state().placement, harness.state().changes), (Some(Placement::ByTexel), 3));
+    harness.state_mut().placement = None;
     click(&mut harness, "Remove 2");
     let Texture { shown, .. } = harness.state();
     assert_eq!(*shown, [LayerOptions::default()]);

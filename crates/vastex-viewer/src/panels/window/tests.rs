@@ -38,7 +38,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
     };
     let show = |ui: &mut Ui, window: &mut Window| {
         let Window { panel, bookmarks, textures, compare_mode, shown, notice, asked } = window;
-        let texture = Some(ShownTextures { textures, shown, compare_mode, histogram: None });
+        let texture = Some(ShownTextures { textures, shown, compare_mode, placement: None, histogram: None });
         let mut told = WindowStatus {
             name: "a.png",
             opening: Some(("b.png", 0.25)),

@@ -112,9 +112,7 @@ fn wanted_fixed(ray: Seen_fixed, look: Look) -> vec4<u32> {
     let share = 0.125;
     let ddx = fixed_shorter(ray, fixed_ground(ray, ray.seen + (look.steps.xy * share)).offset - look.offset) / share;
     let ddy = fixed_shorter(ray, fixed_ground(ray, ray.seen + (look.steps.zw * share)).offset - look.offset) / share;
-    let wanted = layer_look(Look(look.anchor, look.offset, ddx, ddy, look.steps, look.is_met), PLACE_WANTED);
-    let place = fixed_place(wanted, scene.ids.all);
-    return vastex_feedback_fixed_grad(scene.ids.all, scene.ids.view, place.anchor, place.offset, place.ddx, place.ddy);
+    return asked_fixed(Look(look.anchor, look.offset, ddx, ddy, look.steps, look.is_met), ray.clip);
 }
 
 fn light_fixed(look: Look) -> f32 {

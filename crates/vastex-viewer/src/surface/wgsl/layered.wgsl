@@ -8,7 +8,7 @@ struct Layered {
     map: u32,         // 1 where the palette makes colours of a single channel
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
-    difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that
+    difference: f32,  // by how much it is magnified how far it is from what lies beneath; 0 where it lies over that, and below 0 where it hides it
     nodata: f32,      // the value that stands for no data
     ends: f32,        // and the one from which on it is not drawn
     nodata_colour: vec4<f32>, // of what is without data; alpha 0 where it is not drawn
@@ -80,4 +80,42 @@ fn layer_look(look: Look, n: u32) -> Look {
     let place = scene.places[n + scene_zero];
     let offset = ((look.offset - scene.fixed[scene_zero].fraction) * place.ratio) + place.fraction;
     return Look(place.anchor, offset, look.ddx * place.ratio, look.ddy * place.ratio, look.steps, look.is_met);
+}
+
+// Whether a layer has a texel at what is looked at, where layers lie texel upon texel.
+fn layered_has(look: Look, n: u32) -> bool {
+    let place = layer_look(look, n);
+    return all(place.offset >= -vec2<f32>(place.anchor)) & all(place.offset < scene.places[n + scene_zero].end);
+}
+
+// Whether nothing is seen of so many layers that lie texel upon texel and are compared: where the uppermost has no texel in its turn, and for a
+// difference where nothing beneath has one.
+fn layered_lacks(look: Look, at: vec2<f32>, count: u32) -> bool {
+    var lacks = false;
+    var is_above = false;
+    for (var n = 0u; n < layered_end(look, count); n++) {
+        let is_seen = layered_is_seen(look, at, n);
+        let has = layered_has(look, n);
+        let is_alone = !has | ((layered[n].difference > 0.0) & !is_above);
+        lacks = lacks | (is_seen & (layered[n].difference != 0.0) & is_alone);
+        is_above = is_above | (is_seen & has);
+    }
+    return lacks;
+}
+
+// Of so many layers that are asked for in turns the one whose turn it is: those that are drawn take turns, each with an entry of its own.
+fn layered_turn(look: Look, at: vec4<f32>, count: u32) -> u32 {
+    var drawn = 0u;
+    for (var n = 0u; n < layered_end(look, count); n++) {
+        drawn += select(0u, 1u, layered_is_drawn(look, n));
+    }
+    let turn = vastex_turn(scene.ids.view, at, max(drawn, 1u));
+    var chosen = 0u;
+    var passed = 0u;
+    for (var n = 0u; n < layered_end(look, count); n++) {
+        let is_drawn = layered_is_drawn(look, n);
+        chosen = select(chosen, n, is_drawn & (passed == turn));
+        passed += select(0u, 1u, is_drawn);
+    }
+    return chosen;
 }

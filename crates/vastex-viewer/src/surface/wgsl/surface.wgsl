@@ -61,10 +61,10 @@ struct ReliefGrid {
 
 // A texture beside the one that places in fixed point are told of, where it has a size of its own.
 struct LayerPlace {
-    anchor: vec2<u32>,   // its texel in the middle of the view
+    anchor: vec2<u32>,   // its texel in the middle of the view, or the nearest to it
     fraction: vec2<f32>, // how far into it the middle is
     ratio: vec2<f32>,    // its texels in one of the other's
-    unused: vec2<f32>,
+    end: vec2<f32>,      // where it ends, in its texels from the anchor
 }
 
 // How a planet is lit and looked at; see planet.wgsl and planet.rs.

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use vastex::{Prepared, TextureId, Textures, TileSource};
 
-use super::{DisplayError, DisplaySettings, Displayed, described};
+use super::described::{Texels, described};
+use super::{DisplayError, DisplaySettings, Displayed};
 use crate::gpu::Gpu;
 use crate::panels::FileAbout;
 use crate::picture::PicturePart;
@@ -26,6 +27,7 @@ pub struct Blueprint {
     format: PictureFormat,
     is_crisp: bool,
     is_generated: bool,
+    is_reduced: bool,
     growth: Growth,
     rows_seen: u32,
     view: Option<PicturePart>,
@@ -67,6 +69,7 @@ impl Displayed {
             format: self.format.clone(),
             is_crisp: self.is_crisp,
             is_generated: self.is_generated,
+            is_reduced: self.is_reduced,
             growth: self.growth.clone(),
             rows_seen: self.rows_seen,
             view: self.renderer.view(),
@@ -98,12 +101,14 @@ impl Displayed {
             format,
             is_crisp,
             is_generated,
+            is_reduced,
             growth,
             rows_seen,
             view,
         } = blueprint;
         let mut relief = None;
-        let drawn = described(settings, (is_crisp, is_generated), textures, &ids, &mut relief)?;
+        let how = Texels { is_crisp, is_generated, is_reduced };
+        let drawn = described(settings, how, textures, &ids, &mut relief)?;
         let mut renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         renderer.set_view(view);
         let tiles = std::iter::once(first).chain(over).map(|(_, source)| source).collect();
@@ -123,6 +128,7 @@ impl Displayed {
             heights: settings.options.heights.clone(),
             is_crisp,
             is_generated,
+            is_reduced,
             growth,
             rows_seen,
         };
