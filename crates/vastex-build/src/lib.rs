@@ -62,7 +62,7 @@ pub use image::{
     in_srgb, open, open_reduced, open_shrunk,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
-pub use progress::Progress;
+pub use progress::{Progress, read_first_rows};
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use source::{DirectorySource, SourceError, TiffDirectories, TiffFacts, TiffLevel, TiffSource};
 pub use texels::{FilterError, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning, Quality};

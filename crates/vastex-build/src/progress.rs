@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::{self, Builder};
 use std::time::Duration;
 
-use crate::image::{Beginning, ImageHeader, Notice};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, RowReader};
 
 /// Gets reports of how far a build, a replacement or an export is, and may stop it. Called on the thread that
 /// called [`crate::build()`] or its like.
@@ -77,6 +77,19 @@ pub(crate) fn watched<T: Send, W: FnOnce() -> T + Send>(
         }
     });
     done.filter(|_| !beginning.is_broken_off())
+}
+
+/// Reads the first rows of an image, while `progress` hears on this thread of the work before them
+/// ([`Progress::beginning`]). `None` where it was broken off.
+pub fn read_first_rows(
+    reader: &mut dyn RowReader,
+    rows: &mut [u8],
+    progress: &dyn Progress,
+) -> Option<Result<(), InputFault>> {
+    match reader.beginning() {
+        Some(beginning) => watched(&beginning, progress, || reader.read_rows(rows)),
+        None => Some(reader.read_rows(rows)),
+    }
 }
 
 /// For callers that neither watch nor cancel.

@@ -144,9 +144,13 @@ fn at_a_share(
     let mut rows = vec![0; SHARE_ROWS as usize * header.row_bytes()];
     for first in (0..header.height).step_by(SHARE_ROWS as usize) {
         let rows = &mut rows[..SHARE_ROWS.min(header.height - first) as usize * header.row_bytes()];
-        reader.read_rows(rows).ok()?;
+        match first {
+            0 => vastex_build::read_first_rows(&mut *reader, rows, progress)?.ok()?,
+            _ => reader.read_rows(rows).ok()?,
+        }
         image.push(rows);
-        if progress.observer.advance(f64::from(first) / f64::from(header.height)).is_break() {
+        let (before, share) = (progress.before_rows.get(), f64::from(first) / f64::from(header.height));
+        if progress.observer.advance(before + (1.0 - before) * share).is_break() {
             return None;
         }
     }
@@ -308,5 +312,24 @@ mod tests {
             ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &() }, None);
         let image = at_a_share(&path, &progress, [2, 1], false).unwrap();
         assert_eq!(image.image_size(), [512, 512]);
+        // Nothing of it is there before it has been read: that is told of, and broken off.
+        let impatient = Impatient::default();
+        let progress =
+            ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &impatient }, None);
+        assert!(at_a_share(&path, &progress, [2, 1], false).is_none());
+        assert_eq!(impatient.told.get(), 1, "it is not read on");
+    }
+
+    /// Breaks off what it is told of.
+    #[derive(Default)]
+    struct Impatient {
+        told: Cell<u32>,
+    }
+
+    impl OpenObserver for Impatient {
+        fn advance(&self, _: f64) -> ControlFlow<()> {
+            self.told.set(self.told.get() + 1);
+            ControlFlow::Break(())
+        }
     }
 }

@@ -1,11 +1,12 @@
 //! What can be seen of an image while it is built or decoded: a smaller picture where there is a quick way to
 //! one, else the rows that have been read.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use vastex_build::{ImageHeader, MemoryImage, RowReader};
+use vastex_build::{ImageHeader, MemoryImage, Progress, RowReader};
 
 use super::observer::OpenObserver;
 
@@ -159,12 +160,29 @@ impl<'a> Preview<'a> {
     }
 }
 
+/// Has the work before the first row broken off where an observer wants it no more.
+struct Watched<'a>(&'a dyn OpenObserver);
+
+impl Progress for Watched<'_> {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        self.0.advance(0.0)
+    }
+
+    fn beginning(&self, _: f64) -> ControlFlow<()> {
+        self.0.advance(0.0)
+    }
+}
+
 /// Adds the next rows of a reader; returns true if there may be more.
 fn read_rows(reader: &mut dyn RowReader, growing: &mut Growing, observer: &dyn OpenObserver) -> bool {
     let header = reader.header();
     let left = header.height - growing.picture.image_rows();
     let mut rows = vec![0; left.min(ROWS) as usize * header.row_bytes()];
-    let is_read = left > 0 && reader.read_rows(&mut rows).is_ok();
+    let read = match growing.picture.image_rows() {
+        0 if left > 0 => vastex_build::read_first_rows(reader, &mut rows, &Watched(observer)),
+        _ => (left > 0).then(|| reader.read_rows(&mut rows)),
+    };
+    let is_read = read.is_some_and(|read| read.is_ok());
     if is_read {
         growing.push(&rows, observer);
     }

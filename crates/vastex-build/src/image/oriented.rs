@@ -26,7 +26,11 @@ pub(super) fn upright(inner: Box<dyn RowReader>) -> Box<dyn RowReader> {
         header.memory = header.memory.saturating_add(band);
     }
     let seen = inner.header().notices.len();
-    Box::new(Oriented { inner, header, turn, image: Vec::new(), next_row: 0, seen })
+    let beginning = match turn.needs_all() {
+        true => Some(Arc::new(Beginning::after(inner.beginning()))),
+        false => inner.beginning(),
+    };
+    Box::new(Oriented { inner, header, turn, beginning, image: Vec::new(), next_row: 0, seen })
 }
 
 /// Returns true if a picture is stored in another position than upright.
@@ -65,6 +69,8 @@ struct Oriented {
     inner: Box<dyn RowReader>,
     header: ImageHeader,
     turn: Turn,
+    /// Of the first row: all that is stored, where it is needed.
+    beginning: Option<Arc<Beginning>>,
     /// All rows, upright, once the first is asked for, where they are needed.
     image: Vec<u8>,
     next_row: u32,
@@ -81,6 +87,9 @@ impl Oriented {
         let (row_bytes, height) = (self.inner.header().row_bytes(), self.inner.header().height);
         let mut band = vec![0; BAND.min(height) as usize * row_bytes];
         for first in (0..height).step_by(BAND as usize) {
+            if let Some(beginning) = &self.beginning {
+                beginning.go_on(first.into(), height.into())?;
+            }
             let rows = &mut band[..BAND.min(height - first) as usize * row_bytes];
             self.inner.read_rows(rows)?;
             match self.turn.transposes {
@@ -88,6 +97,7 @@ impl Oriented {
                 false => self.place_rows(rows, first),
             }
         }
+        self.beginning.iter().for_each(|beginning| beginning.note(1, 1));
         Ok(())
     }
 
@@ -139,7 +149,7 @@ impl RowReader for Oriented {
     }
 
     fn beginning(&self) -> Option<Arc<Beginning>> {
-        self.inner.beginning()
+        self.beginning.clone()
     }
 
     fn take_help(&mut self, helpers: &Helpers) {

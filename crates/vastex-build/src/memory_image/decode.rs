@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::MemoryImage;
 use crate::build::error::BuildError;
 use crate::image::{Helpers, RowReader, in_srgb, open};
-use crate::progress::{Progress, watched};
+use crate::progress::{Progress, read_first_rows};
 use crate::threads;
 
 /// Bytes of the rows that are decoded at once.
@@ -99,11 +99,9 @@ impl Decoding {
             }
             let count = (header.height - done).min(together as u32);
             let rows = &mut rows[..count as usize * row];
-            let beginning = self.reader.beginning().filter(|_| done == 0);
-            let reader = &mut self.reader;
-            let read = match beginning {
-                Some(beginning) => watched(&beginning, progress, || reader.read_rows(rows)),
-                None => Some(reader.read_rows(rows)),
+            let read = match done {
+                0 => read_first_rows(&mut *self.reader, rows, progress),
+                _ => Some(self.reader.read_rows(rows)),
             };
             read.ok_or(BuildError::Cancelled)?
                 .map_err(|fault| BuildError::Input { path: self.path.clone(), fault })?;

@@ -6,6 +6,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use exr::prelude::{Blocks, Compression, FlatSamples, Vec2, f16};
 use png::ColorType;
 use vastex_build::{
     BuildError, BuildOptions, DecodeOptions, Decoding, ImageHeader, LayerInput, MemoryImage, Progress, build,
@@ -14,6 +15,7 @@ use vastex_build::{
 use vastex_core::{AddressMode, PagePos};
 use vastex_tiles::{TileSource, conformance};
 
+use crate::common::exr::{encoding, exr_of};
 use crate::common::files::{exif, jpeg, jpeg_with_segment};
 use crate::common::sandbox::{Sandbox, hills};
 use crate::common::{texels, tiles, write_png};
@@ -245,8 +247,29 @@ impl Progress for Impatient {
 #[test]
 fn what_is_decoded_before_the_first_row_is_watched_and_can_be_broken_off() {
     let (sandbox, size) = (Sandbox::new(), [400, 300]);
+    let progressive = jpeg(size, 3, true, &hills(size, 3));
+    let turned = |file: &[u8]| jpeg_with_segment(file, 0xe1, &[&b"Exif\0\0"[..], &exif(6)].concat());
+    let halves = (0..400 * 300).map(|n| f16::from_f32(n as f32)).collect();
+    let tiles = encoding(Compression::Uncompressed, Blocks::Tiles(Vec2(64, 64)));
+    let upright = jpeg(size, 3, false, &hills(size, 3));
+    for file in [
+        progressive.clone(),
+        turned(&progressive),
+        turned(&upright),
+        exr_of([400, 300], tiles, vec![("Y", FlatSamples::F16(halves))], false),
+    ] {
+        check_beginning(&sandbox, &file);
+    }
+    // Rows of other images come at once.
     let path = sandbox.path("image.jpg");
-    std::fs::write(&path, jpeg(size, 3, true, &hills(size, 3))).unwrap();
+    std::fs::write(&path, upright).unwrap();
+    assert!(open(&path).unwrap().beginning().is_none());
+}
+
+/// Of an image of which all is decoded before the first row.
+fn check_beginning(sandbox: &Sandbox, file: &[u8]) {
+    let path = sandbox.path("image");
+    std::fs::write(&path, file).unwrap();
     let mut reader = vastex_build::in_srgb(open(&path).unwrap());
     let beginning = reader.beginning().unwrap();
     assert_eq!(beginning.share(), 0.0);
@@ -275,7 +298,5 @@ fn what_is_decoded_before_the_first_row_is_watched_and_can_be_broken_off() {
             );
         }
     }
-    // Rows of other images come at once.
-    std::fs::write(&path, jpeg(size, 3, false, &hills(size, 3))).unwrap();
-    assert!(open(&path).unwrap().beginning().is_none());
+    std::fs::remove_file(out).unwrap();
 }

@@ -23,7 +23,7 @@ use crate::image::ahead::{Ahead, Helpers};
 use crate::image::alpha::unpremultiply;
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
-use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
 use blocks::{Places, decompress};
 
 /// Bytes that a decoded block of rows, or a tile, may have.
@@ -39,8 +39,8 @@ pub(super) struct ExrReader {
     ahead: Ahead<Result<Option<Block>, BlockFault>>,
     /// True if there are no more chunks, or none that can be read.
     has_ended: bool,
-    /// True if all blocks are read before the first row is given out.
-    whole: bool,
+    /// Where all blocks are read before the first row is given out, how many of them.
+    beginning: Option<Arc<Beginning>>,
     /// Rows from `first_row` on, as they are given out.
     band: Vec<u8>,
     first_row: u32,
@@ -124,7 +124,7 @@ impl ExrReader {
             decoding: Arc::new(Decoding { meta, layout, size }),
             ahead: Ahead::new(count, 3 * block as u64),
             has_ended: false,
-            whole: !in_order,
+            beginning: (!in_order).then(Arc::default),
             band: Vec::new(),
             first_row: 0,
             next_row: 0,
@@ -174,13 +174,15 @@ impl ExrReader {
     /// Reads the rows from the next one on that lie in one block, or all.
     fn load(&mut self) -> Result<(), InputFault> {
         self.first_row = self.next_row;
-        if self.whole {
+        if let Some(beginning) = self.beginning.clone() {
             let len = usize::try_from(self.header.image_bytes())
                 .map_err(|_| unsupported("an image of a size that no memory holds", "split it"))?;
             self.band = vec![0; len];
-            let mut missing = u64::from(self.header.width) * u64::from(self.header.height);
+            let all = u64::from(self.header.width) * u64::from(self.header.height);
+            let mut missing = all;
             let mut places = Places::of(&self.decoding.meta.headers[0]);
             while missing > 0 {
+                beginning.go_on(all - missing, all)?;
                 let block = self.next_block()?;
                 let [x, y] = block.at;
                 let rest = missing.checked_sub((block.size[0] * block.size[1]) as u64);
@@ -193,6 +195,7 @@ impl ExrReader {
                     row[x * texel..][..texels.len()].copy_from_slice(texels);
                 }
             }
+            beginning.note(1, 1);
             return Ok(());
         }
         let Block { at: [x, y], size: [width, height], texels, .. } = self.next_block()?;
@@ -211,6 +214,10 @@ impl RowReader for ExrReader {
 
     fn memory_ahead(&self, pieces: usize) -> u64 {
         self.ahead.memory(pieces)
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.beginning.clone()
     }
 
     fn take_help(&mut self, helpers: &Helpers) {
