@@ -57,9 +57,9 @@ pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    Beginning, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number, PixelFormat, PixelSize, Profile,
-    RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose, files_of_image, image_in_file,
-    in_srgb, open, open_reduced, open_shrunk,
+    Beginning, Converted, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number,
+    PixelFormat, PixelSize, Profile, RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose,
+    files_of_image, image_in_file, in_srgb, open, open_reduced, open_shrunk,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::{Progress, read_first_rows};

@@ -4,6 +4,8 @@
 use serde::Serialize;
 use vastex_build::{GeoPlace, PixelSize, TiffAbout};
 
+use crate::open::CONVERTED;
+
 /// Columns that names have at most; of longer ones the values stand farther to the right.
 const MOST_NAME: usize = 28;
 
@@ -117,6 +119,11 @@ impl AboutSummary {
     pub(super) fn words(&self) -> impl Iterator<Item = (String, String)> {
         self.words.iter().map(|word| (word.name.clone(), word.value.clone()))
     }
+}
+
+/// The rows about what is shown as something else than it is stored.
+pub(super) fn converted_rows(conversions: &[String]) -> impl Iterator<Item = (String, String)> {
+    conversions.iter().map(|conversion| (CONVERTED.to_owned(), conversion.clone()))
 }
 
 /// Rows as a text: names, and beside them values, of which every line begins in the same column.

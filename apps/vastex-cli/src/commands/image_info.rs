@@ -6,9 +6,7 @@ use anyhow::{Context, Result};
 use serde::Serialize;
 use vastex_build::Profile;
 
-#[cfg(feature = "view")]
-use super::about_info::Rows;
-use super::about_info::{AboutSummary, text_of};
+use super::about_info::{AboutSummary, Rows, converted_rows, text_of};
 use crate::open::Looked;
 use crate::open::image::is_no_image;
 use crate::{open, report};
@@ -29,6 +27,9 @@ pub(super) struct ImageSummary {
     /// What the file says of it besides.
     #[serde(flatten)]
     about: AboutSummary,
+    /// What is shown as something else than it is stored.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    converted: Vec<String>,
     /// What is left out, and what reading it costs.
     notices: Vec<String>,
 }
@@ -55,6 +56,7 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<ImageSummary>> {
                 memory: header.memory,
                 about,
                 notices: header.notices.iter().map(ToString::to_string).collect(),
+                converted: vastex_build::in_srgb(reader).header().conversions(),
             }))
         }
         Err(fault) if is_no_image(&fault) => Ok(None),
@@ -66,7 +68,7 @@ impl ImageSummary {
     /// What there is to say, by names.
     #[cfg(feature = "view")]
     pub(super) fn rows(&self) -> Rows {
-        let ImageSummary { size, texels, is_linear, memory, about, notices, .. } = self;
+        let ImageSummary { size, texels, is_linear, memory, about, converted, notices, .. } = self;
         let [width, height] = size;
         let linear = if *is_linear { ", linear" } else { "" };
         let rows = [
@@ -75,6 +77,7 @@ impl ImageSummary {
             ("reading", format!("takes {} of memory", report::bytes(*memory))),
         ];
         let mut rows: Rows = rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        rows.extend(converted_rows(converted));
         rows.extend(about.rows(*size));
         rows.extend(notices.iter().map(|notice| ("note".to_owned(), notice.clone())));
         rows.extend(about.words());
@@ -82,7 +85,7 @@ impl ImageSummary {
     }
 
     pub(super) fn text(&self) -> String {
-        let ImageSummary { size, texels, is_linear, memory, about, notices, .. } = self;
+        let ImageSummary { size, texels, is_linear, memory, about, converted, notices, .. } = self;
         let [width, height] = size;
         let linear = if *is_linear { ", linear" } else { "" };
         let mut text = format!(
@@ -92,7 +95,8 @@ impl ImageSummary {
             report::bytes(*memory)
         );
         notices.iter().for_each(|notice| text.push_str(&format!("note: {notice}\n")));
-        let mut rows = about.rows(*size);
+        let mut rows: Rows = converted_rows(converted).collect();
+        rows.extend(about.rows(*size));
         rows.extend(about.words());
         text.push_str(&text_of(&rows));
         text

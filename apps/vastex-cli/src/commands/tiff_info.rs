@@ -37,6 +37,8 @@ pub(super) struct TiffSummary {
     bands: Vec<Option<String>>,
     /// Those that are shown, counted from 1.
     shown_bands: Vec<u16>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    converted: Vec<String>,
     notices: Vec<String>,
     /// True if it is built before it is shown, and the build has other levels and pages than its tiles.
     #[serde(skip)]
@@ -123,6 +125,7 @@ impl TiffSummary {
             bands: about.bands.clone(),
             shown_bands: facts.shown_bands().to_vec(),
             notices: facts.notices().iter().filter(is_true).map(ToString::to_string).collect(),
+            converted: facts.conversions().to_vec(),
             is_built_first,
         }
     }
@@ -170,6 +173,7 @@ impl TiffSummary {
             rows.push(("", format!("{} shown; FILE:bands=3,2,1 shows others", shown.join(", "))));
         }
         let mut rows: Rows = rows.into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        rows.extend(about_info::converted_rows(&self.converted));
         rows.extend(self.about.rows(self.size));
         rows.extend(self.notices.iter().map(|notice| ("note".to_owned(), notice.clone())));
         rows.extend(self.about.words());

@@ -9,14 +9,21 @@ use vastex_viewer::panels::FileAbout;
 #[cfg(feature = "build")]
 use vastex_viewer::panels::{FileBands, MapPlace, TexelSize};
 
+#[cfg(feature = "build")]
+use super::CONVERTED;
 use super::looked::Looked;
 
 /// What is said of the source that a path names, which was looked at, beside what `vastex info` says of
 /// it.
 #[cfg(feature = "build")]
 pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String)>) -> FileAbout {
-    let about =
-        FileAbout { rows: rows.into(), is_generated: super::is_generated(path), ..FileAbout::default() };
+    let is_of = |(name, value): &(String, String)| (name == CONVERTED).then(|| value.clone());
+    let about = FileAbout {
+        converted: rows.iter().filter_map(is_of).collect::<Vec<_>>().join(", "),
+        rows: rows.into(),
+        is_generated: super::is_generated(path),
+        ..FileAbout::default()
+    };
     let Some(tiff) = looked.tiff(path) else {
         return match container_about(path) {
             Some(kept) => placed(about, &kept),

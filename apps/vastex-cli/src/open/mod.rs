@@ -46,6 +46,10 @@ pub(crate) use observer::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "view")]
 pub(crate) use shapes::{check_shapes, shapes_over};
 
+/// Names what `vastex info` says of values that are shown as something else than they are stored.
+#[cfg(feature = "build")]
+pub(crate) const CONVERTED: &str = "converted";
+
 /// What a scene shows.
 pub(crate) struct Opened {
     /// Behind the disk cache, where there is one.

@@ -11,6 +11,7 @@ use super::color::Profile;
 use super::fault::InputFault;
 use super::notice::Notice;
 use super::pixel::PixelFormat;
+use super::stored_as::Converted;
 
 /// What is known of an image from its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,6 +27,8 @@ pub struct ImageHeader {
     /// The least and the greatest number that the file's samples can be, where they are signed whole numbers,
     /// which rows hold as floats. A layer of whole numbers holds this range as 0 to 1.
     pub range: Option<[i64; 2]>,
+    /// What the file's samples are, if the rows hold something else.
+    pub converted: Option<Converted>,
     /// The number of samples of which nothing is known, as the rows hold samples, if the file says so: a
     /// texel whose colours all have it is without data. It may be no number (NaN), which is without data in
     /// images of floats in any case where there is such a number.
@@ -62,6 +65,7 @@ impl ImageHeader {
             format,
             linear: false,
             range: None,
+            converted: None,
             nodata: None,
             profile: None,
             orientation: 1,
@@ -80,6 +84,17 @@ impl ImageHeader {
     /// Bytes of all rows.
     pub fn image_bytes(&self) -> u64 {
         (self.row_bytes() as u64).saturating_mul(u64::from(self.height))
+    }
+
+    /// What was made something else of on the way from the file to the rows, each as in "from inks (CMYK)":
+    /// samples, and colours that were converted to sRGB ([`crate::in_srgb`]).
+    pub fn conversions(&self) -> Vec<String> {
+        let of_colors = |notice: &Notice| match notice {
+            Notice::ConvertedToSrgb { from, .. } => Some(format!("from the colours of {from}")),
+            _ => None,
+        };
+        let samples = self.converted.map(|samples| format!("from {samples}"));
+        samples.into_iter().chain(self.notices.iter().filter_map(of_colors)).collect()
     }
 
     /// What there is to say before its texels are read, the profile included, where a layer that holds no

@@ -13,7 +13,7 @@ use super::exif;
 use super::file::buffered;
 use super::stored_as::{Palette, StoredAs, unpacked};
 use crate::image::fault::near_row;
-use crate::image::{ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
+use crate::image::{Converted, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
 
 /// The encoding gamma of light, times 100,000, as PNG stores it.
 const LINEAR_GAMMA: u32 = 100_000;
@@ -104,6 +104,11 @@ impl PngReader {
         let large_profile = profile_len.saturating_sub(USUAL_PROFILE_BYTES);
         header.memory = (256 << 10) + 4 * header.row_bytes() as u64 + 2 * large_profile;
         note(&mut header, info, has_profile);
+        header.converted = match (info.color_type, info.bit_depth as u8) {
+            (ColorType::Indexed, _) => Some(Converted::Palette),
+            (_, bits @ 1..8) => Some(Converted::FewBits(bits)),
+            _ => None,
+        };
         let interlaced = info.interlaced;
         if interlaced {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");

@@ -1,7 +1,38 @@
 //! What the samples of an image stand for as they are stored, before anything is made of them: what whoever
 //! writes them elsewhere must say with them.
 
+use std::fmt;
 use std::sync::Arc;
+
+/// What the samples of a file are of which its rows hold something else, so that no value is the one that the
+/// file stores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Converted {
+    /// Numbers of a palette, of which rows hold the colours.
+    Palette,
+    /// Grey of so many bits, 1, 2 or 4, of which rows hold 8.
+    FewBits(u8),
+    /// Inks, of which rows hold red, green and blue.
+    Inks,
+    /// Whole numbers of 32 bits, which rows hold as floats: exactly up to 2^24.
+    Integers,
+    /// Floats of 64 bits, of which rows hold 32.
+    Doubles,
+}
+
+impl fmt::Display for Converted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Converted::Palette => f.write_str("numbers of a palette"),
+            Converted::FewBits(1) => f.write_str("grey of 1 bit"),
+            Converted::FewBits(bits) => write!(f, "grey of {bits} bits"),
+            Converted::Inks => f.write_str("inks (CMYK)"),
+            Converted::Integers => f.write_str("whole numbers of 32 bits"),
+            Converted::Doubles => f.write_str("floats of 64 bits"),
+        }
+    }
+}
 
 /// What the samples of a texel stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

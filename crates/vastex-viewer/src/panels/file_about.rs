@@ -32,6 +32,9 @@ pub struct FileAbout {
     pub bands: Option<FileBands>,
     /// What is said of the file: a name and a value each.
     pub rows: Arc<[(String, String)]>,
+    /// What the file's values were converted from, as in "from inks (CMYK)"; empty if they are those that it
+    /// stores.
+    pub converted: String,
     /// True if the file is a generated planet.
     pub is_generated: bool,
 }

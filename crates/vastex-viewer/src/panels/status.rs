@@ -25,11 +25,13 @@ pub enum StatusPlace<'a> {
     Map(&'a MapPlace),
 }
 
-/// What is below the pointer in words: the texel, its values as they are stored, the level that they are of,
-/// and where its middle is, if there are coordinates for that.
-pub fn status_text(texel: &InspectedTexel, place: Option<StatusPlace<'_>>) -> String {
+/// What is below the pointer in words: the texel, its values, what they were converted from
+/// ([`super::FileAbout::converted`]), the level that they are of, and where its middle is, if there are
+/// coordinates for that.
+pub fn status_text(texel: &InspectedTexel, converted: &str, place: Option<StatusPlace<'_>>) -> String {
     let [x, y] = texel.texel;
-    let text = format!("{x}, {y}   {}   level {}", texel.values_text(), texel.level);
+    let converted = if converted.is_empty() { String::new() } else { format!(" ({converted})") };
+    let text = format!("{x}, {y}   {}{converted}   level {}", texel.values_text(), texel.level);
     let middle = [x, y].map(|texel| f64::from(texel) + 0.5);
     match place {
         Some(StatusPlace::Globe([width, height])) => {
@@ -89,13 +91,19 @@ mod tests {
     #[test]
     fn the_line_says_texel_value_level_and_place() {
         let texel = |format, level| InspectedTexel::new([300, 100], level, format, [0.2, 1.0, 0.0, 1.0]);
-        assert_eq!(status_text(&texel(LayerFormat::Rgba8, 0), None), "300, 100   51 255 0   level 0");
-        let on_globe = status_text(&texel(LayerFormat::R32Float, 3), Some(StatusPlace::Globe([720, 360])));
+        let rgba = texel(LayerFormat::Rgba8, 0);
+        assert_eq!(status_text(&rgba, "", None), "300, 100   51 255 0   level 0");
+        let converted = status_text(&rgba, "from inks (CMYK)", None);
+        assert_eq!(converted, "300, 100   51 255 0 (from inks (CMYK))   level 0");
+        let on_globe =
+            status_text(&texel(LayerFormat::R32Float, 3), "", Some(StatusPlace::Globe([720, 360])));
         assert_eq!(on_globe, "300, 100   0.2   level 3   39.75° N 29.75° W");
         let south = InspectedTexel::new([719, 359], 0, LayerFormat::R8, [1.0; 4]);
-        assert!(status_text(&south, Some(StatusPlace::Globe([720, 360]))).ends_with("89.75° S 179.75° E"));
+        assert!(
+            status_text(&south, "", Some(StatusPlace::Globe([720, 360]))).ends_with("89.75° S 179.75° E")
+        );
         let map = MapPlace::new([10.0, 0.0, 5e5, 0.0, -10.0, 4.6e6], "EPSG:32633", false).unwrap();
-        let on_map = status_text(&texel(LayerFormat::R32Float, 0), Some(StatusPlace::Map(&map)));
+        let on_map = status_text(&texel(LayerFormat::R32Float, 0), "", Some(StatusPlace::Map(&map)));
         assert_eq!(on_map, "300, 100   0.2   level 0   x 503005 y 4598995 (EPSG:32633)");
     }
 

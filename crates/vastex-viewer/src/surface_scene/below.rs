@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use glam::DVec2;
+use vastex::LayerId;
 use vastex::diagnostics::FrameStats;
 
 use super::SurfaceScene;
@@ -99,7 +100,7 @@ impl SurfaceScene {
         let parts = TitleParts {
             name: &name,
             image,
-            texel: texel.as_ref(),
+            texel: texel.as_ref().map(|(_, texel)| texel),
             overlay: displayed.and_then(|source| Some(source.overlay.as_ref()?.overlay().name())),
             stats,
             is_settled: self.is_settled(stats),
@@ -122,8 +123,8 @@ impl SurfaceScene {
         moves(heights.as_mut().map(|heights| heights as &mut dyn GroundHeights));
     }
 
-    /// The texel below the pointer, of the layer that is seen there.
-    fn texel_below(&self, pose: &Pose) -> Option<InspectedTexel> {
+    /// The texel below the pointer, of the layer that is seen there, and which one that is.
+    fn texel_below(&self, pose: &Pose) -> Option<(LayerId, InspectedTexel)> {
         let pointer = self.pointer?;
         // Of a preview that grows, much is not there yet.
         let source = self.display.displayed().filter(|source| source.is_whole())?;
@@ -131,7 +132,8 @@ impl SurfaceScene {
         let pixel = panes.within(panes.at(pointer), pointer);
         let sizes = (picture, source.size);
         let at = |layer| inspect::texel_at(&self.textures, (&source.renderer, layer), pose, sizes, pixel);
-        source.renderer.layers().seen_at(panes.across(pointer)).find_map(|shown| at(shown.layer))
+        let seen = source.renderer.layers().seen_at(panes.across(pointer));
+        seen.map(|shown| shown.layer).find_map(|layer| Some((layer, at(layer)?)))
     }
 
     /// What the line at the foot of the picture says; `None` if it is hidden, or the picture is no
@@ -146,7 +148,11 @@ impl SurfaceScene {
         // What a file says of its place is true on whatever it lies.
         let of_globe = || source.renderer.scene().is_round().then_some(StatusPlace::Globe(source.size));
         let place = source.about.map.as_ref().map(StatusPlace::Map).or_else(of_globe);
-        Some(status_text(&self.texel_below(pose)?, place))
+        let (layer, texel) = self.texel_below(pose)?;
+        // What is said of the source's file is not said of others over it.
+        let is_of_source = source.textures().first() == Some(&layer.texture());
+        let converted = if is_of_source { source.about.converted.as_str() } else { "" };
+        Some(status_text(&texel, converted, place))
     }
 }
 

@@ -23,7 +23,7 @@ use crate::image::ahead::{Ahead, Helpers};
 use crate::image::alpha::unpremultiply;
 use crate::image::fault::near_row;
 use crate::image::file::buffered;
-use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
+use crate::image::{Beginning, Converted, ImageHeader, InputFault, Notice, PixelFormat, RowReader, Sample};
 use blocks::{Places, decompress};
 
 /// Bytes that a decoded block of rows, or a tile, may have.
@@ -98,6 +98,8 @@ impl ExrReader {
         let (width, height) = (first.layer_size.width() as u64, first.layer_size.height() as u64);
         let mut header = ImageHeader::new(width, height, layout.format)?;
         header.linear = true;
+        let is_whole = |channel: &Channel| channel.stored == SampleType::U32;
+        header.converted = layout.channels.iter().any(is_whole).then_some(Converted::Integers);
         note(&mut header, &meta, first, &ignored);
         let block = first.max_block_byte_size();
         if block > MAX_BLOCK_BYTES {

@@ -26,7 +26,7 @@ use crate::image::fault::near_row;
 use crate::image::file::buffered;
 use crate::image::inks::rgb_from_inks;
 use crate::image::stored_as::StoredAs;
-use crate::image::{Beginning, ImageHeader, InputFault, Notice, PixelFormat, RowReader};
+use crate::image::{Beginning, Converted, ImageHeader, InputFault, Notice, PixelFormat, RowReader};
 use coarse::CoarseReader;
 use errors::{Fatal, handlers, take_stray_bytes, take_warnings};
 
@@ -120,6 +120,7 @@ impl JpegReader {
         // One of inks says nothing of what a plain formula makes of them.
         header.profile = found.profile.filter(|_| !has_inks);
         header.notices.extend(has_inks.then_some(Notice::InksConverted));
+        header.converted = has_inks.then_some(Converted::Inks);
         let mut file = file.into_inner();
         file.rewind()?;
         Ok(JpegReader {

@@ -112,6 +112,7 @@ impl TiffReader {
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
         let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
+        header.converted = chunks.stored.converted();
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.photometric != WHITE_IS_ZERO

@@ -1,7 +1,7 @@
 //! What the samples of a TIFF file are before they are handed out, and how much of them a byte of the file
 //! can hold.
 
-use crate::image::Sample;
+use crate::image::{Converted, Sample};
 
 pub(super) const COMPRESSION_NONE: u16 = 1;
 pub(super) const COMPRESSION_JPEG: u16 = 7;
@@ -44,6 +44,15 @@ impl Stored {
             (SIGNED, bits) => Stored::Signed(usize::from(bits) / 8),
             (FLOAT, 64) => Stored::Double,
             _ => Stored::AsItIs,
+        }
+    }
+
+    /// What that is of which something else is handed out, unless every number is exact.
+    pub(super) fn converted(self) -> Option<Converted> {
+        match self {
+            Stored::Double => Some(Converted::Doubles),
+            Stored::Signed(4) => Some(Converted::Integers),
+            Stored::AsItIs | Stored::Signed(_) => None,
         }
     }
 

@@ -21,6 +21,7 @@ pub struct TiffFacts {
     about: TiffAbout,
     profile: Option<String>,
     notices: Vec<Notice>,
+    conversions: Vec<String>,
     shown_bands: Vec<u16>,
     is_too_large: bool,
 }
@@ -80,6 +81,7 @@ impl TiffFacts {
             about,
             profile,
             notices,
+            conversions: header.conversions(),
             shown_bands,
             is_too_large: levels.check_coarsest().is_err(),
         };
@@ -121,6 +123,11 @@ impl TiffFacts {
     /// What the file says of the size and place of its texels.
     pub fn about(&self) -> &TiffAbout {
         &self.about
+    }
+
+    /// What is shown as something else than it is stored, each as in "from inks (CMYK)".
+    pub fn conversions(&self) -> &[String] {
+        &self.conversions
     }
 
     /// What is worth knowing of the file.

@@ -6,7 +6,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mozjpeg::{ColorSpace, Compress};
-use vastex_build::{BuildOptions, Notice, PixelFormat, Sample, TiffSource, build, open as open_rows};
+use vastex_build::{
+    BuildOptions, Converted, Notice, PixelFormat, Sample, TiffDirectories, TiffSource, build,
+    open as open_rows,
+};
 use vastex_core::LayerFormat;
 use vastex_tiles::{Container, TileSource};
 
@@ -238,4 +241,38 @@ fn a_scan_is_what_its_writer_reads_of_it() {
     let expected = png_of("scan-fax4.png");
     assert!(expected.contains(&0) && expected.contains(&255));
     assert!(shown(open(&fixture("scan-fax4.tif")), 0).1 == expected);
+}
+
+/// What is converted is said by rows and by the file where it lies, and nothing else is.
+#[test]
+fn what_samples_were_converted_from_is_said() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.tif");
+    for (bits, photometric, kind, expected) in [
+        (&[1][..], 1, 1, Some(Converted::FewBits(1))),
+        (&[4], 0, 1, Some(Converted::FewBits(4))),
+        (&[8; 4], 5, 1, Some(Converted::Inks)),
+        (&[32], 1, 2, Some(Converted::Integers)),
+        (&[64], 1, 3, Some(Converted::Doubles)),
+        (&[8; 3], 2, 1, None),
+        (&[16], 1, 1, None),
+        (&[16], 1, 2, None),
+        (&[32], 1, 3, None),
+    ] {
+        let mut file = HandmadeTiff::new([16, 16], bits, photometric, [16, 16], true);
+        file.set(339, kind);
+        file.chunks = vec![vec![0; 16 * 16 * bits.iter().sum::<u32>() as usize / 8]];
+        std::fs::write(&path, file.bytes()).unwrap();
+        let header = open_rows(&path).unwrap().header().clone();
+        assert_eq!(header.converted, expected, "{bits:?} of kind {kind}");
+        let facts = TiffDirectories::read(&path).unwrap().facts().unwrap();
+        assert_eq!(facts.conversions(), header.conversions());
+        assert_eq!(facts.conversions().len(), usize::from(expected.is_some()));
+    }
+    let png = directory.path().join("a.png");
+    let mut encoder = png::Encoder::new(File::create(&png).unwrap(), 2, 1);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(vec![0, 0, 0, 255, 0, 0]);
+    encoder.write_header().unwrap().write_image_data(&[0, 1]).unwrap();
+    assert_eq!(open_rows(&png).unwrap().header().conversions(), ["from numbers of a palette"]);
 }

@@ -4,13 +4,23 @@
 use super::image::{BLACK_IS_ZERO, INKS, MASK, PALETTE, TiffImage, WHITE_IS_ZERO};
 use crate::image::inks::{rgb_from_inks, rgb_from_inks_16};
 use crate::image::stored_as::{self, Palette, StoredAs};
-use crate::image::{Number, PixelFormat};
+use crate::image::{Converted, Number, PixelFormat};
 
 impl TiffImage {
     /// Returns true if what is shown is something else than what is stored, as [`TiffImage::texels_of`] makes
     /// it.
     pub(in crate::image::tiff) fn is_converted(&self) -> bool {
         self.has_few_bits() || self.is_of_palette() || self.is_of_inks()
+    }
+
+    /// What its samples are, if something else is shown.
+    pub(super) fn converted(&self) -> Option<Converted> {
+        match () {
+            () if self.is_of_palette() => Some(Converted::Palette),
+            () if self.is_of_inks() => Some(Converted::Inks),
+            () if self.of_few_bits() > 1 => Some(Converted::FewBits(self.bits as u8)),
+            () => self.stored().converted(),
+        }
     }
 
     /// What its samples stand for as they are stored.

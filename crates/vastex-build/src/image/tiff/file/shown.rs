@@ -37,6 +37,7 @@ impl TiffImage {
         header.notices.extend(is_first.then_some(Notice::FirstBands { of: self.samples }));
         header.notices.extend(self.is_premultiplied().then_some(Notice::PremultipliedAlpha));
         header.notices.extend((self.stored() == Stored::Double).then_some(Notice::DoublesNarrowed));
+        header.converted = self.converted();
         if self.sample_format == u64::from(SIGNED) {
             let most = (1i64 << (self.bits.clamp(1, 64) - 1)) - 1;
             header.range = Some([-most - 1, most]);
@@ -210,7 +211,7 @@ impl TiffImage {
     }
 
     /// How its samples become those that are shown.
-    fn stored(&self) -> Stored {
+    pub(super) fn stored(&self) -> Stored {
         Stored::new(self.sample_format as u16, self.bits as u8)
     }
 }
