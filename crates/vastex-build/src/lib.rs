@@ -57,7 +57,7 @@ pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    Beginning, Converted, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number,
+    Beginning, Converted, FIRST_IMAGE, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number,
     PixelFormat, PixelSize, Profile, RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose,
     files_of_image, image_in_file, in_srgb, open, open_reduced, open_shrunk,
 };

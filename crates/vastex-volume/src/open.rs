@@ -39,15 +39,23 @@ pub struct ImageList {
 }
 
 /// Returns true if a path looks like a volume: by the names in a directory, or by the first bytes of a file.
-/// Of a TIFF file, up to four directories are looked at.
+/// Of a TIFF file, up to four directories are looked at; where it may be taken for an image, too,
+/// `cells.tif:volume` says which is meant.
 pub fn is_volume(path: &Path) -> bool {
     if path.is_dir() {
         return is_of_zarr(path);
     }
     match path.is_file() {
         true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path) || is_container(path),
-        false => in_archive(path).is_some(),
+        false => in_archive(path).is_some() || named_stack(path).is_some(),
     }
+}
+
+/// The TIFF stack that a path means as a volume, as `cells.tif:volume` does: where nothing lies at the path
+/// itself, and a stack at what stands before the colon.
+fn named_stack(path: &Path) -> Option<&Path> {
+    let file = Path::new(path.to_str()?.strip_suffix(":volume")?);
+    (!path.exists() && file.is_file() && is_stack(file)).then_some(file)
 }
 
 /// Returns true if a directory has metadata of Zarr.
@@ -71,6 +79,9 @@ pub fn files_of_volume(path: &Path) -> Vec<PathBuf> {
     }
     if let Some((archive, _)) = in_archive(path) {
         return vec![archive];
+    }
+    if let Some(stack) = named_stack(path) {
+        return vec![stack.to_owned()];
     }
     match (raw_file(path), image_of(path)) {
         (Some(raw), _) => vec![raw_description(&raw), raw],
@@ -96,6 +107,9 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     }
     if let Some((archive, below)) = in_archive(path) {
         return open_zarr(&(Arc::new(Zip::open(&archive)?) as Arc<dyn KeyStore>), &below);
+    }
+    if let Some(stack) = named_stack(path) {
+        return open_stack(stack).map(volume);
     }
     // What is no file, such as a pipe, may never give a byte.
     let is_file = path.is_file();

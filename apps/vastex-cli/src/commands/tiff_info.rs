@@ -7,7 +7,8 @@ use anyhow::Result;
 use serde::Serialize;
 use vastex::Description;
 use vastex_build::{
-    InputFault, Notice, SourceError, TiffDirectories, TiffFacts, TiffLevel, bands_in_name, image_in_file,
+    FIRST_IMAGE, InputFault, Notice, SourceError, TiffDirectories, TiffFacts, TiffLevel, bands_in_name,
+    image_in_file,
 };
 
 use super::about_info::{self, AboutSummary, Rows};
@@ -74,7 +75,8 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<Description
     let anew = || TiffDirectories::read(path).and_then(|read| facts(&read));
     match looked.tiff(path).map_or_else(anew, facts) {
         Ok((found, lacks_levels)) => {
-            let may_be_built = image_in_file(path).is_none_or(|(_, name)| bands_in_name(name).is_some());
+            let is_first = |name| name == FIRST_IMAGE || bands_in_name(name).is_some();
+            let may_be_built = image_in_file(path).is_none_or(|(_, name)| is_first(name));
             let is_built_first = lacks_levels || found.is_too_large() && may_be_built;
             Ok(Some((found.description().clone(), TiffSummary::new(&found, is_built_first))))
         }

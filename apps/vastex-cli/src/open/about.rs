@@ -5,6 +5,8 @@
 use std::ffi::OsString;
 use std::path::Path;
 
+#[cfg(feature = "build")]
+use vastex_build::FIRST_IMAGE;
 use vastex_viewer::panels::FileAbout;
 #[cfg(feature = "build")]
 use vastex_viewer::panels::{FileBands, MapPlace, TexelSize};
@@ -32,24 +34,60 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String
     };
     let named = vastex_build::image_in_file(path);
     let file = named.map_or(path, |(file, _)| file);
+    let image = |name: &str| (name.to_owned(), in_file(file, name));
     let mut images: Vec<(String, OsString)> = Vec::new();
-    if !tiff.others().is_empty() {
-        images.push(("first".to_owned(), file.into()));
+    match is_stack(file) {
+        // The file alone may be opened as a volume.
+        true => images.extend([("as a volume".to_owned(), in_file(file, "volume")), image(FIRST_IMAGE)]),
+        false if !tiff.others().is_empty() => images.push((FIRST_IMAGE.to_owned(), file.into())),
+        false => {}
     }
-    images.extend(tiff.others().iter().map(|other| {
-        let mut path = file.as_os_str().to_owned();
-        path.push(":");
-        path.push(&other.name);
-        (other.name.clone(), path)
-    }));
+    images.extend(tiff.others().iter().map(|other| image(&other.name)));
     // What is said of the first image is not said of others.
-    let is_first = named.is_none_or(|(_, name)| vastex_build::bands_in_name(name).is_some());
+    let is_of_first = |name| name == FIRST_IMAGE || vastex_build::bands_in_name(name).is_some();
+    let is_first = named.is_none_or(|(_, name)| is_of_first(name));
     let of_first = Some(tiff.about()).filter(|_| is_first);
     let about = FileAbout { images, bands: bands_of(path, tiff), ..about };
     match of_first {
         Some(of_first) => placed(about, of_first),
         None => about,
     }
+}
+
+/// The path of an image of a file, or of all of its pages as a volume.
+#[cfg(feature = "build")]
+fn in_file(file: &Path, name: &str) -> OsString {
+    let mut path = file.as_os_str().to_owned();
+    path.push(":");
+    path.push(name);
+    path
+}
+
+/// Returns true if a TIFF file is a stack of slices as well as images: pages of one size, unless they are
+/// pictures of which nothing says that.
+#[cfg(all(feature = "build", feature = "volumes"))]
+fn is_stack(file: &Path) -> bool {
+    vastex_volume::is_volume(file) && !vastex_volume::are_pictures(file)
+}
+
+/// Without their reader there are no volumes.
+#[cfg(all(feature = "build", not(feature = "volumes")))]
+fn is_stack(_: &Path) -> bool {
+    false
+}
+
+/// What a TIFF file that a path means as a volume is as well: its pages, one by one.
+#[cfg(all(feature = "build", feature = "volumes"))]
+pub(crate) fn images_of_volume(path: &Path) -> Vec<(String, OsString)> {
+    let file = vastex_build::image_in_file(path).map_or(path, |(file, _)| file);
+    let is_tiff = vastex_build::TiffDirectories::read(file).is_ok();
+    is_tiff.then(|| ("page by page".to_owned(), in_file(file, FIRST_IMAGE))).into_iter().collect()
+}
+
+/// Without the readers of `vastex build` no page is shown alone.
+#[cfg(all(not(feature = "build"), feature = "volumes"))]
+pub(crate) fn images_of_volume(_: &Path) -> Vec<(String, std::ffi::OsString)> {
+    Vec::new()
 }
 
 /// What the source that a path names says of itself: a TIFF file, also where bands of it are shown, of its

@@ -25,7 +25,7 @@ pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
 pub(crate) fn without_bands(path: &Path) -> &Path {
     #[cfg(feature = "build")]
     if let Some((file, name)) = vastex_build::image_in_file(path)
-        && vastex_build::bands_in_name(name).is_some()
+        && (name == vastex_build::FIRST_IMAGE || vastex_build::bands_in_name(name).is_some())
     {
         return file;
     }

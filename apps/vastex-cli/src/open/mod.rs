@@ -36,6 +36,8 @@ use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
 #[cfg(feature = "view")]
 pub(crate) use about::file_about;
+#[cfg(all(feature = "view", feature = "volumes"))]
+pub(crate) use about::images_of_volume;
 #[cfg(feature = "view")]
 pub(crate) use bands::{is_same_file, path_of as path_of_bands, without_bands};
 pub(crate) use looked::Looked;

@@ -9,6 +9,8 @@
 
 use std::any::Any;
 use std::cell::Cell;
+#[cfg(feature = "volumes")]
+use std::ffi::OsString;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -72,9 +74,13 @@ pub(super) enum OpeningEvent {
     Failed(Error),
 }
 
-/// A volume, with settings for its textures and what `vastex info` says of it.
+/// A volume, with settings for its textures and what is said of it.
 #[cfg(feature = "volumes")]
-type ToShow = (OpenedVolume, vastex::Settings, Arc<[(String, String)]>);
+type ToShow = (OpenedVolume, vastex::Settings, SaidOfVolume);
+
+/// What `vastex info` says of a volume, and what else its file can be opened as.
+#[cfg(feature = "volumes")]
+pub(super) type SaidOfVolume = (Arc<[(String, String)]>, Vec<(String, OsString)>);
 
 /// The source that is being opened, and threads of those before it that have yet to end.
 #[derive(Default)]
@@ -272,7 +278,7 @@ fn open_volume_of(path: &Path, args: &ViewArgs) -> OpeningEvent {
     let opened = open_volume(path, how).and_then(|opened| {
         let settings = opened.settings(&args.scene)?;
         let rows = volume::rows(&opened.volume).unwrap_or_default();
-        Ok(Box::new((opened, settings, rows.into())))
+        Ok(Box::new((opened, settings, (rows.into(), open::images_of_volume(path)))))
     });
     match opened {
         Ok(opened) => OpeningEvent::Volume(opened),

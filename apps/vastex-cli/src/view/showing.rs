@@ -146,7 +146,7 @@ impl App {
             },
             #[cfg(feature = "volumes")]
             OpeningEvent::Volume(volume) => {
-                let (opened, settings, rows) = *volume;
+                let (opened, settings, said) = *volume;
                 let oddities = opened.oddities();
                 // What the command line and links say is of the first file.
                 let look = match first == self.args_of {
@@ -154,7 +154,7 @@ impl App {
                     false => Ok(VolumeLook::first(&opened.facts)),
                 };
                 let shown = look
-                    .and_then(|look| open.viewer.show_volume(first, (&name, opened, look), rows, settings));
+                    .and_then(|look| open.viewer.show_volume(first, (&name, opened, look), said, settings));
                 open.viewer.scene.end_opening()?;
                 self.openings.end();
                 match shown.with_context(|| path.display().to_string()) {

@@ -159,6 +159,49 @@ mod tests {
         assert_eq!(colors, [[255, 0, 0], [0, 255, 0], [0, 0, 255]].map(Some));
     }
 
+    /// A stack is a volume, and each of its pages an image; either way leads to the other.
+    #[cfg(feature = "build")]
+    #[test]
+    fn a_stack_is_opened_either_way() {
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("stack.tif");
+        let named = |name: &str| PathBuf::from(format!("{}:{name}", path.display()));
+        let args = |path: &Path| {
+            let words = ["vastex", "view", path.to_str().unwrap()];
+            let Command::View(args) = Args::try_parse_from(words).unwrap().command else { panic!("no view") };
+            args
+        };
+        std::fs::write(&path, colored_pages("ImageJ=1.54f\nimages=2\nslices=2\n")).unwrap();
+        for (path, is_volume) in
+            [(path.clone(), true), (named("volume"), true), (named("first"), false), (named("image"), false)]
+        {
+            assert_eq!(opens_as_volume(&path, &args(&path)), is_volume, "{}", path.display());
+        }
+        assert!(super::super::open_volume(&named("volume"), OpenHow::default()).is_ok());
+        let image = vastex_build::TiffDirectories::read(&named("first")).unwrap().open().unwrap();
+        assert_eq!(vastex::TileSource::description(&*image).geometry.size(), [4, 4, 1]);
+        let looked = open::Looked::at(&named("first"));
+        let offered = |images: Vec<(String, std::ffi::OsString)>| {
+            images.into_iter().map(|(name, path)| (name, PathBuf::from(path))).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            offered(open::file_about(&named("first"), &looked, Vec::new()).images),
+            [("as a volume", "volume"), ("first", "first"), ("image", "image")]
+                .map(|(name, of)| (name.to_owned(), named(of)))
+        );
+        for path in [path.clone(), named("volume")] {
+            let images = offered(open::images_of_volume(&path));
+            assert_eq!(images, [("page by page".to_owned(), named("first"))]);
+        }
+        // Pages of colours of which nothing says that are images alone.
+        std::fs::write(&path, colored_pages("two photographs")).unwrap();
+        let about = open::file_about(&path, &open::Looked::at(&path), Vec::new());
+        assert_eq!(
+            offered(about.images),
+            [("first".to_owned(), path.clone()), ("image".to_owned(), named("image"))]
+        );
+    }
+
     #[test]
     fn more_channels_than_can_be_set_are_refused() {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");

@@ -11,7 +11,7 @@ use super::picture::{
     open_shrunk_picture, open_stored_picture,
 };
 use super::stored_as::StoredAs;
-use super::tiff::file::pyramid::{bands_in_path, image_in_file};
+use super::tiff::file::pyramid::{bands_in_path, image_in_file, without_first};
 use super::{grids, mosaic};
 
 /// An open image, and all that is read for its rows.
@@ -53,6 +53,7 @@ pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
 ///
 /// Fails where [`open`] does. A file that is damaged may fail while rows are read; those before are sound.
 pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    let path = without_first(path);
     if let Some((file, bands)) = bands_in_path(path) {
         return open_reduced_bands(file, bands, side);
     }
@@ -67,6 +68,7 @@ pub fn open_reduced(path: &Path, side: u32) -> Result<Option<Box<dyn RowReader>>
 /// left out. The rows are as [`open`] gives them out. `None` of images that are stored upright, of raw files
 /// and directories, and where the rows as they are stored take more bytes than `memory`.
 pub fn open_shrunk(path: &Path, most: u64, memory: u64) -> Result<Option<Box<dyn RowReader>>, InputFault> {
+    let path = without_first(path);
     if let Some((file, bands)) = bands_in_path(path) {
         return open_shrunk_picture(file, Some(bands), [most, memory]);
     }
@@ -79,6 +81,7 @@ pub fn open_shrunk(path: &Path, most: u64, memory: u64) -> Result<Option<Box<dyn
 /// Opens an image as [`open`] does, but that the numbers of a palette, samples of few bits and inks stay as
 /// the file stores them, and says what they are then.
 pub(crate) fn open_stored(path: &Path) -> Result<(Box<dyn RowReader>, StoredAs), InputFault> {
+    let path = without_first(path);
     if std::fs::metadata(path).is_ok_and(|found| found.is_file())
         && let Some(stored) = open_stored_picture(path)?
     {
@@ -89,6 +92,7 @@ pub(crate) fn open_stored(path: &Path) -> Result<(Box<dyn RowReader>, StoredAs),
 
 /// Opens an image as [`open`] does, and says which files it is made of.
 pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
+    let path = without_first(path);
     if let Some((file, bands)) = bands_in_path(path) {
         return Ok(Opened { reader: open_bands(file, bands)?, files: vec![file.to_owned()] });
     }

@@ -12,7 +12,7 @@ use std::time::UNIX_EPOCH;
 
 use vastex_tiles::SourceKey;
 
-use crate::image::tiff::file::pyramid::image_in_file;
+use crate::image::tiff::file::pyramid::{image_in_file, without_first};
 
 /// Directories within one another, at most: the layouts have two or three.
 const DEPTH: u32 = 8;
@@ -28,6 +28,7 @@ pub(super) fn identity(directory: &Path) -> io::Result<SourceKey> {
 
 /// Of one file or, where a path means one, of another image of a file; and of this version of Vastex.
 pub(super) fn identity_of_file(path: &Path) -> io::Result<SourceKey> {
+    let path = without_first(path);
     let (file, image) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
     let place = fs::canonicalize(file)?;
     let mut bytes = env!("CARGO_PKG_VERSION").as_bytes().to_vec();

@@ -12,7 +12,9 @@ use super::identity::identity_of_file;
 use super::pages::{Shape, unwatched};
 use super::pyramid::{TiffFacts, TiffSource};
 use crate::image::tiff::file::TiffImage;
-use crate::image::tiff::file::pyramid::{TiffOther, TiffPyramid, bands_in_name, image_in_file};
+use crate::image::tiff::file::pyramid::{
+    TiffOther, TiffPyramid, bands_in_name, image_in_file, without_first,
+};
 use crate::image::{InputFault, TiffAbout};
 
 /// Texels of an image without coarser levels that are read at opening without making a person wait.
@@ -38,7 +40,8 @@ impl TiffDirectories {
         let at_path = |fault| SourceError::Input { path: path.into(), fault };
         // Of the file that is opened, whatever takes its place later.
         let identity = identity_of_file(path).ok();
-        let (file, name) = image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
+        let named = without_first(path);
+        let (file, name) = image_in_file(named).map_or((named, None), |(file, name)| (file, Some(name)));
         let all = TiffPyramid::open_file(file).and_then(|found| found.ok_or(InputFault::NoTiles));
         let (path, name, opened) = (path.to_owned(), name.map(str::to_owned), Mutex::default());
         Ok(TiffDirectories { all: all.map_err(at_path)?, path, identity, name, opened })

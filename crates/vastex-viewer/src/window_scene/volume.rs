@@ -1,6 +1,7 @@
 //! A volume in the place of surfaces: when a frame of it is due, its title, and what the host has read for
 //! it.
 
+use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -41,6 +42,8 @@ pub struct VolumeToShow {
     pub settings: Settings,
     /// What the volume says of itself: a name and a value each.
     pub rows: Arc<[(String, String)]>,
+    /// What else the volume's file can be opened as, each with its path.
+    pub images: Vec<(String, OsString)>,
 }
 
 /// A volume as a window shows it.
@@ -52,6 +55,7 @@ pub struct ShownVolume {
     pub scene: VolumeScene,
     pub(super) panel: VolumePanel,
     pub(super) rows: Arc<[(String, String)]>,
+    pub(super) images: Vec<(String, OsString)>,
     /// Of each channel that was read, which values it has at the time that was read first.
     pub(super) values: Vec<Option<VolumeValues>>,
     /// What the pictures are known by to what draws the panels, and of which pictures and of whom.
@@ -86,7 +90,7 @@ impl ShownVolume {
         shown: VolumeToShow,
         (formats, size): (&PictureFormats, [u32; 2]),
     ) -> Result<ShownVolume, vastex::Error> {
-        let VolumeToShow { name, facts, look, settings, rows } = shown;
+        let VolumeToShow { name, facts, look, settings, rows, images } = shown;
         let settings = beside.chosen.budgeted_for_volume(settings);
         let mut scene = VolumeScene::new(gpu, facts, settings, beside.clock())?;
         scene.look = look;
@@ -95,6 +99,7 @@ impl ShownVolume {
             scene,
             panel: VolumePanel::default(),
             rows,
+            images,
             values: Vec::new(),
             names: Vec::new(),
             of: None,
@@ -349,7 +354,8 @@ mod tests {
         let mut beside = Beside::new(Chosen::default(), clock);
         let facts = facts_for_tests();
         let (name, look, rows) = ("cells.zarr".to_owned(), VolumeLook::first(&facts), Arc::from([]));
-        let shown = VolumeToShow { name, facts, look, settings: Settings::default(), rows };
+        let (settings, images) = (Settings::default(), Vec::new());
+        let shown = VolumeToShow { name, facts, look, settings, rows, images };
         let format = wgpu::TextureFormat::Rgba8Unorm;
         let formats = PictureFormats::new(&gpu.adapter, vec![format], format);
         let mut volume = ShownVolume::new((&gpu, &beside), shown, (&formats, [64, 48])).unwrap();

@@ -42,7 +42,8 @@ impl ShownVolume {
             clicked: clicked.as_ref(),
             values: &self.values,
         };
-        let shown = WindowOfVolume { name: &self.name, told, rows: &self.rows, recent, bookmarks };
+        let (name, images) = (&*self.name, &*self.images);
+        let shown = WindowOfVolume { name, told, rows: &self.rows, images, recent, bookmarks };
         let (panes, names, own) = (self.scene.panes(), &self.names, &mut self.panel);
         let mut look = self.scene.look.clone();
         beside.shown_notice = beside.title.notice().map(str::to_owned);

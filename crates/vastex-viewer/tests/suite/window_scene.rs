@@ -32,7 +32,7 @@ impl Window {
         look.layout = VolumeLayout::One(VolumePane::Z);
         let (name, rows) = ("head.zarr".to_owned(), Arc::from([]));
         let settings = settings(Pace::LockStep { latency_frames: 1 });
-        let shown = VolumeToShow { name, facts, look, settings, rows };
+        let shown = VolumeToShow { name, facts, look, settings, rows, images: Vec::new() };
         let on = (&self.gpu, &self.scene.beside);
         self.volume = Some(ShownVolume::new(on, shown, (&self.formats, SIZE)).unwrap());
         self.scene.give_way(2, "head.zarr");

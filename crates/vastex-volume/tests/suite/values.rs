@@ -57,6 +57,17 @@ fn files_of_other_kinds_read_as_numpy_has_them() {
         assert!(is_volume(&path(name)), "{name}");
         check(name, &volume(&path(name)), &expected(name));
     }
+    // What may be taken for images is a volume by name, and nothing else is.
+    for (name, is_stack) in
+        [("imagej.tif", true), ("ome.ome.tif", true), ("one.nii", false), ("gone.tif", false)]
+    {
+        let named = path(&format!("{name}:volume"));
+        assert_eq!(is_volume(&named), is_stack, "{name}");
+        if is_stack {
+            check(name, &volume(&named), &expected(name));
+            assert_eq!(vastex_volume::files_of_volume(&named), [path(name)]);
+        }
+    }
 }
 
 #[test]

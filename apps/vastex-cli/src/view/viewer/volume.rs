@@ -9,6 +9,7 @@ use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook};
 use vastex_viewer::window_scene::{ShownVolume, VolumeToShow};
 
 use super::super::is_device_lost;
+use super::super::opening::SaidOfVolume;
 use super::super::volume_work::{Done, VolumeWork};
 use super::{OpenVolume, Viewer};
 use crate::report;
@@ -21,10 +22,11 @@ impl Viewer {
         &mut self,
         opening: u64,
         (name, opened, look): (&str, OpenedVolume, VolumeLook),
-        rows: Arc<[(String, String)]>,
+        (rows, images): SaidOfVolume,
         settings: Settings,
     ) -> Result<()> {
-        let shown = VolumeToShow { name: name.to_owned(), facts: opened.facts.clone(), look, settings, rows };
+        let (name_of, facts) = (name.to_owned(), opened.facts.clone());
+        let shown = VolumeToShow { name: name_of, facts, look, settings, rows, images };
         let on = (self.scene.gpu(), &self.scene.beside);
         let shown = ShownVolume::new(on, shown, (self.surface.formats(), self.surface.size()))?;
         let window = self.window.clone();

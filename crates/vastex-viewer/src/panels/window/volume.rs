@@ -1,10 +1,12 @@
 //! The panel in the window while a volume is shown: files as for images, and the volume's own settings.
 
+use std::ffi::OsString;
+
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
 
 use super::super::{Bookmark, BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
 use super::room::PANEL_WIDTH;
-use super::{WindowAsked, WindowPanel, theme};
+use super::{WindowAsked, WindowPanel, images_of_file, theme};
 use crate::input::{FILES, WINDOW};
 use crate::volume_scene::{VOLUME_CONTROLS, VolumeLook};
 
@@ -19,6 +21,8 @@ pub struct WindowOfVolume<'a> {
     pub told: VolumeStatus<'a>,
     /// What the volume says of itself: a name and a value each.
     pub rows: &'a [(String, String)],
+    /// What else the volume's file can be opened as, each with its path.
+    pub images: &'a [(String, OsString)],
     /// Paths of files that were opened lately, the last one first.
     pub recent: &'a [String],
     /// Views of the volume that a person keeps, the oldest first.
@@ -44,6 +48,7 @@ impl WindowPanel {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                     self.files(ui, shown.recent, false, &mut asked);
                     self.images.show(ui, &mut asked);
+                    images_of_file(ui, shown.images, &mut asked);
                     self.info.show(ui, shown.rows);
                     ui.separator();
                     changes = own.show(ui, look, &shown.told);

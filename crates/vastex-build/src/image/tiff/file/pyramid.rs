@@ -66,13 +66,25 @@ impl TiffOther {
     }
 }
 
-/// The file and the name of one of its images ([`TiffOther::name`]), or `bands=` and bands of it, that a path
-/// means, as in `slide.svs:label` and `landsat.tif:bands=5,4,3`: where nothing lies at the path itself, and a
-/// file at what stands before its last colon.
+/// The file and the name of one of its images ([`TiffOther::name`]; [`FIRST_IMAGE`] of the first), or
+/// `bands=` and bands of it, that a path means, as in `slide.svs:label` and `landsat.tif:bands=5,4,3`: where
+/// nothing lies at the path itself, and a file at what stands before its last colon.
 pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
     let (file, name) = path.to_str()?.rsplit_once(':')?;
     let file = Path::new(file);
     (!name.is_empty() && !path.exists() && file.is_file()).then_some((file, name))
+}
+
+/// What stands after a file's path and a colon for its first image, where a file may be taken for something
+/// else, too, as a stack is for a volume.
+pub const FIRST_IMAGE: &str = "first";
+
+/// The file of a path that means its first image by that name; any other path as it is.
+pub(crate) fn without_first(path: &Path) -> &Path {
+    match image_in_file(path) {
+        Some((file, FIRST_IMAGE)) => file,
+        _ => path,
+    }
 }
 
 /// How many bands the first image of a TIFF file has, where they are more than a picture shows and so some
@@ -99,6 +111,7 @@ impl TiffPyramid {
     /// Opens a file, or another image of one ([`image_in_file`]); `None` if its first bytes are not those of
     /// TIFF. Reads directories, but neither texels nor lists of tiles.
     pub(crate) fn open(path: &Path) -> Result<Option<TiffPyramid>, InputFault> {
+        let path = without_first(path);
         match image_in_file(path) {
             Some((file, name)) => TiffPyramid::open_file(file)?.map(|all| all.named(name)).transpose(),
             None => TiffPyramid::open_file(path),
