@@ -123,7 +123,7 @@ fn labels_are_seen_at_the_end_of_a_long_ray() {
     }
     values[..256].fill(7);
     write(&sandbox, size, "u8", &values);
-    let words = "render image.raw --on volume --mode mip --view -z --channels 0 --step 2 --labels volume.raw --label-opacity 1 \
+    let words = "render image.raw --on volume --mode mip --view -z --channels 0 --step 3 --labels volume.raw --label-opacity 1 \
                  --size 2x2 -o picture.png";
     sandbox.run(&words.split_whitespace().collect::<Vec<_>>()).expect_code(0);
     let picture = sandbox.read_rgb("picture.png");

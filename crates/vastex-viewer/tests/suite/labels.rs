@@ -6,16 +6,17 @@ use std::sync::Arc;
 use glam::DVec3;
 use vastex::source::{Codec, ReadError, ReadFuture, Tile};
 use vastex::{
-    Description, Geometry, Layer, LayerFormat, LayerId, PagePos, TableChoice, TextureSettings, TileSource,
+    Description, Geometry, Layer, LayerFormat, LayerId, PagePos, Region, StoredLevel, TableChoice,
+    TextureSettings, TileSource, VoxelLevels,
 };
 use vastex_viewer::volume::{
-    LabelColors, OtherLabels, VolumeBox, VolumeCamera, VolumeDesc, VolumeFace, VolumeLabels, VolumeMode,
-    VolumeView,
+    LabelColors, OtherLabels, RayBounds, RayVoxels, VolumeBox, VolumeCamera, VolumeClip, VolumeDesc,
+    VolumeFace, VolumeLabels, VolumeMode, VolumeView,
 };
 
 use super::label_reference::{LabelLevel, over};
 use super::volume_reference::picture;
-use super::volume_world::{World, geometry};
+use super::volume_world::{PATIENCE, World, geometry};
 
 const SIZE: [u32; 3] = [40, 36, 28];
 /// The same lower half; the first has nothing but it.
@@ -221,6 +222,59 @@ fn labels_are_drawn_without_an_image_from_the_level_that_a_pixel_wants() {
         let view = VolumeView::Slice { axis: 2, voxel: 9 };
         assert_eq!(labelled.within(&desc, view, size, 2.0), 1.0, "a slice, {size:?}");
     }
+}
+
+/// A label in the last two voxels of a long volume, and nothing before: too thin for coarser levels.
+struct FarLabel {
+    description: Arc<Description>,
+}
+
+impl TileSource for FarLabel {
+    fn description(&self) -> &Arc<Description> {
+        &self.description
+    }
+
+    fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+        let geometry = &self.description.geometry;
+        let ([width, height, _], depth) = (geometry.tile(), i64::from(geometry.size()[2]));
+        let mut bytes = vec![0; self.description.tile_bytes()];
+        for (_, level_box, offset) in geometry.tile_boxes(pos).filter(|(level, ..)| *level == 0) {
+            for z in (0..level_box.size[2]).filter(|z| level_box.origin[2] + i64::from(*z) >= depth - 2) {
+                let plane = (width * height * 4) as usize;
+                let begin = (offset[2] + z) as usize * plane;
+                bytes[begin..begin + plane].iter_mut().step_by(4).for_each(|byte| *byte = 7);
+            }
+        }
+        Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: bytes.into() }) })
+    }
+}
+
+/// A software driver ends a pixel after 65,535 turns of loops: a voxel of labels takes one.
+#[test]
+fn a_label_at_the_end_of_as_long_a_ray_as_is_taken_is_seen() {
+    let size = [2, 2, 30_000];
+    let (of, small) = (VolumeBox::new(size, [1.0; 3]), geometry([16; 3], 16));
+    let mut world = World::new(&small, LayerFormat::R32Float, 1, 8000, TableChoice::Direct);
+    let layer = Layer { is_mixable: false, ..Layer::new("labels", LayerFormat::R32Uint) };
+    let description = Arc::new(Description::new(geometry(size, 16), vec![layer]));
+    let source = Arc::new(FarLabel { description });
+    let prepared = world.textures.preparer().read_blocking(source, TextureSettings::default()).unwrap();
+    let id = world.textures.add(prepared).unwrap();
+    // Every voxel of level 0 is there to be passed.
+    let ticket = world.textures.ahead().pin(id, &Region::whole()).unwrap();
+    let is_there = || ticket.progress().resident == ticket.progress().pages;
+    (0..PATIENCE).take_while(|_| !is_there()).for_each(|_| world.textures.update().unwrap());
+    assert!(is_there(), "{:?}", ticket.progress());
+    let stored = StoredLevel { size: size.map(u64::from), scale: [1.0; 3], origin: [0.0; 3] };
+    let levels = Arc::new(VoxelLevels::new(&[stored], 16, 1).unwrap().1);
+    let voxels = RayVoxels::new(of, DVec3::ZERO, (levels, 16), &VolumeClip::default());
+    let (mode, image, labels) = (VolumeMode::Mip, voxels.clone(), Some((voxels, 1)));
+    let bounds = RayBounds { mode, channels: 0, step: 1.0, is_processor: true, image, labels };
+    let view = VolumeView::Face(VolumeFace::PlusZ);
+    assert_eq!(bounds.cut(&view, [2, 2]), None);
+    let labels = VolumeLabels { opacity: 1.0, ..VolumeLabels::new(id, of) };
+    let renderer = world.renderer(VolumeDesc { labels: Some(labels), ..VolumeDesc::new(of, Vec::new()) });
+    assert!(world.shot(&renderer, view, [2, 2]).iter().all(|pixel| pixel[2] > 100));
 }
 
 /// Voxels twice as large, in a box that begins elsewhere in the world of the image.

@@ -177,33 +177,55 @@ fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
         face = volume_label_axis(-entered);
     }
     var voxels = 0u;
-    while way < ray.end && voxels < VOLUME_SAMPLES {
+    var brick: VastexBrick;
+    var voxel = vec3<f32>(0.0);
+    var label = vec2<u32>(0u);
+    // The last label that was met and is not shown.
+    var passed = vec2<u32>(0u);
+    var is_hit = false;
+    while way < ray.end && voxels < VOLUME_SAMPLES && !is_hit {
         let level = volume_label_level(way);
         // A little within, where rounding does not put it before the brick's beginning.
         let within = min(volume_onward(way, 0.002 * volume_label_step(ray, level)), ray.end);
-        let brick = vastex_brick_label(volume_labels.id, volume_labels.anchor, volume_at(ray, within), level);
+        brick = vastex_brick_label(volume_labels.id, volume_labels.anchor, volume_at(ray, within), level);
         let exit = min(ray.end, within + vastex_brick_exit(brick, volume_at(ray, within), ray.direction));
         let origin = brick.base + ray.origin * brick.scale;
         let direction = ray.direction * brick.scale;
-        var voxel = floor(clamp(origin + direction * within, brick.low, brick.high));
+        voxel = floor(clamp(origin + direction * within, brick.low, brick.high));
+        var is_left = false;
         loop {
-            let label = vastex_brick_whole_at_label(brick, voxel + 0.5);
-            if volume_label_is_shown(label, is_selected) {
-                return VolumeLabelHit(true, label, way, volume_label_lit(ray, brick, voxel, label, face));
+            // No loop is within this one: a software driver takes a turn of it, needed or not.
+            loop {
+                label = vastex_brick_whole_at_label(brick, voxel + 0.5);
+                if any(label != vec2<u32>(0u)) && any(label != passed) {
+                    break;
+                }
+                voxels++;
+                let sides = voxel + select(vec3<f32>(0.0), vec3<f32>(1.0), direction > vec3<f32>(0.0));
+                let still = direction == vec3<f32>(0.0);
+                let ways = select((sides - origin) / direction, vec3<f32>(1e30), still);
+                face = volume_label_axis(ways);
+                let next = min(min(ways.x, ways.y), ways.z);
+                if !(next < exit) || voxels >= VOLUME_SAMPLES {
+                    is_left = true;
+                    break;
+                }
+                way = max(way, next);
+                voxel += select(vec3<f32>(0.0), sign(direction), vec3<bool>(face == 0u, face == 1u, face == 2u));
             }
-            voxels++;
-            let sides = voxel + select(vec3<f32>(0.0), vec3<f32>(1.0), direction > vec3<f32>(0.0));
-            let still = direction == vec3<f32>(0.0);
-            let ways = select((sides - origin) / direction, vec3<f32>(1e30), still);
-            face = volume_label_axis(ways);
-            let next = min(min(ways.x, ways.y), ways.z);
-            if !(next < exit) || voxels >= VOLUME_SAMPLES {
+            if is_left {
                 break;
             }
-            way = max(way, next);
-            voxel += select(vec3<f32>(0.0), sign(direction), vec3<bool>(face == 0u, face == 1u, face == 2u));
+            is_hit = volume_label_is_shown(label, is_selected);
+            if is_hit {
+                break;
+            }
+            passed = label;
         }
-        way = max(exit, within);
+        way = select(max(exit, within), way, is_hit);
+    }
+    if is_hit {
+        return VolumeLabelHit(true, label, way, volume_label_lit(ray, brick, voxel, label, face));
     }
     return VolumeLabelHit(false, vec2<u32>(0u), ray.end, 1.0);
 }
@@ -271,54 +293,52 @@ fn volume_with_labels(ray: VolumeRay, light: vec3<f32>) -> vec3<f32> {
     return over;
 }
 
-// How far a ray is of interest for labels: a voxel behind what it shows.
-fn volume_label_end(own: VolumeRay) -> f32 {
-    let hit = volume_label_hit(own, volume_label_has_selection());
-    return min(own.end, hit.way + volume_label_step(own, volume_label_level(hit.way)));
+// What of a ray is of interest among the labels: up to a voxel behind what it shows. That is found from
+// voxel to voxel, once for a pixel: a software driver ends one that takes too many turns (ray_bounds.rs).
+fn volume_label_met(ray: VolumeRay) -> VolumeRay {
+    var own = volume_label_ray(ray);
+    if VOLUME_MODE != VOLUME_SLICE && own.begin < own.end {
+        let hit = volume_label_hit(own, volume_label_has_selection());
+        own.end = min(own.end, hit.way + volume_label_step(own, volume_label_level(hit.way)));
+    }
+    return own;
 }
 
 // Where a ray leaves the brick of labels that it is in, of the level that is wanted there at mip bias 0.
-fn volume_label_next(own: VolumeRay, way: f32, end: f32) -> f32 {
+fn volume_label_next(own: VolumeRay, way: f32) -> f32 {
     let level = volume_label_level(way);
     let step = volume_label_step(own, level);
-    let within = min(volume_onward(way, 0.01 * step), end);
+    let within = min(volume_onward(way, 0.01 * step), own.end);
     let box = vastex_volume_box_label(volume_labels.id, volume_labels.anchor, volume_at(own, within), level);
     let exit = within + vastex_box_exit(box, volume_at(own, within), own.direction);
-    return min(max(exit, volume_onward(way, 0.02 * step)), end);
+    return min(max(exit, volume_onward(way, 0.02 * step)), own.end);
 }
 
-// The bricks of labels that a ray asks for; of a slice one.
-fn volume_label_bricks(ray: VolumeRay) -> u32 {
+// The bricks of labels that a ray, of which so much is of interest, asks for; of a slice one.
+fn volume_label_bricks(ray: VolumeRay, own: VolumeRay) -> u32 {
     if VOLUME_MODE == VOLUME_SLICE {
         return u32(volume_label_is_inside(ray));
     }
-    let own = volume_label_ray(ray);
-    if !(own.begin < own.end) {
-        return 0u;
-    }
-    let end = volume_label_end(own);
     var bricks = 0u;
     var way = own.begin;
-    while way < end && bricks < VASTEX_RAY_BRICKS {
-        way = volume_label_next(own, way, end);
+    while way < own.end && bricks < VASTEX_RAY_BRICKS {
+        way = volume_label_next(own, way);
         bricks++;
     }
     return bricks;
 }
 
 // A feedback pixel for the `nth` of them.
-fn volume_label_wanted(ray: VolumeRay, nth: u32) -> vec4<u32> {
+fn volume_label_wanted(ray: VolumeRay, own: VolumeRay, nth: u32) -> vec4<u32> {
     if VOLUME_MODE == VOLUME_SLICE {
         let at = ray.origin * volume_labels.scale + volume_labels.shift;
         return vastex_volume_feedback_label(volume_labels.id, volume_labels.anchor, at, volume_label_level(0.0));
     }
-    let own = volume_label_ray(ray);
-    let end = volume_label_end(own);
     var way = own.begin;
     for (var before = 0u; before < nth; before++) {
-        way = volume_label_next(own, way, end);
+        way = volume_label_next(own, way);
     }
-    let next = volume_label_next(own, way, end);
+    let next = volume_label_next(own, way);
     let at = volume_at(own, 0.5 * (way + next));
     return vastex_volume_feedback_label(volume_labels.id, volume_labels.anchor, at, volume_label_level(way));
 }
@@ -335,16 +355,12 @@ fn volume_label_gap(ray: VolumeRay, over: u32) -> vec4<u32> {
         }
         return found;
     }
-    let own = volume_label_ray(ray);
-    if !(own.begin < own.end) {
-        return found;
-    }
-    let end = volume_label_end(own);
+    let own = volume_label_met(ray);
     var left = over;
     var bricks = 0u;
     var way = own.begin;
-    while way < end && bricks < VASTEX_RAY_BRICKS {
-        let next = volume_label_next(own, way, end);
+    while way < own.end && bricks < VASTEX_RAY_BRICKS {
+        let next = volume_label_next(own, way);
         let level = volume_label_level(way);
         let at = volume_at(own, 0.5 * (way + next));
         if vastex_brick_lacks(vastex_brick_label(volume_labels.id, volume_labels.anchor, at, level)) {

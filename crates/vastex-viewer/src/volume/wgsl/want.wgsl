@@ -32,7 +32,8 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
     if vastex_ray_seeks(volume_scene.view) {
         return volume_gap(ray, vastex_ray_passes_over(volume_scene.view, position), nearness);
     }
-    let of_labels = volume_label_bricks(ray);
+    let labelled = volume_label_met(ray);
+    let of_labels = volume_label_bricks(ray, labelled);
     if VOLUME_MODE == VOLUME_SLICE {
         if !volume_is_inside(ray.origin) {
             return nothing;
@@ -43,7 +44,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
             return nothing;
         }
         if turn >= of_image {
-            return vastex_weighted(volume_label_wanted(ray, turn - of_image), nearness);
+            return vastex_weighted(volume_label_wanted(ray, labelled, turn - of_image), nearness);
         }
         let level = vastex_volume_level(first, volume_pixel(0.0));
         return vastex_weighted(
@@ -66,7 +67,7 @@ fn volume_want(@builtin(position) position: vec4<f32>, @location(0) pixel: vec2<
         return nothing;
     }
     if turn >= bricks {
-        return vastex_weighted(volume_label_wanted(ray, turn - bricks), nearness);
+        return vastex_weighted(volume_label_wanted(ray, labelled, turn - bricks), nearness);
     }
     way = ray.begin;
     var through = vec4<f32>(0.0, 0.0, 0.0, 1.0);
