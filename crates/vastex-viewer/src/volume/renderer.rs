@@ -96,7 +96,7 @@ const MODES: usize = VolumeMode::ALL.len() + 1;
 impl VolumeRenderer {
     /// Prepares a volume for pictures of `format`. Several channels become a group of `textures`. Fails where
     /// a texture was removed, where there are more channels than [`MOST_CHANNELS`], or neither channels nor
-    /// labels, and where textures of channels do not share a pool.
+    /// labels, and where textures of channels do not share a pool, or are of other sizes or levels.
     pub fn new(
         gpu: &Gpu,
         textures: &mut Textures,
@@ -218,14 +218,28 @@ fn sampled(textures: &mut Textures, channels: &[VolumeChannel]) -> Result<(Sampl
     let names = (0..).map(|nth: usize| format!("c{nth}"));
     let members = names.zip(channels).map(|(name, channel)| (name, channel.layer));
     let group = textures.add_group(members)?;
-    // A text of one channel finds the others where they are bound alike: one pool, one layer of it.
-    match textures.kinds(group)?.binds_like(&kinds) {
-        true => Ok((group.into(), kinds)),
-        false => {
+    // A text of one channel finds the others where they are bound alike: one pool, one layer of it. Rays go
+    // through all channels as the bricks of the first one lie.
+    let refused = match textures.kinds(group)?.binds_like(&kinds) {
+        false => Some(VolumeError::Apart),
+        true => (!are_alike(textures, channels)?).then_some(VolumeError::Unlike),
+    };
+    match refused {
+        None => Ok((group.into(), kinds)),
+        Some(error) => {
             textures.remove(group);
-            Err(VolumeError::Apart)
+            Err(error)
         }
     }
+}
+
+/// Returns true if channels have one size and the same levels.
+fn are_alike(textures: &Textures, channels: &[VolumeChannel]) -> Result<bool, Error> {
+    let shape = |channel: &VolumeChannel| {
+        textures.texture(channel.layer.texture()).map(|texture| &texture.description().geometry)
+    };
+    let shapes = channels.iter().map(shape).collect::<Result<Vec<_>, _>>()?;
+    Ok(shapes.windows(2).all(|two| two[0] == two[1]))
 }
 
 /// The smallest side of a brick of what is drawn.
@@ -249,6 +263,9 @@ pub enum VolumeError {
         "the channels do not lie in one pool; show channels of one format and one size of bricks together"
     )]
     Apart,
+    /// The channels' textures have other sizes or levels.
+    #[error("the channels are not of one size and the same levels; show channels of one volume together")]
+    Unlike,
     /// What the textures say.
     #[error(transparent)]
     Textures(#[from] Error),

@@ -26,6 +26,8 @@ pub const RAY_SAMPLES: u32 = RAY_BRICKS * 64;
 pub fn volume_text(vastex: &str, labels: LabelsInText, mode: FeedbackMode) -> String {
     let volume = [
         include_str!("wgsl/volume.wgsl"),
+        include_str!("wgsl/reduced.wgsl"),
+        include_str!("wgsl/surface.wgsl"),
         include_str!("wgsl/maps.wgsl"),
         include_str!("wgsl/steps.wgsl"),
         include_str!("wgsl/want.wgsl"),

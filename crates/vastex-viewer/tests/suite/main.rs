@@ -30,6 +30,7 @@ mod label_reference;
 mod labels;
 mod still;
 mod volume_bright;
+mod volume_channels;
 mod volume_coverage;
 mod volume_faces;
 mod volume_feedback;

@@ -57,11 +57,13 @@ fn volume_first_from(ray: VolumeRay, step: f32, way: f32) -> u32 {
     return u32(clamp(ceil((way - ray.begin) / step - volume_within()), 0.0, 16777216.0));
 }
 
-// How many samples of a level lie in a brick, which the next one is in.
-fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, brick: VastexBrick) -> u32 {
-    let way = volume_way(steps, ray, 0u);
+// How many samples of a level lie in a brick, of those from so many after the next one on: the first of
+// these is in it.
+fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, after: u32, brick: VastexBrick) -> u32 {
+    let nth = steps.nth + after;
+    let way = volume_way(steps, ray, after);
     let exit = min(ray.end, way + vastex_brick_exit(brick, volume_at(ray, way), ray.direction));
-    return clamp(volume_first_from(ray, steps.step, exit), steps.nth + 1u, steps.end) - steps.nth;
+    return clamp(volume_first_from(ray, steps.step, exit), nth + 1u, steps.end) - nth;
 }
 
 // The level that is wanted at a way along a ray.

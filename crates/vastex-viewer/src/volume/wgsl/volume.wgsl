@@ -11,7 +11,9 @@ const VOLUME_AVERAGE: u32 = 2u;
 const VOLUME_EMISSION: u32 = 3u;
 const VOLUME_ISO: u32 = 4u;
 const VOLUME_SLICE: u32 = 5u;
-// Samples that are blended together, for which each channel is looked up once.
+// Channels that one picture shows at most.
+const VOLUME_CHANNELS: u32 = 16u;
+// Samples of what glows that are blended together, for which each of several channels is looked up once.
 const VOLUME_CHUNK: u32 = 16u;
 // What a ray lets through that is taken for nothing: less than a code of 255, so that what rounding has near that is asked for.
 const VOLUME_OPAQUE: f32 = 0.003;
@@ -159,79 +161,24 @@ fn volume_shows(nth: u32) -> bool {
     return volume_scene.of_channel[nth].shown != 0u;
 }
 
-// What is left of all samples of a channel: the largest, the smallest or their mean, in which each counts as much as its part of the ray is
-// long; and of how many.
-fn volume_reduced(ray: VolumeRay, id: u32) -> vec2<f32> {
-    var most = -1e38;
-    var least = 1e38;
-    var sum = 0.0;
-    // In steps of the first level: where a ray has that alone, this is the number of samples.
-    var length = 0.0;
-    var first_step = 0.0;
-    var steps = volume_steps(ray);
-    var samples = 0u;
-    var count = 0u;
-    loop {
-        steps = volume_steps_on(steps, ray, id, samples);
-        if steps.nth >= steps.end || count >= VOLUME_SAMPLES {
-            break;
-        }
-        first_step = select(first_step, steps.step, count == 0u);
-        let middle = volume_at(ray, volume_way(steps, ray, 0u));
-        // A quotient of equals need not be 1 exactly.
-        let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
-        let lengthened = steps.lengthened / first_step;
-        let brick = vastex_brick(id, volume_scene.anchor, middle, steps.level);
-        samples = min(volume_samples_in(steps, ray, brick), VOLUME_SAMPLES - count);
-        // What changes nothing is leapt over, and what is the same everywhere is sampled once.
-        let range = vastex_brick_range(brick);
-        let is_even = range.x == range.y;
-        let is_idle = (VOLUME_MODE == VOLUME_MIP && range.y <= most) || (VOLUME_MODE == VOLUME_MINIP && range.x >= least);
-        if is_even {
-            most = max(most, range.y);
-            least = min(least, range.x);
-            sum += range.x * (f32(samples) * weight + lengthened);
-        } else if !is_idle {
-            for (var sample = 0u; sample < samples; sample++) {
-                let value = volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample)));
-                most = max(most, value);
-                least = min(least, value);
-                sum += value * (weight + select(0.0, lengthened, sample == 0u));
-            }
-        }
-        length += f32(samples) * weight + lengthened;
-        count += samples;
-    }
-    if VOLUME_MODE == VOLUME_MIP {
-        return vec2<f32>(most, f32(count));
-    }
-    if VOLUME_MODE == VOLUME_MINIP {
-        return vec2<f32>(least, f32(count));
-    }
-    return vec2<f32>(sum / max(length, 1e-30), f32(count));
-}
-
-// The light of channels that are reduced each by itself.
-fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
-    var light = vec3<f32>(0.0);
-    for (var nth = 0u; volume_shows(nth); nth++) {
-        let channel = volume_scene.of_channel[nth];
-        let reduced = volume_reduced(ray, channel.id);
-        if reduced.y > 0.0 {
-            light += light_from_display(volume_color(nth, volume_x(channel, reduced.x))) * channel.opacity;
-        }
-    }
-    return light;
-}
-
 // What a ray gathers where every voxel glows and hides what is behind it: light, and what is let through. `before` says what was.
 fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
+    if !VOLUME_HAS_IMAGE {
+        return before;
+    }
     var light = before.rgb;
     var through = before.a;
     let first = volume_scene.of_channel[0].id;
     var steps = volume_steps(ray);
     var samples = 0u;
     var count = 0u;
+    // Samples that are left in the bricks that were looked up, and the channels that are seen there.
+    var left = 0u;
+    var seen = 0u;
+    // The brick that was looked up last, and of which channel: where one channel alone is seen, its brick up
+    // to where the ray leaves it.
+    var brick: VastexBrick;
+    var whose = VOLUME_CHANNELS;
     // Tau and light of the last sample.
     var last = vec4<f32>(0.0);
     loop {
@@ -242,20 +189,32 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
         let middle = volume_at(ray, volume_way(steps, ray, 0u));
         // Of each sample, tau and the light of all channels times theirs.
         var gathered = array<vec4<f32>, VOLUME_CHUNK>();
-        var all_samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
-        samples = VOLUME_CHUNK;
-        var shows = false;
-        for (var nth = 0u; volume_shows(nth); nth++) {
-            let channel = volume_scene.of_channel[nth];
-            let brick = vastex_brick(channel.id, volume_scene.anchor, middle, steps.level);
-            all_samples = min(all_samples, volume_samples_in(steps, ray, brick));
-            samples = min(samples, all_samples);
-            // Of what is invisible wherever it is, no sample is taken.
-            let range = vastex_brick_range(brick);
-            if channel.opacity * max(volume_x(channel, range.x), volume_x(channel, range.y)) <= 0.0 {
+        let is_new = left == 0u;
+        if is_new {
+            left = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
+            seen = 0u;
+        }
+        samples = min(VOLUME_CHUNK, left);
+        var nth = 0u;
+        loop {
+            if !is_new && ((seen >> nth) & 1u) == 0u {
                 continue;
             }
-            shows = true;
+            let channel = volume_scene.of_channel[nth];
+            if is_new || whose != nth {
+                brick = vastex_brick(channel.id, volume_scene.anchor, middle, steps.level);
+                whose = nth;
+            }
+            if is_new {
+                left = min(left, volume_samples_in(steps, ray, 0u, brick));
+                samples = min(samples, left);
+                // Of what is invisible wherever it is, no sample is taken.
+                let range = vastex_brick_range(brick);
+                if channel.opacity * max(volume_x(channel, range.x), volume_x(channel, range.y)) <= 0.0 {
+                    continue;
+                }
+                seen |= 1u << nth;
+            }
             var color = light_from_display(channel.color);
             for (var sample = 0u; sample < samples; sample++) {
                 let at = volume_at(ray, volume_way(steps, ray, sample));
@@ -266,13 +225,19 @@ fn volume_emission(ray: VolumeRay, before: vec4<f32>) -> vec4<f32> {
                 let tau = -log(1.0 - min(channel.opacity * x, 0.999)) * volume_scene.density;
                 gathered[sample] += vec4<f32>(color * tau, tau);
             }
+            continuing {
+                nth++;
+                break if !volume_shows(nth);
+            }
         }
-        if !shows {
-            samples = all_samples;
+        if seen == 0u {
+            samples = left;
+            left = 0u;
             count += samples;
             last = vec4<f32>(0.0);
             continue;
         }
+        left -= samples;
         for (var sample = 0u; sample < samples; sample++) {
             let lengthened = select(0.0, steps.lengthened, sample == 0u);
             let front = ray.begin + f32(steps.nth + sample) * steps.step - lengthened;
@@ -310,106 +275,12 @@ fn volume_sample(brick: VastexBrick, offset: vec3<f32>) -> f32 {
 }
 
 fn volume_value(ray: VolumeRay, id: u32, way: f32) -> f32 {
-    let level = vastex_volume_level(id, volume_pixel(way));
+    return volume_value_of(ray, id, way, vastex_volume_level(id, volume_pixel(way)));
+}
+
+fn volume_value_of(ray: VolumeRay, id: u32, way: f32, level: f32) -> f32 {
     let offset = volume_at(ray, way);
     return volume_sample(vastex_brick(id, volume_scene.anchor, offset, level), offset);
-}
-
-// The first way along a ray at which a channel reaches the value of the surface; beyond its end where it never does.
-fn volume_crossing(ray: VolumeRay, id: u32) -> f32 {
-    var last = ray.begin;
-    var last_value = volume_value(ray, id, ray.begin);
-    if last_value >= volume_scene.iso {
-        return ray.begin;
-    }
-    var steps = volume_steps(ray);
-    var samples = 0u;
-    var count = 0u;
-    loop {
-        steps = volume_steps_on(steps, ray, id, samples);
-        if steps.nth >= steps.end || count >= VOLUME_SAMPLES {
-            break;
-        }
-        let middle = volume_at(ray, volume_way(steps, ray, 0u));
-        let brick = vastex_brick(id, volume_scene.anchor, middle, steps.level);
-        samples = min(volume_samples_in(steps, ray, brick), VOLUME_SAMPLES - count);
-        if vastex_brick_range(brick).y < volume_scene.iso {
-            // No surface in all of it.
-            last = volume_way(steps, ray, samples - 1u);
-            last_value = volume_sample(brick, volume_at(ray, last));
-        } else {
-            for (var sample = 0u; sample < samples; sample++) {
-                let way = volume_way(steps, ray, sample);
-                let value = volume_sample(brick, volume_at(ray, way));
-                if value >= volume_scene.iso {
-                    return volume_refined(ray, id, vec2<f32>(last, way), vec2<f32>(last_value, value));
-                }
-                last = way;
-                last_value = value;
-            }
-        }
-        count += samples;
-    }
-    return 1e30;
-}
-
-// Where between two ways, of which the second has reached it, the value of the surface is: by four halvings, then by the secant. The other
-// way round the secant would often hit it, and which half is taken then would hang on rounding.
-fn volume_refined(ray: VolumeRay, id: u32, ways: vec2<f32>, values: vec2<f32>) -> f32 {
-    var before = vec2<f32>(ways.x, values.x);
-    var after = vec2<f32>(ways.y, values.y);
-    for (var nth = 0u; nth < 4u; nth++) {
-        let way = 0.5 * (before.x + after.x);
-        let value = volume_value(ray, id, way);
-        if value >= volume_scene.iso {
-            after = vec2<f32>(way, value);
-        } else {
-            before = vec2<f32>(way, value);
-        }
-    }
-    let share = (volume_scene.iso - before.y) / max(after.y - before.y, 1e-30);
-    return mix(before.x, after.x, clamp(share, 0.0, 1.0));
-}
-
-// How steep a channel is, per length of the world, from differences of half a voxel of the level either way.
-fn volume_slope(ray: VolumeRay, id: u32, way: f32) -> vec3<f32> {
-    let level = vastex_volume_level(id, volume_pixel(way));
-    let scale = vastex_volume_scale(id, vastex_volume_whole_level(id, level));
-    let at = volume_at(ray, way);
-    // What is next to a place is in its own brick, border included: others may not be there where nobody sees them.
-    let brick = vastex_brick(id, volume_scene.anchor, at, level);
-    var slope = vec3<f32>(0.0);
-    for (var axis = 0u; axis < 3u; axis++) {
-        let one = select(vec3<f32>(0.0), scale * 0.5, vec3<bool>(axis == 0u, axis == 1u, axis == 2u));
-        let after = volume_sample(brick, at + one);
-        let before = volume_sample(brick, at - one);
-        slope += select(vec3<f32>(0.0), vec3<f32>(after - before), one > vec3<f32>(0.0));
-    }
-    return slope / (scale * volume_scene.voxel);
-}
-
-fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
-    var nearest = ray.end;
-    var light = vec3<f32>(0.0);
-    for (var nth = 0u; volume_shows(nth); nth++) {
-        let channel = volume_scene.of_channel[nth];
-        let way = volume_crossing(ray, channel.id);
-        if way < nearest {
-            nearest = way;
-            let slope = volume_slope(ray, channel.id, way);
-            let largest = max(max(abs(slope.x), abs(slope.y)), abs(slope.z));
-            let steepness = length(slope / max(largest, 1e-30));
-            let toward = normalize(ray.direction * volume_scene.voxel);
-            let along = abs(dot(slope / max(largest, 1e-30) / max(steepness, 1e-30), toward));
-            let lit = select(1.0, 0.2 + 0.8 * along, largest > 0.0);
-            var color = channel.color;
-            if channel.map != 0u {
-                color = volume_mapped(nth, volume_x(channel, volume_scene.iso));
-            }
-            light = light_from_display(color) * lit * channel.opacity;
-        }
-    }
-    return light;
 }
 
 fn volume_slice_light(ray: VolumeRay) -> vec3<f32> {

@@ -3,11 +3,7 @@
 // Where a ray stops to matter: at its end, behind what nothing shines through, or at a surface.
 fn volume_end_of_interest(ray: VolumeRay) -> f32 {
     if VOLUME_MODE == VOLUME_ISO {
-        var end = ray.end;
-        for (var nth = 0u; volume_shows(nth); nth++) {
-            end = min(end, volume_crossing(ray, volume_scene.of_channel[nth].id));
-        }
-        return end;
+        return min(ray.end, volume_surface(ray).way);
     }
     return ray.end;
 }
