@@ -13,8 +13,9 @@ use super::text::RAY_SAMPLES;
 /// A software driver ends a pixel without a word after 65,535 turns of loops, of all loops together; some of
 /// these are counted nowhere here.
 const MOST_TURNS: f64 = 64_000.0;
-/// Turns in which a change of the level is found along a ray in perspective (steps.wgsl).
-const TURNS_PER_LEVEL: f64 = 50.0;
+/// Turns in which a change of the level is found along a ray in perspective (steps.wgsl): ten or so, in each
+/// of which levels are gone through.
+const TURNS_PER_LEVEL: f64 = 150.0;
 
 /// Voxels that are drawn, and where.
 #[derive(Clone, Debug)]
@@ -84,7 +85,8 @@ impl RayBounds {
                 let of_chunk = 2.0 * channels + 3.0;
                 (channels + 1.0 + of_chunk / 16.0, of_chunk * image.bricks + TURNS_PER_LEVEL * image.changes)
             }
-            _ => (channels, channels * (2.0 * image.bricks + TURNS_PER_LEVEL * image.changes)),
+            // One walk for all of them.
+            _ => (channels, (2.0 * channels + 1.0) * image.bricks + TURNS_PER_LEVEL * image.changes),
         };
         let samples = image.voxels / self.step;
         let most = match self.is_processor {
@@ -235,9 +237,9 @@ mod tests {
         assert_eq!(deep(of(false, 1.0, 262_000)), None);
         let cut = deep(of(false, 0.2, 262_000));
         assert_eq!(cut, Some(RayCut::Samples([1_310_000.0, 262_144.0], Some(1.0))));
-        assert_eq!(least_step(deep(of(true, 1.0, 70_000))), Some(1.14));
-        assert_eq!(deep(of(true, 1.14, 70_000)), None);
-        assert!(deep(RayBounds { channels: 2, ..of(true, 1.14, 70_000) }).is_some());
+        assert_eq!(least_step(deep(of(true, 1.0, 70_000))), Some(1.16));
+        assert_eq!(deep(of(true, 1.16, 70_000)), None);
+        assert!(deep(RayBounds { channels: 2, ..of(true, 1.16, 70_000) }).is_some());
         let emission = |step| deep(RayBounds { mode: VolumeMode::Emission, ..of(true, step, 30_000) });
         assert!(emission(1.0).is_some() && emission(4.0).is_none());
         // Along a short side there are few, and a slice has one.
@@ -287,8 +289,8 @@ mod tests {
         };
         assert_eq!(of(true, 1.0, 30_000).cut(&FACE, [2, 2]), None);
         assert_eq!(with(1.0, 30_000, 1), None);
-        assert_eq!(least_step(with(1.0, 31_900, 1)), Some(1.12));
-        assert_eq!(with(1.12, 31_900, 1), None);
+        assert_eq!(least_step(with(1.0, 31_900, 1)), Some(1.14));
+        assert_eq!(with(1.14, 31_900, 1), None);
         // 32,000 turns a look, of which each of 499 or 500 bricks takes five.
         let Some(RayCut::Labels([31_900.0, most])) = with(1.0, 31_900, 2) else { panic!() };
         assert!((29_400.0..29_500.0).contains(&most), "{most}");

@@ -347,7 +347,9 @@ fn marches_from_the_whole_box_to_a_voxel_are_the_formula() {
             world.mip_bias(),
             until_known - until_drawn
         );
-        assert!(psnr >= 40.0, "march {nth}, {mode:?} of {view:?}: {psnr} dB");
+        // A few rays that end too early cost a mean less than what is asked for, but more than rounding.
+        let least = if matches!(mode, VolumeMode::Average) { 55.0 } else { 40.0 };
+        assert!(psnr >= least, "march {nth}, {mode:?} of {view:?}: {psnr} dB");
     }
     let stats = world.textures.stats();
     assert!(stats.pool_bytes <= POOL, "{stats:?}");
