@@ -201,11 +201,12 @@ impl LayersText {
         };
         let inspecteds: String = self.runs().into_iter().rev().map(inspected).collect();
         let count = self.over_one_another();
+        let uppermost = if self.lies_by_texel(way) { "uppermost_texel" } else { "uppermost" };
         (
             format!(
                 "    let light_of_ground = light_{way}(look);\n{overs}    return scene_stored(vec4<f32>(sum, 1.0));\n"
             ),
-            format!("    let n = layered_uppermost(look, at, {count}u);\n{inspecteds}"),
+            format!("    let n = layered_{uppermost}(look, at, {count}u);\n{inspecteds}"),
         )
     }
 

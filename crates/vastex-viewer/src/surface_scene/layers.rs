@@ -4,10 +4,11 @@
 use std::time::Duration;
 
 use super::SurfaceScene;
+use super::displayed::DisplaySettings;
 use super::source::{DisplayError, PreparedSource};
 use crate::layers::CompareMode;
 use crate::panels::PanelTexture;
-use crate::surface::{LayerOptions, PlanetOptions};
+use crate::surface::{DisplayOptions, LayerOptions, PlanetOptions};
 use crate::view_text::ViewText;
 
 impl SurfaceScene {
@@ -23,9 +24,13 @@ impl SurfaceScene {
 
     /// Displays layers otherwise. Where that cannot be, it is said, and all stays as it was.
     pub(super) fn show_layers(&mut self, layers: Vec<LayerOptions>) {
+        self.show_options(DisplayOptions { layers, ..self.settings.options.clone() });
+    }
+
+    /// Shows layers as options say, or says why that cannot be; then all stays as it was.
+    pub(super) fn show_options(&mut self, options: DisplayOptions) {
         self.finish_taking_over();
-        let mut settings = self.settings.clone();
-        settings.options.layers = layers;
+        let settings = DisplaySettings { options, ..self.settings.clone() };
         let shown = match self.display.displayed_mut() {
             Some(displayed) => displayed.show_layers(&self.gpu, &mut self.textures, &settings),
             None => Ok(()),

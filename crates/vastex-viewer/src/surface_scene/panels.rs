@@ -10,6 +10,7 @@ use super::values::Values;
 use crate::camera::Pose;
 use crate::panels::{Bookmark, ImageView, Minimap, ShownTextures, WindowAsked, WindowStatus, swipe_line};
 use crate::scene::Scene;
+use crate::surface::DisplayOptions;
 
 /// Points that the titles of panes take at the top.
 const TITLES: f32 = 32.0;
@@ -154,8 +155,8 @@ impl SurfaceScene {
             // Panes show other parts of the image than one picture.
             self.wake();
         }
-        if std::mem::replace(&mut self.settings.options.placement, placement) != placement {
-            self.show_layers(self.settings.options.layers.clone());
+        if self.settings.options.placement != placement {
+            self.show_options(DisplayOptions { placement, ..self.settings.options.clone() });
         }
         if self.settings.options.planet != planet {
             self.light_planet(planet);

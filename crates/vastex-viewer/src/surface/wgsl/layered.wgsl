@@ -92,28 +92,38 @@ fn layered_has(look: Look, n: u32) -> bool {
 // difference where nothing beneath has one.
 fn layered_lacks(look: Look, at: vec2<f32>, count: u32) -> bool {
     var lacks = false;
-    var is_above = false;
+    var has_below = false;
     for (var n = 0u; n < layered_end(look, count); n++) {
         let is_seen = layered_is_seen(look, at, n);
         let has = layered_has(look, n);
-        let is_alone = !has | ((layered[n].difference > 0.0) & !is_above);
+        let is_alone = !has | ((layered[n].difference > 0.0) & !has_below);
         lacks = lacks | (is_seen & (layered[n].difference != 0.0) & is_alone);
-        is_above = is_above | (is_seen & has);
+        has_below = has_below | (is_seen & has);
     }
     return lacks;
 }
 
-// Of so many layers that are asked for in turns the one whose turn it is: those that are drawn take turns, each with an entry of its own.
+// The uppermost of so many layers that lie texel upon texel and that is seen and has a texel at a pixel, else the lowest.
+fn layered_uppermost_texel(look: Look, at: vec2<f32>, count: u32) -> u32 {
+    var uppermost = 0u;
+    for (var n = 1u; n < layered_end(look, count); n++) {
+        uppermost = select(uppermost, n, layered_is_seen(look, at, n) & layered_has(look, n));
+    }
+    return uppermost;
+}
+
+// Of so many layers that are asked for in turns the one whose turn it is: those that are drawn and have a texel there take turns, each with an
+// entry of its own.
 fn layered_turn(look: Look, at: vec4<f32>, count: u32) -> u32 {
     var drawn = 0u;
     for (var n = 0u; n < layered_end(look, count); n++) {
-        drawn += select(0u, 1u, layered_is_drawn(look, n));
+        drawn += select(0u, 1u, layered_is_drawn(look, n) & layered_has(look, n));
     }
     let turn = vastex_turn(scene.ids.view, at, max(drawn, 1u));
     var chosen = 0u;
     var passed = 0u;
     for (var n = 0u; n < layered_end(look, count); n++) {
-        let is_drawn = layered_is_drawn(look, n);
+        let is_drawn = layered_is_drawn(look, n) & layered_has(look, n);
         chosen = select(chosen, n, is_drawn & (passed == turn));
         passed += select(0u, 1u, is_drawn);
     }
