@@ -74,8 +74,15 @@ pub(crate) fn draw_list(
     let mut encoder = device.create_command_encoder(&Default::default());
     draw_again(&mut encoder, textures, &renderer, renderer.camera(), &canvas.target());
     let read = TextureRead::submit(gpu, encoder, canvas.picture(), 4);
-    finish(device);
-    Picture { size: SIZE, rgba: read.take().unwrap().unwrap() }
+    // The device is shared, and the thread of another test may be about to hand the picture over.
+    let rgba = loop {
+        finish(device);
+        if let Some(rgba) = read.take() {
+            break rgba.unwrap();
+        }
+        std::thread::yield_now();
+    };
+    Picture { size: SIZE, rgba }
 }
 
 pub(crate) fn linear(encoded: u8) -> f64 {
