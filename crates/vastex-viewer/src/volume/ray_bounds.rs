@@ -85,8 +85,8 @@ impl RayBounds {
                 let of_chunk = 2.0 * channels + 3.0;
                 (channels + 1.0 + of_chunk / 16.0, of_chunk * image.bricks + TURNS_PER_LEVEL * image.changes)
             }
-            // One walk for all of them.
-            _ => (channels, (2.0 * channels + 1.0) * image.bricks + TURNS_PER_LEVEL * image.changes),
+            // One walk for all of them: a brick takes a turn, one that leads to it, and two of each channel.
+            _ => (channels, (2.0 * channels + 2.0) * image.bricks + TURNS_PER_LEVEL * image.changes),
         };
         let samples = image.voxels / self.step;
         let most = match self.is_processor {
@@ -237,9 +237,9 @@ mod tests {
         assert_eq!(deep(of(false, 1.0, 262_000)), None);
         let cut = deep(of(false, 0.2, 262_000));
         assert_eq!(cut, Some(RayCut::Samples([1_310_000.0, 262_144.0], Some(1.0))));
-        assert_eq!(least_step(deep(of(true, 1.0, 70_000))), Some(1.16));
-        assert_eq!(deep(of(true, 1.16, 70_000)), None);
-        assert!(deep(RayBounds { channels: 2, ..of(true, 1.16, 70_000) }).is_some());
+        assert_eq!(least_step(deep(of(true, 1.0, 70_000))), Some(1.18));
+        assert_eq!(deep(of(true, 1.18, 70_000)), None);
+        assert!(deep(RayBounds { channels: 2, ..of(true, 1.18, 70_000) }).is_some());
         let emission = |step| deep(RayBounds { mode: VolumeMode::Emission, ..of(true, step, 30_000) });
         assert!(emission(1.0).is_some() && emission(4.0).is_none());
         // Along a short side there are few, and a slice has one.
@@ -288,9 +288,9 @@ mod tests {
             RayBounds { labels, ..of(true, step, depth) }.cut(&FACE, [2, 2])
         };
         assert_eq!(of(true, 1.0, 30_000).cut(&FACE, [2, 2]), None);
-        assert_eq!(with(1.0, 30_000, 1), None);
-        assert_eq!(least_step(with(1.0, 31_900, 1)), Some(1.14));
-        assert_eq!(with(1.14, 31_900, 1), None);
+        assert_eq!(with(1.0, 29_700, 1), None);
+        assert_eq!(least_step(with(1.0, 31_900, 1)), Some(1.16));
+        assert_eq!(with(1.16, 31_900, 1), None);
         // 32,000 turns a look, of which each of 499 or 500 bricks takes five.
         let Some(RayCut::Labels([31_900.0, most])) = with(1.0, 31_900, 2) else { panic!() };
         assert!((29_400.0..29_500.0).contains(&most), "{most}");

@@ -40,7 +40,7 @@ fn volume_surface(ray: VolumeRay) -> VolumeSurface {
                 // No surface in all of it.
                 sample = end;
             }
-            while sample < end && volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample))) < volume_scene.iso {
+            while sample < end && !(volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample))) >= volume_scene.iso) {
                 sample++;
             }
             if sample < end {
