@@ -22,6 +22,8 @@ pub(crate) const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
 const CLIPPY: &str = "clippy-driver";
 /// Names to this program, where cargo calls it in rustdoc's place, the directory for the pages.
 const PAGES: &str = "VASTEX_PAGES";
+/// Features of the workspace that nothing but tests asks for.
+const OF_TESTS: [&str; 3] = ["sim", "checks", "test-device"];
 
 /// Returns true if the workspace is compiled by Clippy's compiler.
 pub(crate) fn is_asked_for() -> bool {
@@ -91,8 +93,11 @@ fn libraries() -> Result<Vec<String>> {
 /// Does what rustdoc does, where cargo calls this program in its place; `None` where a person calls it.
 pub(crate) fn in_place_of_rustdoc() -> Option<ExitCode> {
     let pages = env::var_os(PAGES)?;
+    let manifest = env::var_os("CARGO_MANIFEST_DIR").map(|package| Path::new(&package).join("Cargo.toml"));
+    let manifest = manifest.and_then(|manifest| fs::read_to_string(manifest).ok()).unwrap_or_default();
     let mut rustdoc = Command::new("rustdoc");
-    rustdoc.args(without_tests(env::args_os().skip(1))).arg("--out-dir").arg(pages);
+    let told = without_tests(env::args_os().skip(1));
+    rustdoc.args(as_published(told, &dependencies(&manifest))).arg("--out-dir").arg(pages);
     let succeeds = rustdoc.status().is_ok_and(|status| status.success());
     Some(if succeeds { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -112,6 +117,46 @@ fn without_tests(told: impl Iterator<Item = OsString>) -> Vec<OsString> {
     kept
 }
 
+/// What rustdoc is told, without the crates and features that only tests have: pages are to link to what a
+/// reader of the published crate has, too.
+fn as_published(told: Vec<OsString>, dependencies: &[String]) -> Vec<OsString> {
+    let mut kept: Vec<OsString> = Vec::new();
+    let mut words = told.into_iter();
+    while let Some(word) = words.next() {
+        let value = match &*word.to_string_lossy() {
+            "--extern" | "--cfg" => words.next(),
+            _ => None,
+        };
+        let text = value.as_ref().map(|value| value.to_string_lossy().into_owned()).unwrap_or_default();
+        let is_of_tests = match &*word.to_string_lossy() {
+            "--extern" => {
+                let name = text.split('=').next().unwrap_or_default();
+                !dependencies.iter().any(|dependency| dependency == name)
+            }
+            "--cfg" => OF_TESTS.iter().any(|feature| text == format!("feature=\"{feature}\"")),
+            _ => false,
+        };
+        if !is_of_tests {
+            kept.push(word);
+            kept.extend(value);
+        }
+    }
+    kept
+}
+
+/// The names by which Rust knows what a package depends on, by its manifest, but for what its tests alone do.
+fn dependencies(manifest: &str) -> Vec<String> {
+    let (mut names, mut is_listed) = (Vec::new(), false);
+    for line in manifest.lines().map(str::trim) {
+        if line.starts_with('[') {
+            is_listed = line == "[dependencies]" || line.ends_with(".dependencies]");
+        } else if is_listed && let Some((name, _)) = line.split_once(['.', '=', ' ']) {
+            names.push(name.replace('-', "_"));
+        }
+    }
+    names
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,6 +169,21 @@ mod tests {
         assert_eq!(
             without_tests(told(all).into_iter()),
             told("--crate-name a src/lib.rs -L dependency=x --cfg z -D warnings")
+        );
+    }
+
+    #[test]
+    fn pages_know_nothing_of_what_tests_alone_have() {
+        let manifest = "[package]\nname = \"a\"\n\n[dependencies]\n# Of b alone.\nb-c.workspace = true\nd = { workspace = true }\n\n\
+                        [target.'cfg(unix)'.dependencies]\ne = \"1\"\n\n[dev-dependencies]\nf.workspace = true\n";
+        let known = dependencies(manifest);
+        assert!(["b_c", "d", "e"].iter().all(|name| known.iter().any(|known| known == name)), "{known:?}");
+        assert!(!known.iter().any(|known| known == "f" || known == "name"), "{known:?}");
+        let told = |words: &str| words.split(' ').map(OsString::from).collect::<Vec<_>>();
+        let all = "--extern a=/a.rlib --extern b_c=/b.rlib --cfg feature=\"sim\" --cfg feature=\"z\" --extern f=/f.rlib src/lib.rs";
+        assert_eq!(
+            as_published(told(all), &known),
+            told("--extern b_c=/b.rlib --cfg feature=\"z\" src/lib.rs")
         );
     }
 

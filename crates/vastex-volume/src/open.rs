@@ -28,8 +28,10 @@ pub enum Opened {
 /// Volumes below a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageList {
-    /// The path that was opened.
+    /// The path that was opened, for messages.
     pub path: String,
+    /// The path that was opened, exactly: images lie below it.
+    pub root: PathBuf,
     /// What lists them: `a plate`, for one.
     pub what: &'static str,
     /// Where each lies below the path.
@@ -103,10 +105,10 @@ pub fn are_pictures(path: &Path) -> bool {
 pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     let volume = |volume: Volume| Opened::Volume(Box::new(volume));
     if path.is_dir() {
-        return open_zarr(&(Arc::new(Directory::new(path)) as Arc<dyn KeyStore>), "");
+        return open_zarr(&(Arc::new(Directory::new(path)) as Arc<dyn KeyStore>), path, "");
     }
     if let Some((archive, below)) = in_archive(path) {
-        return open_zarr(&(Arc::new(Zip::open(&archive)?) as Arc<dyn KeyStore>), &below);
+        return open_zarr(&(Arc::new(Zip::open(&archive)?) as Arc<dyn KeyStore>), &archive, &below);
     }
     if let Some(stack) = named_stack(path) {
         return open_stack(stack).map(volume);
@@ -156,7 +158,8 @@ fn in_archive(path: &Path) -> Option<(PathBuf, String)> {
     Some((archive.to_owned(), below))
 }
 
-fn open_zarr(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Opened, VolumeError> {
+/// Opens what lies somewhere below a directory or an archive, whose path `store` is.
+fn open_zarr(keys: &Arc<dyn KeyStore>, store: &Path, below: &str) -> Result<Opened, VolumeError> {
     block_on(async {
         let mut below = below.to_owned();
         let mut root = open_root(keys, &below).await?;
@@ -179,7 +182,8 @@ fn open_zarr(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Opened, VolumeErro
             Root::Image(image) => Ok(Opened::Volume(Box::new(open_image(keys, &below, image).await?))),
             Root::Array => Ok(Opened::Volume(Box::new(open_plain(keys, &below).await?))),
             Root::Images { what, paths, oddities } => {
-                Ok(Opened::Images(ImageList { path, what, images: paths, oddities }))
+                let root = if below.is_empty() { store.to_owned() } else { store.join(&below) };
+                Ok(Opened::Images(ImageList { path, root, what, images: paths, oddities }))
             }
             Root::Group => Err(no_image(&path)),
             Root::Nothing => {

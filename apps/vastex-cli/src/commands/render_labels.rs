@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
-use vastex_viewer::volume::{LabelColors, OtherLabels, VolumeBox, VolumeLabels};
+use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeLabels};
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
 use super::volume::no_volume;
@@ -83,10 +83,10 @@ impl Labels {
         (self.of, self.begin)
     }
 
-    /// How often a ray is looked along for them: once, and for the selected one alone before.
+    /// How often a ray is looked along for them.
     pub(super) fn looks(&self, args: &RenderVolumeArgs) -> u32 {
         let others = args.look.labels.label_others.unwrap_or_default();
-        if self.selected.is_some() && others == OtherLabels::Dimmed { 2 } else { 1 }
+        others.looks(self.selected.is_some())
     }
 
     /// Adds them to textures, as they are to be shown.

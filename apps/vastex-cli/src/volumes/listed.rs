@@ -2,7 +2,6 @@
 //! choose from.
 
 use std::fmt;
-use std::path::Path;
 
 use vastex_viewer::panels::OfferedImages;
 use vastex_volume::ImageList;
@@ -16,10 +15,10 @@ pub(crate) struct Listed(pub(crate) ImageList);
 impl Listed {
     /// The images for the window; `None` if there is none to choose.
     pub(crate) fn offered(&self) -> Option<OfferedImages> {
-        let ImageList { path, what, images, .. } = &self.0;
-        let name = Path::new(path).file_name().unwrap_or(path.as_ref()).to_string_lossy().into_owned();
-        let root = path.trim_end_matches('/');
-        let images = images.iter().map(|image| (image.clone(), format!("{root}/{image}").into()));
+        let ImageList { root, what, images, .. } = &self.0;
+        let name = root.file_name().unwrap_or(root.as_ref()).to_string_lossy().into_owned();
+        let images =
+            images.iter().map(|image| (image.clone(), root.join(image.trim_start_matches('/')).into()));
         let offered = OfferedImages { name, what: (*what).to_owned(), images: images.collect() };
         (!offered.images.is_empty()).then_some(offered)
     }
@@ -35,7 +34,7 @@ impl std::error::Error for Listed {}
 
 #[cfg(test)]
 mod tests {
-    use std::path::PathBuf;
+    use std::path::{Path, PathBuf};
 
     use super::*;
     use crate::volumes::{OpenHow, open_volume};
@@ -80,9 +79,29 @@ mod tests {
         );
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn images_below_a_path_that_is_no_text_open() {
+        use std::os::unix::ffi::OsStrExt;
+
+        let directory = tempfile::tempdir().unwrap();
+        let plate = directory.path().join(std::ffi::OsStr::from_bytes(b"pl\xff.zip"));
+        std::fs::copy(fixture("plate.zip"), &plate).unwrap();
+        let offered = listed(&plate).offered().unwrap();
+        for (name, path) in offered.images.iter() {
+            assert!(open_volume(Path::new(path), OpenHow::default()).is_ok(), "{name}");
+        }
+    }
+
     #[test]
     fn where_nothing_is_listed_nothing_is_offered() {
-        let empty = ImageList { path: "p".into(), what: "a plate", images: Vec::new(), oddities: Vec::new() };
+        let empty = ImageList {
+            path: "p".into(),
+            root: "p".into(),
+            what: "a plate",
+            images: Vec::new(),
+            oddities: Vec::new(),
+        };
         assert_eq!(Listed(empty).offered(), None);
     }
 }

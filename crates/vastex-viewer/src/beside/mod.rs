@@ -30,6 +30,8 @@ pub use wake::Wake;
 pub const TILES: &str = "tiles";
 /// What else is said of a volume, as a topic.
 pub const VOLUME: &str = "volume";
+/// What is said of rays that are cut, as a topic.
+pub(crate) const CUT: &str = "rays that are cut";
 
 /// How a window is at the moment, as its host says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,6 +68,8 @@ pub struct Beside {
     clock: Clock,
     logged: Vec<String>,
     is_stale: bool,
+    /// How often all notes were forgotten.
+    times_forgotten: u64,
     /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Duration>,
     is_busy: bool,
@@ -88,6 +92,7 @@ impl Beside {
             clock,
             logged: Vec::new(),
             is_stale: false,
+            times_forgotten: 0,
             drawn_at: None,
             is_busy: false,
         }
@@ -146,6 +151,12 @@ impl Beside {
     /// No note concerns what is shown from here on.
     pub fn forget_notes(&mut self) {
         self.messages.forget_notes();
+        self.times_forgotten += 1;
+    }
+
+    /// How often all notes were forgotten: what still holds is said again after that.
+    pub(crate) fn times_forgotten(&self) -> u64 {
+        self.times_forgotten
     }
 
     /// Returns true if it was said of what is displayed that a pool is too small.

@@ -6,7 +6,7 @@ use egui::{
 
 use super::palettes::palette_controls;
 use super::volume_histogram::{VolumeValues, volume_histogram};
-use super::volume_words::{dimmer_text, place_text, point_rows, ray_cut_text};
+use super::volume_words::{LONGEST_STEP, dimmer_text, place_text, point_rows, ray_cut_text};
 use crate::layers::Palette;
 use crate::volume::{MOST_END, OtherLabels, RayCut, VolumeBox, VolumeMode, least_apart, parse_label};
 use crate::volume_scene::{
@@ -339,7 +339,7 @@ fn modes(ui: &mut Ui, look: &mut VolumeLook, told: &VolumeStatus<'_>) {
     }
     ui.horizontal(|ui| {
         ui.label("Step");
-        for (step, name) in [(2.0, "2"), (1.0, "1"), (1.0 / 3.0, "1/3"), (1.0 / 5.0, "1/5")] {
+        for (step, name) in [(LONGEST_STEP, "2"), (1.0, "1"), (1.0 / 3.0, "1/3"), (1.0 / 5.0, "1/5")] {
             let label = ui.selectable_label(look.step == step, name);
             if label.on_hover_text("samples along a ray, in sides of a voxel").clicked() {
                 look.step = step;

@@ -7,6 +7,9 @@ use super::lengths::TexelSize;
 use crate::volume::RayCut;
 use crate::volume_scene::{PointAnswer, VolumeFacts};
 
+/// The longest step that the panel offers.
+pub(super) const LONGEST_STEP: f64 = 2.0;
+
 /// Units of length as OME names them, and as people write them.
 const UNITS: [(&str, &str); 9] = [
     ("angstrom", "Å"),
@@ -88,17 +91,16 @@ pub(super) fn dimmer_text(facts: &VolumeFacts) -> Option<String> {
 
 /// What is said where rays meet more than is taken.
 pub fn ray_cut_text(cut: &RayCut) -> String {
+    let (too_many, fewer) = ("have more samples than are taken", "show fewer channels, or no labels");
     let (what, remedy) = match cut {
-        RayCut::Bricks(_) => (format!("meet more than {RAY_BRICKS} bricks"), "zoom out"),
+        RayCut::Bricks(_) => (format!("meet more than {RAY_BRICKS} bricks"), "zoom out".to_owned()),
         RayCut::Labels(_) => {
-            ("pass more voxels of labels than a processor takes".to_owned(), "hide the labels")
+            ("pass more voxels of labels than a processor takes".to_owned(), "hide the labels".to_owned())
         }
-        RayCut::Samples(_, Some(_)) => {
-            ("have more samples than are taken".to_owned(), "choose a longer step")
+        RayCut::Samples(_, Some(step)) if *step <= LONGEST_STEP => {
+            (too_many.to_owned(), format!("choose a longer step, of {step} or more"))
         }
-        RayCut::Samples(_, None) => {
-            ("have more samples than are taken".to_owned(), "show fewer channels, or no labels")
-        }
+        RayCut::Samples(..) => (too_many.to_owned(), fewer.to_owned()),
     };
     format!("Rays may {what}: what lies behind is not seen; {remedy}, or look along a shorter side")
 }
@@ -178,7 +180,8 @@ mod tests {
         for (cut, parts) in [
             (RayCut::Bricks(5000.0), ["more than 4096 bricks", "zoom out"]),
             (RayCut::Labels([9.0, 8.0]), ["voxels of labels", "hide the labels"]),
-            (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step, of 2 or more"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["more samples", "fewer channels"]),
             (RayCut::Samples([9.0, 0.0], None), ["more samples", "fewer channels"]),
         ] {
             let text = ray_cut_text(&cut);

@@ -31,7 +31,7 @@ use glam::DVec2;
 use vastex::diagnostics::{FrameStats, PoolStats};
 use vastex::{FeedbackMode, Preparer, Textures, ViewId};
 
-use crate::beside::Beside;
+use crate::beside::{Beside, CUT};
 use crate::camera::{Aspects, Pose};
 use crate::gpu::Gpu;
 use crate::hud::Chosen;
@@ -280,6 +280,7 @@ impl SurfaceScene {
     fn remove(&mut self, gone: impl IntoIterator<Item = Displayed>) {
         gone.into_iter().for_each(|gone| gone.remove(&mut self.textures));
         self.in_its_place = None;
+        self.beside.forget(CUT);
         self.beside.shortage_is_said = false;
         self.values = None;
         self.minimaps.clear();

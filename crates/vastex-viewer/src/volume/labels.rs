@@ -40,6 +40,12 @@ impl OtherLabels {
         }
     }
 
+    /// How often a ray is looked along for labels: once, and for a selected one alone before, which is seen
+    /// through these.
+    pub fn looks(self, has_selected: bool) -> u32 {
+        if has_selected && self == OtherLabels::Dimmed { 2 } else { 1 }
+    }
+
     /// The share of the opacity that they have.
     fn share(self) -> f32 {
         match self {
@@ -98,10 +104,9 @@ impl VolumeLabels {
         }
     }
 
-    /// How often a ray is looked along for them: once, and for the selected one alone before, which is seen
-    /// through the others.
+    /// How often a ray is looked along for them ([`OtherLabels::looks`]).
     pub fn looks(&self) -> u32 {
-        if self.selected.is_some() && self.others == OtherLabels::Dimmed { 2 } else { 1 }
+        self.others.looks(self.selected.is_some())
     }
 
     /// What shaders are told, for rays in a volume with such voxels; `id` is that of their texture.

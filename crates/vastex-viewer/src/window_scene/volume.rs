@@ -10,7 +10,7 @@ use glam::DVec2;
 use vastex::Settings;
 use vastex::diagnostics::FrameStats;
 
-use crate::beside::{Beside, TILES, Tuned, VOLUME, Wake};
+use crate::beside::{Beside, CUT, TILES, Tuned, VOLUME, Wake};
 use crate::gpu::Gpu;
 use crate::hud::HudChange;
 use crate::input::InputEvent;
@@ -27,8 +27,6 @@ use crate::volume_scene::{
 /// that are not shown.
 const EVERY: Duration = Duration::from_millis(250);
 const REST: Duration = Duration::from_millis(2);
-/// What is said of rays that are cut, as a topic.
-const CUT: &str = "rays that are cut";
 
 /// A volume that is to be shown.
 pub struct VolumeToShow {
@@ -76,8 +74,8 @@ pub struct ShownVolume {
     is_led: bool,
     /// True if the host makes levels, of which it is to be asked now and then.
     is_being_made: bool,
-    /// What was said of rays that are cut, while they are.
-    cut: Option<String>,
+    /// What was said of rays that are cut, while they are, and how often notes had been forgotten then.
+    cut: (Option<String>, u64),
     /// Why the last frame could draw nothing: each one fails alike until another thing is shown.
     fault: Option<String>,
 }
@@ -111,7 +109,7 @@ impl ShownVolume {
             rests: false,
             is_led: false,
             is_being_made: false,
-            cut: None,
+            cut: (None, beside.times_forgotten()),
             fault: None,
         })
     }
@@ -271,11 +269,11 @@ impl ShownVolume {
 
     /// Says that rays are cut, as long as they are. Returns true if something else is said than before.
     fn tell_of_cut(&mut self, beside: &mut Beside) -> bool {
-        let cut = self.scene.ray_cut().map(|cut| ray_cut_text(&cut));
+        let cut = (self.scene.ray_cut().map(|cut| ray_cut_text(&cut)), beside.times_forgotten());
         let is_other = cut != self.cut;
         if is_other {
             beside.forget(CUT);
-            cut.iter().for_each(|said| beside.show_note(CUT, said));
+            cut.0.iter().for_each(|said| beside.show_note(CUT, said));
             self.cut = cut;
         }
         is_other

@@ -148,6 +148,19 @@ fn rays_that_are_cut_are_told_as_long_as_they_are() {
     window.volume.as_mut().unwrap().scene.look.layout = VolumeLayout::One(VolumePane::Z);
     window.settle_volume();
     assert!(!window.scene.beside.forget(CUT));
+    // Another file is opened, in vain: what holds of the volume that stays is said again.
+    window.volume.as_mut().unwrap().scene.look.layout = VolumeLayout::One(VolumePane::Space);
+    window.settle_volume();
+    window.scene.beside.forget_notes();
+    window.volume.as_mut().unwrap().refresh();
+    window.settle_volume();
+    assert!(window.scene.beside.forget(CUT));
+    // Another file is displayed in the place of a volume whose rays are cut.
+    window.scene.beside.show_note(CUT, "rays are cut");
+    window.volume = None;
+    let source = window.source([1, 2, 3], None);
+    window.scene.show_source(3, "c.png", source).unwrap();
+    assert!(!window.scene.beside.forget(CUT), "what is displayed has no rays");
 }
 
 #[test]

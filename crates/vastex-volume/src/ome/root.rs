@@ -127,7 +127,12 @@ async fn list_images(
             oddities
                 .push(format!("the image '{}' is not below what lists it; it is left out", shortened(path)));
         }
-        lies_below
+        // Names are written to terminals, which do what such characters say.
+        let is_plain = !path.contains(char::is_control);
+        if lies_below && !is_plain {
+            oddities.push(format!("the image '{}' has control characters; it is left out", shortened(path)));
+        }
+        lies_below && is_plain
     });
     if paths.len() > MOST_IMAGES {
         oddities.push(format!("more than {MOST_IMAGES} images are listed; the first of them are taken"));

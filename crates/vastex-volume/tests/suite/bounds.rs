@@ -64,6 +64,21 @@ fn wells_are_read_once_and_up_to_a_number_of_images() {
 }
 
 #[test]
+fn images_whose_names_would_steer_a_terminal_are_left_out() {
+    let directory = tempfile::tempdir().unwrap();
+    let labels = json!({"labels": ["cells", "\u{1b}]0;x\u{7}", "nuclei"]});
+    std::fs::write(directory.path().join(".zattrs"), labels.to_string()).unwrap();
+    let found = images(directory.path());
+    assert_eq!(found.images, ["cells", "nuclei"]);
+    assert!(
+        found.oddities.len() == 1 && found.oddities[0].contains("control characters"),
+        "{:?}",
+        found.oddities
+    );
+    assert!(!found.oddities[0].contains(char::is_control), "{:?}", found.oddities);
+}
+
+#[test]
 fn metadata_and_chains_of_codecs_have_a_length() {
     let directory = unpacked("v2-fortran");
     let file = directory.path().join("0/.zarray");

@@ -1,5 +1,5 @@
-//! What of a picture of a volume is refused, since rays would be cut: how many samples, bricks and labels
-//! they meet is counted before anything is drawn.
+//! Words of what is refused of a picture of a volume, since its rays would be cut, and what tells the library
+//! how they are sampled: it counts the samples, bricks and labels that they meet before anything is drawn.
 
 use std::sync::Arc;
 

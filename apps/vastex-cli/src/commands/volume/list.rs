@@ -61,6 +61,7 @@ mod tests {
     fn names_from_metadata_cannot_steer_a_terminal() {
         let list = ImageList {
             path: "plate".into(),
+            root: "plate".into(),
             what: "a plate",
             images: vec!["A/1\x1b[2J".into()],
             oddities: vec!["odd\r\nlines".into()],
@@ -74,6 +75,7 @@ mod tests {
     fn the_first_images_are_named_and_the_others_counted() {
         let list = |count: usize| ImageList {
             path: "plate".into(),
+            root: "plate".into(),
             what: "a plate",
             images: (0..count).map(|nth| format!("A/{nth}")).collect(),
             oddities: Vec::new(),

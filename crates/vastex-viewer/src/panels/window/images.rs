@@ -113,7 +113,10 @@ impl ImagesPanel {
         });
         match self.found.is_empty() {
             true => drop(ui.label(RichText::new("no image has that").weak())),
-            false => list(ui, height, (images, &self.found, self.shown), asked),
+            false => {
+                let of = List { name: "offered", images, found: &self.found, shown: self.shown };
+                list(ui, height, &of, asked);
+            }
         }
     }
 }
@@ -135,15 +138,22 @@ fn found(images: &[(String, OsString)], search: &str) -> Vec<usize> {
     images.iter().enumerate().filter_map(has).collect()
 }
 
-/// A list of some images, of which only the rows that are seen are laid out.
-fn list(
-    ui: &mut Ui,
-    height: f32,
-    (images, found, shown): (&[(String, OsString)], &[usize], Option<usize>),
-    asked: &mut Vec<WindowAsked>,
-) {
+/// A list of images to choose from.
+struct List<'a> {
+    /// Name of the list: each one of a panel is scrolled by itself.
+    name: &'a str,
+    images: &'a [(String, OsString)],
+    /// The images that are listed.
+    found: &'a [usize],
+    /// The one that is displayed.
+    shown: Option<usize>,
+}
+
+/// Shows a list, of which only the rows that are seen are laid out.
+fn list(ui: &mut Ui, height: f32, list: &List<'_>, asked: &mut Vec<WindowAsked>) {
+    let List { name, images, found, shown } = *list;
     let row = ui.text_style_height(&TextStyle::Button) + 2.0 * ui.spacing().button_padding.y;
-    let area = ScrollArea::vertical().id_salt("images").max_height(height).auto_shrink([false, true]);
+    let area = ScrollArea::vertical().id_salt(("images", name)).max_height(height).auto_shrink([false, true]);
     area.show_rows(ui, row.max(ui.spacing().interact_size.y), found.len(), |ui, rows| {
         ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
         for nth in found.get(rows).unwrap_or_default() {
@@ -165,7 +175,8 @@ pub(super) fn images_of_file(ui: &mut Ui, images: &[(String, OsString)], asked: 
     if images.len() > MOST_BESIDE {
         ui.label(format!("{} images", images.len()));
         let all: Vec<usize> = (0..images.len()).collect();
-        return list(ui, HEIGHT, (images, &all, None), asked);
+        let of = List { name: "of the file", images, found: &all, shown: None };
+        return list(ui, HEIGHT, &of, asked);
     }
     ui.horizontal_wrapped(|ui| {
         ui.label("Images");
