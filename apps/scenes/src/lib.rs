@@ -29,7 +29,7 @@ pub use error::OffscreenError;
 pub use estimate::{Estimate, Estimating};
 pub use levels::LevelError;
 pub use offscreen::{
-    CostsBeside, DrawCosts, Offscreen, Outcome, PATIENCE_FRAMES, ReferenceKind, Until, Watched,
+    CostsBeside, DrawCosts, Offscreen, Outcome, PATIENCE_FRAMES, ReferenceKind, SceneImage, Until, Watched,
 };
 pub use planet::{Part, Planet};
 pub use planet_image::{PlanetImageError, planet_image};

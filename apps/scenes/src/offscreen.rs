@@ -19,6 +19,7 @@ use crate::places::places;
 use crate::reference::{Reference, ReferenceError, Taps};
 use crate::wait::read_texture;
 use vastex_viewer::camera::Ahead;
+use vastex_viewer::layers::ImageSizes;
 use vastex_viewer::stage::{Canvas, Frame, Pictures, StageScene, StageView, TargetKind, draw_again};
 use vastex_viewer::{
     CameraBinding, DisplayOptions, Gpu, Overlay, OverlayRenderer, Path, Picture, PlanetLight, Pose, Scene,
@@ -27,9 +28,11 @@ use vastex_viewer::{
 
 mod costs;
 mod parts;
+mod scene_image;
 mod until;
 
 pub use costs::{CostsBeside, DrawCosts};
+pub use scene_image::SceneImage;
 pub use until::{Outcome, PATIENCE_FRAMES, Until, Watched};
 
 /// How long is waited for what every pixel wants.
@@ -70,6 +73,8 @@ pub struct Offscreen {
     /// The format of pictures, and what they are drawn into.
     drawn_as: (wgpu::TextureFormat, TargetKind),
     source: Arc<dyn TileSource>,
+    /// Columns and rows of the image that the source is of.
+    image: [u32; 2],
 }
 
 impl Offscreen {
@@ -93,16 +98,15 @@ impl Offscreen {
         size: [u32; 2],
         settings: Settings,
     ) -> Result<Offscreen, OffscreenError> {
-        Offscreen::showing_together(shown, gpu, source, &[], scene, size, settings)
+        Offscreen::showing_together(shown, gpu, (source.into(), &[]), scene, size, settings)
     }
 
-    /// The same with further textures over the first one, which says how wide the image is and is the one
-    /// that pictures are compared with.
+    /// The same with further images over the first one, which says how wide the picture's image is and is the
+    /// one that pictures are compared with.
     pub fn showing_together(
         shown: &DisplayOptions,
         gpu: &Gpu,
-        source: Arc<dyn TileSource>,
-        over: &[Arc<dyn TileSource>],
+        (lowest, over): (SceneImage, &[SceneImage]),
         scene: Scene,
         size: [u32; 2],
         settings: Settings,
@@ -112,12 +116,15 @@ impl Offscreen {
             return Err(OffscreenError::PictureSize { width: size[0], height: size[1], max });
         }
         let mut textures = Textures::new(&gpu.device, &gpu.queue, settings)?;
-        let mut added = vec![textures.add_blocking(source.clone())?];
-        for source in over {
-            added.push(textures.add_blocking(source.clone())?);
+        let (mut added, mut images) = (Vec::new(), Vec::new());
+        for SceneImage { tiles, size } in std::iter::once(&lowest).chain(over) {
+            let texture = textures.add_blocking(tiles.clone())?;
+            added.push(texture);
+            images.push((texture, *size));
         }
         let layers = shown.layers_of(&textures, &added)?;
-        let drawn = shown.describe(scene, &mut textures, &added, layers, None)?;
+        let images: ImageSizes = images.into_iter().collect();
+        let drawn = shown.describe(scene, &mut textures, (&added, &images), layers, None)?;
         let kind = shown.target.unwrap_or_else(|| SceneRenderer::target_kind(&gpu.adapter, &drawn.layers));
         let picture = drawn.layers.picture_format();
         let renderer = SceneRenderer::new(gpu, &textures, drawn, kind.drawn_format(picture))?;
@@ -136,7 +143,8 @@ impl Offscreen {
             textures,
             renderer,
             size,
-            source,
+            source: lowest.tiles,
+            image: lowest.size,
         })
     }
 
@@ -188,10 +196,9 @@ impl Offscreen {
         self.still = Some(pose);
     }
 
-    /// Texels of the image that the poses of an image are told of: those of the first texture.
+    /// Columns and rows of the image that the poses of an image are told of: the first one.
     pub fn image_size(&self) -> [u32; 2] {
-        let [width, height, _] = self.source.description().geometry.size();
-        [width, height]
+        self.image
     }
 
     /// Plays a path; `watch` sees the textures after every frame, and every event in it, and may end the run.

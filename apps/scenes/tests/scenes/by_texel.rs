@@ -6,8 +6,8 @@ use std::sync::Arc;
 use glam::DVec2;
 use vastex::{Filter, ImageOptions, ImageSource, LayerFormat, TextureId, Textures, TileSource};
 use vastex_scenes::{DisplayOptions, LayerOptions, Picture, Pose, Scene};
-use vastex_viewer::inspect::texel_at;
-use vastex_viewer::layers::{BACKGROUND, CompareMode, Placement};
+use vastex_viewer::inspect::{Histogram, Thumbnail, texel_at};
+use vastex_viewer::layers::{BACKGROUND, CompareMode, ImageSizes, Placement};
 use vastex_viewer::{Layers, SceneRenderer};
 
 use crate::common::{gpu, settings};
@@ -27,18 +27,42 @@ fn texel(image: usize, [x, y]: [u32; 2]) -> [u8; 3] {
     [x * 3 + y + 40 * image, y * 5 + 90 * image, (x ^ y) * (image + 1)].map(|value| (value % 256) as u8)
 }
 
-/// The two, and how they are shown: as they are where they are magnified.
-fn textures() -> (Textures, [TextureId; 2]) {
+/// How often each of the two is halved, of which a coarser level alone is there.
+type Halvings = [u32; 2];
+const WHOLE: Halvings = [0, 0];
+
+/// Columns and rows of what is there of an image.
+fn held(image: [u32; 2], halvings: u32) -> [u32; 2] {
+    image.map(|side| side.div_ceil(1 << halvings))
+}
+
+/// A texture of an image.
+fn add(textures: &mut Textures, [width, height]: [u32; 2], texel: impl Fn([u32; 2]) -> [u8; 3]) -> TextureId {
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+    let texels: Vec<u8> = places.flat_map(|at| [&texel(at)[..], &[255]].concat()).collect();
+    let options = ImageOptions::default();
+    let source = ImageSource::new(LayerFormat::Rgba8Srgb, [width, height], texels, &options).unwrap();
+    let source: Arc<dyn TileSource> = Arc::new(source);
+    textures.add_blocking(source).unwrap()
+}
+
+/// The two of these texels, or what there is of them. They are shown as they are where they are magnified.
+fn textures_of(
+    halvings: Halvings,
+    texel: impl Fn(usize, [u32; 2]) -> [u8; 3],
+) -> (Textures, [TextureId; 2], ImageSizes) {
     let mut textures = Textures::new(&gpu().device, &gpu().queue, settings(16, Filter::Nearest)).unwrap();
-    let mut add = |image: usize, [width, height]: [u32; 2]| {
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
-        let texels: Vec<u8> = places.flat_map(|at| [&texel(image, at)[..], &[255]].concat()).collect();
-        let options = ImageOptions::default();
-        let source = ImageSource::new(LayerFormat::Rgba8Srgb, [width, height], texels, &options).unwrap();
-        let source: Arc<dyn TileSource> = Arc::new(source);
-        textures.add_blocking(source).unwrap()
-    };
-    let shown = [add(0, BELOW), add(1, ABOVE)];
+    let shown = [0, 1].map(|image| {
+        let size = held([BELOW, ABOVE][image], halvings[image]);
+        add(&mut textures, size, |at| texel(image, at))
+    });
+    let images = shown.into_iter().zip([BELOW, ABOVE]).collect();
+    (textures, shown, images)
+}
+
+/// The two, whole.
+fn textures() -> (Textures, [TextureId; 2]) {
+    let (textures, shown, _) = textures_of(WHOLE, texel);
     (textures, shown)
 }
 
@@ -48,8 +72,18 @@ fn options(placement: Placement, compare_mode: CompareMode) -> DisplayOptions {
 
 /// The layers of an image as they are asked to be shown.
 fn layers(textures: &mut Textures, shown: [TextureId; 2], options: &DisplayOptions, scene: Scene) -> Layers {
+    layers_of(textures, (shown, &ImageSizes::default()), options, scene)
+}
+
+/// The same where images have more texels than their textures.
+fn layers_of(
+    textures: &mut Textures,
+    (shown, images): ([TextureId; 2], &ImageSizes),
+    options: &DisplayOptions,
+    scene: Scene,
+) -> Layers {
     let list = options.layers_of(textures, &shown).unwrap();
-    options.describe(scene, textures, &shown, list, None).unwrap().layers
+    options.describe(scene, textures, (&shown, images), list, None).unwrap().layers
 }
 
 /// A pose with a texel's upper left corner in the middle of a picture, or of a pane of it.
@@ -70,17 +104,25 @@ fn place(middle: [u32; 2], width: u32, [x, y]: [u32; 2]) -> [i64; 2] {
 /// What is expected of a pixel: a texel of either image, or the ground.
 type Expected<'a> = dyn Fn([u32; 2], Option<[u8; 3]>, Option<[u8; 3]>) -> Option<[u8; 3]> + 'a;
 
-/// Compares a picture of so many panes with what is expected of the texels of either image at each pixel, if
-/// it has one there. Returns how many pixels show the ground, and how many do not.
-fn check(picture: &Picture, middle: [u32; 2], width: u32, expected: &Expected<'_>, what: &str) -> [usize; 2] {
+/// Compares a picture of panes of `width` pixels with what is expected of the texels of either image at each
+/// pixel, if it has one there. Returns how many pixels show the ground, and how many do not.
+fn check(
+    picture: &Picture,
+    (middle, width): ([u32; 2], u32),
+    halvings: Halvings,
+    expected: &Expected<'_>,
+    what: &str,
+) -> [usize; 2] {
     let ground = BACKGROUND.truncate().to_array().map(|light| encoded(light.into()).round() as u8);
     let mut counts = [0, 0];
     for (n, pixel) in picture.rgba.chunks_exact(4).enumerate() {
         let at = [n as u32 % PICTURE[0], n as u32 / PICTURE[0]];
         let [column, row] = place(middle, width, [at[0] % width, at[1]]);
         let of = |image: usize, size: [u32; 2]| {
-            let within = |place: i64, side: u32| u32::try_from(place).ok().filter(|place| *place < side);
-            Some(texel(image, [within(column, size[0])?, within(row, size[1])?]))
+            let [columns, rows] = held(size, halvings[image]);
+            let place = |place: i64| u32::try_from(place >> halvings[image]).ok();
+            let within = |at: i64, side: u32| place(at).filter(|place| *place < side);
+            Some(texel(image, [within(column, columns)?, within(row, rows)?]))
         };
         let (below, above) = (of(0, BELOW), of(1, ABOVE));
         if below.is_none() {
@@ -123,11 +165,125 @@ fn texels_of_compared_images_lie_upon_one_another() {
             let seen = (pose(middle, width), false);
             let picture = draw_list(&mut textures, list.clone(), Scene::Image, seen);
             list.remove(&mut textures);
-            let [ground, texels] = check(&picture, middle, width, expected, &format!("{mode} at {middle:?}"));
+            let what = format!("{mode} at {middle:?}");
+            let [ground, texels] = check(&picture, (middle, width), WHOLE, expected, &what);
             (shows_ground, drawn) = (shows_ground + ground, drawn + texels);
         }
     }
     assert!(shows_ground > 20_000 && drawn > 40_000, "{shows_ground}, {drawn}");
+}
+
+/// Texels are those of the images, whether or not all of them are there.
+#[test]
+fn images_of_which_a_coarser_level_is_there_lie_by_the_texels_of_the_images() {
+    let mut drawn = [0, 0];
+    for halvings in [[0, 1], [1, 0], [2, 1]] {
+        let (mut textures, shown, images) = textures_of(halvings, texel);
+        let middles = [[334, 448], [100, 90]];
+        for (mode, expected, middle) in [
+            (CompareMode::Off, &(|_, below, above: Option<_>| above.or(below)) as &Expected<'_>, middles[0]),
+            (CompareMode::Flicker(0.5), &|_, _, above| above, middles[0]),
+            (CompareMode::Difference(1.0), &|_, below, above| apart(below, above), middles[1]),
+        ] {
+            let options = options(Placement::ByTexel, mode);
+            let list = layers_of(&mut textures, (shown, &images), &options, Scene::Image);
+            assert!(list.is_by_texel());
+            let seen = (pose(middle, PICTURE[0]), false);
+            let picture = draw_list(&mut textures, list.clone(), Scene::Image, seen);
+            list.remove(&mut textures);
+            let what = format!("{mode}, halved {halvings:?} times");
+            let [ground, texels] = check(&picture, (middle, PICTURE[0]), halvings, expected, &what);
+            (drawn[0], drawn[1]) = (drawn[0] + ground, drawn[1] + texels);
+        }
+    }
+    assert!(drawn[0] > 15_000 && drawn[1] > 50_000, "{drawn:?}");
+}
+
+/// The map shows a smaller image where the picture does, and beside it what lies beneath.
+#[test]
+fn a_map_has_images_where_they_lie() {
+    let values = |image: usize, _| [[40, 80, 120], [200, 150, 100]][image];
+    const MAP: [usize; 2] = [140, 100];
+    for (placement, halvings) in [
+        (Placement::ByTexel, WHOLE),
+        (Placement::ByTexel, [1, 1]),
+        (Placement::ByTexel, [0, 2]),
+        (Placement::Stretched, WHOLE),
+    ] {
+        let (mut textures, shown, images) = textures_of(halvings, values);
+        let options = options(placement, CompareMode::Off);
+        let list = layers_of(&mut textures, (shown, &images), &options, Scene::Image);
+        let map = Thumbnail::of_layers(&textures, &list, BELOW, MAP).unwrap();
+        let [columns, rows] = match placement {
+            Placement::ByTexel => [0, 1].map(|axis| f64::from(ABOVE[axis]) / f64::from(BELOW[axis])),
+            Placement::Stretched => [1.0, 1.0],
+        }
+        .map(|share| share * map.size[0] as f64);
+        let rows = rows * map.size[1] as f64 / map.size[0] as f64;
+        let mut counts = [0, 0];
+        for (n, pixel) in map.pixels.iter().enumerate() {
+            let [x, y] = [n % map.size[0], n / map.size[0]].map(|at| at as f64 + 0.5);
+            if (x - columns).abs() < 1.5 || (y - rows).abs() < 1.5 {
+                continue; // at an edge
+            }
+            let image = usize::from(x < columns && y < rows);
+            counts[image] += 1;
+            assert_eq!(pixel[..3], values(image, [0, 0]), "{placement} {halvings:?} {x},{y}");
+        }
+        assert!(counts[1] > 1000 && (counts[0] > 1000) == (placement == Placement::ByTexel), "{counts:?}");
+        // Of each a level is in memory that fits into a page: counted in levels of the images the third.
+        let is_third = map.levels.iter().all(|level| *level == 3);
+        assert!(
+            is_third || placement == Placement::Stretched,
+            "halved {halvings:?} times: {:?}",
+            map.levels[0]
+        );
+        list.remove(&mut textures);
+    }
+}
+
+/// Values in view are those of the part of the smaller image that is in view.
+#[test]
+fn a_histogram_has_the_values_that_a_smaller_image_has_in_view() {
+    // Its columns are counted by its values.
+    let values = |image: usize, [x, _]: [u32; 2]| if image == 0 { [0; 3] } else { [(x / 2) as u8; 3] };
+    let halved = |image: usize, [x, y]: [u32; 2]| values(image, [x * 2, y]);
+    let format = wgpu::TextureFormat::Rgba8UnormSrgb;
+    for (placement, halvings) in
+        [(Placement::ByTexel, WHOLE), (Placement::ByTexel, [0, 1]), (Placement::Stretched, WHOLE)]
+    {
+        let (mut textures, shown, images) = match halvings {
+            WHOLE => textures_of(halvings, values),
+            _ => textures_of(halvings, halved),
+        };
+        let options = options(placement, CompareMode::Off);
+        let list = options.layers_of(&textures, &shown).unwrap();
+        let described = options.describe(Scene::Image, &mut textures, (&shown, &images), list, None).unwrap();
+        let renderer = SceneRenderer::new(gpu(), &textures, described, format).unwrap();
+        let above = *renderer.layers().inspected();
+        let seen = |middle: [u32; 2]| {
+            let (layer, sizes) = ((above.layer, &above.color_map), (PICTURE, BELOW));
+            let pose = pose(middle, PICTURE[0]);
+            let seen = Histogram::of_view(&textures, &renderer, layer, &pose, sizes, None)?;
+            // Light, of values that are encoded.
+            Some(seen.extent()?.map(|light| encoded(light.into()) * 2.0))
+        };
+        for (middle, columns) in [([120, 200], [90.0, 150.0]), ([333, 200], [303.0, 333.0])] {
+            let columns = match placement {
+                Placement::ByTexel => columns,
+                Placement::Stretched => [-30.0, 30.0]
+                    .map(|side| (f64::from(middle[0]) + side) * f64::from(ABOVE[0]) / f64::from(BELOW[0])),
+            };
+            let ([low, high], [first, last]) = (seen(middle).unwrap(), columns);
+            let is_near = (low - first).abs() < 12.0 && (high - last).abs() < 12.0;
+            assert!(
+                is_near,
+                "{placement} {halvings:?} at {middle:?}: {low} to {high}, not {first} to {last}"
+            );
+        }
+        assert_eq!(seen([600, 200]).is_some(), placement == Placement::Stretched, "beside it");
+        renderer.layers().clone().remove(&mut textures);
+    }
 }
 
 #[test]
@@ -170,7 +326,8 @@ fn values_are_those_of_the_texels_that_are_seen() {
     for (mode, beside) in [(CompareMode::Off, Some(0)), (CompareMode::Flicker(1.0), None)] {
         let options = options(Placement::ByTexel, mode);
         let list = options.layers_of(&textures, &shown).unwrap();
-        let described = options.describe(Scene::Image, &mut textures, &shown, list, None).unwrap();
+        let images = ImageSizes::default();
+        let described = options.describe(Scene::Image, &mut textures, (&shown, &images), list, None).unwrap();
         let format = wgpu::TextureFormat::Rgba8UnormSrgb;
         let renderer = SceneRenderer::new(gpu(), &textures, described, format).unwrap();
         let middle = [333, 100];

@@ -9,7 +9,7 @@ use vastex::{AddressMode, Filter, TileSource};
 use vastex_build::BuildOptions;
 use vastex_scenes::{
     Comparison, DisplayOptions, Heights, LayerOptions, Offscreen, Path, Picture, PlanetLight, PlanetOptions,
-    Pose, Scene, Until,
+    Pose, Scene, SceneImage, Until,
 };
 
 use crate::common::{gpu, settings};
@@ -95,9 +95,10 @@ fn planet(earth: &[Arc<dyn TileSource>], view: &str, sun: [f64; 2], exaggeration
         ..DisplayOptions::default()
     };
     let settings = settings(16, Filter::Trilinear);
-    let (source, over) = (earth[0].clone(), &earth[1..]);
+    let over: Vec<SceneImage> = earth[1..].iter().cloned().map(SceneImage::from).collect();
+    let images = (earth[0].clone().into(), &*over);
     let mut offscreen =
-        Offscreen::showing_together(&options, gpu(), source, over, Scene::Planet, PICTURE, settings).unwrap();
+        Offscreen::showing_together(&options, gpu(), images, Scene::Planet, PICTURE, settings).unwrap();
     offscreen.stand_at(Pose::from_text(view, offscreen.image_size()).unwrap());
     assert!(offscreen.run(Path::Still, Until::Converged, |_, _| ()).unwrap().converged);
     offscreen.picture()

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use vastex::{AddressMode, FeedbackMode, Filter, Settings, TileSource};
 use vastex_scenes::{
     Comparison, DisplayOptions, Heights, LayerOptions, Offscreen, OffscreenError, Path, Picture, PlanetLight,
-    PlanetOptions, Pose, Scene, Until,
+    PlanetOptions, Pose, Scene, SceneImage, Until,
 };
 use vastex_viewer::camera::Aim;
 use vastex_viewer::stage::TargetKind;
@@ -66,8 +66,9 @@ fn planet_by(
     scene: Scene,
     settings: Settings,
 ) -> Offscreen {
-    let source = textures[0].clone();
-    Offscreen::showing_together(options, gpu(), source, &textures[1..], scene, SIZE, settings).unwrap()
+    let over: Vec<SceneImage> = textures[1..].iter().cloned().map(SceneImage::from).collect();
+    let images = (textures[0].clone().into(), &*over);
+    Offscreen::showing_together(options, gpu(), images, scene, SIZE, settings).unwrap()
 }
 
 fn drawn_at(mut planet: Offscreen, pose: Pose) -> Picture {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use vastex::diagnostics::PageState;
 use vastex::{Filter, PoolSettings, Settings, TileSource};
-use vastex_scenes::{DisplayOptions, Offscreen, Overlay, Path, Picture, Scene, Until};
-use vastex_viewer::layers::CompareMode;
+use vastex_scenes::{DisplayOptions, Offscreen, Overlay, Path, Picture, Scene, SceneImage, Until};
+use vastex_viewer::layers::{CompareMode, Placement};
 
 use crate::common::{Image, gpu, settings};
 
@@ -114,6 +114,36 @@ fn overlays_of_levels_say_what_is_shown_and_wanted() {
     assert!(met.len() > 2 && short > 10, "levels {met:?}, {short} places that lack some");
 }
 
+/// Where images lie upon one another texel by texel, each place has the levels of the image that is seen.
+#[test]
+fn images_that_lie_by_texel_have_their_own_levels_in_overlays() {
+    let (_first, large) = Image::new(1000, 750, 64).build();
+    let (_second, small) = Image::new(400, 300, 64).build();
+    let open = |file| SceneImage::from(vastex::open(file).unwrap());
+    // Of the smaller one there is a coarser level alone, so that one level finer of it is seen.
+    let over = [SceneImage { size: [800, 600], ..open(&small) }];
+    let options = DisplayOptions { placement: Placement::ByTexel, ..DisplayOptions::default() };
+    let settings = settings(16, Filter::Nearest);
+    let mut drawn =
+        Offscreen::showing_together(&options, gpu(), (open(&large), &over), Scene::Image, SIZE, settings)
+            .unwrap();
+    drawn.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
+    let levels = drawn.overlay(Overlay::Levels).unwrap();
+    // All of the larger one is as high as the picture.
+    let scale = f64::from(SIZE[1]) / 750.0;
+    let left = (f64::from(SIZE[0]) - 1000.0 * scale) / 2.0;
+    let mut found = [const { std::collections::BTreeSet::new() }; 2];
+    for (x, y) in (0..SIZE[1]).step_by(7).flat_map(|y| (24..136).step_by(5).map(move |x| (x, y))) {
+        let [column, row] = [(f64::from(x) + 0.5 - left) / scale, (f64::from(y) + 0.5) / scale];
+        if (column - 800.0).abs() < 20.0 || (row - 600.0).abs() < 20.0 {
+            continue; // at an edge
+        }
+        let level = level_of(&levels.rgba[((y * SIZE[0] + x) * 4) as usize..]);
+        found[usize::from(column < 800.0 && row < 600.0)].insert(level);
+    }
+    assert_eq!(found, [[Some(3)].into(), [Some(2)].into()], "beside the smaller one, and of it");
+}
+
 /// Of layers side by side each pane has the overlay of its own layer, as it would be alone in that pane.
 #[test]
 fn panes_have_overlays_of_their_own() {
@@ -123,10 +153,10 @@ fn panes_have_overlays_of_their_own() {
     let (_second, small) = Image::new(500, 375, 64).build();
     let open = |file| vastex::open(file).unwrap();
     let options = DisplayOptions { compare_mode: CompareMode::Beside, ..DisplayOptions::default() };
-    let over = [open(&small)];
+    let over = [open(&small).into()];
+    let images = (open(&large).into(), &over[..]);
     let mut beside =
-        Offscreen::showing_together(&options, gpu(), open(&large), &over, Scene::Image, SIZE, settings())
-            .unwrap();
+        Offscreen::showing_together(&options, gpu(), images, Scene::Image, SIZE, settings()).unwrap();
     beside.run(Path::Still, Until::Converged, |_, _| ()).unwrap();
     let pixels = |picture: &Picture, left: u32| -> Vec<[u8; 3]> {
         let rows = picture.rgba.chunks_exact(4 * picture.size[0] as usize);

@@ -4,17 +4,16 @@ mod in_parts;
 mod troubles;
 
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result};
 use serde::Serialize;
 use vastex::diagnostics::{FrameStats, PoolDump};
 use vastex::prefetch::PrefetchSets;
-use vastex::{Event, Pace, Settings, Textures, TileSource};
+use vastex::{Event, Pace, Settings, Textures};
 use vastex_scenes::{
     Comparison, Gpu, Offscreen, OffscreenError, Outcome, Path as CameraPath, Picture, Pose, ReferenceKind,
-    Scene, Until, headless_gpu,
+    Scene, SceneImage, Until, headless_gpu,
 };
 use vastex_tiles::DiskTier;
 use vastex_viewer::CameraPath as WrittenPath;
@@ -43,19 +42,20 @@ pub(crate) fn run(args: &RenderArgs) -> Result<ExitCode> {
         stats: StatsExport::new(args.files.stats_csv.as_deref(), args.files.stats_json.as_deref())?,
     };
     let sets = args.prefetch_sets.as_deref().map(read_sets).transpose()?;
-    let Opened { tiles, disk } = open::open(&args.scene)?;
+    let Opened { image, disk } = open::open(&args.scene)?;
     let over = open::open_over(&args.scene)?;
-    let motion = motion(args, &*tiles)?;
+    let motion = motion(args, image.size)?;
+    let images = (image, &*over);
     let gpu = headless_gpu()?;
     gpu::report_refusals(&gpu);
     let scene = motion.scene(args.scene.scene());
     if let Some(most) = in_parts::most_side(args, &gpu) {
         let pictures = &mut outputs.pictures;
-        let drawn = in_parts::run(args, (&motion, scene), &gpu, (tiles, &over), (pictures, most));
+        let drawn = in_parts::run(args, (&motion, scene), &gpu, images, (pictures, most));
         return Ok(exit_code(args, &drawn.context(source.clone())?));
     }
     let mut offscreen =
-        offscreen_on(scene, args, frame_settings(args)?, &gpu, (tiles, &over)).context(source.clone())?;
+        offscreen_on(scene, args, frame_settings(args)?, &gpu, images).context(source.clone())?;
     sets.map(|sets| offscreen.prefetch_by(sets)).transpose().context(source.clone())?;
     let outcome = draw(args, &motion, &mut offscreen, &mut outputs, (disk.as_deref(), gpu.adapter_name()));
     let outcome = outcome.context(source.clone())?;
@@ -90,9 +90,9 @@ pub(crate) fn offscreen(
     args: &RenderArgs,
     settings: Settings,
     gpu: &Gpu,
-    tiles: (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
+    images: (SceneImage, &[SceneImage]),
 ) -> Result<Offscreen> {
-    offscreen_on(args.scene.scene(), args, settings, gpu, tiles)
+    offscreen_on(args.scene.scene(), args, settings, gpu, images)
 }
 
 fn offscreen_on(
@@ -100,10 +100,10 @@ fn offscreen_on(
     args: &RenderArgs,
     settings: Settings,
     gpu: &Gpu,
-    (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
+    images: (SceneImage, &[SceneImage]),
 ) -> Result<Offscreen> {
     let (shown, size) = (open::shown(&args.scene), args.scene.size());
-    let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, size, settings)?;
+    let mut offscreen = Offscreen::showing_together(&shown, gpu, images, scene, size, settings)?;
     if let Some(pose) = args.scene.pose(offscreen.image_size()) {
         offscreen.stand_at(pose);
     }
@@ -180,13 +180,12 @@ impl Motion {
 }
 
 /// Reads the path of the camera.
-fn motion(args: &RenderArgs, tiles: &dyn TileSource) -> Result<Motion> {
+fn motion(args: &RenderArgs, image: [u32; 2]) -> Result<Motion> {
     let file = match &args.camera_path {
         CameraMotion::BuiltIn(path) => return Ok(Motion::BuiltIn(*path)),
         CameraMotion::File(file) => file,
     };
-    let [width, height, _] = tiles.description().geometry.size();
-    let path = file_text(file).and_then(|text| Ok(WrittenPath::from_text(&text, [width, height])?));
+    let path = file_text(file).and_then(|text| Ok(WrittenPath::from_text(&text, image)?));
     Ok(Motion::Written(path.with_context(|| file.display().to_string())?))
 }
 

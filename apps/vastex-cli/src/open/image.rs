@@ -282,6 +282,7 @@ impl Progress for ImageProgress<'_> {
 mod tests {
     use super::*;
     use crate::args::CacheArgs;
+    use crate::open::observer::Measured;
     use crate::open::tests::tiled_tiff;
 
     /// What is seen of a few tiles is a first picture, and not what stands for the image.
@@ -308,10 +309,12 @@ mod tests {
         file[at..at + 12].copy_from_slice(&[18, 1, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0]);
         std::fs::write(&path, file).unwrap();
         let cache = CacheArgs { cache: Some("off".into()), cache_gib: 1 };
+        let measured = Measured::new(&());
         let progress =
-            ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &() }, None);
+            ImageProgress::new(&path, OpenImage { cache: &cache, wraps: false, observer: &measured }, None);
         let image = at_a_share(&path, &progress, [2, 1], false).unwrap();
         assert_eq!(image.image_size(), [512, 512]);
+        assert_eq!(measured.image([1, 1]), [512, 512], "whatever there is of it");
         // Nothing of it is there before it has been read: that is told of, and broken off.
         let impatient = Impatient::default();
         let progress =

@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::TileSource;
-use vastex_scenes::DisplayOptions;
+use vastex_scenes::{DisplayOptions, SceneImage};
 use vastex_tiles::{Container, DirectStore, DiskTier};
 
 use crate::args::{CacheArgs, PLANET, SceneArgs};
@@ -42,7 +42,7 @@ pub(crate) use about::images_of_volume;
 pub(crate) use bands::{is_same_file, path_of as path_of_bands, without_bands};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
-use observer::WithoutPreview;
+use observer::{Measured, WithoutPreview};
 #[cfg(all(feature = "view", feature = "build"))]
 pub(crate) use observer::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "view")]
@@ -54,8 +54,9 @@ pub(crate) const CONVERTED: &str = "converted";
 
 /// What a scene shows.
 pub(crate) struct Opened {
-    /// Behind the disk cache, where there is one.
-    pub(crate) tiles: Arc<dyn TileSource>,
+    /// Behind the disk cache, where there is one; with the size of its image, of which for want of memory it
+    /// may have a share alone.
+    pub(crate) image: SceneImage,
     pub(crate) disk: Option<Arc<DiskTier>>,
 }
 
@@ -95,17 +96,20 @@ pub(crate) fn open(args: &SceneArgs) -> Result<Opened> {
 }
 
 /// Opens what lies over the source of a scene, the lowest first.
-pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<Arc<dyn TileSource>>> {
-    args.files_over().map(|file| Ok(open_another(file, args, &())?.tiles)).collect()
+pub(crate) fn open_over(args: &SceneArgs) -> Result<Vec<SceneImage>> {
+    args.files_over().map(|file| Ok(open_another(file, args, &())?.image)).collect()
 }
 
 /// Opens another source as the arguments of a scene say, with an observer.
 pub(crate) fn open_another(source: &Path, args: &SceneArgs, observer: &dyn OpenObserver) -> Result<Opened> {
-    let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer };
+    let measured = Measured::new(observer);
+    let image = OpenImage { cache: &args.cache, wraps: args.scene().is_round(), observer: &measured };
     let disk_cache = disk_cache::Later::new(&args.disk_cache);
     let tiles = open_tiles(source, args.direct, Some(image))?;
     let (tiles, disk) = disk_cache::before(tiles, source, disk_cache, &|note| observer.note(note));
-    Ok(Opened { tiles, disk })
+    let image = SceneImage::from(tiles);
+    let size = measured.image(image.size);
+    Ok(Opened { image: SceneImage { size, ..image }, disk })
 }
 
 /// Opens whatever the words of a source name; an image, if it may be built.

@@ -5,6 +5,7 @@
     allow(dead_code, reason = "nothing is built, or nobody looks on, so nothing is told of it")
 )]
 
+use std::cell::Cell;
 use std::ops::ControlFlow;
 #[cfg(feature = "build")]
 use std::sync::Arc;
@@ -96,6 +97,70 @@ impl OpenObserver for () {}
 impl OpenObserver for Looked {
     fn looked(&self) -> Option<&Looked> {
         Some(self)
+    }
+}
+
+/// Hands all on, and keeps how large the image is that is opened.
+pub(super) struct Measured<'a> {
+    observer: &'a dyn OpenObserver,
+    /// Where the source has fewer texels.
+    image: Cell<Option<[u32; 2]>>,
+}
+
+impl<'a> Measured<'a> {
+    pub(super) fn new(observer: &'a dyn OpenObserver) -> Measured<'a> {
+        Measured { observer, image: Cell::default() }
+    }
+
+    /// Columns and rows of the image, of which the source has so many.
+    pub(super) fn image(&self, source: [u32; 2]) -> [u32; 2] {
+        self.image.get().unwrap_or(source)
+    }
+}
+
+impl OpenObserver for Measured<'_> {
+    fn is_watched(&self) -> bool {
+        self.observer.is_watched()
+    }
+
+    fn looked(&self) -> Option<&Looked> {
+        self.observer.looked()
+    }
+
+    fn wants_preview(&self) -> bool {
+        self.observer.wants_preview()
+    }
+
+    #[cfg(feature = "build")]
+    fn preview(&self, picture: &Arc<vastex_build::MemoryImage>, size: [u32; 2]) {
+        self.observer.preview(picture, size);
+    }
+
+    fn advance(&self, share: f64) -> ControlFlow<()> {
+        self.observer.advance(share)
+    }
+
+    fn advance_in_place(&self, share: f64) -> ControlFlow<()> {
+        self.observer.advance_in_place(share)
+    }
+
+    #[cfg(feature = "build")]
+    fn mending(&self) -> Option<MendObserver> {
+        self.observer.mending()
+    }
+
+    fn note(&self, note: &str) {
+        self.observer.note(note);
+    }
+
+    #[cfg(feature = "build")]
+    fn later_notes(&self) -> Option<NoteObserver> {
+        self.observer.later_notes()
+    }
+
+    fn reduced(&self, size: [u32; 2], note: &str) {
+        self.image.set(Some(size));
+        self.observer.reduced(size, note);
     }
 }
 

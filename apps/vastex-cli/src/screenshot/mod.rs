@@ -16,15 +16,14 @@ mod volume;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
 use glam::DVec2;
-use vastex::{Filter, Pace, Settings, Textures, TileSource};
+use vastex::{Filter, Pace, Settings, Textures};
 use vastex_scenes::{
-    DisplayOptions, Gpu, LayerOptions, Offscreen, Overlay, PlanetOptions, Pose, Scene, ShownLayer, Until,
-    headless_gpu,
+    DisplayOptions, Gpu, LayerOptions, Offscreen, Overlay, PlanetOptions, Pose, Scene, SceneImage,
+    ShownLayer, Until, headless_gpu,
 };
 use vastex_viewer::PicturePart;
 use vastex_viewer::hud::Hud;
@@ -81,12 +80,11 @@ pub(crate) enum ShotCamera {
 
 /// What a shot is made of, once its files are open.
 struct Sources {
-    tiles: Arc<dyn TileSource>,
-    over: Vec<Arc<dyn TileSource>>,
+    lowest: SceneImage,
+    over: Vec<SceneImage>,
     about: FileAbout,
     /// Shapes of another file that lie over it.
     shapes: Option<vastex_viewer::panels::Shapes>,
-    image: [u32; 2],
 }
 
 /// Draws what the window would show, writes it, and ends.
@@ -157,15 +155,14 @@ impl Shot {
         let opening = OpeningShot { looked: Looked::at(&self.source), patience };
         let looked = &opening.looked;
         let open =
-            |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &opening)?.tiles);
-        let tiles = open(&self.source)?;
+            |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &opening)?.image);
+        let lowest = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
         let rows = rows_of(&self.source, looked).unwrap_or_default();
         let about = open::file_about(&self.source, looked, rows);
         let shapes = args.shapes.as_ref().filter(|_| open::is_same_file(&self.source, &args.scene.source));
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
-        let [width, height, _] = tiles.description().geometry.size();
-        Ok(Sources { tiles, over, about, shapes, image: [width, height] })
+        Ok(Sources { lowest, over, about, shapes })
     }
 
     fn draw(
@@ -175,7 +172,7 @@ impl Shot {
         rows: &mut PngRows,
     ) -> Result<bool> {
         let gpu = headless_gpu()?;
-        let said = || args.scene.pose(sources.image);
+        let said = || args.scene.pose(sources.lowest.size);
         let panes = parts::panes(&self.options, 1 + sources.over.len());
         let most = gpu.device.limits().max_texture_dimension_2d.min(MOST_SIDE);
         let most = args.scene.part_side.map_or(most, |side| side.min(most));
@@ -186,7 +183,7 @@ impl Shot {
         let pane = [places.width, self.size[1]];
         let free = free_in_panes(&places, self.size[1], free);
         let fitted = || match self.scene {
-            Scene::Image => Pose::fitted(pane, sources.image, free),
+            Scene::Image => Pose::fitted(pane, sources.lowest.size, free),
             scene => Pose::first(scene),
         };
         let pose = match self.camera {
@@ -289,8 +286,9 @@ impl Shot {
             let first = |texture| LayerOptions { texture, ..LayerOptions::default() };
             options.layers = (0..=sources.over.len()).filter(is_shown).map(first).collect();
         }
-        let is_crisp =
-            pose.magnification(pane, sources.image).is_some_and(|scale| shows_large_texels(scale, false));
+        let is_crisp = pose
+            .magnification(pane, sources.lowest.size)
+            .is_some_and(|scale| shows_large_texels(scale, false));
         if is_crisp && self.may_be_crisp {
             options.layers.iter_mut().for_each(|layer| layer.filter = layer.filter.or(Some(Filter::Nearest)));
         }
@@ -300,8 +298,8 @@ impl Shot {
             fade: Duration::ZERO,
             ..render::settings(&args.scene)?
         };
-        let (tiles, over) = (sources.tiles.clone(), &sources.over);
-        let mut drawn = Offscreen::showing_together(&options, gpu, tiles, over, self.scene, size, settings)?;
+        let images = (sources.lowest.clone(), &*sources.over);
+        let mut drawn = Offscreen::showing_together(&options, gpu, images, self.scene, size, settings)?;
         let shown: Vec<_> = drawn.textures().inspect().textures().collect();
         for (texture, file) in shown.into_iter().zip(files()) {
             let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();

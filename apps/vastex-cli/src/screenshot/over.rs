@@ -55,7 +55,7 @@ impl<'a> Over<'a> {
             view: ImageView {
                 pose,
                 picture: [panes.width, shot.size[1]],
-                image: sources.image,
+                image: sources.lowest.size,
                 left: panes.left,
             },
             can_compare: layers.can_compare(),

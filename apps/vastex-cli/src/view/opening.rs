@@ -23,6 +23,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Error, Result, anyhow};
 use vastex::{Preparer, TextureSettings, TileSource};
+use vastex_scenes::SceneImage;
 use vastex_viewer::panels::{FileAbout, Shapes};
 use vastex_viewer::surface_scene::{Growth, PreparedSource};
 
@@ -155,7 +156,6 @@ impl Openings {
             has_previews,
             is_broken_off: is_broken_off.clone(),
             reported_at: Cell::default(),
-            size: Cell::default(),
         };
         let to_open = path.to_owned();
         let open = move || {
@@ -311,15 +311,11 @@ struct Reporter {
     has_previews: bool,
     is_broken_off: Arc<AtomicBool>,
     reported_at: Cell<Option<Instant>>,
-    /// Of an image that the source has at a share of its size.
-    size: Cell<Option<[u32; 2]>>,
 }
 
 impl Reporter {
     fn open(&self, path: &Path, args: &ViewArgs) -> Result<PreparedSource> {
-        let tiles = open::open_another(path, &args.scene, self)?.tiles;
-        let [width, height, _] = tiles.description().geometry.size();
-        let size = self.size.get().unwrap_or([width, height]);
+        let SceneImage { tiles, size } = open::open_another(path, &args.scene, self)?.image;
         self.prepare(tiles, size, Growth::Whole).with_context(|| path.display().to_string())
     }
 
@@ -366,8 +362,7 @@ impl OpenObserver for Reporter {
         ControlFlow::Continue(())
     }
 
-    fn reduced(&self, size: [u32; 2], note: &str) {
-        self.size.set(Some(size));
+    fn reduced(&self, _: [u32; 2], note: &str) {
         self.note(note);
     }
 

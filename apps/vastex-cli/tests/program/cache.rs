@@ -157,6 +157,32 @@ fn what_takes_too_much_memory_is_shown_at_an_eighth_of_its_size() {
     assert!(middle.iter().all(|value| value.abs_diff(128) <= 1), "{middle:?}");
 }
 
+/// Texels of what is shown at a share of its size are those of the file: where the camera is, and where
+/// another image lies upon it.
+#[test]
+fn what_is_shown_at_a_share_of_its_size_has_places_by_the_texels_of_its_file() {
+    let sandbox = Sandbox::new();
+    sandbox.write("large.jpg", &plain_progressive_jpeg([24_400, 24_100]));
+    let file = std::fs::File::create(sandbox.path("part.png")).unwrap();
+    let encoder = png::Encoder::new(file, 2440, 2410);
+    encoder.write_header().unwrap().write_image_data(&vec![255; 2440 * 2410]).unwrap();
+    // A tenth of it along each side, whose last corner is in the middle of the picture.
+    let view = "image:x=2440,y=2410,zoom=20;layer=;layer=:file=2;placement=by-texel";
+    let words = ["large.jpg", "--over", "part.png", "--cache", "off", "--size", "60x60", "--view", view];
+    for (command, to) in [(&["render"][..], "-o"), (&["view"], "--screenshot")] {
+        run(&sandbox, &[command, &words, &[to, "out.png"]].concat()).expect_code(0);
+        let picture = sandbox.read_rgb("out.png");
+        for (n, pixel) in picture.iter().enumerate() {
+            let [x, y] = [n % 60, n / 60];
+            let [is_edge, is_of_part] = [x.abs_diff(30).min(y.abs_diff(30)) < 3, x < 30 && y < 30];
+            // Guides lie over the picture of a window.
+            let is_seen = command == ["render"] || (10..50).contains(&x) && (10..50).contains(&y);
+            let grey = if is_of_part { 255 } else { 128 };
+            assert!(is_edge || !is_seen || pixel[0].abs_diff(grey) <= 1, "{command:?} {x},{y}: {pixel:?}");
+        }
+    }
+}
+
 /// A TIFF file of grey texels in one strip, compressed by Deflate. The last texel is the first that is shown:
 /// what is stored turned is built, and not shown where it lies.
 fn one_strip([width, height]: [u32; 2], texels: &[u8]) -> Vec<u8> {

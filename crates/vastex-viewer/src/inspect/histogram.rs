@@ -43,7 +43,8 @@ impl Histogram {
         let size = |sides: [u32; 2]| DVec2::new(sides[0].into(), sides[1].into());
         let description = textures.texture(layer.texture()).ok()?.description();
         let [width, height, _] = description.geometry.size();
-        let (texels, spread) = (size([width, height]), size(renderer.layers().spread_over([width, height])));
+        let texels = size([width, height]);
+        let spread = renderer.layers().spread_over(layer, [width, height]);
         let sizes = (picture, image);
         let exact = renderer.sight(textures, pose, sizes);
         let [mut low, mut high] = exact.bounds()?;

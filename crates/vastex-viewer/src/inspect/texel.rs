@@ -49,7 +49,7 @@ fn texel_of(
     let texel = inside(place, image)?;
     let description = textures.texture(layer.texture()).ok()?.description();
     let [width, height, _] = description.geometry.size();
-    let spread = size(renderer.layers().spread_over([width, height]));
+    let spread = renderer.layers().spread_over(layer, [width, height]);
     let held = inside(place * spread / size(image), [width, height])?;
     // What is drawn is at least as fine as its pixels, where there are such levels.
     let share = spread.x / f64::from(image[0]);

@@ -65,8 +65,8 @@ fn add(
     (image, levels): ([u32; 2], &mut [u8]),
 ) -> Option<()> {
     let [width, height, _] = textures.texture(shown.layer.texture()).ok()?.description().geometry.size();
-    let [texels, spread] = [[width, height], list.spread_over([width, height])]
-        .map(|size| DVec2::new(size[0].into(), size[1].into()));
+    let texels = DVec2::new(width.into(), height.into());
+    let spread = list.spread_over(shown.layer, [width, height]);
     let mut sampler = textures.cpu().sampler(shown.layer)?;
     let texel = |n: usize, [columns, rows]: [usize; 2]| {
         let place = DVec2::new((n % columns) as f64, (n / columns) as f64) + 0.5;

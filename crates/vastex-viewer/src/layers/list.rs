@@ -1,7 +1,9 @@
 //! A list of shown layers, drawn one over the other in its order.
 
+use glam::DVec2;
 use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Member, Sampled, Textures};
 
+use super::placement::{ImageSizes, size_of};
 use super::text::{LayersText, MOST_LAYERS, PlanetText, member};
 use super::{ColorMap, CompareMode, LayerUniform, Panes};
 
@@ -87,9 +89,9 @@ pub struct Layers {
     /// What is seen of them, where that is less and more than one texture.
     seen: Option<GroupId>,
     compare_mode: CompareMode,
-    /// Columns and rows of the lowest layer's texture, where textures of unlike size lie upon it texel by
-    /// texel.
-    by_texel: Option<[u32; 2]>,
+    /// Over how many of its own texels each layer lies on all of the lowest one's place, where images of
+    /// unlike size lie upon it texel by texel.
+    by_texel: Option<Vec<DVec2>>,
 }
 
 impl Layers {
@@ -113,19 +115,24 @@ impl Layers {
         Layers::of(textures, layers, (None, heights), None)
     }
 
-    /// Layers that lie upon the lowest one texel by texel from the upper left corner, on an image
-    /// ([`super::Placement::ByTexel`]). Each that is seen has an entry of feedback of its own, so that it
-    /// takes as many jitter cycles as there are layers until all of them are there. Otherwise as
-    /// [`Layers::new`], also where all of them have one size.
-    pub fn by_texel(textures: &mut Textures, layers: Vec<ShownLayer>) -> Result<Layers, LayersError> {
-        let lowest = layers.first().map(|shown| size_of(textures, shown.layer));
-        let by_texel = lowest.filter(|_| Layers::are_unlike(textures, &layers));
+    /// Layers whose images lie upon the lowest one texel by texel from the upper left corner, on an image
+    /// ([`super::Placement::ByTexel`]). Texels are those of the images, of which textures may have fewer.
+    /// Each layer that is seen has an entry of feedback of its own, so that it takes as many jitter cycles as
+    /// there are layers until all of them are there. Otherwise as [`Layers::new`], also where all images have
+    /// one size.
+    pub fn by_texel(
+        textures: &mut Textures,
+        layers: Vec<ShownLayer>,
+        images: &ImageSizes,
+    ) -> Result<Layers, LayersError> {
+        let spread = || images.spread(textures, layers.iter().map(|shown| shown.layer));
+        let by_texel = Layers::are_unlike(textures, &layers, images).then(spread);
         Layers::of(textures, layers, (None, None), by_texel)
     }
 
-    /// Returns true if textures of layers have unlike sizes.
-    pub fn are_unlike(textures: &Textures, layers: &[ShownLayer]) -> bool {
-        let size = |shown: &ShownLayer| size_of(textures, shown.layer);
+    /// Returns true if images of layers have unlike sizes.
+    pub fn are_unlike(textures: &Textures, layers: &[ShownLayer], images: &ImageSizes) -> bool {
+        let size = |shown: &ShownLayer| images.of(textures, shown.layer);
         layers.windows(2).any(|two| size(&two[0]) != size(&two[1]))
     }
 
@@ -149,7 +156,7 @@ impl Layers {
         textures: &mut Textures,
         layers: Vec<ShownLayer>,
         (planet, heights): (Option<PlanetText>, Option<LayerId>),
-        by_texel: Option<[u32; 2]>,
+        by_texel: Option<Vec<DVec2>>,
     ) -> Result<Layers, LayersError> {
         if !(1..=MOST_LAYERS).contains(&layers.len()) {
             return Err(LayersError::Count(layers.len()));
@@ -328,12 +335,19 @@ impl Layers {
     }
 
     /// Over how many texels of its own a layer's texture of so many lies on the place of the lowest one: over
-    /// all of them, or where they lie texel upon texel over as many as the lowest one has.
-    pub fn spread_over(&self, texels: [u32; 2]) -> [u32; 2] {
-        self.by_texel.unwrap_or(texels)
+    /// all of them, or where they lie texel upon texel over as many as the lowest one's image has there.
+    pub fn spread_over(&self, layer: LayerId, texels: [u32; 2]) -> DVec2 {
+        let is_of = |shown: &ShownLayer| shown.layer.texture() == layer.texture();
+        self.spread_of(self.layers.iter().position(is_of), texels)
     }
 
-    /// Returns true if textures of unlike size lie upon the lowest one texel by texel.
+    /// The same of a layer by its number, if it has one.
+    fn spread_of(&self, number: Option<usize>, texels: [u32; 2]) -> DVec2 {
+        let spread = number.and_then(|number| self.by_texel.as_ref()?.get(number));
+        spread.copied().unwrap_or(DVec2::from(texels.map(f64::from)))
+    }
+
+    /// Returns true if images of unlike size lie upon the lowest one texel by texel.
     pub fn is_by_texel(&self) -> bool {
         self.by_texel.is_some()
     }
@@ -369,8 +383,8 @@ impl Layers {
     }
 
     /// Texels of each layer's texture, of the heights' and of what is wanted together: as a group has them,
-    /// those of its largest texture.
-    pub(crate) fn sizes(&self, textures: &Textures) -> [[u32; 2]; MOST_LAYERS + 2] {
+    /// those of its largest texture. Beside each over how many of its own it lies on the lowest one's place.
+    pub(crate) fn places(&self, textures: &Textures) -> [([u32; 2], DVec2); MOST_LAYERS + 2] {
         let size = |layer: LayerId| size_of(textures, layer);
         let texels = |layer: &LayerId| size(*layer).iter().map(|&side| u64::from(side)).product::<u64>();
         let mut wanted: Vec<LayerId> = self.wanted().collect();
@@ -380,7 +394,7 @@ impl Layers {
         self.layers.iter().zip(&mut sizes).for_each(|(shown, place)| *place = size(shown.layer));
         sizes[MOST_LAYERS] = self.heights.map_or([1; 2], size);
         sizes[MOST_LAYERS + 1] = largest.map_or([1; 2], size);
-        sizes
+        std::array::from_fn(|n| (sizes[n], self.spread_of(Some(n), sizes[n])))
     }
 
     fn is_all_wanted(&self) -> bool {
@@ -453,13 +467,6 @@ impl Layers {
     pub fn is_on_planet(&self) -> bool {
         self.planet.is_some()
     }
-}
-
-/// Columns and rows of a layer's texture; 1 where it was removed.
-fn size_of(textures: &Textures, layer: LayerId) -> [u32; 2] {
-    let Ok(texture) = textures.texture(layer.texture()) else { return [1; 2] };
-    let [width, height, _] = texture.description().geometry.size();
-    [width, height]
 }
 
 fn is_single(layers: &[ShownLayer]) -> bool {

@@ -23,7 +23,7 @@ pub use list::{Layers, LayersError, PlanetLayers, ShownLayer};
 pub(crate) use palette::PaletteUniform;
 pub use palette::{Palette, ParsePaletteError};
 pub use panes::Panes;
-pub use placement::{ParsePlacementError, Placement};
+pub use placement::{ImageSizes, ParsePlacementError, Placement};
 pub use stored::StoredScale;
 pub use text::{LayersText, MOST_LAYERS, PlanetText};
 pub use tone::{Curve, Tone};

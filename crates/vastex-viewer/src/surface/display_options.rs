@@ -8,8 +8,8 @@ use super::relief::{Heights, HeightsError, Relief};
 use super::renderer::SceneDesc;
 use super::tiling::Tiling;
 use crate::layers::{
-    Bands, ColorMap, CompareMode, Curve, Layers, LayersError, Nodata, Palette, Placement, PlanetLayers,
-    ShownLayer, StoredScale, Tone, UnknownLayer,
+    Bands, ColorMap, CompareMode, Curve, ImageSizes, Layers, LayersError, Nodata, Palette, Placement,
+    PlanetLayers, ShownLayer, StoredScale, Tone, UnknownLayer,
 };
 use crate::scene::Scene;
 use crate::stage::TargetKind;
@@ -290,24 +290,35 @@ impl DisplayOptions {
     }
 
     /// Returns true if layers lie texel upon texel in a scene.
-    pub fn lie_by_texel(&self, scene: Scene, textures: &Textures, layers: &[ShownLayer]) -> bool {
+    pub fn lie_by_texel(
+        &self,
+        scene: Scene,
+        textures: &Textures,
+        layers: (&[ShownLayer], &ImageSizes),
+    ) -> bool {
         self.placement == Placement::ByTexel && self.can_place(scene, textures, layers)
     }
 
     /// Returns true if it matters for layers in a scene how they are placed: on an image that is seen once,
-    /// where their textures are of unlike sizes.
-    pub fn can_place(&self, scene: Scene, textures: &Textures, layers: &[ShownLayer]) -> bool {
+    /// where their images are of unlike sizes.
+    pub fn can_place(
+        &self,
+        scene: Scene,
+        textures: &Textures,
+        (layers, images): (&[ShownLayer], &ImageSizes),
+    ) -> bool {
         let is_flat = scene == Scene::Image && self.tiling == Tiling::default();
-        is_flat && Layers::are_unlike(textures, layers)
+        is_flat && Layers::are_unlike(textures, layers, images)
     }
 
-    /// A scene with what is asked to be shown of textures that are shown together. `layers` are those of
-    /// [`DisplayOptions::layers_of`], `known` heights that were found before, which are looked for once.
+    /// A scene with what is asked to be shown of textures that are shown together, which are of images of
+    /// these sizes. `layers` are those of [`DisplayOptions::layers_of`], `known` heights that were found
+    /// before, which are looked for once.
     pub fn describe(
         &self,
         scene: Scene,
         textures: &mut Textures,
-        shown: &[TextureId],
+        (shown, images): (&[TextureId], &ImageSizes),
         layers: Vec<ShownLayer>,
         known: Option<Relief>,
     ) -> Result<SceneDesc, DescribeError> {
@@ -321,7 +332,9 @@ impl DisplayOptions {
                 let parts = self.planet_layers(scene, textures, shown)?;
                 Layers::on_planet(textures, layers, parts, relief.layer())?
             }
-            None if self.lie_by_texel(scene, textures, &layers) => Layers::by_texel(textures, layers)?,
+            None if self.lie_by_texel(scene, textures, (&layers, images)) => {
+                Layers::by_texel(textures, layers, images)?
+            }
             relief => Layers::new(textures, layers, relief.as_ref().map(Relief::layer))?,
         };
         layers.compare(self.compare_mode);

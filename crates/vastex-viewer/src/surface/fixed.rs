@@ -82,8 +82,8 @@ pub(crate) struct LayerPlace {
 impl LayerPlace {
     /// Of a texture of `size` texels beside one of `of` texels, over a place in uv, in which so many texels
     /// of its own would lie over all of the other.
-    pub(super) fn new(middle: DVec2, (size, spread): ([u32; 2], [u32; 2]), of: [u32; 2]) -> LayerPlace {
-        let [texels, spread, others] = [size, spread, of].map(|size| DVec2::from(size.map(f64::from)));
+    pub(super) fn new(middle: DVec2, (size, spread): ([u32; 2], DVec2), of: [u32; 2]) -> LayerPlace {
+        let [texels, others] = [size, of].map(|size| DVec2::from(size.map(f64::from)));
         let (anchor, fraction) = anchored(middle * spread, texels);
         let end = texels - DVec2::from(anchor.map(f64::from));
         LayerPlace { anchor, fraction, ratio: (spread / others).as_vec2(), end: end.as_vec2() }

@@ -419,8 +419,8 @@ impl StageScene for SceneRenderer {
         let panes = self.panes_in(picture);
         let part = self.part_of([panes.width, picture[1]]);
         let (placed, middle, seen) = self.placed(textures, pose, &part);
-        let place = |size| LayerPlace::new(middle, (size, self.layers.spread_over(size)), self.size);
-        let places: Places = self.layers.sizes(textures).map(place);
+        let place = |spread| LayerPlace::new(middle, spread, self.size);
+        let places: Places = self.layers.places(textures).map(place);
         let ids = self.layers.ids(textures);
         let planet = self.sky.as_ref().zip(self.relief.as_ref());
         let view = self.view_in(part.whole);

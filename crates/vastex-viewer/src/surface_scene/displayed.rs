@@ -11,7 +11,7 @@ use vastex::{Region, TextureId, Textures, TileSource};
 use super::picture_format::{PictureFormat, PictureFormats};
 use super::source::{DisplayError, Growth, PreparedSource};
 use crate::gpu::Gpu;
-use crate::layers::{CompareMode, ShownLayer};
+use crate::layers::{CompareMode, ImageSizes, ShownLayer};
 use crate::overlay::{Overlay, OverlayRenderer};
 use crate::panels::FileAbout;
 use crate::scene::Scene;
@@ -64,9 +64,8 @@ pub struct Displayed {
     is_generated: bool,
     /// True if its texels are shown as they are, blended with nothing.
     is_crisp: bool,
-    /// True if one of the textures has fewer texels than its image, so that none lies upon another texel by
-    /// texel.
-    is_reduced: bool,
+    /// Columns and rows of the image of each texture, of which the texture may have fewer.
+    images: Vec<[u32; 2]>,
     growth: Growth,
     /// Rows of a growing preview that were there when it was looked at last.
     rows_seen: u32,
@@ -86,8 +85,7 @@ impl Displayed {
         let PreparedSource { prepared, tiles, size, about, growth } = source;
         let texture = textures.add(prepared).map_err(|refused| refused.error)?;
         let is_generated = about.is_generated;
-        let is_reduced = texels_of(textures, texture)? != size;
-        let drawn = (texture, is_generated);
+        let drawn = ((texture, size), is_generated);
         let mut made = Displayed::of_texture(gpu, textures, formats, settings, drawn);
         if made.is_err() && may_be_image && settings.scene != Scene::Image {
             let settings = DisplaySettings { scene: Scene::Image, ..settings.clone() };
@@ -116,7 +114,7 @@ impl Displayed {
             heights: settings.options.heights.clone(),
             is_generated,
             is_crisp: false,
-            is_reduced,
+            images: vec![size],
             growth,
             rows_seen: 0,
         };
@@ -129,11 +127,12 @@ impl Displayed {
         textures: &mut Textures,
         formats: &PictureFormats,
         settings: &DisplaySettings,
-        (texture, is_generated): (TextureId, bool),
+        ((texture, size), is_generated): ((TextureId, [u32; 2]), bool),
     ) -> Result<(SceneRenderer, Option<Relief>, PictureFormat), DisplayError> {
         let mut relief = None;
         let how = Texels { is_generated, ..Texels::default() };
-        let drawn = described(settings, how, textures, &[texture], &mut relief)?;
+        let images = ImageSizes::from_iter([(texture, size)]);
+        let drawn = described(settings, how, textures, (&[texture], &images), &mut relief)?;
         let format = formats.for_layers(&drawn.layers);
         let renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         Ok((renderer, relief, format))
@@ -152,7 +151,7 @@ impl Displayed {
         let heights = &settings.options.heights;
         let mut relief = self.relief.clone().filter(|_| self.heights == *heights);
         let how = Texels { is_crisp, ..self.how() };
-        let drawn = described(settings, how, textures, &shown, &mut relief)?;
+        let drawn = described(settings, how, textures, (&shown, &self.image_sizes()), &mut relief)?;
         let layers = drawn.layers.clone();
         let renderer = SceneRenderer::new(gpu, textures, drawn, self.format.drawn_format());
         let mut renderer = renderer.inspect_err(|_| layers.remove(textures))?;
@@ -185,8 +184,8 @@ impl Displayed {
             let is_same = (shown.layer, shown.filter) == (asked.layer, asked.filter);
             is_same && shown.color_map.shares_pipelines(&asked.color_map)
         };
-        let lie_by_texel =
-            !self.is_reduced && settings.options.lie_by_texel(self.renderer.scene(), textures, &asked);
+        let (scene, images) = (self.renderer.scene(), self.image_sizes());
+        let lie_by_texel = settings.options.lie_by_texel(scene, textures, (&asked, &images));
         let is_same_list = lie_by_texel == layers.is_by_texel()
             && shown.len() == asked.len()
             && shown.iter().zip(&asked).all(is_alike);
@@ -220,10 +219,9 @@ impl Displayed {
     ) -> Result<(), DisplayError> {
         let texture = textures.add(source.prepared).map_err(|refused| refused.error)?;
         textures.texture_mut(texture)?.set_name(name);
-        let was_reduced = self.is_reduced;
-        self.is_reduced |= texels_of(textures, texture)? != source.size;
         self.over.push(texture);
         self.sources.push(source.tiles);
+        self.images.push(source.size);
         let is_fixed_anew = source.about.is_generated && !self.is_generated;
         self.is_generated |= source.about.is_generated;
         let shown = match settings.options.is_of_planet(self.over.len()) || is_fixed_anew {
@@ -234,7 +232,7 @@ impl Displayed {
             self.over.pop();
             self.sources.pop();
             self.is_generated &= !is_fixed_anew;
-            self.is_reduced = was_reduced;
+            self.images.pop();
             textures.remove(texture);
         }
         shown
@@ -252,13 +250,17 @@ impl Displayed {
     /// Returns true if it matters how the layers are placed that are shown.
     pub fn can_place(&self, textures: &Textures, settings: &DisplaySettings) -> bool {
         let shown: Vec<ShownLayer> = self.renderer.layers().iter().copied().collect();
-        !self.is_reduced && settings.options.can_place(self.renderer.scene(), textures, &shown)
+        settings.options.can_place(self.renderer.scene(), textures, (&shown, &self.image_sizes()))
+    }
+
+    fn image_sizes(&self) -> ImageSizes {
+        self.textures().into_iter().zip(self.images.iter().copied()).collect()
     }
 
     /// How its texels are shown.
     fn how(&self) -> Texels {
-        let Displayed { is_crisp, is_generated, is_reduced, .. } = *self;
-        Texels { is_crisp, is_generated, is_reduced }
+        let Displayed { is_crisp, is_generated, .. } = *self;
+        Texels { is_crisp, is_generated }
     }
 
     /// Goes with how large an image is seen, in pixels a texel: large texels are shown as they are.
@@ -450,8 +452,10 @@ mod tests {
     #[test]
     fn layers_of_unlike_size_lie_texel_upon_texel_where_they_are_told_to() {
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
-        // Of an image of which there is a coarser level alone no texel has a place.
-        for (is_whole, size) in [(true, [16, 16]), (false, [32, 32])] {
+        // Texels are those of the image, also where there is a coarser level of it alone.
+        for (size, spread) in [([16, 16], SIZE), ([32, 32], [32, 16]), ([31, 32], [32, 16]), (SIZE, [16, 16])]
+        {
+            let is_unlike = size != SIZE;
             let (mut textures, mut displayed, settings) = displayed(&gpu);
             assert!(!displayed.can_place(&textures, &settings), "there is one image");
             let image =
@@ -468,18 +472,21 @@ mod tests {
                 growth: Growth::Whole,
             };
             displayed.lay_over(&gpu, &mut textures, &settings, ("over", over)).unwrap();
-            assert_eq!(displayed.can_place(&textures, &settings), is_whole);
+            assert_eq!(displayed.can_place(&textures, &settings), is_unlike);
             assert!(!displayed.renderer.layers().is_by_texel());
             let mut by_texel = settings.clone();
             by_texel.options.placement = Placement::ByTexel;
             displayed.show_layers(&gpu, &mut textures, &by_texel).unwrap();
-            assert_eq!(displayed.renderer.layers().is_by_texel(), is_whole);
+            assert_eq!(displayed.renderer.layers().is_by_texel(), is_unlike);
+            let over = displayed.over[0].into();
+            let found = displayed.renderer.layers().spread_over(over, [16, 16]);
+            assert_eq!(found.to_array(), spread.map(f64::from), "{size:?}");
             displayed
                 .put_on(&gpu, &mut textures, &DisplaySettings { scene: Scene::Globe, ..by_texel.clone() })
                 .unwrap();
             assert!(!displayed.renderer.layers().is_by_texel(), "a globe is covered by each image");
             displayed.put_on(&gpu, &mut textures, &by_texel).unwrap();
-            assert_eq!(displayed.renderer.layers().is_by_texel(), is_whole);
+            assert_eq!(displayed.renderer.layers().is_by_texel(), is_unlike);
             displayed.show_layers(&gpu, &mut textures, &settings).unwrap();
             assert!(!displayed.renderer.layers().is_by_texel());
         }

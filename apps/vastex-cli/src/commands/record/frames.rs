@@ -52,8 +52,8 @@ pub(super) fn record(directory: &Path, cases: &Path) -> Result<()> {
 
 /// Plays a scene to its end and writes all that can be seen of it.
 fn draw(directory: &Path, name: &str, args: &RenderArgs, gpu: &Gpu) -> Result<()> {
-    let (tiles, over) = (open::open(&args.scene)?.tiles, open::open_over(&args.scene)?);
-    let mut offscreen = render::offscreen(args, render::frame_settings(args)?, gpu, (tiles, &over))?;
+    let (lowest, over) = (open::open(&args.scene)?.image, open::open_over(&args.scene)?);
+    let mut offscreen = render::offscreen(args, render::frame_settings(args)?, gpu, (lowest, &over))?;
     args.estimate.estimating().into_iter().for_each(|estimating| offscreen.estimate(estimating));
     offscreen.textures_mut().ahead().trace().record();
     let until = args.frames.map_or(Until::Converged, Until::Frames);

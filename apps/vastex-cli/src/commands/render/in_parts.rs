@@ -1,11 +1,9 @@
 //! Pictures that are larger than any texture of the device: drawn in parts, which are put together row by
 //! row. Of a run that plays a path only its pictures are drawn, each once everything in it is loaded.
 
-use std::sync::Arc;
-
 use anyhow::{Result, bail};
-use vastex::{Settings, TileSource};
-use vastex_scenes::{Gpu, Offscreen, Outcome, Scene, Views};
+use vastex::Settings;
+use vastex_scenes::{Gpu, Offscreen, Outcome, Scene, SceneImage, Views};
 
 use super::{Motion, Summary, Troubles, frame_settings, name_textures, print_summary};
 use crate::args::RenderArgs;
@@ -51,16 +49,16 @@ pub(super) fn run(
     args: &RenderArgs,
     (motion, scene): (&Motion, Scene),
     gpu: &Gpu,
-    (tiles, over): (Arc<dyn TileSource>, &[Arc<dyn TileSource>]),
+    images: (SceneImage, &[SceneImage]),
     (pictures, most): (&mut PictureOutput, u32),
 ) -> Result<Outcome> {
     check(args)?;
     let (shown, size) = (open::shown(&args.scene), args.scene.size());
     let has_clouds = scene == Scene::Planet && shown.planet.clouds.is_some();
-    let parts = Parts::new(size, parts::panes(&shown, 1 + over.len()), most, has_clouds);
+    let parts = Parts::new(size, parts::panes(&shown, 1 + images.1.len()), most, has_clouds);
     let drawn = parts.drawn_size();
     let settings = Settings { picture: drawn, ..frame_settings(args)? };
-    let mut offscreen = Offscreen::showing_together(&shown, gpu, tiles, over, scene, drawn, settings)?;
+    let mut offscreen = Offscreen::showing_together(&shown, gpu, images, scene, drawn, settings)?;
     name_textures(args, &mut offscreen)?;
     let frames = match (pictures.is_sequence(), args.frames) {
         // Beyond its end a path holds its last place.

@@ -7,6 +7,7 @@ use vastex::{Prepared, TextureId, Textures, TileSource};
 use super::described::{Texels, described};
 use super::{DisplayError, DisplaySettings, Displayed};
 use crate::gpu::Gpu;
+use crate::layers::ImageSizes;
 use crate::panels::FileAbout;
 use crate::picture::PicturePart;
 use crate::surface::SceneRenderer;
@@ -27,7 +28,7 @@ pub struct Blueprint {
     format: PictureFormat,
     is_crisp: bool,
     is_generated: bool,
-    is_reduced: bool,
+    images: Vec<[u32; 2]>,
     growth: Growth,
     rows_seen: u32,
     view: Option<PicturePart>,
@@ -69,7 +70,7 @@ impl Displayed {
             format: self.format.clone(),
             is_crisp: self.is_crisp,
             is_generated: self.is_generated,
-            is_reduced: self.is_reduced,
+            images: self.images.clone(),
             growth: self.growth.clone(),
             rows_seen: self.rows_seen,
             view: self.renderer.view(),
@@ -101,14 +102,15 @@ impl Displayed {
             format,
             is_crisp,
             is_generated,
-            is_reduced,
+            images,
             growth,
             rows_seen,
             view,
         } = blueprint;
         let mut relief = None;
-        let how = Texels { is_crisp, is_generated, is_reduced };
-        let drawn = described(settings, how, textures, &ids, &mut relief)?;
+        let how = Texels { is_crisp, is_generated };
+        let sizes: ImageSizes = ids.iter().copied().zip(images.iter().copied()).collect();
+        let drawn = described(settings, how, textures, (&ids, &sizes), &mut relief)?;
         let mut renderer = SceneRenderer::new(gpu, textures, drawn, format.drawn_format())?;
         renderer.set_view(view);
         let tiles = std::iter::once(first).chain(over).map(|(_, source)| source).collect();
@@ -128,7 +130,7 @@ impl Displayed {
             heights: settings.options.heights.clone(),
             is_crisp,
             is_generated,
-            is_reduced,
+            images,
             growth,
             rows_seen,
         };

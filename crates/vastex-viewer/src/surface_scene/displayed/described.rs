@@ -3,7 +3,7 @@
 use vastex::{Filter, TextureId, Textures};
 
 use super::DisplaySettings;
-use crate::layers::{Placement, ShownLayer};
+use crate::layers::{ImageSizes, ShownLayer};
 use crate::surface::{DescribeError, DisplayOptions, Relief, SceneDesc};
 
 /// How texels of textures are shown.
@@ -13,8 +13,6 @@ pub(super) struct Texels {
     pub(super) is_crisp: bool,
     /// In fixed point, since one of the sources is a generated planet.
     pub(super) is_generated: bool,
-    /// Stretched in any case, since one of the textures has fewer texels than its image.
-    pub(super) is_reduced: bool,
 }
 
 /// Columns and rows of a texture.
@@ -37,13 +35,13 @@ pub(super) fn shown_layers(
     Ok(layers)
 }
 
-/// A scene with what is asked to be shown of textures. Its heights, if the scene has any, are looked for
-/// once.
+/// A scene with what is asked to be shown of textures, which are of images of these sizes. Its heights, if
+/// the scene has any, are looked for once.
 pub(super) fn described(
     DisplaySettings { scene, options, .. }: &DisplaySettings,
-    Texels { is_crisp, is_generated, is_reduced }: Texels,
+    Texels { is_crisp, is_generated }: Texels,
     textures: &mut Textures,
-    shown: &[TextureId],
+    (shown, images): (&[TextureId], &ImageSizes),
     known: &mut Option<Relief>,
 ) -> Result<SceneDesc, DescribeError> {
     let layers = shown_layers(options, is_crisp, textures, shown)?;
@@ -55,9 +53,7 @@ pub(super) fn described(
         None => !relief.is_level(),
     };
     let relief = known.clone().filter(is_known);
-    let stretched = DisplayOptions { placement: Placement::Stretched, ..options.clone() };
-    let options = if is_reduced { &stretched } else { options };
-    let mut described = options.describe(*scene, textures, shown, layers, relief)?;
+    let mut described = options.describe(*scene, textures, (shown, images), layers, relief)?;
     described.always_fixed |= is_generated;
     if described.relief.is_some() {
         known.clone_from(&described.relief);
