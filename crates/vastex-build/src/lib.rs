@@ -59,7 +59,7 @@ pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, e
 pub use image::{
     Beginning, Converted, FIRST_IMAGE, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number,
     PixelFormat, PixelSize, Profile, RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose,
-    files_of_image, image_in_file, in_srgb, open, open_reduced, open_shrunk,
+    files_of_image, image_in_file, in_srgb, means_first_image, open, open_reduced, open_shrunk,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::{Progress, read_first_rows};

@@ -4,7 +4,6 @@
 use serde::Serialize;
 use vastex_build::{GeoPlace, PixelSize, TiffAbout};
 
-use crate::open::CONVERTED;
 
 /// Columns that names have at most; of longer ones the values stand farther to the right.
 const MOST_NAME: usize = 28;
@@ -123,7 +122,7 @@ impl AboutSummary {
 
 /// The rows about what is shown as something else than it is stored.
 pub(super) fn converted_rows(conversions: &[String]) -> impl Iterator<Item = (String, String)> {
-    conversions.iter().map(|conversion| (CONVERTED.to_owned(), conversion.clone()))
+    conversions.iter().map(|conversion| ("converted".to_owned(), conversion.clone()))
 }
 
 /// Rows as a text: names, and beside them values, of which every line begins in the same column.

@@ -29,7 +29,7 @@ pub(super) struct ImageSummary {
     about: AboutSummary,
     /// What is shown as something else than it is stored.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    converted: Vec<String>,
+    pub(super) converted: Vec<String>,
     /// What is left out, and what reading it costs.
     notices: Vec<String>,
 }

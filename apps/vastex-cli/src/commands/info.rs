@@ -14,6 +14,8 @@ use vastex_tiles::{Container, ContainerError, Info, Saved};
 #[cfg(feature = "view")]
 use crate::args::CacheArgs;
 use crate::args::InfoArgs;
+#[cfg(feature = "view")]
+use crate::open::SaidOfFile;
 use crate::{open, report};
 
 pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
@@ -57,17 +59,17 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is said of a file that was looked at, by names, for the window; a row without a name goes on with the
-/// one before it. Fails where nothing can be said.
+/// What is said of a file that was looked at, for the window. Fails where nothing can be said.
 #[cfg(feature = "view")]
 #[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing is found"))]
-pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String, String)>> {
+pub(crate) fn said_of(file: &Path, looked: &open::Looked) -> Result<SaidOfFile> {
     let named = |rows: Vec<(&'static str, String)>| {
-        rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect()
+        let rows = rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value));
+        SaidOfFile::of_rows(rows.collect())
     };
     #[cfg(feature = "volumes")]
     if super::volume::is_described_as_volume(file) {
-        return super::volume::rows_of(file);
+        return super::volume::rows_of(file).map(SaidOfFile::of_rows);
     }
     if open::is_directory_of_tiles(file) {
         let cache = CacheArgs { cache: None, cache_gib: 20 };
@@ -77,15 +79,16 @@ pub(crate) fn rows_of(file: &Path, looked: &open::Looked) -> Result<Vec<(String,
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
         if let Some((_, summary)) = super::tiff_info::of(file, looked)? {
-            return Ok(summary.rows());
+            return Ok(SaidOfFile { rows: summary.rows(), converted: summary.converted });
         }
         if let Some(summary) = super::image_info::of(file, looked)? {
-            return Ok(summary.rows());
+            return Ok(SaidOfFile { rows: summary.rows(), converted: summary.converted });
         }
     }
     let container = Container::open_file(file)?;
     let rows = Summary::new(&container.info(), &container).all_rows();
-    Ok(rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value)).collect())
+    let rows = rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value));
+    Ok(SaidOfFile::of_rows(rows.collect()))
 }
 
 /// Says a summary as JSON or as text, with the estimate that was asked for.

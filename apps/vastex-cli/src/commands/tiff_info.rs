@@ -7,8 +7,7 @@ use anyhow::Result;
 use serde::Serialize;
 use vastex::Description;
 use vastex_build::{
-    FIRST_IMAGE, InputFault, Notice, SourceError, TiffDirectories, TiffFacts, TiffLevel, bands_in_name,
-    image_in_file,
+    InputFault, Notice, SourceError, TiffDirectories, TiffFacts, TiffLevel, image_in_file, means_first_image,
 };
 
 use super::about_info::{self, AboutSummary, Rows};
@@ -39,7 +38,7 @@ pub(super) struct TiffSummary {
     /// Those that are shown, counted from 1.
     shown_bands: Vec<u16>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    converted: Vec<String>,
+    pub(super) converted: Vec<String>,
     notices: Vec<String>,
     /// True if it is built before it is shown, and the build has other levels and pages than its tiles.
     #[serde(skip)]
@@ -75,8 +74,7 @@ pub(super) fn of(path: &Path, looked: &Looked) -> Result<Option<(Arc<Description
     let anew = || TiffDirectories::read(path).and_then(|read| facts(&read));
     match looked.tiff(path).map_or_else(anew, facts) {
         Ok((found, lacks_levels)) => {
-            let is_first = |name| name == FIRST_IMAGE || bands_in_name(name).is_some();
-            let may_be_built = image_in_file(path).is_none_or(|(_, name)| is_first(name));
+            let may_be_built = image_in_file(path).is_none_or(|(_, name)| means_first_image(name));
             let is_built_first = lacks_levels || found.is_too_large() && may_be_built;
             Ok(Some((found.description().clone(), TiffSummary::new(&found, is_built_first))))
         }

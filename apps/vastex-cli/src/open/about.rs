@@ -6,23 +6,37 @@ use std::ffi::OsString;
 use std::path::Path;
 
 #[cfg(feature = "build")]
-use vastex_build::FIRST_IMAGE;
+use vastex_build::{FIRST_IMAGE, means_first_image};
 use vastex_viewer::panels::FileAbout;
 #[cfg(feature = "build")]
 use vastex_viewer::panels::{FileBands, MapPlace, TexelSize};
 
-#[cfg(feature = "build")]
-use super::CONVERTED;
 use super::looked::Looked;
+
+/// What `vastex info` says of a file.
+#[derive(Default)]
+pub(crate) struct SaidOfFile {
+    /// All of it, by names; a row without a name goes on with the one before it.
+    pub(crate) rows: Vec<(String, String)>,
+    /// What values that are shown were converted from, which the rows say as well.
+    #[cfg_attr(not(feature = "build"), expect(dead_code, reason = "containers hold what they say"))]
+    pub(crate) converted: Vec<String>,
+}
+
+impl SaidOfFile {
+    /// Of a file of which nothing is converted.
+    pub(crate) fn of_rows(rows: Vec<(String, String)>) -> SaidOfFile {
+        SaidOfFile { rows, converted: Vec::new() }
+    }
+}
 
 /// What is said of the source that a path names, which was looked at, beside what `vastex info` says of
 /// it.
 #[cfg(feature = "build")]
-pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String)>) -> FileAbout {
-    let is_of = |(name, value): &(String, String)| (name == CONVERTED).then(|| value.clone());
+pub(crate) fn file_about(path: &Path, looked: &Looked, said: SaidOfFile) -> FileAbout {
     let about = FileAbout {
-        converted: rows.iter().filter_map(is_of).collect::<Vec<_>>().join(", "),
-        rows: rows.into(),
+        converted: said.converted.join(", "),
+        rows: said.rows.into(),
         is_generated: super::is_generated(path),
         ..FileAbout::default()
     };
@@ -44,8 +58,7 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, rows: Vec<(String, String
     }
     images.extend(tiff.others().iter().map(|other| image(&other.name)));
     // What is said of the first image is not said of others.
-    let is_of_first = |name| name == FIRST_IMAGE || vastex_build::bands_in_name(name).is_some();
-    let is_first = named.is_none_or(|(_, name)| is_of_first(name));
+    let is_first = named.is_none_or(|(_, name)| means_first_image(name));
     let of_first = Some(tiff.about()).filter(|_| is_first);
     let about = FileAbout { images, bands: bands_of(path, tiff), ..about };
     match of_first {
@@ -94,7 +107,7 @@ pub(crate) fn images_of_volume(_: &Path) -> Vec<(String, std::ffi::OsString)> {
 /// first image; a container what it keeps of the file that it was built of.
 #[cfg(feature = "build")]
 pub(super) fn said_of(path: &Path) -> Option<vastex_build::TiffAbout> {
-    let file = super::without_bands(path);
+    let file = super::bands::without_bands(path);
     if file == path && vastex_build::image_in_file(path).is_some() {
         return None;
     }
@@ -123,19 +136,21 @@ fn placed(about: FileAbout, said: &vastex_build::TiffAbout) -> FileAbout {
 
 /// Without the readers of `vastex build` nothing is known of it but what `vastex info` says.
 #[cfg(not(feature = "build"))]
-pub(crate) fn file_about(path: &Path, _: &Looked, rows: Vec<(String, String)>) -> FileAbout {
+pub(crate) fn file_about(path: &Path, _: &Looked, said: SaidOfFile) -> FileAbout {
     let is_generated = super::is_generated(path);
-    FileAbout { rows: rows.into(), is_generated, ..FileAbout::default() }
+    FileAbout { rows: said.rows.into(), is_generated, ..FileAbout::default() }
 }
 
 /// The bands of the source that a path names; `None` if there is nothing to choose.
 #[cfg(feature = "build")]
 fn bands_of(path: &Path, tiff: &vastex_build::TiffDirectories) -> Option<FileBands> {
-    let (file, name) =
-        vastex_build::image_in_file(path).map_or((path, None), |(file, name)| (file, Some(name)));
-    let shown = match name.map(vastex_build::bands_in_name) {
+    let (file, name) = match vastex_build::image_in_file(path) {
+        Some((file, name)) => means_first_image(name).then_some((file, Some(name)))?,
+        None => (path, None),
+    };
+    let shown = match name.and_then(vastex_build::bands_in_name) {
         None => Some(vec![1, 2, 3]),
-        Some(words) => words?.split(',').map(|word| word.parse().ok()).collect(),
+        Some(words) => words.split(',').map(|word| word.parse().ok()).collect(),
     };
     let (count, named) = (tiff.bands_to_choose()?, &tiff.about().bands);
     let name = |n: u16| match named.get(usize::from(n) - 1) {

@@ -20,16 +20,22 @@ pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
     path.into()
 }
 
-/// The file whose bands a path names, as [`path_of`] writes it; any other path is given back.
-#[cfg(feature = "view")]
+/// The file of which a path names the first image, or bands of it as [`path_of`] writes it; any other path is
+/// given back.
 pub(crate) fn without_bands(path: &Path) -> &Path {
     #[cfg(feature = "build")]
     if let Some((file, name)) = vastex_build::image_in_file(path)
-        && (name == vastex_build::FIRST_IMAGE || vastex_build::bands_in_name(name).is_some())
+        && vastex_build::means_first_image(name)
     {
         return file;
     }
     path
+}
+
+/// Returns true if a path names bands of the image that another path means: they are seen where that is.
+#[cfg(feature = "view")]
+pub(crate) fn are_bands_of(path: &Path, shown: &Path) -> bool {
+    without_bands(path) != path && is_same_file(path, shown)
 }
 
 /// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
@@ -47,19 +53,22 @@ pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
         let asked = scene.layers.layers.iter_mut().filter(|layer| layer.texture == texture);
         let asked: Vec<_> = asked.filter(|layer| layer.bands != Bands::AsStored).collect();
         let Some(first) = asked.first().map(|layer| layer.bands) else { continue };
-        if vastex_build::image_in_file(file).is_some() || vastex_build::bands_to_choose(file).is_none() {
+        let are_chosen = vastex_build::image_in_file(file)
+            .is_some_and(|(_, name)| vastex_build::bands_in_name(name).is_some());
+        if are_chosen || vastex_build::bands_to_choose(file).is_none() {
             continue;
         }
+        let image = without_bands(file).to_owned();
         if asked.iter().any(|layer| layer.bands != first) {
             bail!(
                 "{}: two layers ask for different bands of it; lay the file over itself for the others: --over {0}:bands=5,4,3",
-                file.display()
+                image.display()
             );
         }
         *file = match first {
             Bands::AsStored => continue,
-            Bands::One(band) => path_of(file, &[u16::from(band) + 1]),
-            Bands::Color(bands) => path_of(file, &bands.map(|band| u16::from(band) + 1)),
+            Bands::One(band) => path_of(&image, &[u16::from(band) + 1]),
+            Bands::Color(bands) => path_of(&image, &bands.map(|band| u16::from(band) + 1)),
         };
         asked.into_iter().for_each(|layer| layer.bands = Bands::AsStored);
     }
@@ -89,5 +98,19 @@ mod tests {
         assert!(is_same_file(&named("bands=5,4,3"), &file));
         assert!(is_same_file(&named("bands=1"), &named("bands=2")));
         assert!(!is_same_file(&named("label"), &file));
+        // The camera stays where the image is the same.
+        for (path, shown, stays) in [
+            ("bands=5,4,3", "bands=1", true),
+            ("bands=1", "first", true),
+            ("first", "bands=1", true),
+            ("first", "label", false),
+            ("bands=1", "label", false),
+            ("label", "first", false),
+            ("label", "label", false),
+        ] {
+            assert_eq!(are_bands_of(&named(path), &named(shown)), stays, "{path} after {shown}");
+        }
+        assert!(are_bands_of(&named("first"), &file) && !are_bands_of(&file, &named("label")));
+        assert!(!are_bands_of(&directory.path().join("b.tif:first"), &file));
     }
 }

@@ -34,12 +34,12 @@ use vastex_tiles::{Container, DirectStore, DiskTier};
 
 use crate::args::{CacheArgs, PLANET, SceneArgs};
 use crate::{disk_cache, planet, report};
-#[cfg(feature = "view")]
-pub(crate) use about::file_about;
 #[cfg(all(feature = "view", feature = "volumes"))]
 pub(crate) use about::images_of_volume;
 #[cfg(feature = "view")]
-pub(crate) use bands::{is_same_file, path_of as path_of_bands, without_bands};
+pub(crate) use about::{SaidOfFile, file_about};
+#[cfg(feature = "view")]
+pub(crate) use bands::{are_bands_of, is_same_file, path_of as path_of_bands};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::{Measured, WithoutPreview};
@@ -47,10 +47,6 @@ use observer::{Measured, WithoutPreview};
 pub(crate) use observer::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "view")]
 pub(crate) use shapes::{check_shapes, shapes_over};
-
-/// Names what `vastex info` says of values that are shown as something else than they are stored.
-#[cfg(feature = "build")]
-pub(crate) const CONVERTED: &str = "converted";
 
 /// What a scene shows.
 pub(crate) struct Opened {

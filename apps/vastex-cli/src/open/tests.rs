@@ -105,6 +105,81 @@ fn tiff_of_floats(value: f32) -> Vec<u8> {
     tiff_of(&data, &entries)
 }
 
+/// A TIFF file of one tile of 16x16 texels, of five bands, with metadata as GDAL writes them.
+#[cfg(all(feature = "view", feature = "build"))]
+fn tiff_of_bands() -> Vec<u8> {
+    let metadata = b"<GDALMetadata><Item name=\"converted\">from film</Item></GDALMetadata>\0";
+    let tile = vec![7; 16 * 16 * 5];
+    let (bytes, words) = (tile.len() as u32, 8 + tile.len() as u32);
+    let data = [tile, 8u16.to_le_bytes().repeat(5), vec![0; 8], metadata.to_vec()].concat();
+    let entries = [
+        (256, 4, 1, 16),
+        (257, 4, 1, 16),
+        (258, 3, 5, words),
+        (259, 3, 1, 1),
+        (262, 3, 1, 1),
+        (277, 3, 1, 5),
+        (322, 4, 1, 16),
+        (323, 4, 1, 16),
+        (324, 4, 1, 8),
+        (325, 4, 1, bytes),
+        (338, 3, 4, words + 10),
+        (42112, 2, metadata.len() as u32, words + 18),
+    ];
+    tiff_of(&data, &entries)
+}
+
+/// What a file says in words is not what its values were converted from.
+#[cfg(all(feature = "view", feature = "build"))]
+#[test]
+fn a_word_of_a_file_is_no_conversion() {
+    use crate::commands::info::said_of;
+
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.tif");
+    let about = |file: &[u8]| {
+        std::fs::write(&path, file).unwrap();
+        let looked = Looked::at(&path);
+        file_about(&path, &looked, said_of(&path, &looked).unwrap())
+    };
+    let from_film = about(&tiff_of_bands());
+    assert!(from_film.rows.iter().any(|row| *row == ("converted".to_owned(), "from film".to_owned())));
+    assert_eq!(from_film.converted, "");
+    let mut inverted = tiled_tiff(1, 1);
+    let photometric = inverted.windows(4).rposition(|bytes| bytes == [6, 1, 3, 0]).unwrap();
+    inverted[photometric + 8] = 0;
+    assert_eq!(about(&inverted).converted, "from grey of which 0 is white");
+}
+
+/// The first image of a file is the same by any of its names: others of its bands can be chosen.
+#[cfg(all(feature = "view", feature = "build"))]
+#[test]
+fn bands_of_the_first_image_are_chosen_by_any_of_its_names() {
+    use crate::args::{Args, Command};
+    use clap::Parser as _;
+
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("a.tif");
+    std::fs::write(&path, tiff_of_bands()).unwrap();
+    let named = |name: &str| PathBuf::from(format!("{}:{name}", path.display()));
+    let bands = |path: &Path| {
+        let bands = file_about(path, &Looked::at(path), Default::default()).bands;
+        bands.map(|bands| (PathBuf::from(bands.file), bands.names.len(), bands.shown))
+    };
+    for (name, shown) in [(None, [1, 2, 3]), (Some("first"), [1, 2, 3]), (Some("bands=5,4,1"), [5, 4, 1])] {
+        let named = name.map_or(path.clone(), named);
+        assert_eq!(bands(&named), Some((path.clone(), 5, shown.to_vec())), "{name:?}");
+        let words = ["vastex", "render", named.to_str().unwrap(), "--layer", ":bands=4,2,1", "-o", "a.png"];
+        let Command::Render(mut args) = Args::parse_from(words).command else { panic!("no render") };
+        let picked = pick_bands(&mut args.scene).map(|()| args.scene.source);
+        match name {
+            // Of those that are chosen the fourth is none.
+            Some("bands=5,4,1") => assert_eq!(picked.unwrap(), named),
+            _ => assert_eq!(picked.unwrap(), path.with_file_name("a.tif:bands=4,2,1")),
+        }
+    }
+}
+
 /// A TIFF file of some data and, after that, its one directory: tags, kinds, counts and values.
 #[cfg(feature = "build")]
 fn tiff_of(data: &[u8], entries: &[(u16, u16, u32, u32)]) -> Vec<u8> {
@@ -291,7 +366,7 @@ impl OpenObserver for Hears {
 #[cfg(feature = "view")]
 #[test]
 fn a_file_that_comes_later_may_be_a_generated_planet() {
-    let is_generated = |path: &str| file_about(Path::new(path), &Looked::default(), Vec::new()).is_generated;
+    let is_generated = |path: &str| file_about(Path::new(path), &Looked::default(), Default::default()).is_generated;
     assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
     assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
 }
@@ -302,7 +377,7 @@ fn a_file_that_comes_later_may_be_a_generated_planet() {
 fn of_a_container_it_is_known_where_texels_lie() {
     let directory = tempfile::tempdir().unwrap();
     let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/tiff");
-    let of = |path: &Path| file_about(path, &Looked::at(path), Vec::new());
+    let of = |path: &Path| file_about(path, &Looked::at(path), Default::default());
     for name in ["cog-deflate-u16.tif", "slide-jpeg.svs"] {
         let (file, built) = (assets.join(name), directory.path().join("built.vastex"));
         let inputs = [vastex_build::LayerInput::from(&*file)];

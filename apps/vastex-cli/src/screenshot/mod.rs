@@ -33,7 +33,7 @@ use vastex_viewer::panels::{FileAbout, Measure, Panes, free_in_panes};
 use vastex_viewer::surface::shows_large_texels;
 
 use crate::args::ViewArgs;
-use crate::commands::info::rows_of;
+use crate::commands::info::said_of;
 use crate::commands::render::{self, Troubles};
 use crate::open::{self, Looked};
 use crate::output::{Output, PngRows};
@@ -158,8 +158,8 @@ impl Shot {
             |file: &PathBuf| Ok::<_, anyhow::Error>(open::open_another(file, &args.scene, &opening)?.image);
         let lowest = open(&self.source)?;
         let over = self.over.iter().map(open).collect::<Result<_>>()?;
-        let rows = rows_of(&self.source, looked).unwrap_or_default();
-        let about = open::file_about(&self.source, looked, rows);
+        let said = said_of(&self.source, looked).unwrap_or_default();
+        let about = open::file_about(&self.source, looked, said);
         let shapes = args.shapes.as_ref().filter(|_| open::is_same_file(&self.source, &args.scene.source));
         let shapes = shapes.map(|path| open::shapes_over(&self.source, path, || true)).transpose()?;
         Ok(Sources { lowest, over, about, shapes })

@@ -28,7 +28,7 @@ use vastex_viewer::panels::{FileAbout, Shapes};
 use vastex_viewer::surface_scene::{Growth, PreparedSource};
 
 use crate::args::ViewArgs;
-use crate::commands::info::rows_of;
+use crate::commands::info::said_of;
 #[cfg(feature = "volumes")]
 use crate::commands::volume;
 use crate::open::{self, Looked, OpenObserver};
@@ -166,8 +166,8 @@ impl Openings {
             }
             let opened = catch_unwind(AssertUnwindSafe(|| {
                 reporter.looked = Looked::at(&to_open);
-                let rows = rows_of(&to_open, &reporter.looked).unwrap_or_default();
-                reporter.about = open::file_about(&to_open, &reporter.looked, rows);
+                let said = said_of(&to_open, &reporter.looked).unwrap_or_default();
+                reporter.about = open::file_about(&to_open, &reporter.looked, said);
                 reporter.open(&to_open, &args)
             }));
             (reporter.send)(match opened {

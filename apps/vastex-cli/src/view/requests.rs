@@ -49,8 +49,7 @@ impl App {
             open.viewer.scene.beside.forget(DIALOG);
         }
         // Other bands of a file are seen where those before were.
-        let is_bands = open::without_bands(path) != path;
-        self.keeps_camera = is_bands && open::file_of(path) == open::file_of(self.shown_path());
+        self.keeps_camera = open::are_bands_of(path, self.shown_path());
         let files = files_among(self.offered(), path);
         let before = std::mem::replace(&mut self.files, files);
         self.files_before.get_or_insert(before);

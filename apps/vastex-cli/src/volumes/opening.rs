@@ -185,7 +185,7 @@ mod tests {
             images.into_iter().map(|(name, path)| (name, PathBuf::from(path))).collect::<Vec<_>>()
         };
         assert_eq!(
-            offered(open::file_about(&named("first"), &looked, Vec::new()).images),
+            offered(open::file_about(&named("first"), &looked, Default::default()).images),
             [("as a volume", "volume"), ("first", "first"), ("image", "image")]
                 .map(|(name, of)| (name.to_owned(), named(of)))
         );
@@ -195,7 +195,7 @@ mod tests {
         }
         // Pages of colours of which nothing says that are images alone.
         std::fs::write(&path, colored_pages("two photographs")).unwrap();
-        let about = open::file_about(&path, &open::Looked::at(&path), Vec::new());
+        let about = open::file_about(&path, &open::Looked::at(&path), Default::default());
         assert_eq!(
             offered(about.images),
             [("first".to_owned(), path.clone()), ("image".to_owned(), named("image"))]

@@ -27,8 +27,8 @@ pub struct ImageHeader {
     /// The least and the greatest number that the file's samples can be, where they are signed whole numbers,
     /// which rows hold as floats. A layer of whole numbers holds this range as 0 to 1.
     pub range: Option<[i64; 2]>,
-    /// What the file's samples are, if the rows hold something else.
-    pub converted: Option<Converted>,
+    /// What the file's samples are of which the rows hold something else.
+    pub converted: Vec<Converted>,
     /// The number of samples of which nothing is known, as the rows hold samples, if the file says so: a
     /// texel whose colours all have it is without data. It may be no number (NaN), which is without data in
     /// images of floats in any case where there is such a number.
@@ -65,7 +65,7 @@ impl ImageHeader {
             format,
             linear: false,
             range: None,
-            converted: None,
+            converted: Vec::new(),
             nodata: None,
             profile: None,
             orientation: 1,
@@ -93,8 +93,8 @@ impl ImageHeader {
             Notice::ConvertedToSrgb { from, .. } => Some(format!("from the colours of {from}")),
             _ => None,
         };
-        let samples = self.converted.map(|samples| format!("from {samples}"));
-        samples.into_iter().chain(self.notices.iter().filter_map(of_colors)).collect()
+        let samples = self.converted.iter().map(|samples| format!("from {samples}"));
+        samples.chain(self.notices.iter().filter_map(of_colors)).collect()
     }
 
     /// What there is to say before its texels are read, the profile included, where a layer that holds no

@@ -48,4 +48,6 @@ pub use open::{files_of_image, open, open_reduced, open_shrunk};
 pub use pixel::{PixelFormat, Sample};
 pub use stored_as::Converted;
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
-pub use tiff::file::pyramid::{FIRST_IMAGE, TiffOther, bands_in_name, bands_to_choose, image_in_file};
+pub use tiff::file::pyramid::{
+    FIRST_IMAGE, TiffOther, bands_in_name, bands_to_choose, image_in_file, means_first_image,
+};

@@ -104,11 +104,13 @@ impl PngReader {
         let large_profile = profile_len.saturating_sub(USUAL_PROFILE_BYTES);
         header.memory = (256 << 10) + 4 * header.row_bytes() as u64 + 2 * large_profile;
         note(&mut header, info, has_profile);
-        header.converted = match (info.color_type, info.bit_depth as u8) {
+        // Without the transformation numbers of a palette stay, and few bits.
+        header.converted.extend(match (info.color_type, info.bit_depth as u8) {
+            _ if how == Transformations::IDENTITY => None,
             (ColorType::Indexed, _) => Some(Converted::Palette),
             (_, bits @ 1..8) => Some(Converted::FewBits(bits)),
             _ => None,
-        };
+        });
         let interlaced = info.interlaced;
         if interlaced {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");

@@ -19,6 +19,10 @@ pub enum Converted {
     Integers,
     /// Floats of 64 bits, of which rows hold 32.
     Doubles,
+    /// Grey of which the least is white, of which rows hold it the other way round.
+    WhiteIsZero,
+    /// Colours that are multiplied by alpha, of which rows hold them divided by it.
+    Premultiplied,
 }
 
 impl fmt::Display for Converted {
@@ -30,6 +34,8 @@ impl fmt::Display for Converted {
             Converted::Inks => f.write_str("inks (CMYK)"),
             Converted::Integers => f.write_str("whole numbers of 32 bits"),
             Converted::Doubles => f.write_str("floats of 64 bits"),
+            Converted::WhiteIsZero => f.write_str("grey of which 0 is white"),
+            Converted::Premultiplied => f.write_str("colours multiplied by alpha"),
         }
     }
 }

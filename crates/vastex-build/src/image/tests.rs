@@ -132,6 +132,27 @@ impl Sandbox {
     }
 }
 
+/// Rows that have the samples of the file are converted from nothing.
+#[test]
+fn what_is_handed_out_as_it_is_stored_is_not_converted() {
+    let directory = tempfile::tempdir().unwrap();
+    let (jpeg, png) = (directory.path().join("a.jpg"), directory.path().join("a.png"));
+    let mut compress = mozjpeg::Compress::new(mozjpeg::ColorSpace::JCS_CMYK);
+    compress.set_size(8, 8);
+    let mut started = compress.start_compress(Vec::new()).unwrap();
+    started.write_scanlines(&[90; 8 * 8 * 4]).unwrap();
+    fs::write(&jpeg, started.finish().unwrap()).unwrap();
+    let mut encoder = png::Encoder::new(fs::File::create(&png).unwrap(), 2, 1);
+    encoder.set_color(ColorType::Indexed);
+    encoder.set_palette(vec![0, 0, 0, 255, 0, 0]);
+    encoder.write_header().unwrap().write_image_data(&[0, 1]).unwrap();
+    for (path, from) in [(jpeg, "from inks (CMYK)"), (png, "from numbers of a palette")] {
+        assert_eq!(open(&path).unwrap().header().conversions(), [from]);
+        let (stored, _) = super::open::open_stored(&path).unwrap();
+        assert_eq!(stored.header().conversions(), [""; 0], "{}", path.display());
+    }
+}
+
 fn opened(path: &Path) -> Box<dyn RowReader> {
     in_srgb(open(path).unwrap())
 }

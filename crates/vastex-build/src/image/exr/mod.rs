@@ -99,7 +99,7 @@ impl ExrReader {
         let mut header = ImageHeader::new(width, height, layout.format)?;
         header.linear = true;
         let is_whole = |channel: &Channel| channel.stored == SampleType::U32;
-        header.converted = layout.channels.iter().any(is_whole).then_some(Converted::Integers);
+        header.converted.extend(layout.channels.iter().any(is_whole).then_some(Converted::Integers));
         note(&mut header, &meta, first, &ignored);
         let block = first.max_block_byte_size();
         if block > MAX_BLOCK_BYTES {
@@ -361,7 +361,10 @@ fn note(header: &mut ImageHeader, meta: &MetaData, part: &Header, ignored: &[Str
     if !ignored.is_empty() {
         header.notices.push(Notice::ChannelsIgnored(ignored.join(", ")));
     }
-    header.notices.extend(header.format.has_alpha().then_some(Notice::PremultipliedAlpha));
+    if header.format.has_alpha() {
+        header.converted.push(Converted::Premultiplied);
+        header.notices.push(Notice::PremultipliedAlpha);
+    }
     header.notices.extend((meta.headers.len() > 1).then_some(Notice::FurtherImagesIgnored));
 }
 

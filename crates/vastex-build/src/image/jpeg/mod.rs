@@ -120,7 +120,7 @@ impl JpegReader {
         // One of inks says nothing of what a plain formula makes of them.
         header.profile = found.profile.filter(|_| !has_inks);
         header.notices.extend(has_inks.then_some(Notice::InksConverted));
-        header.converted = has_inks.then_some(Converted::Inks);
+        header.converted.extend(has_inks.then_some(Converted::Inks));
         let mut file = file.into_inner();
         file.rewind()?;
         Ok(JpegReader {
@@ -164,6 +164,7 @@ impl JpegReader {
         self.header.memory += 64 * u64::from(self.header.width);
         self.header.format = FOUR_INKS;
         self.header.notices.retain(|notice| *notice != Notice::InksConverted);
+        self.header.converted.clear();
         let of = match inks.is_inverted {
             true => StoredAs::InvertedInks,
             false => StoredAs::Inks { extra: Arc::default() },

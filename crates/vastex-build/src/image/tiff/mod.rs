@@ -28,7 +28,7 @@ use tiff::{ColorType, TiffError};
 
 use crate::image::alpha::unpremultiply;
 use crate::image::positioned::Positioned;
-use crate::image::{Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader};
+use crate::image::{Converted, Helpers, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader};
 use bands::BandsReader;
 use chunks::{Chunks, PLANAR, ReadyRows, TiffDecoder, open_decoder};
 use file::{TiffFile, TiffImage, codecs};
@@ -112,7 +112,10 @@ impl TiffReader {
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
         let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
-        header.converted = chunks.stored.converted();
+        let inverted = (tags.photometric == WHITE_IS_ZERO).then_some(Converted::WhiteIsZero);
+        let multiplied = is_premultiplied.then_some(Converted::Premultiplied);
+        header.converted =
+            [chunks.stored.converted(), inverted, multiplied].into_iter().flatten().collect();
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.photometric != WHITE_IS_ZERO

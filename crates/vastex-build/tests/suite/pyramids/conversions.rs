@@ -248,26 +248,46 @@ fn a_scan_is_what_its_writer_reads_of_it() {
 fn what_samples_were_converted_from_is_said() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("a.tif");
-    for (bits, photometric, kind, expected) in [
-        (&[1][..], 1, 1, Some(Converted::FewBits(1))),
-        (&[4], 0, 1, Some(Converted::FewBits(4))),
-        (&[8; 4], 5, 1, Some(Converted::Inks)),
-        (&[32], 1, 2, Some(Converted::Integers)),
-        (&[64], 1, 3, Some(Converted::Doubles)),
-        (&[8; 3], 2, 1, None),
-        (&[16], 1, 1, None),
-        (&[16], 1, 2, None),
-        (&[32], 1, 3, None),
+    use Converted::{Doubles, FewBits, Inks, Integers, Premultiplied, WhiteIsZero};
+    const ASSOCIATED: Option<u32> = Some(1);
+    const UNASSOCIATED: Option<u32> = Some(2);
+    for (bits, photometric, kind, extra, expected) in [
+        (&[1][..], 1, 1, None, &[FewBits(1)][..]),
+        (&[4], 0, 1, None, &[FewBits(4), WhiteIsZero]),
+        (&[8], 0, 1, None, &[WhiteIsZero]),
+        (&[16], 0, 1, None, &[WhiteIsZero]),
+        (&[8; 4], 5, 1, None, &[Inks]),
+        (&[8; 4], 2, 1, ASSOCIATED, &[Premultiplied]),
+        (&[16; 2], 1, 1, ASSOCIATED, &[Premultiplied]),
+        (&[8; 4], 2, 1, UNASSOCIATED, &[]),
+        (&[32], 1, 2, None, &[Integers]),
+        (&[64], 1, 3, None, &[Doubles]),
+        (&[8; 3], 2, 1, None, &[]),
+        (&[16], 1, 1, None, &[]),
+        (&[16], 1, 2, None, &[]),
+        (&[32], 1, 3, None, &[]),
     ] {
-        let mut file = HandmadeTiff::new([16, 16], bits, photometric, [16, 16], true);
-        file.set(339, kind);
-        file.chunks = vec![vec![0; 16 * 16 * bits.iter().sum::<u32>() as usize / 8]];
-        std::fs::write(&path, file.bytes()).unwrap();
-        let header = open_rows(&path).unwrap().header().clone();
-        assert_eq!(header.converted, expected, "{bits:?} of kind {kind}");
-        let facts = TiffDirectories::read(&path).unwrap().facts().unwrap();
-        assert_eq!(facts.conversions(), header.conversions());
-        assert_eq!(facts.conversions().len(), usize::from(expected.is_some()));
+        for tiled in [true, false] {
+            let mut file = HandmadeTiff::new([16, 16], bits, photometric, [16, 16], tiled);
+            file.set(339, kind);
+            extra.into_iter().for_each(|extra| file.set(338, extra));
+            let samples = vec![200; 16 * 16 * bits.iter().sum::<u32>() as usize / 8];
+            file.chunks = vec![samples.clone()];
+            std::fs::write(&path, file.bytes()).unwrap();
+            let mut reader = open_rows(&path).unwrap();
+            let header = reader.header().clone();
+            assert_eq!(header.converted, expected, "{bits:?} of kind {kind}, {photometric} with {extra:?}");
+            // What is not named as converted has the values that are stored.
+            let mut rows = vec![0; header.image_bytes() as usize];
+            reader.read_rows(&mut rows).unwrap();
+            assert!(!expected.is_empty() || kind != 1 || rows == samples);
+            assert!(expected.is_empty() || rows != samples, "{expected:?}");
+            if tiled {
+                let facts = TiffDirectories::read(&path).unwrap().facts().unwrap();
+                assert_eq!(facts.conversions(), header.conversions());
+                assert_eq!(facts.conversions().len(), expected.len());
+            }
+        }
     }
     let png = directory.path().join("a.png");
     let mut encoder = png::Encoder::new(File::create(&png).unwrap(), 2, 1);

@@ -13,14 +13,17 @@ impl TiffImage {
         self.has_few_bits() || self.is_of_palette() || self.is_of_inks()
     }
 
-    /// What its samples are, if something else is shown.
-    pub(super) fn converted(&self) -> Option<Converted> {
-        match () {
+    /// What its samples are of which something else is shown.
+    pub(super) fn converted(&self) -> Vec<Converted> {
+        let number = match () {
             () if self.is_of_palette() => Some(Converted::Palette),
             () if self.is_of_inks() => Some(Converted::Inks),
             () if self.of_few_bits() > 1 => Some(Converted::FewBits(self.bits as u8)),
             () => self.stored().converted(),
-        }
+        };
+        let inverted = (self.photometric == WHITE_IS_ZERO).then_some(Converted::WhiteIsZero);
+        let multiplied = self.is_premultiplied().then_some(Converted::Premultiplied);
+        [number, inverted, multiplied].into_iter().flatten().collect()
     }
 
     /// What its samples stand for as they are stored.

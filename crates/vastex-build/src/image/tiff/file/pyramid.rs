@@ -79,6 +79,12 @@ pub fn image_in_file(path: &Path) -> Option<(&Path, &str)> {
 /// else, too, as a stack is for a volume.
 pub const FIRST_IMAGE: &str = "first";
 
+/// Returns true if a name after a file's path and a colon ([`image_in_file`]) means the first image of the
+/// file, whole ([`FIRST_IMAGE`]) or some bands of it ([`bands_in_name`]), and not another one.
+pub fn means_first_image(name: &str) -> bool {
+    name == FIRST_IMAGE || bands::in_name(name).is_some()
+}
+
 /// The file of a path that means its first image by that name; any other path as it is.
 pub(crate) fn without_first(path: &Path) -> &Path {
     match image_in_file(path) {
@@ -91,7 +97,10 @@ pub(crate) fn without_first(path: &Path) -> &Path {
 /// may be chosen, as in `landsat.tif:bands=5,4,3`; `None` for other files, and where it cannot be read. Reads
 /// its first directory.
 pub fn bands_to_choose(path: &Path) -> Option<u16> {
-    let file = image_in_file(path).map_or(path, |(file, _)| file);
+    let file = match image_in_file(path) {
+        Some((file, name)) => means_first_image(name).then_some(file)?,
+        None => path,
+    };
     TiffFile::first_image(Arc::new(open_file(file).ok()?), None).ok()?.bands_to_choose()
 }
 

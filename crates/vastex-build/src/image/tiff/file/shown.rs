@@ -206,7 +206,7 @@ impl TiffImage {
     }
 
     /// Returns true if colours are multiplied by alpha.
-    fn is_premultiplied(&self) -> bool {
+    pub(super) fn is_premultiplied(&self) -> bool {
         self.pick.is_none() && matches!(self.samples, 2 | 4) && self.extra.first() == Some(&ASSOCIATED_ALPHA)
     }
 
