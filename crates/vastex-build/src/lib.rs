@@ -62,7 +62,7 @@ pub use image::{
     files_of_image, image_in_file, in_srgb, means_first_image, open, open_reduced, open_shrunk,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
-pub use progress::{Progress, read_first_rows};
+pub use progress::{Progress, read_first_rows, read_further_rows};
 pub use replace::{LayerImage, ReplaceError, ReplaceOptions, Replaced, replace};
 pub use source::{DirectorySource, SourceError, TiffDirectories, TiffFacts, TiffLevel, TiffSource};
 pub use texels::{FilterError, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning, Quality};

@@ -3,6 +3,7 @@
 use std::ops::ControlFlow;
 use std::panic::resume_unwind;
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::thread::{self, Builder};
 use std::time::Duration;
@@ -47,13 +48,16 @@ pub trait Progress {
 /// How long nobody is told of a beginning.
 const EVERY: Duration = Duration::from_millis(100);
 
-/// Does something that takes its time before it gives out the first row, on a thread of its own, while
-/// `progress` hears of that on this one. `None` where it was broken off.
+/// Does something that takes its time before it gives out rows, on a thread of its own, while `tell` is
+/// called on this one, which says whether it goes on. `None` where it was broken off.
 pub(crate) fn watched<T: Send, W: FnOnce() -> T + Send>(
-    beginning: &Beginning,
-    progress: &dyn Progress,
+    beginnings: &[Arc<Beginning>],
+    tell: &dyn Fn() -> ControlFlow<()>,
     work: W,
 ) -> Option<T> {
+    if beginnings.is_empty() {
+        return Some(work());
+    }
     // What cannot be started is lost with all that it was given, so it is given later.
     let (give, given) = channel::<W>();
     let (ended, end) = channel::<()>();
@@ -68,28 +72,43 @@ pub(crate) fn watched<T: Send, W: FnOnce() -> T + Send>(
             return Some(back.0());
         }
         loop {
-            if progress.beginning(beginning.share()).is_break() {
-                beginning.break_off();
+            if tell().is_break() {
+                beginnings.iter().for_each(|beginning| beginning.break_off());
             }
             if end.recv_timeout(EVERY) != Err(RecvTimeoutError::Timeout) {
                 return worker.join().unwrap_or_else(|panic| resume_unwind(panic));
             }
         }
     });
-    done.filter(|_| !beginning.is_broken_off())
+    done.filter(|_| !beginnings.iter().any(|beginning| beginning.is_broken_off()))
 }
 
-/// Reads the first rows of an image, while `progress` hears on this thread of the work before them
-/// ([`Progress::beginning`]). `None` where it was broken off.
+/// Reads the first rows of an image, while `progress` hears on this thread of the work before them: how much
+/// of it is done ([`Progress::beginning`]), or where that is not known that nothing is yet
+/// ([`Progress::advance`]). `None` where it was broken off.
 pub fn read_first_rows(
     reader: &mut dyn RowReader,
     rows: &mut [u8],
     progress: &dyn Progress,
 ) -> Option<Result<(), InputFault>> {
-    match reader.beginning() {
-        Some(beginning) => watched(&beginning, progress, || reader.read_rows(rows)),
-        None => Some(reader.read_rows(rows)),
-    }
+    let beginning = reader.beginning();
+    let height = reader.header().height.into();
+    let tell = || match &beginning {
+        Some(beginning) if !beginning.is_of_all_rows() => progress.beginning(beginning.share()),
+        _ => progress.advance(0, height, 0),
+    };
+    watched(beginning.as_slice(), &tell, || reader.read_rows(rows))
+}
+
+/// Reads rows after the first ones, which take long where pieces of a mosaic begin: `tell` is called on this
+/// thread about ten times a second meanwhile, and says whether to go on. `None` where it was broken off.
+pub fn read_further_rows(
+    reader: &mut dyn RowReader,
+    rows: &mut [u8],
+    tell: &dyn Fn() -> ControlFlow<()>,
+) -> Option<Result<(), InputFault>> {
+    let beginning = reader.beginning().filter(|beginning| beginning.is_of_all_rows());
+    watched(beginning.as_slice(), tell, || reader.read_rows(rows))
 }
 
 /// For callers that neither watch nor cancel.

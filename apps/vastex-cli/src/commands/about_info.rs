@@ -4,7 +4,6 @@
 use serde::Serialize;
 use vastex_build::{GeoPlace, PixelSize, TiffAbout};
 
-
 /// Columns that names have at most; of longer ones the values stand farther to the right.
 const MOST_NAME: usize = 28;
 

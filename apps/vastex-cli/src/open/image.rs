@@ -142,15 +142,18 @@ fn at_a_share(
     let halvings = MemoryImage::halvings_to_fit(&header, DecodeOptions::default().image_bytes);
     let image = MemoryImage::new(&header, halvings, wraps).ok()?;
     let mut rows = vec![0; SHARE_ROWS as usize * header.row_bytes()];
+    let advance = |first: u32| {
+        let (before, share) = (progress.before_rows.get(), f64::from(first) / f64::from(header.height));
+        progress.observer.advance(before + (1.0 - before) * share)
+    };
     for first in (0..header.height).step_by(SHARE_ROWS as usize) {
         let rows = &mut rows[..SHARE_ROWS.min(header.height - first) as usize * header.row_bytes()];
         match first {
             0 => vastex_build::read_first_rows(&mut *reader, rows, progress)?.ok()?,
-            _ => reader.read_rows(rows).ok()?,
+            _ => vastex_build::read_further_rows(&mut *reader, rows, &|| advance(first))?.ok()?,
         }
         image.push(rows);
-        let (before, share) = (progress.before_rows.get(), f64::from(first) / f64::from(header.height));
-        if progress.observer.advance(before + (1.0 - before) * share).is_break() {
+        if advance(first).is_break() {
             return None;
         }
     }

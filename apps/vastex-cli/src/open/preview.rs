@@ -180,7 +180,8 @@ fn read_rows(reader: &mut dyn RowReader, growing: &mut Growing, observer: &dyn O
     let mut rows = vec![0; left.min(ROWS) as usize * header.row_bytes()];
     let read = match growing.picture.image_rows() {
         0 if left > 0 => vastex_build::read_first_rows(reader, &mut rows, &Watched(observer)),
-        _ => (left > 0).then(|| reader.read_rows(&mut rows)),
+        _ if left > 0 => vastex_build::read_further_rows(reader, &mut rows, &|| observer.advance(0.0)),
+        _ => None,
     };
     let is_read = read.is_some_and(|read| read.is_ok());
     if is_read {

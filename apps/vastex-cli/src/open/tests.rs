@@ -366,7 +366,8 @@ impl OpenObserver for Hears {
 #[cfg(feature = "view")]
 #[test]
 fn a_file_that_comes_later_may_be_a_generated_planet() {
-    let is_generated = |path: &str| file_about(Path::new(path), &Looked::default(), Default::default()).is_generated;
+    let is_generated =
+        |path: &str| file_about(Path::new(path), &Looked::default(), Default::default()).is_generated;
     assert!(is_generated("planet:12") && is_generated("planet:31:earth.vastex"));
     assert!(!is_generated("earth.vastex") && !is_generated("./planet:12"));
 }

@@ -283,7 +283,10 @@ impl Job<'_> {
         let height = self.description().geometry.size()[1];
         let block = stack::block_rows(self.plans);
         let first = layers.first().map(|layer| layer.reader.header().clone());
-        let mut beginning = layers.first().and_then(|layer| layer.reader.beginning());
+        let mut beginnings: Vec<_> = layers.iter().filter_map(|layer| layer.reader.beginning()).collect();
+        // How much is done is told of the first layer alone.
+        let mut told = layers.first().and_then(|layer| layer.reader.beginning());
+        told.take_if(|beginning| beginning.is_of_all_rows());
         let (mut spare, mut done) = (Vec::new(), 0);
         thread::scope(|scope| {
             let readers = layers.iter_mut().map(|layer| (layer.path.as_path(), &mut *layer.reader));
@@ -301,11 +304,14 @@ impl Job<'_> {
                     rows.resize(plan.rows(&block) as usize * plan.image_row_bytes(), 0);
                 }
                 let failed = |(path, fault): (&Path, _)| Stopped::Input { path: path.into(), fault };
-                let read = match beginning.take() {
-                    Some(beginning) => watched(&beginning, progress, || readers.read(&mut rows)),
-                    None => Some(readers.read(&mut rows)),
+                let tell = || match &told {
+                    Some(beginning) => progress.beginning(beginning.share()),
+                    None => progress.advance(done.into(), height.into(), written.load(Ordering::Relaxed)),
                 };
+                let read = watched(&beginnings, &tell, || readers.read(&mut rows));
                 read.ok_or(Stopped::Cancelled)?.map_err(failed)?;
+                beginnings.retain(|beginning| beginning.is_of_all_rows());
+                told = None;
                 if let (Some(header), Some(rows)) = (&first, rows.first()) {
                     progress.rows(header, done / self.plans[0].layer.scale, rows);
                 }

@@ -147,7 +147,8 @@ pub trait RowReader: Send {
         let _ = helpers;
     }
 
-    /// The work before the first row, if it takes long and can be watched.
+    /// The work before the first row, if it takes long and can be watched; perhaps that before others as well
+    /// ([`Beginning::is_of_all_rows`]).
     fn beginning(&self) -> Option<Arc<Beginning>> {
         None
     }

@@ -16,18 +16,20 @@
 //!
 //! Where pieces overlap, later lines win; where none lies, the picture is transparent, or black without
 //! alpha. Only the pieces of the rows that are being read are open; where those are more than the system lets
-//! a program open, the others are decoded whole when they begin.
+//! a program open, the others are decoded whole when they begin. Pieces of which all is decoded before their
+//! first row can be broken off then, whichever row of the mosaic that is.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::file::open_file;
 use super::grids::{common, in_tile, widen};
 use super::open_files::OpenFiles;
 use super::picture::{files_of_texels, open_file_of_texels};
-use crate::image::{ImageHeader, InputFault, Notice, Profile, RowReader};
+use crate::image::{Beginning, ImageHeader, InputFault, Notice, Profile, RowReader};
 
 /// The first line.
 const MAGIC: &str = "vastex mosaic";
@@ -35,6 +37,8 @@ const MAGIC: &str = "vastex mosaic";
 const MAX_TEXT: u64 = 16 << 20;
 /// Columns, and rows, that a grid may have.
 const MAX_GRID: u32 = 1 << 16;
+/// Rows of a piece that is decoded whole which are decoded at once.
+const HELD_ROWS: usize = 64;
 
 /// One image of a mosaic.
 struct Piece {
@@ -43,6 +47,8 @@ struct Piece {
     header: ImageHeader,
     /// True if it is decoded whole when its first row is read, so that no file stays open.
     is_held: bool,
+    /// True if all of it is decoded before its first row in any case.
+    begins_slowly: bool,
     rows: Option<PieceRows>,
 }
 
@@ -67,6 +73,8 @@ pub(super) struct MosaicReader {
     rows_with_gaps: u64,
     /// True if damaged pieces are taken for what can be made of them.
     tolerates: bool,
+    /// The work before rows in which pieces begin that are decoded whole; `None` without such pieces.
+    beginning: Option<Arc<Beginning>>,
     /// As many as pieces may be open at once.
     _open_files: OpenFiles,
 }
@@ -162,8 +170,8 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
 impl Piece {
     fn new(path: PathBuf, at: [u32; 2]) -> Result<Piece, InputFault> {
         let opened = open_file_of_texels(&path).map_err(|fault| in_tile(&path, fault))?;
-        let header = opened.header().clone();
-        Ok(Piece { path, at, header, is_held: false, rows: None })
+        let (header, begins_slowly) = (opened.header().clone(), opened.beginning().is_some());
+        Ok(Piece { path, at, header, is_held: false, begins_slowly, rows: None })
     }
 
     fn size(&self) -> [u32; 2] {
@@ -175,8 +183,8 @@ impl Piece {
         top..top + u64::from(self.header.height)
     }
 
-    /// Opens the file, or decodes all of it.
-    fn open(&self, tolerates: bool) -> Result<PieceRows, InputFault> {
+    /// Opens the file, or decodes all of it as long as `beginning` is wanted.
+    fn open(&self, tolerates: bool, beginning: Option<&Beginning>) -> Result<PieceRows, InputFault> {
         let mut reader = open_file_of_texels(&self.path)?;
         let kind = |header: &ImageHeader| (header.width, header.height, header.format);
         if kind(reader.header()) != kind(&self.header) {
@@ -185,6 +193,7 @@ impl Piece {
         if tolerates {
             reader.tolerate();
         }
+        beginning.iter().for_each(|beginning| beginning.turn_to(reader.beginning()));
         if !self.is_held {
             return Ok(PieceRows::Open(reader));
         }
@@ -194,15 +203,23 @@ impl Piece {
         let mut rows = Vec::new();
         rows.try_reserve_exact(len).map_err(|_| too_large())?;
         rows.resize(len, 0);
-        reader.read_rows(&mut rows)?;
+        for rows in rows.chunks_mut(HELD_ROWS * self.header.row_bytes()) {
+            beginning.map_or(Ok(()), Beginning::check)?;
+            reader.read_rows(rows)?;
+        }
         Ok(PieceRows::Held(rows, 0))
     }
 
     /// Fills `row` with the next row; opens the file before the first and closes it after the last.
-    fn read(&mut self, row: &mut [u8], is_last: bool, tolerates: bool) -> Result<(), InputFault> {
+    fn read(
+        &mut self,
+        row: &mut [u8],
+        is_last: bool,
+        (tolerates, beginning): (bool, Option<&Beginning>),
+    ) -> Result<(), InputFault> {
         let rows = match self.rows.take() {
             Some(rows) => rows,
-            None => self.open(tolerates)?,
+            None => self.open(tolerates, beginning)?,
         };
         match self.rows.insert(rows) {
             PieceRows::Open(reader) => reader.read_rows(row)?,
@@ -254,6 +271,7 @@ impl MosaicReader {
         let mut waiting: Vec<usize> = (0..pieces.len()).collect();
         waiting.sort_by_key(|&piece| std::cmp::Reverse(pieces[piece].at[1]));
         let (present, row) = (Vec::new(), Vec::new());
+        let begins_slowly = pieces.iter().any(|piece| piece.begins_slowly || piece.is_held);
         Ok(MosaicReader {
             header,
             pieces,
@@ -263,6 +281,7 @@ impl MosaicReader {
             next_row: 0,
             rows_with_gaps: 0,
             tolerates: false,
+            beginning: begins_slowly.then(|| Arc::new(Beginning::of_pieces())),
             _open_files: open_files,
         })
     }
@@ -292,12 +311,14 @@ impl MosaicReader {
         self.find_present();
         let (texel, y) = (self.header.format.texel_bytes(), u64::from(self.next_row));
         let mut covered: Vec<[u32; 2]> = Vec::new();
+        let beginning = self.beginning.as_deref();
+        beginning.map_or(Ok(()), Beginning::check)?;
         for &number in &self.present {
             let piece = &mut self.pieces[number];
             self.row.resize(piece.header.row_bytes(), 0);
             let is_last = y + 1 == piece.rows().end;
             piece
-                .read(&mut self.row, is_last, self.tolerates)
+                .read(&mut self.row, is_last, (self.tolerates, beginning))
                 .map_err(|fault| in_tile(&piece.path, fault))?;
             let own = piece.header.format;
             let target = &mut row[piece.at[0] as usize * texel..][..piece.header.width as usize * texel];
@@ -382,6 +403,10 @@ impl RowReader for MosaicReader {
         self.tolerates = true;
     }
 
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.beginning.clone()
+    }
+
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {
         rows.chunks_exact_mut(self.header.row_bytes()).try_for_each(|row| self.read_row(row))?;
         if self.next_row == self.header.height && self.rows_with_gaps > 0 {
@@ -398,7 +423,7 @@ mod tests {
 
     fn piece(at: [u32; 2], size: [u64; 2]) -> Piece {
         let header = ImageHeader::new(size[0], size[1], PixelFormat::RGB8).unwrap();
-        Piece { path: PathBuf::new(), at, header, is_held: false, rows: None }
+        Piece { path: PathBuf::new(), at, header, is_held: false, begins_slowly: false, rows: None }
     }
 
     #[test]

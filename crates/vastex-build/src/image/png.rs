@@ -6,14 +6,18 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::sync::Arc;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
+use super::beginning::TakenWhole;
 use super::exif;
 use super::file::buffered;
 use super::stored_as::{Palette, StoredAs, unpacked};
 use crate::image::fault::near_row;
-use crate::image::{Converted, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample};
+use crate::image::{
+    Beginning, Converted, ImageHeader, InputFault, Notice, PixelFormat, Profile, RowReader, Sample,
+};
 
 /// The encoding gamma of light, times 100,000, as PNG stores it.
 const LINEAR_GAMMA: u32 = 100_000;
@@ -37,8 +41,10 @@ const FIRST_PASS: u32 = 8;
 /// A PNG file.
 pub(super) struct PngReader {
     header: ImageHeader,
-    reader: Reader<BufReader<File>>,
+    reader: Reader<TakenWhole<BufReader<File>>>,
     interlaced: bool,
+    /// Of an interlaced image.
+    beginning: Arc<Beginning>,
     /// True if the rows are those of the first pass alone.
     is_first_pass: bool,
     /// Where samples of fewer bits than a byte are handed out as they are stored: their bits, and a row of
@@ -79,7 +85,10 @@ impl PngReader {
         let has_profile = has_profile(&mut file)?;
         let limit = (u64::from(width) * TEXEL_BYTES).min(ROW_BYTES) + PROFILE_BYTES;
         let limits = Limits { bytes: usize::try_from(limit).unwrap_or(usize::MAX) };
-        let mut decoder = Decoder::new_with_limits(buffered(file), limits);
+        let beginning = Arc::new(Beginning::default());
+        let len = file.metadata()?.len();
+        let source = TakenWhole::new(buffered(file), len, beginning.clone());
+        let mut decoder = Decoder::new_with_limits(source, limits);
         decoder.set_transformations(how);
         decoder.set_ignore_text_chunk(true);
         let reader = decoder.read_info().map_err(|e| fault(e, "in the header".into()))?;
@@ -115,9 +124,11 @@ impl PngReader {
         if interlaced {
             header.hold_whole_image(header.image_bytes(), "an interlaced PNG");
         }
+        // What was taken of the header is no part of it.
+        beginning.note(0, 1);
         let is_first_pass = false;
         let (packed, image) = (None, Vec::new());
-        Ok(PngReader { header, reader, interlaced, is_first_pass, packed, image, next_row: 0 })
+        Ok(PngReader { header, reader, interlaced, beginning, is_first_pass, packed, image, next_row: 0 })
     }
 
     /// The first pass of an interlaced image, which has one of 64 texels and comes first in the file, if its
@@ -190,6 +201,10 @@ impl PngReader {
 impl RowReader for PngReader {
     fn header(&self) -> &ImageHeader {
         &self.header
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.interlaced.then(|| self.beginning.clone())
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

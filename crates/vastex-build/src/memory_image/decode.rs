@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::MemoryImage;
 use crate::build::error::BuildError;
 use crate::image::{Helpers, RowReader, in_srgb, open};
-use crate::progress::{Progress, read_first_rows};
+use crate::progress::{Progress, read_first_rows, read_further_rows};
 use crate::threads;
 
 /// Bytes of the rows that are decoded at once.
@@ -101,7 +101,9 @@ impl Decoding {
             let rows = &mut rows[..count as usize * row];
             let read = match done {
                 0 => read_first_rows(&mut *self.reader, rows, progress),
-                _ => Some(self.reader.read_rows(rows)),
+                _ => read_further_rows(&mut *self.reader, rows, &|| {
+                    progress.advance(done.into(), header.height.into(), 0)
+                }),
             };
             read.ok_or(BuildError::Cancelled)?
                 .map_err(|fault| BuildError::Input { path: self.path.clone(), fault })?;

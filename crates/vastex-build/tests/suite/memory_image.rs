@@ -10,13 +10,13 @@ use exr::prelude::{Blocks, Compression, FlatSamples, Vec2, f16};
 use png::ColorType;
 use vastex_build::{
     BuildError, BuildOptions, DecodeOptions, Decoding, ImageHeader, LayerInput, MemoryImage, Progress, build,
-    open, open_reduced,
+    open, open_reduced, read_first_rows, read_further_rows,
 };
 use vastex_core::{AddressMode, PagePos};
 use vastex_tiles::{TileSource, conformance};
 
 use crate::common::exr::{encoding, exr_of};
-use crate::common::files::{exif, jpeg, jpeg_with_segment};
+use crate::common::files::{exif, interlaced_png, jpeg, jpeg_with_segment};
 use crate::common::sandbox::{Sandbox, hills};
 use crate::common::{texels, tiles, write_png};
 
@@ -256,6 +256,7 @@ fn what_is_decoded_before_the_first_row_is_watched_and_can_be_broken_off() {
         progressive.clone(),
         turned(&progressive),
         turned(&upright),
+        interlaced_png(size, &hills(size, 3)),
         exr_of([400, 300], tiles, vec![("Y", FlatSamples::F16(halves))], false),
     ] {
         check_beginning(&sandbox, &file);
@@ -264,6 +265,52 @@ fn what_is_decoded_before_the_first_row_is_watched_and_can_be_broken_off() {
     let path = sandbox.path("image.jpg");
     std::fs::write(&path, upright).unwrap();
     assert!(open(&path).unwrap().beginning().is_none());
+}
+
+/// Pieces that are decoded whole begin in any row.
+#[test]
+fn a_mosaic_can_be_broken_off_in_any_row() {
+    let sandbox = Sandbox::new();
+    let size = [64, 40];
+    let data = texels(64 * 40 * 3, 3);
+    sandbox.image("plain.png", size, ColorType::Rgb, &data);
+    let slow = sandbox.path("slow.png");
+    std::fs::write(&slow, interlaced_png(size, &data)).unwrap();
+    let path = sandbox.path("a.mosaic");
+    let describe = |lower: &str| {
+        std::fs::write(&path, format!("vastex mosaic\n0 0 plain.png\n0 40 {lower}\n")).unwrap();
+    };
+    describe("plain.png");
+    assert!(open(&path).unwrap().beginning().is_none());
+    describe("slow.png");
+    let rows = &mut vec![0; 64 * 40 * 4][..];
+    // A mosaic has alpha where its pieces are colours.
+    let opaque: Vec<u8> = data.as_chunks::<3>().0.iter().flat_map(|[r, g, b]| [*r, *g, *b, 255]).collect();
+    // The work begins with the lower half.
+    for goes_on in [true, false] {
+        let mut reader = open(&path).unwrap();
+        assert!(reader.beginning().unwrap().is_of_all_rows());
+        let heard = Listener::default();
+        read_first_rows(&mut *reader, rows, &heard).unwrap().unwrap();
+        assert!(heard.calls.load(Ordering::Relaxed) > 0);
+        assert!(*rows == opaque[..]);
+        rows.fill(0);
+        let tell = || if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+        match read_further_rows(&mut *reader, rows, &tell) {
+            Some(read) => read.unwrap(),
+            None => assert!(!goes_on && reader.read_rows(rows).is_err()),
+        }
+        assert!(!goes_on || *rows == opaque[..]);
+    }
+    // The first call comes before anything is read, the second while that is done.
+    let [decoding, building] = [(); 2].map(|()| Listener { last: 2, ..Listener::default() });
+    let decoded = Decoding::open(&path, &DecodeOptions::default()).unwrap().run(&decoding).map(drop);
+    let out = sandbox.path("out.vastex");
+    let built = build(&[path.as_path()], &out, &BuildOptions::default(), &building).map(drop);
+    for (done, listener) in [(decoded, decoding), (built, building)] {
+        assert!(matches!(done, Err(BuildError::Cancelled)));
+        assert!(listener.heard.lock().unwrap().is_empty());
+    }
 }
 
 /// Of an image of which all is decoded before the first row.

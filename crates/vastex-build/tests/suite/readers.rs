@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use crate::common::files::{HandmadeTiff, crc32, exif, jpeg, jpeg_with_segment, smooth};
+use crate::common::files::{HandmadeTiff, exif, interlaced_png, jpeg, jpeg_with_segment, smooth};
 use crate::common::texels;
 use png::{BitDepth, ColorType};
 use tiff::encoder::colortype::{self, ColorType as TiffColor};
@@ -105,39 +105,10 @@ fn png_of_few_bits_and_palettes() {
     }
 }
 
-/// Adam7 by the definition of PNG: seven reduced images, each row unfiltered.
 #[test]
 fn interlaced_png_is_held_whole_and_says_so() {
     let data = texels((SIZE[0] * SIZE[1]) as usize * 3, 13);
-    let passes =
-        [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)];
-    let mut raw = Vec::new();
-    for (x0, y0, dx, dy) in passes {
-        for y in (y0..SIZE[1]).step_by(dy) {
-            raw.push(0);
-            (x0..SIZE[0])
-                .step_by(dx)
-                .for_each(|x| raw.extend(&data[((y * SIZE[0] + x) * 3) as usize..][..3]));
-        }
-    }
-    let mut zlib = vec![0x78, 0x01];
-    for (i, block) in raw.chunks(60_000).enumerate() {
-        let (len, last) = (block.len() as u16, (i + 1) * 60_000 >= raw.len());
-        zlib.extend([&[u8::from(last)][..], &len.to_le_bytes(), &(!len).to_le_bytes(), block].concat());
-    }
-    let (mut a, mut b) = (1u32, 0u32);
-    raw.iter().for_each(|&v| (a, b) = ((a + u32::from(v)) % 65521, (b + a + u32::from(v)) % 65521));
-    zlib.extend((b << 16 | a).to_be_bytes());
-    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
-    let mut chunk = |kind: &[u8; 4], body: &[u8]| {
-        file.extend((body.len() as u32).to_be_bytes());
-        file.extend([&kind[..], body].concat());
-        file.extend(crc32(&[&kind[..], body].concat()).to_be_bytes());
-    };
-    let header = [&SIZE[0].to_be_bytes()[..], &SIZE[1].to_be_bytes(), &[8, 2, 0, 0, 1]].concat();
-    chunk(b"IHDR", &header);
-    chunk(b"IDAT", &zlib);
-    chunk(b"IEND", &[]);
+    let file = interlaced_png(SIZE, &data);
     let bytes = data.len() as u64;
     assert_eq!(
         check(&file, PixelFormat::RGB8, &data),

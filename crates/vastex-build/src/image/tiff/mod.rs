@@ -114,8 +114,7 @@ impl TiffReader {
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
         let inverted = (tags.photometric == WHITE_IS_ZERO).then_some(Converted::WhiteIsZero);
         let multiplied = is_premultiplied.then_some(Converted::Premultiplied);
-        header.converted =
-            [chunks.stored.converted(), inverted, multiplied].into_iter().flatten().collect();
+        header.converted = [chunks.stored.converted(), inverted, multiplied].into_iter().flatten().collect();
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.photometric != WHITE_IS_ZERO

@@ -183,3 +183,38 @@ pub(crate) fn pack_bits(mut bytes: &[u8]) -> Vec<u8> {
     }
     packed
 }
+
+/// A PNG of red, green and blue in the seven passes of Adam7, by the definition of PNG: seven reduced images,
+/// each row unfiltered and nothing compressed.
+pub fn interlaced_png(size: [u32; 2], data: &[u8]) -> Vec<u8> {
+    let passes =
+        [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)];
+    let mut raw = Vec::new();
+    for (x0, y0, dx, dy) in passes {
+        for y in (y0..size[1]).step_by(dy) {
+            raw.push(0);
+            (x0..size[0])
+                .step_by(dx)
+                .for_each(|x| raw.extend(&data[((y * size[0] + x) * 3) as usize..][..3]));
+        }
+    }
+    let mut zlib = vec![0x78, 0x01];
+    for (i, block) in raw.chunks(60_000).enumerate() {
+        let (len, last) = (block.len() as u16, (i + 1) * 60_000 >= raw.len());
+        zlib.extend([&[u8::from(last)][..], &len.to_le_bytes(), &(!len).to_le_bytes(), block].concat());
+    }
+    let (mut a, mut b) = (1u32, 0u32);
+    raw.iter().for_each(|&v| (a, b) = ((a + u32::from(v)) % 65521, (b + a + u32::from(v)) % 65521));
+    zlib.extend((b << 16 | a).to_be_bytes());
+    let mut file = b"\x89PNG\r\n\x1a\n".to_vec();
+    let mut chunk = |kind: &[u8; 4], body: &[u8]| {
+        file.extend((body.len() as u32).to_be_bytes());
+        file.extend([&kind[..], body].concat());
+        file.extend(crc32(&[&kind[..], body].concat()).to_be_bytes());
+    };
+    let header = [&size[0].to_be_bytes()[..], &size[1].to_be_bytes(), &[8, 2, 0, 0, 1]].concat();
+    chunk(b"IHDR", &header);
+    chunk(b"IDAT", &zlib);
+    chunk(b"IEND", &[]);
+    file
+}
