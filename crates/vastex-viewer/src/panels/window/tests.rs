@@ -16,6 +16,7 @@ struct Window {
     compare_mode: CompareMode,
     shown: Vec<LayerOptions>,
     notice: Option<&'static str>,
+    images: Vec<(String, std::ffi::OsString)>,
     asked: Vec<WindowAsked>,
 }
 
@@ -34,10 +35,11 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
         compare_mode: CompareMode::Off,
         shown: Vec::new(),
         notice,
+        images: vec![("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
         asked: Vec::new(),
     };
     let show = |ui: &mut Ui, window: &mut Window| {
-        let Window { panel, bookmarks, textures, compare_mode, shown, notice, asked } = window;
+        let Window { panel, bookmarks, textures, compare_mode, shown, notice, images, asked } = window;
         let texture = Some(ShownTextures { textures, shown, compare_mode, placement: None, histogram: None });
         let mut told = WindowStatus {
             name: "a.png",
@@ -51,7 +53,7 @@ fn window(notice: Option<&'static str>) -> Harness<'static, Window> {
             map: None,
             bands: Some(&bands()),
             rows: &[("size".to_owned(), "1000 x 500 texels".to_owned())],
-            images: &[("first".to_owned(), "a.svs".into()), ("label".to_owned(), "a.svs:label".into())],
+            images,
             planet: None,
             texture,
             recent: &[],
@@ -113,6 +115,20 @@ fn a_file_is_asked_for_by_its_path() {
     assert!(harness.query_by_label("1000 x 500 texels").is_some());
     click(&mut harness, "Hide");
     assert!(!harness.state().panel.is_open());
+}
+
+/// A stack in TIFF is shown page by page, and is a volume as well.
+#[test]
+fn a_stack_is_asked_for_as_a_volume_by_a_click() {
+    let mut harness = window(None);
+    let ways = [("as a volume", "a.tif:volume"), ("first", "a.tif:first"), ("image 2", "a.tif:image 2")];
+    harness.state_mut().images = ways.map(|(name, path)| (name.to_owned(), path.into())).into();
+    click(&mut harness, "Panel");
+    for (label, path) in ways {
+        click(&mut harness, label);
+        assert_eq!(harness.state().asked.last(), Some(&WindowAsked::Open(path.into())), "{label}");
+    }
+    assert_eq!(harness.state().asked.len(), ways.len());
 }
 
 /// Where the system has no dialog.
