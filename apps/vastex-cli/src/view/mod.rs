@@ -144,6 +144,7 @@ pub(crate) fn run(mut args: ViewArgs) -> Result<ExitCode> {
         shots: Shots::default(),
         to_play: args.camera_path.clone(),
         lost_devices: 0,
+        waits_unseen: false,
         outcome: Ok(ExitCode::SUCCESS),
         args: Arc::new(args),
     };
@@ -211,6 +212,8 @@ struct App {
     /// A camera path that is to be played once there is something to see.
     to_play: Option<PathBuf>,
     lost_devices: u32,
+    /// True if nobody is to see the frame that is due next.
+    waits_unseen: bool,
     outcome: Result<ExitCode>,
 }
 
@@ -403,8 +406,9 @@ impl ApplicationHandler<Message> for App {
 
     fn new_events(&mut self, _: &ActiveEventLoop, cause: StartCause) {
         let (StartCause::ResumeTimeReached { .. }, Some(open)) = (cause, &self.open) else { return };
-        // At the end of what is measured a frame would be one more to wait for.
-        if !open.viewer.times.as_ref().is_some_and(Times::are_over) {
+        // At the end of what is measured a frame would be one more to wait for, and what nobody sees is drawn
+        // before the next pause.
+        if !self.waits_unseen && !open.viewer.times.as_ref().is_some_and(Times::are_over) {
             open.window.request_redraw();
         }
     }
@@ -447,12 +451,20 @@ impl ApplicationHandler<Message> for App {
         let is_restless = self.args.restless && self.openings.is_opening();
         let is_counted = self.args.exit_after_frames.is_some();
         let awake = self.input.is_moving() || self.flight.is_playing() || is_restless || is_counted;
-        events.set_control_flow(match open.viewer.next_frame(awake) {
+        let mut wake = open.viewer.next_frame(awake);
+        // Other events make none of them late.
+        if wake == Wake::Unseen(Duration::ZERO) {
+            let drawn = open.viewer.draw_unseen(self.cameras[self.scene as usize].pose());
+            // What went wrong is found again, and told, by a frame that is seen.
+            wake = if drawn.is_ok() { open.viewer.next_frame(awake) } else { Wake::Now };
+        }
+        self.waits_unseen = matches!(wake, Wake::Unseen(_));
+        events.set_control_flow(match wake {
             Wake::Now => {
                 open.window.request_redraw();
                 ControlFlow::Wait
             }
-            Wake::After(pause) => {
+            Wake::After(pause) | Wake::Unseen(pause) => {
                 ControlFlow::WaitUntil(Instant::now() + Duration::max(pause, Duration::from_millis(1)))
             }
             Wake::OnEvent => end.map_or(ControlFlow::Wait, ControlFlow::WaitUntil),

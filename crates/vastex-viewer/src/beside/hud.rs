@@ -57,9 +57,14 @@ impl SceneHud {
         self.is_to_ask = self.pixel.is_some();
     }
 
-    /// Returns true if a frame is due for the panel alone.
+    /// Returns true if a frame is due for the panel alone, of a view that has settled.
     pub(crate) fn is_due(&self) -> bool {
-        self.is_shown && (self.is_stale || self.is_to_ask || !self.had_settled)
+        self.has_news() || self.is_shown && !self.had_settled
+    }
+
+    /// Returns true if the panel has something to show or to ask.
+    pub(crate) fn has_news(&self) -> bool {
+        self.is_shown && (self.is_stale || self.is_to_ask)
     }
 
     /// Why a pixel shows what it shows, for the frame that comes.

@@ -11,6 +11,9 @@ pub enum Wake {
     Now,
     /// After so long.
     After(Duration),
+    /// After so long, and nobody is to see it: the picture is the one that is there. The host draws it by
+    /// [`WindowScene::draw_unseen`](crate::window_scene::WindowScene::draw_unseen) alone.
+    Unseen(Duration),
     /// When something happens to the window.
     OnEvent,
 }
@@ -24,6 +27,8 @@ impl Wake {
         match self {
             Wake::Now => Wake::Now,
             Wake::After(before) => Wake::After(before.min(pause)),
+            Wake::Unseen(before) if before <= pause => self,
+            Wake::Unseen(_) => Wake::After(pause),
             Wake::OnEvent => Wake::After(pause),
         }
     }
@@ -33,6 +38,12 @@ impl Beside {
     /// When the next frame of a picture is due that rests: once what is said is to be seen no more.
     pub(crate) fn at_rest(&self) -> Wake {
         self.title.notice_left(self.now()).map_or(Wake::OnEvent, Wake::After)
+    }
+
+    /// What is left of a pause since the last frame.
+    pub(crate) fn due_after(&self, pause: Duration) -> Duration {
+        let since = |drawn| self.now().saturating_sub(drawn);
+        pause.saturating_sub(self.drawn_at.map_or(pause, since))
     }
 
     /// When the next frame is due, where one of the picture is due by `wake`. What is said, panels, which

@@ -132,6 +132,42 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
         mut mark: impl FnMut(&mut wgpu::CommandEncoder, Option<&'static str>),
     ) -> Result<wgpu::CommandEncoder, Error> {
+        let mut encoder = self.record_wanted(gpu, textures, scene, tell, &mut mark)?;
+        let (picture, sampled) = (self.picture, scene.sampled());
+        mark(&mut encoder, Some("picture"));
+        let is_drawn = match self.pictures {
+            Pictures::Always => true,
+            // Rays say what they want in a pass of their own.
+            Pictures::ForFeedback => {
+                let shows_surfaces = self.views.iter().any(|seen| scene.bricks_of_a_ray(seen.camera) == 0);
+                shows_surfaces && textures.inspect().feedback_mode() == FeedbackMode::Inline
+            }
+            Pictures::Never => false,
+        };
+        for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
+            textures.view_mut(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
+                if let Some(group) = groups.get(sampled) {
+                    scene.draw_picture(camera, encoder, group, target);
+                }
+            })?;
+        }
+        if is_drawn {
+            target.encode(&mut encoder);
+        }
+        mark(&mut encoder, None);
+        Ok(encoder)
+    }
+
+    /// Records a frame without its picture: places the cameras, has the views say what they want, and updates
+    /// the textures, as [`Frame::record_marked`] does before it draws.
+    pub fn record_wanted(
+        &self,
+        gpu: &Gpu,
+        textures: &mut Textures,
+        scene: &S,
+        tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
+        mut mark: impl FnMut(&mut wgpu::CommandEncoder, Option<&'static str>),
+    ) -> Result<wgpu::CommandEncoder, Error> {
         let (picture, sampled) = (self.picture, scene.sampled());
         textures.bind_group(sampled)?;
         for StageView { camera, pose, .. } in self.views {
@@ -157,27 +193,6 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
             })?;
         }
         textures.update()?;
-        mark(&mut encoder, Some("picture"));
-        let is_drawn = match self.pictures {
-            Pictures::Always => true,
-            // Rays say what they want in a pass of their own.
-            Pictures::ForFeedback => {
-                let shows_surfaces = self.views.iter().any(|seen| scene.bricks_of_a_ray(seen.camera) == 0);
-                shows_surfaces && textures.inspect().feedback_mode() == FeedbackMode::Inline
-            }
-            Pictures::Never => false,
-        };
-        for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
-            textures.view_mut(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
-                if let Some(group) = groups.get(sampled) {
-                    scene.draw_picture(camera, encoder, group, target);
-                }
-            })?;
-        }
-        if is_drawn {
-            target.encode(&mut encoder);
-        }
-        mark(&mut encoder, None);
         Ok(encoder)
     }
 }

@@ -91,6 +91,7 @@ impl SurfaceScene {
             }
             None => {}
         }
+        self.note_picture(pose);
         Ok(Some(encoder))
     }
 
@@ -100,10 +101,7 @@ impl SurfaceScene {
         if let Some(displayed) = self.display.displayed() {
             displayed.renderer.compile_all();
         }
-        self.unsettled = self.unsettled.saturating_sub(1);
-        if self.unsettled == 0 && self.textures.inspect().settings().picture != self.size {
-            self.fit_pools();
-        }
+        self.count_unsettled();
         let now = self.beside.now();
         self.below.drawn(now);
     }

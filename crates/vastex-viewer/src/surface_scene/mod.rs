@@ -21,6 +21,7 @@ mod panes;
 mod picture_format;
 mod remembering;
 mod source;
+mod unseen;
 mod values;
 mod view;
 mod wake;
@@ -49,6 +50,7 @@ pub use frames::MarkParts;
 pub use guided::Guided;
 pub use picture_format::{PictureFormat, PictureFormats};
 pub use source::{DisplayError, Growth, PreparedSource};
+use unseen::LastPicture;
 use values::Values;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,
@@ -90,6 +92,7 @@ pub struct SurfaceScene {
     wanted_feedback: Option<FeedbackMode>,
     feedback_is_news: bool,
     unsettled: u32,
+    last_picture: LastPicture,
     /// Where the pointer is in the view, if it is over it.
     pointer: Option<DVec2>,
     /// The pane that the pointer belongs to, and whether a button or a finger keeps it there.
@@ -132,6 +135,7 @@ impl SurfaceScene {
             wanted_feedback: None,
             feedback_is_news: false,
             unsettled: UNSETTLED_FRAMES,
+            last_picture: LastPicture::default(),
             pointer: None,
             pane: 0,
             pane_is_held: false,
@@ -331,8 +335,9 @@ impl SurfaceScene {
         self.textures.memory().restore(&gpu.device, &gpu.queue)?;
         let SurfaceScene { textures, display, settings, .. } = self;
         let display = display.try_map(|source| source.restored(gpu, &textures, &formats, &settings))?;
-        let (gpu, unsettled) = (gpu.clone(), UNSETTLED_FRAMES);
-        let mut restored = SurfaceScene { gpu, textures, formats, display, settings, unsettled, ..self };
+        let gpu = gpu.clone();
+        let mut restored = SurfaceScene { gpu, textures, formats, display, settings, ..self };
+        restored.wake();
         // What was being made was for the device before.
         restored.feedback_is_news = restored.wanted_feedback.is_some();
         Ok(restored)
@@ -373,6 +378,7 @@ impl SurfaceScene {
     /// The view changes.
     pub fn wake(&mut self) {
         self.unsettled = UNSETTLED_FRAMES;
+        self.last_picture.forget();
         self.values.iter_mut().for_each(Values::age);
         self.minimaps.iter_mut().for_each(Minimap::age);
     }

@@ -12,9 +12,11 @@
 //! For each frame a host calls [`WindowScene::begin_frame`]; then, unless that says that no frame is due,
 //! [`WindowScene::show_panels`], [`WindowScene::record`], whose commands it submits with the panels over
 //! them, [`WindowScene::end_frame`] and [`WindowScene::title`]; and in the end [`WindowScene::next_frame`],
-//! whether or not a frame was due. What was read for a volume is handed to its scene before a frame begins;
-//! what the scene asks for ([`crate::volume_scene::VolumeScene::take_asked`]) is taken after the panels were
-//! shown, and where no frame is due as well.
+//! whether or not a frame was due. Where that says that nobody is to see the next one,
+//! [`WindowScene::draw_unseen`] takes the place of the others. What was read for a volume is handed to its
+//! scene before a frame begins; what the scene asks for
+//! ([`crate::volume_scene::VolumeScene::take_asked`]) is taken after the panels were shown, and where no
+//! frame is due as well.
 
 mod volume;
 mod volume_panels;
@@ -187,6 +189,16 @@ impl WindowScene<'_> {
                 let wake = if awake { Wake::Now } else { volume.next_frame(beside) };
                 beside.next_frame(wake, panels, [])
             }
+        }
+    }
+
+    /// Draws a frame that nobody sees, where [`WindowScene::next_frame`] says that one is due: of what is
+    /// wanted, without its picture and without panels. When the next one is due is asked again afterwards.
+    pub fn draw_unseen(&mut self, pose: Pose) -> Result<(), DisplayError> {
+        match self {
+            WindowScene::Surfaces(surfaces) => surfaces.draw_unseen(pose),
+            // What need not be drawn of a volume is known when a frame of it begins.
+            WindowScene::Volume(..) => Ok(()),
         }
     }
 

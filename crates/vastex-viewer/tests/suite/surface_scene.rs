@@ -8,6 +8,7 @@ use egui::{Context, Pos2, RawInput, Rect};
 use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource};
 use vastex_viewer::beside::Wake;
 use vastex_viewer::hud::Chosen;
+use vastex_viewer::input::Action;
 use vastex_viewer::panels::{FileAbout, PanelPainter};
 use vastex_viewer::stage::{Canvas, TargetKind, TextureRead};
 use vastex_viewer::surface_scene::{
@@ -165,13 +166,36 @@ impl Window {
 
     /// Frames until none is due at once any more. Gives back that pixel of the last one.
     pub(crate) fn settle(&mut self) -> [u8; 4] {
-        for _ in 0..2000 {
-            let seen = self.frame();
-            if self.next_frame(false) != Wake::Now {
-                return seen;
+        self.settle_by(Window::frame).0
+    }
+
+    /// Frames until none is due any more that the view needs, which `draw` draws where somebody sees them.
+    /// Gives back what it gave last, and how many were seen and unseen.
+    fn settle_by<T>(&mut self, mut draw: impl FnMut(&mut Window) -> T) -> (T, [usize; 2]) {
+        let (mut seen, mut frames) = (draw(self), [1, 0]);
+        while frames.iter().sum::<usize>() < 2000 {
+            match self.next_frame(false) {
+                Wake::Now => {
+                    seen = draw(self);
+                    frames[0] += 1;
+                }
+                Wake::Unseen(pause) => {
+                    self.time.fetch_add(pause.as_millis() as u64, Ordering::Relaxed);
+                    self.draw_unseen();
+                    frames[1] += 1;
+                }
+                Wake::After(_) | Wake::OnEvent => return (seen, frames),
             }
         }
         panic!("the picture does not settle");
+    }
+
+    /// A frame that nobody sees.
+    fn draw_unseen(&mut self) {
+        let pose = Pose::first(self.scene.settings().scene);
+        self.shown().draw_unseen(pose).unwrap();
+        let limit = Some(Duration::from_secs(300));
+        self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
     }
 }
 
@@ -203,6 +227,61 @@ fn a_window_shows_a_source_and_what_is_said_and_rests() {
     assert_eq!((window.scene.settings().scene, window.settle()), (Scene::Image, [200, 100, 50, 255]));
     window.scene.beside.set_hidden(true);
     assert_eq!(window.next_frame(true), Wake::SLOWLY);
+}
+
+/// A frame costs what a picture costs, and a view needs two dozen after each change: a whole jitter cycle of
+/// feedback. Where the picture is the same, that is looked at without it.
+#[test]
+fn a_picture_that_stays_as_it_is_is_not_drawn_while_it_is_asked_what_it_lacks() {
+    let mut window = Window::new();
+    let source = window.source([200, 100, 50], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    let (color, [seen, unseen]) = window.settle_by(Window::frame);
+    assert_eq!(color, [200, 100, 50, 255]);
+    assert!(unseen >= 12 && seen <= 8, "{seen} frames are seen, {unseen} are not");
+    assert!(window.scene.textures().stats().converged);
+    // What changes is seen at once, and so is the last frame, whose panels know that the view has settled.
+    window.scene.expose(-1.0);
+    assert_eq!(window.next_frame(false), Wake::Now);
+    let changed = window.frame();
+    assert!(changed[0] < color[0]);
+    let Wake::Unseen(pause) = window.next_frame(false) else { panic!("the picture is drawn again") };
+    assert!(pause <= Duration::from_millis(16));
+    let (color, [seen, unseen]) = window.settle_by(Window::frame);
+    assert_eq!(color, changed);
+    assert!(unseen >= 12 && seen <= 3, "{seen} frames are seen, {unseen} are not");
+    // A camera elsewhere has another picture, and is told by nobody before.
+    window.scene.wake();
+    window.frame();
+    assert!(matches!(window.next_frame(false), Wake::Unseen(_)));
+    window.shown().draw_unseen(Pose::first(Scene::Plane)).unwrap();
+    assert_eq!(window.next_frame(false), Wake::Now);
+    // An overlay shows what is wanted, in each frame.
+    window.settle();
+    window.scene.next_overlay();
+    window.scene.wake();
+    let (_, [seen, unseen]) = window.settle_by(Window::frame);
+    assert!(seen >= 24 && unseen == 0, "{seen} frames are seen, {unseen} are not");
+}
+
+/// While what the machine does is shown, its graphs go on, if not in each frame.
+#[test]
+fn what_the_machine_does_is_seen_while_a_view_settles() {
+    let mut window = Window::new();
+    let source = window.source([200, 100, 50], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.shown().perform(&Action::Hud);
+    window.settle();
+    window.scene.wake();
+    window.frame();
+    let (mut unseen, mut waited) = (0, Duration::ZERO);
+    while let Wake::Unseen(pause) = window.next_frame(false) {
+        window.time.fetch_add(pause.as_millis() as u64, Ordering::Relaxed);
+        window.draw_unseen();
+        (unseen, waited) = (unseen + 1, waited + pause);
+    }
+    assert_eq!(window.next_frame(false), Wake::Now);
+    assert!(unseen > 2 && waited < Duration::from_millis(300), "{unseen} frames in {waited:?}");
 }
 
 /// What was read is read no more, and what was chosen stays.

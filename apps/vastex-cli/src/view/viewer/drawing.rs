@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use anyhow::Result;
+use vastex::diagnostics::FrameStats;
 use vastex_scenes::Pose;
 use vastex_viewer::stage::GpuTimer;
 
@@ -56,14 +57,29 @@ impl Viewer {
         if let Some(times) = self.times.as_mut().filter(|_| !self.scene.is_empty()) {
             times.note_frame(is_source, is_settled, is_busy);
         }
+        self.tell_of_frame(&stats, pose);
+        Ok(())
+    }
+
+    /// Draws a frame that nobody sees.
+    pub(in super::super) fn draw_unseen(&mut self, pose: Pose) -> Result<()> {
+        self.check_device()?;
+        let mut shown = self.shown();
+        shown.draw_unseen(pose)?;
+        let stats = shown.textures().stats();
+        self.tell_of_frame(&stats, pose);
+        Ok(())
+    }
+
+    /// Says what there is to say after a frame.
+    fn tell_of_frame(&mut self, stats: &FrameStats, pose: Pose) {
         if !self.shows_volume() {
-            self.report_events(&stats);
+            self.report_events(stats);
         }
         let window = self.window.clone();
-        if let Some(title) = self.shown().title(&stats, pose) {
+        if let Some(title) = self.shown().title(stats, pose) {
             window.set_title(title);
         }
-        Ok(())
     }
 
     /// Fails where the device is lost.

@@ -1,0 +1,120 @@
+//! Frames that nobody sees. While a picture stays as it is, what it lacks is found by feedback alone: to draw
+//! it again would show the same.
+
+use std::time::Duration;
+
+use vastex::diagnostics::FrameStats;
+use vastex::{FeedbackMode, ViewId};
+
+use super::SurfaceScene;
+use super::source::DisplayError;
+use crate::beside::Wake;
+use crate::camera::Pose;
+use crate::stage::{Frame, Pictures, StageView};
+
+/// From one such frame to the next, as on a display of 60 frames a second.
+const PAUSE: Duration = Duration::from_millis(16);
+/// As long what the machine does is shown as it was.
+const OF_MACHINE: Duration = Duration::from_millis(250);
+
+/// What a picture shows of the textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Content {
+    /// Tiles that came and went so far, and bytes of changes of page tables.
+    tiles: u64,
+    tables: u64,
+    /// Levels that it is coarser than wanted, in eighths, and bytes of all pools.
+    bias: u16,
+    pools: u64,
+}
+
+impl Content {
+    /// `None` while tiles fade in, and each frame shows something else.
+    fn of(stats: &FrameStats) -> Option<Content> {
+        let pager = &stats.pager;
+        let tiles = pager.loaded + pager.shared + pager.refreshed + pager.evicted;
+        let (tables, bias, pools) = (stats.table_bytes_sent, pager.bias_eighths, stats.pool_bytes);
+        (stats.fading == 0).then_some(Content { tiles, tables, bias, pools })
+    }
+}
+
+/// The picture that was drawn last.
+#[derive(Default)]
+pub(super) struct LastPicture {
+    /// Where the camera was and what the textures had; nothing, if it is to be drawn anew.
+    of: Option<(Pose, Content)>,
+    at: Duration,
+    /// True if frames that nobody saw came after it.
+    is_behind: bool,
+}
+
+impl LastPicture {
+    /// The next picture is another one.
+    pub(super) fn forget(&mut self) {
+        self.of = None;
+    }
+}
+
+impl SurfaceScene {
+    /// A picture was drawn.
+    pub(super) fn note_picture(&mut self, pose: Pose) {
+        let content = Content::of(&self.textures.stats());
+        let (of, at) = (content.map(|content| (pose, content)), self.beside.now());
+        self.last_picture = LastPicture { of, at, is_behind: false };
+    }
+
+    /// Returns true if the picture is to be drawn once more, since nobody saw the frames after it: what lies
+    /// over it may say more of a view that has settled.
+    pub(super) fn is_behind(&self) -> bool {
+        self.last_picture.is_behind
+    }
+
+    /// When a frame of a view is due that has not settled: one that nobody sees, if its picture would be the
+    /// last one.
+    pub(super) fn unsettled_wake(&self, stats: &FrameStats) -> Wake {
+        let LastPicture { of, at, .. } = &self.last_picture;
+        let is_same = of.is_some_and(|(_, content)| Content::of(stats) == Some(content));
+        // By inline feedback pictures say themselves what they lack, and overlays show what is wanted.
+        let is_told_apart = self.textures.inspect().feedback_mode() != FeedbackMode::Inline
+            && self.settings.overlay.is_none()
+            && !self.is_empty();
+        let hud = &self.beside.hud;
+        let is_quiet =
+            !hud.is_shown() || !hud.has_news() && self.beside.now().saturating_sub(*at) < OF_MACHINE;
+        if is_same && is_told_apart && is_quiet {
+            Wake::Unseen(self.beside.due_after(PAUSE))
+        } else {
+            Wake::Now
+        }
+    }
+
+    /// A frame that nobody sees ([`Wake::Unseen`]), of a camera where it was in the last picture.
+    pub fn draw_unseen(&mut self, pose: Pose) -> Result<(), DisplayError> {
+        let is_moved = self.last_picture.of.is_none_or(|(seen, _)| seen != pose);
+        let Some(displayed) = self.display.displayed().filter(|_| !is_moved) else {
+            self.last_picture.forget();
+            return Ok(());
+        };
+        if let Some(since) = self.beside.count_frame() {
+            self.textures.set_frame_time(since);
+        }
+        let renderer = &displayed.renderer;
+        let views = [StageView { view: ViewId::MAIN, camera: renderer.camera(), pose }];
+        let (picture, pictures) = (self.size, Pictures::Never);
+        let frame = Frame { views: &views, expected: None, picture, has_feedback: true, pictures };
+        let (gpu, textures) = (&self.gpu, &mut self.textures);
+        let encoder = frame.record_wanted(gpu, textures, renderer, |_, _| Ok(()), |_, _| {})?;
+        self.gpu.queue.submit([encoder.finish()]);
+        self.last_picture.is_behind = true;
+        self.count_unsettled();
+        Ok(())
+    }
+
+    /// One frame fewer is to be drawn before the view may have settled.
+    pub(super) fn count_unsettled(&mut self) {
+        self.unsettled = self.unsettled.saturating_sub(1);
+        if self.unsettled == 0 && self.textures.inspect().settings().picture != self.size {
+            self.fit_pools();
+        }
+    }
+}
