@@ -21,10 +21,12 @@ use super::super::is_device_lost;
 use super::Viewer;
 use crate::report;
 
-/// Frames after which what a view wants is known, and how long it is waited for at most until it is sharp:
-/// the window has its picture meanwhile, and a slow machine draws few frames in a second.
+/// Frames after which what a view wants is known.
 const FIRST_WANTED: u32 = 8;
+/// How long a source is waited for at most until the picture is sharp, and in how many frames at least: a
+/// slow machine draws few of them in that time, and is no slow source. The window has its picture meanwhile.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
+const LEAST_FRAMES: u32 = 100;
 /// Between two frames that nobody sees, so that the window has the device for its own.
 const PAUSE: Duration = Duration::from_millis(8);
 /// Threads that make textures at once: each of them has pools of its own. One that was broken off ends as
@@ -232,7 +234,7 @@ impl Maker {
             let stats = textures.stats();
             let is_sharp = stats.converged && stats.fading == 0;
             if frame >= FIRST_WANTED && is_sharp
-                || begun.elapsed() > self.longest_wait
+                || frame >= LEAST_FRAMES && begun.elapsed() > self.longest_wait
                 || self.is_broken_off()
             {
                 break;
@@ -275,7 +277,8 @@ impl Maker {
 mod tests {
     use std::path::Path;
 
-    use vastex::{Filter, TileSource};
+    use vastex::source::ReadFuture;
+    use vastex::{Description, Filter, PagePos, TileSource};
     use vastex_build::{DecodeOptions, Decoding, MemoryImage};
     use vastex_scenes::{DisplayOptions, Scene, headless_gpu};
     use vastex_viewer::panels::FileAbout;
@@ -362,6 +365,41 @@ mod tests {
         let maker = maker(&gpu, FeedbackMode::Raw, &tiles);
         maker.is_broken_off.store(true, Ordering::Relaxed);
         assert!(maker.make().is_err(), "textures were made for nobody");
+    }
+
+    /// A machine that takes longer for its frames than anybody waits shows a sharp picture all the same.
+    #[test]
+    fn a_slow_machine_is_no_slow_source() {
+        let gpu = headless_gpu().unwrap();
+        let tiles: Arc<dyn TileSource> = decoded();
+        let maker = Maker { longest_wait: Duration::ZERO, ..maker(&gpu, FeedbackMode::Raw, &tiles) };
+        let made = maker.make().unwrap();
+        assert!(made.textures.stats().converged, "what is seen is not sharp");
+    }
+
+    /// A source that gives its coarsest tile, and no other.
+    struct Hung(Arc<MemoryImage>);
+
+    impl TileSource for Hung {
+        fn description(&self) -> &Arc<Description> {
+            self.0.description()
+        }
+
+        fn read(&self, pos: PagePos) -> ReadFuture<'_> {
+            let is_tail = pos == self.description().geometry.tail_pos();
+            if is_tail { self.0.read(pos) } else { Box::pin(std::future::pending()) }
+        }
+    }
+
+    /// Textures of a source that does not answer come, too, as those that there were.
+    #[test]
+    fn a_source_that_does_not_answer_is_waited_for_no_longer_than_is_said() {
+        let gpu = headless_gpu().unwrap();
+        let tiles: Arc<dyn TileSource> = Arc::new(Hung(decoded()));
+        let maker = Maker { longest_wait: Duration::ZERO, ..maker(&gpu, FeedbackMode::Raw, &tiles) };
+        let made = maker.make().unwrap();
+        assert!(made.displayed.is_some() && !made.textures.stats().converged);
+        assert_eq!(made.textures.inspect().frame(), u64::from(LEAST_FRAMES));
     }
 
     /// Whoever goes through the modes while a source does not answer has no more pools than two beside those
