@@ -12,7 +12,7 @@ use super::png;
 use crate::shell;
 
 /// Columns and rows: as few as panels on both sides leave something between.
-pub(super) const SIZE: [usize; 2] = [960, 640];
+pub(super) const SIZE: [usize; 2] = [704, 448];
 
 pub(super) struct Display {
     server: Child,

@@ -35,11 +35,11 @@ const EVERY: Duration = Duration::from_millis(30);
 /// Longer than a window that draws waits for its display: between two looks at threads that do nothing.
 const REST: Duration = Duration::from_millis(120);
 /// Where the pointer rests: within the picture, between the panels.
-const PLACE: [usize; 2] = [480, 320];
+const PLACE: [usize; 2] = [366, 224];
 /// Rows above notices.
-const ABOVE: usize = 350;
+const ABOVE: usize = 300;
 /// Columns that the panel leaves free.
-const FREE: std::ops::Range<usize> = 0..SIZE[0] - 400;
+const FREE: std::ops::Range<usize> = 0..SIZE[0] - 330;
 /// Columns of what the machine does, and where a button halves its first pool.
 const HUD: std::ops::Range<usize> = 0..348;
 const HALVE: [usize; 2] = [129, 299];

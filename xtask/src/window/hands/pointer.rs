@@ -35,7 +35,7 @@ impl Window<'_> {
     /// Notches of the wheel, upwards or downwards, one after the other.
     pub(super) fn turn_wheel(&self, is_upwards: bool, notches: usize) -> Result<()> {
         let button = if is_upwards { "4" } else { "5" };
-        (0..notches).try_for_each(|_| self.xdotool(&["click", button]).map(drop))
+        self.xdotool(&["click", "--repeat", &notches.to_string(), "--delay", "15", button]).map(drop)
     }
 
     pub(super) fn point(&self, [x, y]: [usize; 2]) -> Result<()> {

@@ -14,18 +14,18 @@ use crate::shell;
 const VOLUME: &str = "assets/volumes/head.zip";
 
 /// A window that is quick to draw.
-const WINDOW: [usize; 2] = [560, 392];
+const WINDOW: [usize; 2] = [440, 308];
 /// The middles of the four pictures: the slices across z and x, that across y, and 3-D.
-const SLICES: [[usize; 2]; 3] = [[140, 98], [420, 98], [140, 294]];
-const SPACE: [usize; 2] = [420, 294];
+const SLICES: [[usize; 2]; 3] = [[110, 77], [330, 77], [110, 231]];
+const SPACE: [usize; 2] = [330, 231];
 /// The middle of the one that is alone, without the panel and beside it.
-const ALONE: [[usize; 2]; 2] = [[280, 196], [120, 196]];
+const ALONE: [[usize; 2]; 2] = [[220, 154], [60, 154]];
 /// How much of a picture is looked at, to either side of its middle.
-const BESIDE: usize = 70;
+const BESIDE: usize = 55;
 /// What is brighter than anything but the volume itself and lines of one pixel, and how many pixels are more
 /// than lines.
 const BRIGHT: u8 = 140;
-const MORE_THAN_LINES: usize = 600;
+const MORE_THAN_LINES: usize = 450;
 /// The panel's buttons for pictures and modes, with the panel at the right.
 const EMISSION: [usize; 2] = [WINDOW[0] - 106, 195];
 const FIRST_CHANNEL: [usize; 2] = [WINDOW[0] - 303, 291];
@@ -62,17 +62,17 @@ impl Window<'_> {
         self.keep("01-open")?;
         // The wheel goes through the slices of one picture.
         let before = self.around(SLICES[0])?;
-        self.point([112, 119])?;
+        self.point([88, 94])?;
         self.turn_wheel(true, 5)?;
         self.until("another slice", |window| (window.around(SLICES[0]).ok()? != before).then_some(()))?;
         // A press puts the crosshair, and with it the others.
         let before = self.around(SLICES[1])?;
-        self.click([119, 87])?;
+        self.click([94, 68])?;
         self.until("the slices there", |window| (window.around(SLICES[1]).ok()? != before).then_some(()))?;
         self.costs_nothing()?;
         self.keep("02-slices")?;
         let before = self.around(SPACE)?;
-        self.turn([SPACE, [SPACE[0] + 63, SPACE[1] + 21]])?;
+        self.turn([SPACE, [SPACE[0] + 50, SPACE[1] + 16]])?;
         self.until("a volume that was turned", |window| {
             (window.around(SPACE).ok()? != before).then_some(())
         })?;
@@ -81,7 +81,7 @@ impl Window<'_> {
         self.key("space")?;
         self.until("3-D alone", |window| {
             let bright = window.bright_at(ALONE[0]).ok()?;
-            (bright > 8 * MORE_THAN_LINES && window.bright_at([42, 98]).ok()? < MORE_THAN_LINES).then_some(())
+            (bright > 8 * MORE_THAN_LINES && window.bright_at([33, 77]).ok()? < MORE_THAN_LINES).then_some(())
         })?;
         self.costs_nothing()?;
         self.keep("04-space")?;
@@ -95,7 +95,7 @@ impl Window<'_> {
         self.keep("06-emission")?;
         // The first channel is white, and what lies below it dark in one colour at least.
         let bright = self.bright_at(ALONE[1])?;
-        ensure!(bright > 8 * MORE_THAN_LINES, "in emission {bright} pixels are bright");
+        ensure!(bright > 4 * MORE_THAN_LINES, "in emission {bright} pixels are bright");
         self.click(FIRST_CHANNEL)?;
         self.until("one channel fewer", |window| {
             (window.bright_at(ALONE[1]).ok()? < MORE_THAN_LINES).then_some(())
@@ -115,12 +115,12 @@ impl Window<'_> {
         self.ends_at(&self.place.join("opening.path"))?;
         self.key("F8")?;
         self.rest()?;
-        self.turn([ALONE[0], [ALONE[0][0] - 84, ALONE[0][1] - 28]])?;
+        self.turn([ALONE[0], [ALONE[0][0] - 66, ALONE[0][1] - 22]])?;
         self.rest()?;
         self.key("F8")?;
         let recorded = self.place.join("head-1.path");
         self.until("a path that was recorded", |_| recorded.exists().then_some(()))?;
-        self.turn([ALONE[0], [ALONE[0][0] + 42, ALONE[0][1] + 63]])?;
+        self.turn([ALONE[0], [ALONE[0][0] + 33, ALONE[0][1] + 50]])?;
         self.key("F9")?;
         self.ends_at(&recorded)?;
         self.keep("05-along-a-path")?;
