@@ -54,7 +54,8 @@ const GROUND: [u8; 3] = [22, 24, 29];
 
 /// Opens an image, changes the range, zooms, drags, uses the panel by pointer and keyboard, fails to open a
 /// file, goes to a globe, looks at what the machine does, makes its pool too small and large enough again,
-/// changes how views say what they want and the theme, and ends; opened again it is as it was.
+/// goes to the edges of the image, fills the screen, changes the theme and how views say what they want, and
+/// ends; opened again it is as it was.
 pub(super) fn use_window(place: &Path) -> Result<()> {
     let display = Display::start(place)?;
     let size = format!("{}x{}", SIZE[0], SIZE[1]);
@@ -149,8 +150,11 @@ impl<'a> Window<'a> {
         self.key("F1")?;
         self.until("the image again", |window| window.magnification().ok())?;
         self.look_at_machine()?;
-        self.change_feedback()?;
+        self.go_to_edges()?;
+        self.fill_screen()?;
         self.change_theme()?;
+        // Last, since pictures that say themselves what they lack are drawn until nothing is missing.
+        self.change_feedback()?;
         self.key("F8")?;
         self.until("a recording", |window| window.title().filter(|title| title.contains("is recorded")))?;
         // Of the file that could not be shown the exit code tells, too.
@@ -168,7 +172,7 @@ impl<'a> Window<'a> {
         let grounds = |window: &mut Self| window.display.find(HUD, GROUND).ok().flatten();
         self.until("what was shown before", |window| grounds(window).filter(|found| found.count > 10_000))?;
         self.settled()?;
-        self.keep("19-again")?;
+        self.keep("18-again")?;
         let geometry = self.xdotool(&["getwindowgeometry", "--shell", &self.id])?;
         let has = |what: &str| geometry.lines().any(|line| line == what);
         ensure!(
@@ -182,9 +186,8 @@ impl<'a> Window<'a> {
         for chosen in ["\"feedback\": \"inline\"", "\"bytes\": "] {
             ensure!(kept.contains(chosen), "{chosen} is not remembered: {kept}");
         }
-        self.go_to_edges()?;
         self.link_after_failure()?;
-        self.fill_screen()?;
+        self.key("Escape")?;
         ensure!(self.ended()?.code() == Some(1), "it ended without the error of its second file");
         Ok(())
     }
@@ -211,7 +214,7 @@ impl<'a> Window<'a> {
         );
         self.key("shift+Right")?;
         self.texel_until("a view on", |there| there[0] > corner[0])?;
-        self.keep("20-edges")?;
+        self.keep("14-edges")?;
         self.key("Caps_Lock")?;
         self.key("ctrl+c")?;
         let copied =
@@ -229,7 +232,7 @@ impl<'a> Window<'a> {
         self.key("ctrl+shift+c")?;
         let copied =
             self.until("a link", |window| window.title().filter(|title| title.contains("vastex:")))?;
-        self.keep("21-link")?;
+        self.keep("19-link")?;
         ensure!(
             copied.contains("u16.png") && !copied.contains("broken"),
             "the link is of another file: {copied}"

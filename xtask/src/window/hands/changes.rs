@@ -29,7 +29,7 @@ impl Window<'_> {
         self.settled()?;
         self.click(FEEDBACK)?;
         self.rest()?;
-        self.keep("14-modes")?;
+        self.keep("16-modes")?;
         let before = self.beside()?;
         self.click(SECOND)?;
         let begun = Instant::now();
@@ -38,7 +38,7 @@ impl Window<'_> {
             let is_same = is_same(&seen, &before);
             if !is_same {
                 // What was seen when it went wrong.
-                self.keep("15-feedback")?;
+                self.keep("17-feedback")?;
             }
             ensure!(
                 is_same,
@@ -57,7 +57,7 @@ impl Window<'_> {
         self.point(PLACE)?;
         self.settled()?;
         ensure!(is_same(&self.beside()?, &before), "the picture is another one by the other mode");
-        self.keep("15-feedback")
+        self.keep("17-feedback")
     }
 
     fn beside(&self) -> Result<Vec<u8>> {
@@ -80,21 +80,21 @@ impl Window<'_> {
         self.until("a light panel", |window| brightness(window).filter(|light| *light > dark + 80.0))?;
         self.point(PLACE)?;
         self.rest()?;
-        self.keep("16-light")?;
+        self.keep("15-light")?;
         self.click([DARK, row])?;
         self.until("a dark panel", |window| brightness(window).filter(|there| (there - dark).abs() < 5.0))?;
         self.point(PLACE)?;
         self.key("m")
     }
 
-    /// Escape leaves the full screen, and ends the program where that is left.
+    /// Escape leaves the full screen, and does not end the program.
     pub(super) fn fill_screen(&mut self) -> Result<()> {
         for key in ["F11", "Escape", "f", "f", "F11", "Escape"] {
             self.key(key)?;
             self.rest()?;
             ensure!(self.program.try_wait()?.is_none(), "{key} ends the program in the full screen");
         }
-        self.key("Escape")
+        Ok(())
     }
 }
 
