@@ -119,9 +119,9 @@ fn a_page_tells_how_a_run_went() {
     assert!(!page.contains("http") && !page.contains("url("));
     assert_eq!(sandbox.names().iter().filter(|name| name.contains("partial")).count(), 0);
     // What went wrong is told in the words in which it was said.
-    sandbox.write_png("large.png", [2048, 2048]);
+    sandbox.write_png("large.png", [1024, 1024]);
     run(&sandbox, "build large.png -o large.vastex --page 256 --quiet").expect_code(0);
-    let ended = run(&sandbox, "render large.vastex --size 1024x1024 --pool-mib 1 --report small");
+    let ended = run(&sandbox, "render large.vastex --size 640x640 --pool-mib 1 --report small");
     assert!(ended.stderr.contains("too small") || ended.stderr.contains("coarser"), "{ended}");
     let page = String::from_utf8(sandbox.read("small/index.html")).unwrap();
     assert!(page.contains("class=\"warning\"") && !page.contains("No warnings"));
