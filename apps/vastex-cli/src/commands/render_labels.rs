@@ -19,6 +19,7 @@ pub(super) struct Labels {
     of: VolumeBox,
     begin: [f64; 3],
     selected: Option<u64>,
+    colors: Arc<LabelColors>,
 }
 
 impl Labels {
@@ -67,7 +68,8 @@ impl Labels {
         let source = report::say_if_slow(&text, || VolumeSource::open(volume.clone(), &options))?;
         let (of, begin) = place(of_labels, about)?;
         let selected = asked.label_selected.map(|label| selected(label, of_labels)).transpose()?;
-        Ok(Labels { source: Arc::new(source), of, begin, selected })
+        let colors = Arc::new(LabelColors::new(of_labels.label_colors.iter().copied()));
+        Ok(Labels { source: Arc::new(source), of, begin, selected, colors })
     }
 
     /// The rule for the pool of labels, of so many bytes.
@@ -83,10 +85,10 @@ impl Labels {
         (self.of, self.begin)
     }
 
-    /// How often a ray is looked along for them.
-    pub(super) fn looks(&self, args: &RenderVolumeArgs) -> u32 {
+    /// How many turns of loops a voxel of theirs takes at most.
+    pub(super) fn turns(&self, args: &RenderVolumeArgs) -> u32 {
         let others = args.look.labels.label_others.unwrap_or_default();
-        others.looks(self.selected.is_some())
+        self.colors.turns(self.selected.map(|_| others))
     }
 
     /// Adds them to textures, as they are to be shown.
@@ -102,14 +104,13 @@ impl Labels {
         let prepared = textures.preparer().read_blocking(tiles, own)?;
         let layer: LayerId = textures.add_volume(prepared)?.into();
         let usual = if is_alone { 1.0 } else { 0.5 };
-        let about = self.source.volume().about();
         Ok(VolumeLabels {
             begin: self.begin,
             opacity: args.look.labels.label_opacity.unwrap_or(usual),
             outlines: args.look.labels.label_outlines,
             selected: self.selected,
             others: args.look.labels.label_others.unwrap_or_default(),
-            colors: Arc::new(LabelColors::new(about.label_colors.iter().copied())),
+            colors: self.colors.clone(),
             ..VolumeLabels::new(layer, self.of)
         })
     }

@@ -40,12 +40,6 @@ impl OtherLabels {
         }
     }
 
-    /// How often a ray is looked along for labels: once, and for a selected one alone before, which is seen
-    /// through these.
-    pub fn looks(self, has_selected: bool) -> u32 {
-        if has_selected && self == OtherLabels::Dimmed { 2 } else { 1 }
-    }
-
     /// The share of the opacity that they have.
     fn share(self) -> f32 {
         match self {
@@ -104,9 +98,10 @@ impl VolumeLabels {
         }
     }
 
-    /// How often a ray is looked along for them ([`OtherLabels::looks`]).
-    pub fn looks(&self) -> u32 {
-        self.others.looks(self.selected.is_some())
+    /// How many turns of loops a voxel takes at most where a ray is looked along for them
+    /// ([`LabelColors::turns`]).
+    pub fn turns(&self) -> u32 {
+        self.colors.turns(self.selected.map(|_| self.others))
     }
 
     /// What shaders are told, for rays in a volume with such voxels; `id` is that of their texture.
@@ -120,13 +115,14 @@ impl VolumeLabels {
             shift: shift.as_vec3().to_array(),
             id,
             begin: (-own).as_vec3().to_array(),
-            colors: self.colors.0.len() as u32,
+            colors: self.colors.of.len() as u32,
             end: (size - own).as_vec3().to_array(),
             others: self.others.share(),
             anchor: own.as_uvec3().to_array(),
             outlines: self.outlines.into(),
-            selected: [selected as u32, (selected >> 32) as u32],
-            unused: [0; 2],
+            selected: halves(selected),
+            hidden: self.colors.hidden.len() as u32,
+            unused: 0,
         }
     }
 }
@@ -142,17 +138,36 @@ fn place(of: &VolumeBox, begin: DVec3, voxel: DVec3, rays: &VolumeRays, anchor: 
 
 /// Colours that somebody gave to labels: sRGB codes, and how opaque each is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct LabelColors(Vec<(u64, [u8; 4])>);
+pub struct LabelColors {
+    of: Vec<(u64, [u8; 4])>,
+    /// Labels whose colours are nothing.
+    hidden: Vec<u64>,
+}
 
 impl LabelColors {
     /// Of these labels, of which the first [`MOST_LABEL_COLORS`] are taken; a label that comes twice has the
     /// first colour.
     pub fn new(colors: impl IntoIterator<Item = (u64, [u8; 4])>) -> LabelColors {
-        let mut colors: Vec<_> = colors.into_iter().take(MOST_LABEL_COLORS).collect();
+        let mut of: Vec<_> = colors.into_iter().take(MOST_LABEL_COLORS).collect();
         // Stable, so that the first of several stays.
-        colors.sort_by_key(|(label, _)| *label);
-        colors.dedup_by_key(|(label, _)| *label);
-        LabelColors(colors)
+        of.sort_by_key(|(label, _)| *label);
+        of.dedup_by_key(|(label, _)| *label);
+        let hidden = of.iter().filter(|(_, color)| color[3] == 0).map(|(label, _)| *label).collect();
+        LabelColors { of, hidden }
+    }
+
+    /// How many turns of loops a voxel takes at most where a ray is looked along for labels in these colours;
+    /// where one of them is selected, what the others look like. A turn, and one more for each halving of the
+    /// list of those whose colours are nothing; and a turn for the selected one alone, for which the ray is
+    /// looked along before where it is seen through the others.
+    pub fn turns(&self, others: Option<OtherLabels>) -> u32 {
+        let of_any = 1 + usize::BITS - self.hidden.len().leading_zeros();
+        match others {
+            None => of_any,
+            // A selected one is found or hidden, and nothing else is looked for in the list.
+            Some(OtherLabels::Hidden) => 1,
+            Some(OtherLabels::Dimmed) => 1 + of_any,
+        }
     }
 
     /// The colour of a label, and how opaque it is; 0 is nothing.
@@ -160,8 +175,8 @@ impl LabelColors {
         if label == 0 {
             return [0; 4];
         }
-        match self.0.binary_search_by_key(&label, |(label, _)| *label) {
-            Ok(place) => self.0[place].1,
+        match self.of.binary_search_by_key(&label, |(label, _)| *label) {
+            Ok(place) => self.of[place].1,
             Err(_) => {
                 let [red, green, blue] = usual_color(label);
                 [red, green, blue, 255]
@@ -171,10 +186,12 @@ impl LabelColors {
 
     /// The list in GPU memory.
     fn texture(&self, gpu: &Gpu) -> wgpu::Texture {
-        let rows = self.0.len().div_ceil(LIST_WIDTH).max(1);
+        let rows = (self.of.len() + self.hidden.len()).div_ceil(LIST_WIDTH).max(1);
         let mut words = vec![[0u32; 4]; rows * LIST_WIDTH];
-        for (word, (label, color)) in words.iter_mut().zip(&self.0) {
-            *word = [*label as u32, (label >> 32) as u32, u32::from_le_bytes(*color), 0];
+        let hidden = self.hidden.iter().map(|label| (*label, [0; 4]));
+        for (word, (label, color)) in words.iter_mut().zip(self.of.iter().copied().chain(hidden)) {
+            let [low, high] = halves(label);
+            *word = [low, high, u32::from_le_bytes(color), 0];
         }
         let size = wgpu::Extent3d { width: LIST_WIDTH as u32, height: rows as u32, depth_or_array_layers: 1 };
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -219,6 +236,11 @@ pub fn usual_color(label: u64) -> [u8; 3] {
     codes.map(|code| code as u8)
 }
 
+/// The lower half of a label and the upper one.
+fn halves(label: u64) -> [u32; 2] {
+    [label as u32, (label >> 32) as u32]
+}
+
 /// Spreads the bits of a word over all others.
 fn mixed(mut word: u32) -> u32 {
     word = (word ^ (word >> 16)).wrapping_mul(0x7feb_352d);
@@ -241,7 +263,8 @@ pub(super) struct LabelUniform {
     anchor: [u32; 3],
     outlines: u32,
     selected: [u32; 2],
-    unused: [u32; 2],
+    hidden: u32,
+    unused: u32,
 }
 
 /// What passes bind of labels, beside their texture: the colours, and the layout.
@@ -334,6 +357,7 @@ mod tests {
         assert_eq!(offset("others"), Some(std::mem::offset_of!(LabelUniform, others)));
         assert_eq!(offset("outlines"), Some(std::mem::offset_of!(LabelUniform, outlines)));
         assert_eq!(offset("selected"), Some(std::mem::offset_of!(LabelUniform, selected)));
+        assert_eq!(offset("hidden"), Some(std::mem::offset_of!(LabelUniform, hidden)));
     }
 
     #[test]
@@ -361,6 +385,16 @@ mod tests {
             seen.iter().all(|codes| *codes.iter().max().unwrap() >= 160 && spread(codes) >= 80),
             "{seen:?}"
         );
+    }
+
+    /// As often as a list of so many can be halved.
+    #[test]
+    fn a_voxel_takes_a_turn_and_those_that_find_it_among_the_hidden() {
+        let hiding = |count| LabelColors::new((1..=count).map(|label| (label, [9, 9, 9, 0])));
+        let turns = |count, others| hiding(count).turns(others);
+        assert_eq!([0, 1, 2, 3, 4, 7, 8].map(|count| turns(count, None)), [1, 2, 3, 3, 4, 4, 5]);
+        assert_eq!(LabelColors::new([(1, [0, 0, 0, 1])]).turns(None), 1, "it is seen");
+        assert_eq!(OtherLabels::ALL.map(|others| turns(3, Some(others))), [4, 1]);
     }
 
     #[test]

@@ -40,7 +40,8 @@ pub struct RayBounds {
     pub is_processor: bool,
     /// The volume.
     pub image: RayVoxels,
-    /// Labels over it, and how often a ray is looked along for them.
+    /// Labels over it, and how many turns of loops a voxel of them takes at most
+    /// ([`VolumeLabels::turns`](super::VolumeLabels::turns)).
     pub labels: Option<(RayVoxels, u32)>,
 }
 
@@ -63,19 +64,20 @@ impl RayBounds {
         }
         let rays = view.rays(&self.image.of, size);
         let image = if self.channels > 0 { self.image.met(&rays, &self.image) } else { Met::default() };
-        let (labels, looks) = match &self.labels {
-            Some((labels, looks)) => (labels.met(&rays, &self.image), f64::from(*looks)),
+        let (labels, of_voxel) = match &self.labels {
+            Some((labels, turns)) => (labels.met(&rays, &self.image), f64::from(*turns)),
             None => (Met::default(), 0.0),
         };
         let bricks = image.bricks.max(labels.bricks).floor();
         if bricks > f64::from(RAY_BRICKS) {
             return Some(RayCut::Bricks(bricks));
         }
-        // Turns of loops for labels, for what a sample takes, and for what all samples take beside it.
+        // Turns of loops for labels, for what a sample takes, and for what all samples take beside it. A ray
+        // is looked along as often as a voxel has turns at most.
         let beside_labels = 5.0 * labels.bricks + 30.0;
-        let of_labels = looks * (labels.crossed + beside_labels);
+        let of_labels = of_voxel * (labels.crossed + beside_labels);
         if self.is_processor && self.labels.is_some() && of_labels > MOST_TURNS {
-            let most = (MOST_TURNS / looks - beside_labels).max(0.0).floor();
+            let most = (MOST_TURNS / of_voxel - beside_labels).max(0.0).floor();
             return Some(RayCut::Labels([labels.crossed, most]));
         }
         let channels = self.channels as f64;
@@ -283,15 +285,15 @@ mod tests {
 
     #[test]
     fn labels_take_of_what_is_left_for_samples() {
-        let with = |step, depth, looks| {
-            let labels = Some((voxels([2, 2, depth], 64), looks));
+        let with = |step, depth, turns| {
+            let labels = Some((voxels([2, 2, depth], 64), turns));
             RayBounds { labels, ..of(true, step, depth) }.cut(&FACE, [2, 2])
         };
         assert_eq!(of(true, 1.0, 30_000).cut(&FACE, [2, 2]), None);
         assert_eq!(with(1.0, 29_700, 1), None);
         assert_eq!(least_step(with(1.0, 31_900, 1)), Some(1.16));
         assert_eq!(with(1.16, 31_900, 1), None);
-        // 32,000 turns a look, of which each of 499 or 500 bricks takes five.
+        // 32,000 for each turn of a voxel, of which each of 499 or 500 bricks takes five.
         let Some(RayCut::Labels([31_900.0, most])) = with(1.0, 31_900, 2) else { panic!() };
         assert!((29_400.0..29_500.0).contains(&most), "{most}");
         let image = voxels([2, 2, 40_000], 64);

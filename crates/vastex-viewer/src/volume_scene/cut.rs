@@ -16,7 +16,7 @@ impl VolumeScene {
         let of_labels = self.current.levels_of_labels(&self.look);
         let labels = desc.labels.as_ref().zip(of_labels).map(|(labels, levels)| {
             let begin = DVec3::from_array(labels.begin);
-            (RayVoxels::new(labels.of, begin, (levels, brick), &desc.clip), labels.looks())
+            (RayVoxels::new(labels.of, begin, (levels, brick), &desc.clip), labels.turns())
         });
         let bounds = RayBounds {
             mode: desc.mode,

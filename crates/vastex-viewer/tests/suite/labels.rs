@@ -224,10 +224,14 @@ fn labels_are_drawn_without_an_image_from_the_level_that_a_pixel_wants() {
     }
 }
 
-/// A label in the last two voxels of a long volume, and nothing before: too thin for coarser levels.
+/// A label in the last two voxels of a long volume, and before it two others by turns: coarser levels have
+/// none.
 struct FarLabel {
     description: Arc<Description>,
 }
+
+const FAR: u64 = 7;
+const BEFORE: [u64; 2] = [5, 6];
 
 impl TileSource for FarLabel {
     fn description(&self) -> &Arc<Description> {
@@ -239,17 +243,21 @@ impl TileSource for FarLabel {
         let ([width, height, _], depth) = (geometry.tile(), i64::from(geometry.size()[2]));
         let mut bytes = vec![0; self.description.tile_bytes()];
         for (_, level_box, offset) in geometry.tile_boxes(pos).filter(|(level, ..)| *level == 0) {
-            for z in (0..level_box.size[2]).filter(|z| level_box.origin[2] + i64::from(*z) >= depth - 2) {
+            for z in 0..level_box.size[2] {
+                let at = level_box.origin[2] + i64::from(z);
+                let label = if at >= depth - 2 { FAR } else { BEFORE[at.rem_euclid(2) as usize] };
                 let plane = (width * height * 4) as usize;
                 let begin = (offset[2] + z) as usize * plane;
-                bytes[begin..begin + plane].iter_mut().step_by(4).for_each(|byte| *byte = 7);
+                bytes[begin..begin + plane].iter_mut().step_by(4).for_each(|byte| *byte = label as u8);
             }
         }
         Box::pin(async move { Ok(Tile { codec: Codec::Raw, bytes: bytes.into() }) })
     }
 }
 
-/// A software driver ends a pixel after 65,535 turns of loops: a voxel of labels takes one.
+/// A software driver ends a pixel after 65,535 turns of loops: a voxel of labels takes one, also where each
+/// has another label than the one before and none is shown; as many more as halvings of the list of those
+/// that are hidden by their colours, where that hides them.
 #[test]
 fn a_label_at_the_end_of_as_long_a_ray_as_is_taken_is_seen() {
     let size = [2, 2, 30_000];
@@ -267,14 +275,25 @@ fn a_label_at_the_end_of_as_long_a_ray_as_is_taken_is_seen() {
     assert!(is_there(), "{:?}", ticket.progress());
     let stored = StoredLevel { size: size.map(u64::from), scale: [1.0; 3], origin: [0.0; 3] };
     let levels = Arc::new(VoxelLevels::new(&[stored], 16, 1).unwrap().1);
-    let voxels = RayVoxels::new(of, DVec3::ZERO, (levels, 16), &VolumeClip::default());
-    let (mode, image, labels) = (VolumeMode::Mip, voxels.clone(), Some((voxels, 1)));
-    let bounds = RayBounds { mode, channels: 0, step: 1.0, is_processor: true, image, labels };
+    let colors = Arc::new(LabelColors::new(BEFORE.map(|label| (label, [9, 9, 9, 0]))));
+    let plain = VolumeLabels { opacity: 1.0, colors, ..VolumeLabels::new(id, of) };
+    // By the one that is selected, the others hidden, and by their colours.
+    let selected = VolumeLabels { selected: Some(FAR), others: OtherLabels::Hidden, ..plain.clone() };
+    let desc = |labels| VolumeDesc { labels: Some(labels), ..VolumeDesc::new(of, Vec::new()) };
+    let mut renderer = world.renderer(desc(plain.clone()));
     let view = VolumeView::Face(VolumeFace::PlusZ);
-    assert_eq!(bounds.cut(&view, [2, 2]), None);
-    let labels = VolumeLabels { opacity: 1.0, ..VolumeLabels::new(id, of) };
-    let renderer = world.renderer(VolumeDesc { labels: Some(labels), ..VolumeDesc::new(of, Vec::new()) });
-    assert!(world.shot(&renderer, view, [2, 2]).iter().all(|pixel| pixel[2] > 100));
+    for (labels, turns, depth) in [(selected, 1, size[2]), (plain, 3, 16_000)] {
+        assert_eq!(labels.turns(), turns);
+        let begin = DVec3::new(0.0, 0.0, f64::from(size[2] - depth));
+        let clip = VolumeClip { corners: [begin, of.extent()], plane: None };
+        let voxels = RayVoxels::new(of, DVec3::ZERO, (levels.clone(), 16), &clip);
+        let (mode, image, own) = (VolumeMode::Mip, voxels.clone(), Some((voxels, turns)));
+        let bounds = RayBounds { mode, channels: 0, step: 1.0, is_processor: true, image, labels: own };
+        assert_eq!(bounds.cut(&view, [2, 2]), None, "{turns}");
+        renderer.set(VolumeDesc { clip, ..desc(labels) });
+        let drawn = world.shot(&renderer, view, [2, 2]);
+        assert!(drawn.iter().all(|pixel| pixel[2] > 100), "{turns}: {drawn:?}");
+    }
 }
 
 /// Voxels twice as large, in a box that begins elsewhere in the world of the image.

@@ -24,7 +24,7 @@ pub(super) fn bounds_of(
     let labels = labels.map(|labels| {
         let (of, begin) = labels.place();
         let levels = labels.source.levels().clone();
-        (RayVoxels::new(of, begin.into(), (levels, brick), clip), labels.looks(args))
+        (RayVoxels::new(of, begin.into(), (levels, brick), clip), labels.turns(args))
     });
     let (of, levels) = (box_of(about)?, Arc::new(levels));
     let (mode, step) = (args.look.mode(), args.look.step());

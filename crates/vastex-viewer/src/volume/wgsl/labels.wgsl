@@ -15,11 +15,13 @@ struct VolumeLabels {
     anchor: vec3<u32>,     // [voxel of level 0 of the labels]
     outlines: u32,         // 1 where slices show outlines alone
     selected: vec2<u32>,   // the lower 32 bits first; 0 where none is
-    unused: vec2<u32>,
+    hidden: u32,           // labels whose colour is nothing: a list of its own behind that of the colours
+    unused: u32,
 }
 
 @group(2) @binding(0) var<uniform> volume_labels: VolumeLabels;
-// Colours of the file, sorted by labels: lower and upper half, red, green, blue and alpha in a word.
+// Colours of the file, sorted by labels: lower and upper half, red, green, blue and alpha in a word. Then
+// those of the labels whose alpha is 0 once more, sorted alike.
 @group(2) @binding(1) var volume_label_list: texture_2d<u32>;
 
 const VOLUME_LABEL_LIST_WIDTH: u32 = 1024u;
@@ -67,6 +69,10 @@ fn volume_label_entry(nth: u32) -> vec4<u32> {
     return textureLoad(volume_label_list, vec2<u32>(nth % VOLUME_LABEL_LIST_WIDTH, nth / VOLUME_LABEL_LIST_WIDTH), 0);
 }
 
+fn volume_label_is_less(one: vec2<u32>, other: vec2<u32>) -> bool {
+    return one.y < other.y || (one.y == other.y && one.x < other.x);
+}
+
 // The colour of a label: sRGB codes, and how opaque it is.
 fn volume_label_color(label: vec2<u32>) -> vec4<f32> {
     var first = 0u;
@@ -77,7 +83,7 @@ fn volume_label_color(label: vec2<u32>) -> vec4<f32> {
         if all(entry.xy == label) {
             return vec4<f32>((vec4<u32>(entry.z) >> vec4<u32>(0u, 8u, 16u, 24u)) & vec4<u32>(255u)) / 255.0;
         }
-        if entry.y < label.y || (entry.y == label.y && entry.x < label.x) {
+        if volume_label_is_less(entry.xy, label) {
             first = middle + 1u;
         } else {
             end = middle;
@@ -90,16 +96,16 @@ fn volume_label_has_selection() -> bool {
     return any(volume_labels.selected != vec2<u32>(0u));
 }
 
-// Whether a label is drawn, or of the selected one alone whether it is that.
-fn volume_label_is_shown(label: vec2<u32>, is_selected: bool) -> bool {
-    if all(label == vec2<u32>(0u)) {
-        return false;
-    }
-    let is_the_one = all(label == volume_labels.selected);
-    if (is_selected || (volume_label_has_selection() && volume_labels.others == 0.0)) && !is_the_one {
-        return false;
-    }
-    return volume_labels.colors == 0u || volume_label_color(label).a > 0.0;
+// Whether a label is drawn by what is selected, or of the selected one alone whether it is that. Its colour
+// may still be nothing.
+fn volume_label_is_sought(label: vec2<u32>, is_selected: bool) -> bool {
+    let is_one_alone = is_selected || (volume_label_has_selection() && volume_labels.others == 0.0);
+    return any(label != vec2<u32>(0u)) && (!is_one_alone || all(label == volume_labels.selected));
+}
+
+// Whether a label is drawn.
+fn volume_label_is_shown(label: vec2<u32>) -> bool {
+    return volume_label_is_sought(label, false) && (volume_labels.colors == 0u || volume_label_color(label).a > 0.0);
 }
 
 // Light with that of a label over it.
@@ -166,8 +172,10 @@ fn volume_label_lit(ray: VolumeRay, brick: VastexBrick, voxel: vec3<f32>, label:
     return 0.2 + 0.8 * abs(dot(normal, toward));
 }
 
-// The first voxel of a ray whose label is shown, or that has the selected label: from voxel to voxel of the level that is there, each of which
-// is looked at once.
+// The first voxel of a ray whose label is shown, or that has the selected label: from voxel to voxel of the
+// level that is there, each of which is looked at once. Where its label is another hidden one than the last,
+// it takes a turn more for each halving of the list of those that are hidden by their colours
+// (LabelColors::turns).
 fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
     var way = ray.begin;
     var face = VOLUME_NO_FACE;
@@ -180,8 +188,11 @@ fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
     var brick: VastexBrick;
     var voxel = vec3<f32>(0.0);
     var label = vec2<u32>(0u);
-    // The last label that was met and is not shown.
+    // The last label that was met and is hidden.
     var passed = vec2<u32>(0u);
+    // Where among the hidden labels that of the voxel may be; nowhere where it is not looked for.
+    var first = 0u;
+    var end = 0u;
     var is_hit = false;
     while way < ray.end && voxels < VOLUME_SAMPLES && !is_hit {
         let level = volume_label_level(way);
@@ -192,35 +203,46 @@ fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
         let origin = brick.base + ray.origin * brick.scale;
         let direction = ray.direction * brick.scale;
         voxel = floor(clamp(origin + direction * within, brick.low, brick.high));
-        var is_left = false;
         loop {
-            // No loop is within this one: a software driver takes a turn of it, needed or not.
-            loop {
+            // No loop is within this one, nor around it but that of bricks: a software driver takes a turn of
+            // it, needed or not.
+            if first < end {
+                let middle = (first + end) / 2u;
+                let entry = volume_label_entry(volume_labels.colors + middle).xy;
+                if all(entry == label) {
+                    passed = label;
+                    end = first;
+                } else {
+                    let is_behind = volume_label_is_less(entry, label);
+                    first = select(first, middle + 1u, is_behind);
+                    end = select(middle, end, is_behind);
+                    is_hit = first >= end;
+                }
+            } else {
                 label = vastex_brick_whole_at_label(brick, voxel + 0.5);
-                if any(label != vec2<u32>(0u)) && any(label != passed) {
-                    break;
+                if any(label != passed) && volume_label_is_sought(label, is_selected) {
+                    first = 0u;
+                    end = volume_labels.hidden;
+                    is_hit = first >= end;
                 }
-                voxels++;
-                let sides = voxel + select(vec3<f32>(0.0), vec3<f32>(1.0), direction > vec3<f32>(0.0));
-                let still = direction == vec3<f32>(0.0);
-                let ways = select((sides - origin) / direction, vec3<f32>(1e30), still);
-                face = volume_label_axis(ways);
-                let next = min(min(ways.x, ways.y), ways.z);
-                if !(next < exit) || voxels >= VOLUME_SAMPLES {
-                    is_left = true;
-                    break;
-                }
-                way = max(way, next);
-                voxel += select(vec3<f32>(0.0), sign(direction), vec3<bool>(face == 0u, face == 1u, face == 2u));
             }
-            if is_left {
-                break;
-            }
-            is_hit = volume_label_is_shown(label, is_selected);
             if is_hit {
                 break;
             }
-            passed = label;
+            if first < end {
+                continue;
+            }
+            voxels++;
+            let sides = voxel + select(vec3<f32>(0.0), vec3<f32>(1.0), direction > vec3<f32>(0.0));
+            let still = direction == vec3<f32>(0.0);
+            let ways = select((sides - origin) / direction, vec3<f32>(1e30), still);
+            face = volume_label_axis(ways);
+            let next = min(min(ways.x, ways.y), ways.z);
+            if !(next < exit) || voxels >= VOLUME_SAMPLES {
+                break;
+            }
+            way = max(way, next);
+            voxel += select(vec3<f32>(0.0), sign(direction), vec3<bool>(face == 0u, face == 1u, face == 2u));
         }
         way = select(max(exit, within), way, is_hit);
     }
@@ -238,7 +260,7 @@ fn volume_label_slice(ray: VolumeRay, light: vec3<f32>) -> vec3<f32> {
     }
     let brick = vastex_brick_label(volume_labels.id, volume_labels.anchor, at, volume_label_level(0.0));
     let label = vastex_brick_whole_label(brick, at);
-    if !volume_label_is_shown(label, false) {
+    if !volume_label_is_shown(label) {
         return light;
     }
     if volume_labels.outlines == 1u {
