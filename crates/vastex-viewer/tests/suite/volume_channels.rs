@@ -9,7 +9,8 @@ use vastex_viewer::volume::{
     VolumeCamera, VolumeChannel, VolumeDesc, VolumeError, VolumeFace, VolumeMode, VolumeRenderer, VolumeView,
 };
 
-use super::volume_world::{ArrayVolume, PATIENCE, PICTURE, World, geometry, waves};
+use super::volume_reference::coarser_picture;
+use super::volume_world::{ArrayVolume, PATIENCE, PICTURE, World, geometry, waves, within};
 
 const SIZE: [u32; 3] = [40, 36, 28];
 
@@ -123,6 +124,80 @@ fn a_channel_of_finer_levels_is_seen_in_all_of_its_bricks() {
         let at_spot = drawn[9 * 32 + 22];
         assert!(at_spot[1] > 120, "{mode:?}: {at_spot:?}");
     }
+}
+
+/// A walk, the place at which it meets a surface and that surface's slope are all of the level of the first
+/// channel's rule, whatever the rule of the channel that has the surface.
+#[test]
+fn a_surface_is_of_the_level_of_the_walk() {
+    let geometry = geometry(SIZE, 16);
+    let volume = |value: &dyn Fn([f64; 3]) -> f64| {
+        Arc::new(ArrayVolume::new(geometry.clone(), LayerFormat::R32Float, value))
+    };
+    let mut world = World::of(vec![volume(&|_| 0.0), volume(&waves(1.0))], 400, TableChoice::BySize);
+    world.of.voxel = DVec3::ONE;
+    world.load_all();
+    let desc = VolumeDesc {
+        mode: VolumeMode::Iso,
+        iso: 0.55,
+        is_exact: true,
+        ..VolumeDesc::new(world.of, channels(&world)[..2].to_vec())
+    };
+    let renderer = world.renderer(desc.clone());
+    let (view, size) = (VolumeView::Face(VolumeFace::PlusZ), [40, 36]);
+    let mut of_levels = Vec::new();
+    for level in [0.0, 1.0] {
+        let expected = coarser_picture(&desc, &world.arrays(&desc), &view, size, level);
+        for other in [0.0, 1.0, 2.0] {
+            for (id, bias) in world.ids.clone().into_iter().zip([level, other]) {
+                let rule = LevelRule { bias: bias as f32, ..LevelRule::default() };
+                world.textures.texture_mut(id).unwrap().set_levels(rule);
+            }
+            world.textures.update().unwrap();
+            let drawn = world.shot(&renderer, view, size);
+            let (share, _) = within(&drawn, &expected, 2.0);
+            assert!(share >= 0.999, "level {level}, beside {other}: {share}");
+        }
+        of_levels.push(expected);
+    }
+    let unlike =
+        of_levels[0].iter().zip(&of_levels[1]).filter(|(one, other)| (one[1] - other[1]).abs() > 4.0);
+    assert!(unlike.count() > 200, "levels are told apart");
+}
+
+/// No order of channels: also where some are shown on other levels than the first one, of which all is there.
+#[test]
+fn emission_hangs_on_no_order_of_channels() {
+    let mut world = unlike();
+    let all = channels(&world);
+    let ordered = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].map(|order| {
+        let channels = order.map(|nth: usize| VolumeChannel { opacity: 0.3, ..all[nth] }).to_vec();
+        VolumeDesc { mode: VolumeMode::Emission, ..VolumeDesc::new(world.of, channels) }
+    });
+    let mut renderer = world.renderer(ordered[0].clone());
+    let mut drawn = |world: &mut World| {
+        ordered.each_ref().map(|desc| {
+            renderer.show(&mut world.textures, desc.clone()).unwrap();
+            views().map(|(view, size)| world.shot(&renderer, view, size)).concat()
+        })
+    };
+    let mut pictures = Vec::new();
+    for is_all_there in [false, true] {
+        let whole = Region::whole();
+        let ticket = world.textures.ahead().pin(world.ids[0], &whole).unwrap();
+        (0..50).for_each(|_| world.textures.update().unwrap());
+        assert_eq!(ticket.progress().resident, ticket.progress().pages);
+        if is_all_there {
+            world.load_all();
+        }
+        let [first, others @ ..] = drawn(&mut world);
+        for other in others {
+            let apart = first.iter().zip(&other).flat_map(|(a, b)| (0..3).map(|c| a[c].abs_diff(b[c])));
+            assert!(apart.max() <= Some(1), "{is_all_there}");
+        }
+        pictures.push(first);
+    }
+    assert_ne!(pictures[0], pictures[1], "other levels are seen at first");
 }
 
 #[test]

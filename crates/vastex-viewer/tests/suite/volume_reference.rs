@@ -329,14 +329,14 @@ impl<'a> Sampled<'a> {
         Sampled { of: &desc.of, levels, ray, pixel, steps, values }
     }
 
-    /// The value of a channel at a place, of the level that is wanted at a way.
-    fn at(&self, channel: usize, world: DVec3, way: f64) -> f64 {
-        at_level(self.of, self.levels[channel], world, (self.pixel)(way))
+    /// The value of a channel at a place, of a level.
+    fn at(&self, channel: usize, world: DVec3, level: usize) -> f64 {
+        self.levels[channel][level].sample(world / self.of.voxel)
     }
 
     /// The value of a channel at a way along the ray.
-    fn value(&self, channel: usize, way: f64) -> f64 {
-        self.at(channel, self.ray.origin + self.ray.direction * way, way)
+    fn value(&self, channel: usize, way: f64, level: usize) -> f64 {
+        self.at(channel, self.ray.origin + self.ray.direction * way, level)
     }
 
     /// That of a sample.
@@ -401,28 +401,26 @@ impl<'a> Sampled<'a> {
         let iso = f64::from(desc.iso);
         let mut nearest: Option<(f64, DVec3)> = None;
         for (nth, channel) in desc.channels.iter().enumerate() {
-            let mut last = (self.ray.begin, self.value(nth, self.ray.begin));
-            let mut crossing = (last.1 >= iso).then_some(self.ray.begin);
-            for (step, Sample { way, .. }) in self.steps.iter().enumerate() {
+            let mut last = self.ray.begin;
+            let level = level_of(self.of, self.levels[nth], (self.pixel)(last));
+            let mut crossing = (self.value(nth, last, level) >= iso).then_some((last, level));
+            for (step, Sample { way, level, .. }) in self.steps.iter().enumerate() {
                 if crossing.is_some() {
                     break;
                 }
-                let now = (*way, self.sample(nth, step));
-                if now.1 >= iso {
-                    crossing = Some(self.refined(nth, iso, last, now));
+                if self.sample(nth, step) >= iso {
+                    crossing = Some((self.refined(nth, iso, [last, *way], *level), *level));
                 }
-                last = now;
+                last = *way;
             }
-            let Some(way) = crossing.filter(|way| nearest.is_none_or(|(nearest, _)| *way < nearest)) else {
-                continue;
-            };
+            let is_nearer = |(way, _): &(f64, usize)| nearest.is_none_or(|(nearest, _)| *way < nearest);
+            let Some((way, level)) = crossing.filter(is_nearer) else { continue };
             let world = self.ray.origin + self.ray.direction * way;
-            let levels = self.levels[nth];
-            let scale = levels[level_of(self.of, levels, (self.pixel)(way))].scale;
+            let scale = self.levels[nth][level].scale;
             let slope = DVec3::from_array(std::array::from_fn(|a| {
                 let side = scale[a] * self.of.voxel[a];
                 let half = DVec3::AXES[a] * (side / 2.0);
-                (self.at(nth, world + half, way) - self.at(nth, world - half, way)) / side
+                (self.at(nth, world + half, level) - self.at(nth, world - half, level)) / side
             }));
             let lit = match slope.length() {
                 0.0 => 1.0,
@@ -433,12 +431,17 @@ impl<'a> Sampled<'a> {
         nearest.map_or(DVec3::ZERO, |(_, light)| light)
     }
 
-    /// Where a channel reaches a value between two samples.
-    fn refined(&self, nth: usize, iso: f64, mut before: (f64, f64), mut after: (f64, f64)) -> f64 {
+    /// Where a channel reaches a value between two samples, by the level of the second. Where that has
+    /// reached it at the first one already, which was of a finer level, it is there.
+    fn refined(&self, nth: usize, iso: f64, ways: [f64; 2], level: usize) -> f64 {
+        let [mut before, mut after] = ways.map(|way| (way, self.value(nth, way, level)));
         for _ in 0..4 {
             let middle = (before.0 + after.0) / 2.0;
-            let found = (middle, self.value(nth, middle));
+            let found = (middle, self.value(nth, middle, level));
             if found.1 >= iso { after = found } else { before = found }
+        }
+        if before.1 >= iso {
+            return before.0;
         }
         before.0 + (after.0 - before.0) * (iso - before.1) / (after.1 - before.1)
     }

@@ -41,38 +41,31 @@ fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
         // A quotient of equals need not be 1 exactly.
         let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
         let lengthened = steps.lengthened / first_step;
-        samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
-        // As far as the brick of the first channel goes; where the brick of another ends before, its next one
-        // follows.
-        var nth = 0u;
-        var done = 0u;
+        var turn = VolumeTurn(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
         // One channel is shown at least; tests before each cost a tenth of a picture by lavapipe.
         loop {
-            let at = volume_at(ray, volume_way(steps, ray, done));
-            let brick = vastex_brick(volume_scene.of_channel[nth].id, volume_scene.anchor, at, steps.level);
-            let end = min(done + volume_samples_in(steps, ray, done, brick), samples);
-            samples = select(samples, end, nth == 0u);
-            let longer = select(0.0, lengthened, done == 0u);
-            var own = select(kept[nth], volume_of_none(), count + done == 0u);
+            let piece = volume_piece(steps, ray, turn);
+            turn.samples = piece.samples;
+            let longer = select(0.0, lengthened, turn.done == 0u);
+            var own = select(kept[turn.nth], volume_of_none(), count + turn.done == 0u);
             // What changes nothing is leapt over, and what is the same everywhere is sampled once.
-            let range = vastex_brick_range(brick);
+            let range = vastex_brick_range(piece.brick);
             let is_idle = (VOLUME_MODE == VOLUME_MIP && range.y <= own) || (VOLUME_MODE == VOLUME_MINIP && range.x >= own);
             if range.x == range.y {
-                own = volume_with(own, range.x, f32(end - done) * weight + longer);
+                own = volume_with(own, range.x, f32(piece.end - turn.done) * weight + longer);
             } else if !is_idle {
-                for (var sample = done; sample < end; sample++) {
-                    let value = volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample)));
-                    own = volume_with(own, value, weight + select(0.0, longer, sample == done));
+                for (var sample = turn.done; sample < piece.end; sample++) {
+                    let value = volume_sample(piece.brick, volume_at(ray, volume_way(steps, ray, sample)));
+                    own = volume_with(own, value, weight + select(0.0, longer, sample == turn.done));
                 }
             }
-            kept[nth] = own;
-            let is_through = end >= samples;
-            nth += select(0u, 1u, is_through);
-            done = select(end, 0u, is_through);
-            if !volume_shows(nth) {
+            kept[turn.nth] = own;
+            turn = volume_turn_after(turn, piece.end);
+            if !volume_shows(turn.nth) {
                 break;
             }
         }
+        samples = turn.samples;
         length += f32(samples) * weight + lengthened;
         count += samples;
     }

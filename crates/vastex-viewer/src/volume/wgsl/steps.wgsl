@@ -66,6 +66,35 @@ fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, after: u32, brick: Vast
     return clamp(volume_first_from(ray, steps.step, exit), nth + 1u, steps.end) - nth;
 }
 
+// Where a walk along a ray that serves all channels is: samples from its next one on are looked at channel by
+// channel, as far as the brick of the first channel goes.
+struct VolumeTurn {
+    nth: u32,       // the channel
+    done: u32,      // samples that it has been through
+    samples: u32,   // as many are looked at
+}
+
+// What a channel has in one brick.
+struct VolumePiece {
+    brick: VastexBrick,
+    end: u32,       // the sample up to which it goes
+    samples: u32,   // as many are looked at: where it is the first channel no more than in its brick
+}
+
+fn volume_piece(steps: VolumeSteps, ray: VolumeRay, turn: VolumeTurn) -> VolumePiece {
+    let at = volume_at(ray, volume_way(steps, ray, turn.done));
+    let brick = vastex_brick(volume_scene.of_channel[turn.nth].id, volume_scene.anchor, at, steps.level);
+    let end = min(turn.done + volume_samples_in(steps, ray, turn.done, brick), turn.samples);
+    return VolumePiece(brick, end, select(turn.samples, end, turn.nth == 0u));
+}
+
+// After so many samples of a channel: the next channel, or its own next brick where that ends before the
+// first channel's.
+fn volume_turn_after(turn: VolumeTurn, end: u32) -> VolumeTurn {
+    let is_through = end >= turn.samples;
+    return VolumeTurn(turn.nth + select(0u, 1u, is_through), select(end, 0u, is_through), turn.samples);
+}
+
 // The level that is wanted at a way along a ray.
 struct VolumeReach {
     level: f32,     // as vastex_volume_level gives it

@@ -4,63 +4,56 @@
 struct VolumeSurface {
     way: f32,       // 1e30 where there is none
     channel: u32,
+    level: f32,     // of the sample behind it, as vastex_volume_level gives it
 }
 
 // The first place along a ray at which a channel reaches the value of the surface: of the first channel,
 // where several are equally near.
 fn volume_surface(ray: VolumeRay) -> VolumeSurface {
-    var surface = VolumeSurface(1e30, 0u);
+    var surface = VolumeSurface(1e30, 0u, 0.0);
     if !VOLUME_HAS_IMAGE {
         return surface;
     }
     let first = volume_scene.of_channel[0].id;
     // A surface may be where the ray begins: that is looked at before its samples, as if it were one.
     var before = ray.begin;
-    var before_level = vastex_volume_level(first, volume_pixel(ray.begin));
     var steps = volume_steps(ray);
     steps.end = 1u;
-    steps.level = before_level;
+    steps.level = vastex_volume_level(first, volume_pixel(ray.begin));
     var samples = 0u;
     var count = 0u;
     // The channels that reach it at the last one of the samples.
     var reached = 0u;
     loop {
-        samples = min(steps.end - steps.nth, VOLUME_SAMPLES - count);
-        // As far as the brick of the first channel goes; where the brick of another ends before, its next one
-        // follows.
-        var nth = 0u;
-        var done = 0u;
+        var turn = VolumeTurn(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
         loop {
-            let at = volume_at(ray, volume_way(steps, ray, done));
-            let brick = vastex_brick(volume_scene.of_channel[nth].id, volume_scene.anchor, at, steps.level);
-            let end = min(done + volume_samples_in(steps, ray, done, brick), samples);
-            samples = select(samples, end, nth == 0u);
-            var sample = done;
-            if vastex_brick_range(brick).y < volume_scene.iso {
+            let piece = volume_piece(steps, ray, turn);
+            turn.samples = piece.samples;
+            var sample = turn.done;
+            if vastex_brick_range(piece.brick).y < volume_scene.iso {
                 // No surface in all of it.
-                sample = end;
+                sample = piece.end;
             }
-            while sample < end && !(volume_sample(brick, volume_at(ray, volume_way(steps, ray, sample))) >= volume_scene.iso) {
+            while sample < piece.end
+                && !(volume_sample(piece.brick, volume_at(ray, volume_way(steps, ray, sample))) >= volume_scene.iso) {
                 sample++;
             }
-            if sample < end {
+            if sample < piece.end {
                 // What lies behind it is of no interest any more.
-                let one = 1u << nth;
-                reached = select(one, reached | one, sample + 1u == samples);
-                samples = sample + 1u;
+                let one = 1u << turn.nth;
+                reached = select(one, reached | one, sample + 1u == turn.samples);
+                turn.samples = sample + 1u;
             }
-            let is_through = end >= samples;
-            nth += select(0u, 1u, is_through);
-            done = select(end, 0u, is_through);
-            if !volume_shows(nth) {
+            turn = volume_turn_after(turn, piece.end);
+            if !volume_shows(turn.nth) {
                 break;
             }
         }
+        samples = turn.samples;
         if reached != 0u {
             break;
         }
         before = volume_way(steps, ray, samples - 1u);
-        before_level = steps.level;
         if steps.step == 0.0 {
             // The beginning is none of its samples.
             steps = volume_steps(ray);
@@ -78,32 +71,28 @@ fn volume_surface(ray: VolumeRay) -> VolumeSurface {
     let after = volume_way(steps, ray, samples - 1u);
     if samples > 1u {
         before = volume_way(steps, ray, samples - 2u);
-        before_level = steps.level;
     }
     for (var nth = 0u; volume_shows(nth); nth++) {
         if ((reached >> nth) & 1u) == 0u {
             continue;
         }
-        let id = volume_scene.of_channel[nth].id;
-        let values = vec2<f32>(
-            volume_value_of(ray, id, before, before_level), volume_value_of(ray, id, after, steps.level));
-        let way = volume_refined(ray, id, vec2<f32>(before, after), values);
+        let way = volume_refined(ray, volume_scene.of_channel[nth].id, steps.level, vec2<f32>(before, after));
         if way < surface.way {
-            surface = VolumeSurface(way, nth);
+            surface = VolumeSurface(way, nth, steps.level);
         }
     }
     return surface;
 }
 
 // Where between two ways, of which the second has reached it, the value of the surface is: by four
-// halvings, then by the secant. The other way round the secant would often hit it, and which half is taken
-// then would hang on rounding.
-fn volume_refined(ray: VolumeRay, id: u32, ways: vec2<f32>, values: vec2<f32>) -> f32 {
-    var before = vec2<f32>(ways.x, values.x);
-    var after = vec2<f32>(ways.y, values.y);
+// halvings, then by the secant, all of the level by which the second was found to. The other way round the
+// secant would often hit it, and which half is taken then would hang on rounding.
+fn volume_refined(ray: VolumeRay, id: u32, level: f32, ways: vec2<f32>) -> f32 {
+    var before = vec2<f32>(ways.x, volume_value_of(ray, id, ways.x, level));
+    var after = vec2<f32>(ways.y, volume_value_of(ray, id, ways.y, level));
     for (var nth = 0u; nth < 4u; nth++) {
         let way = 0.5 * (before.x + after.x);
-        let value = volume_value(ray, id, way);
+        let value = volume_value_of(ray, id, way, level);
         if value >= volume_scene.iso {
             after = vec2<f32>(way, value);
         } else {
@@ -116,8 +105,7 @@ fn volume_refined(ray: VolumeRay, id: u32, ways: vec2<f32>, values: vec2<f32>) -
 
 // How steep a channel is, per length of the world, from differences of half a voxel of the level either
 // way.
-fn volume_slope(ray: VolumeRay, id: u32, way: f32) -> vec3<f32> {
-    let level = vastex_volume_level(id, volume_pixel(way));
+fn volume_slope(ray: VolumeRay, id: u32, way: f32, level: f32) -> vec3<f32> {
     let scale = vastex_volume_scale(id, vastex_volume_whole_level(id, level));
     let at = volume_at(ray, way);
     // What is next to a place is in its own brick, border included: others may not be there where nobody
@@ -139,7 +127,7 @@ fn volume_surface_light(ray: VolumeRay) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let channel = volume_scene.of_channel[surface.channel];
-    let slope = volume_slope(ray, channel.id, surface.way);
+    let slope = volume_slope(ray, channel.id, surface.way, surface.level);
     let largest = max(max(abs(slope.x), abs(slope.y)), abs(slope.z));
     let steepness = length(slope / max(largest, 1e-30));
     let toward = normalize(ray.direction * volume_scene.voxel);
