@@ -156,6 +156,11 @@ impl Progress for Bar {
         self.0.set_message(format!(", {} written", report::bytes(bytes_written)));
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
+
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        self.0.set_message(format!(", {} decoded", report::percent(share)));
+        if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
 }
 
 /// A progress bar, and what is said of the images: each thing once, as soon as it is known.
@@ -168,6 +173,10 @@ struct Watch {
 impl Progress for Watch {
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
         self.bar.advance(rows_done, rows_total, bytes_written)
+    }
+
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        self.bar.beginning(share)
     }
 
     fn note(&self, image: &Path, notice: &Notice) {

@@ -197,6 +197,10 @@ impl Progress for WhileRead<'_> {
     fn wait(&self) -> ControlFlow<()> {
         self.advance(0, 0, 0)
     }
+
+    fn beginning(&self, _: f64) -> ControlFlow<()> {
+        self.advance(0, 0, 0)
+    }
 }
 
 #[deny(clippy::missing_trait_methods)]

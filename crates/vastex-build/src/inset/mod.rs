@@ -228,6 +228,10 @@ impl Progress for Steps<'_> {
         self.progress.advance(self.rows_before + rows_done, self.rows, self.bytes_before + bytes_written)
     }
 
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        self.progress.beginning(share)
+    }
+
     fn note(&self, image: &Path, notice: &Notice) {
         self.progress.note(image, notice);
     }

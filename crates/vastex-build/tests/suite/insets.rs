@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use crate::common::files::jpeg;
 use crate::common::{texels, tiles, write_png};
 use png::BitDepth::Eight;
 use png::ColorType::{Grayscale, Rgb, Rgba};
@@ -102,6 +103,32 @@ fn touches(geometry: &Geometry, pos: PagePos, at: [u32; 2], size: [u32; 2]) -> b
         .iter()
         .zip(at.iter().zip(size))
         .all(|(&p, (&at, size))| p * page < at + size && (p + 1) * page > at)
+}
+
+/// Breaks off what is decoded before a first row, and nothing else.
+struct Impatient;
+
+impl Progress for Impatient {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    fn beginning(&self, _: f64) -> ControlFlow<()> {
+        ControlFlow::Break(())
+    }
+}
+
+#[test]
+fn what_is_decoded_before_the_first_row_is_broken_off_with_insets_as_without() {
+    let world = World::new();
+    let (image, output) = (world.path("coarse.jpg"), world.path("out.vastex"));
+    std::fs::write(&image, jpeg(SIZE, 1, true, &world.coarse)).unwrap();
+    let (inset, _) = world.inset("inset.png", [32, 32], [64, 64], 1);
+    for insets in [vec![], vec![inset]] {
+        let options = BuildOptions { insets, ..options() };
+        let built = build(&[image.as_path()], &output, &options, &Impatient);
+        assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists());
+    }
 }
 
 #[test]
