@@ -80,6 +80,8 @@ pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("WINIT_X11_SCALE_FACTOR", display.scale.to_string());
     command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
+    // GNU's allocator keeps what a software driver takes again in each frame.
+    command.env("MALLOC_TRIM_THRESHOLD_", "536870912").env("MALLOC_TOP_PAD_", "33554432");
     // What was compiled in the tests need not be compiled again for each window.
     compiled_shaders::share(command);
 }
