@@ -84,7 +84,7 @@ pub(crate) fn watched<T: Send, W: FnOnce() -> T + Send>(
 }
 
 /// Reads the first rows of an image, while `progress` hears on this thread of the work before them: how much
-/// of it is done ([`Progress::beginning`]), or where that is not known that nothing is yet
+/// of it is done ([`Progress::beginning`]), or, where that is not known, that no row is done yet
 /// ([`Progress::advance`]). `None` where it was broken off.
 pub fn read_first_rows(
     reader: &mut dyn RowReader,

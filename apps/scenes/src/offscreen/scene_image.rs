@@ -1,4 +1,4 @@
-//! What a scene without a window is made of.
+//! An image as it was opened: its tiles, and the size of the whole.
 
 use std::sync::Arc;
 

@@ -63,10 +63,6 @@ pub(crate) fn run(args: &InfoArgs) -> Result<ExitCode> {
 #[cfg(feature = "view")]
 #[cfg_attr(not(feature = "build"), expect(unused_variables, reason = "nothing is found"))]
 pub(crate) fn said_of(file: &Path, looked: &open::Looked) -> Result<SaidOfFile> {
-    let named = |rows: Vec<(&'static str, String)>| {
-        let rows = rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value));
-        SaidOfFile::of_rows(rows.collect())
-    };
     #[cfg(feature = "volumes")]
     if super::volume::is_described_as_volume(file) {
         return super::volume::rows_of(file).map(SaidOfFile::of_rows);
@@ -74,7 +70,8 @@ pub(crate) fn said_of(file: &Path, looked: &open::Looked) -> Result<SaidOfFile> 
     if open::is_directory_of_tiles(file) {
         let cache = CacheArgs { cache: None, cache_gib: 20 };
         let tiles = super::source_info::of(file, &cache)?;
-        return Ok(named(tiles.map_or_else(Vec::new, |(_, summary)| summary.rows().into())));
+        let rows: Vec<_> = tiles.map_or_else(Vec::new, |(_, summary)| summary.rows().into());
+        return Ok(SaidOfFile::of_rows(rows));
     }
     #[cfg(feature = "build")]
     if open::what_lies_at(file)? == open::Lies::Other {
@@ -86,9 +83,7 @@ pub(crate) fn said_of(file: &Path, looked: &open::Looked) -> Result<SaidOfFile> 
         }
     }
     let container = Container::open_file(file)?;
-    let rows = Summary::new(&container.info(), &container).all_rows();
-    let rows = rows.into_iter().map(|(name, value)| (name.trim().to_owned(), value));
-    Ok(SaidOfFile::of_rows(rows.collect()))
+    Ok(SaidOfFile::of_rows(Summary::new(&container.info(), &container).all_rows()))
 }
 
 /// Says a summary as JSON or as text, with the estimate that was asked for.

@@ -25,8 +25,9 @@ pub(crate) struct SaidOfFile {
 
 impl SaidOfFile {
     /// Of a file of which nothing is converted.
-    pub(crate) fn of_rows(rows: Vec<(String, String)>) -> SaidOfFile {
-        SaidOfFile { rows, converted: Vec::new() }
+    pub(crate) fn of_rows<N: AsRef<str>>(rows: impl IntoIterator<Item = (N, String)>) -> SaidOfFile {
+        let rows = rows.into_iter().map(|(name, value)| (name.as_ref().trim().to_owned(), value));
+        SaidOfFile { rows: rows.collect(), converted: Vec::new() }
     }
 }
 
@@ -53,7 +54,7 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, said: SaidOfFile) -> File
     match is_stack(file) {
         // The file alone may be opened as a volume.
         true => images.extend([("as a volume".to_owned(), in_file(file, "volume")), image(FIRST_IMAGE)]),
-        false if !tiff.others().is_empty() => images.push((FIRST_IMAGE.to_owned(), file.into())),
+        false if !tiff.others().is_empty() => images.push(image(FIRST_IMAGE)),
         false => {}
     }
     images.extend(tiff.others().iter().map(|other| image(&other.name)));
@@ -106,8 +107,8 @@ pub(crate) fn images_of_volume(_: &Path) -> Vec<(String, std::ffi::OsString)> {
 /// What the source that a path names says of itself: a TIFF file, also where bands of it are shown, of its
 /// first image; a container what it keeps of the file that it was built of.
 #[cfg(feature = "build")]
-pub(super) fn said_of(path: &Path) -> Option<vastex_build::TiffAbout> {
-    let file = super::bands::without_bands(path);
+pub(super) fn tiff_about(path: &Path) -> Option<vastex_build::TiffAbout> {
+    let file = super::bands::file_of_first_image(path);
     if file == path && vastex_build::image_in_file(path).is_some() {
         return None;
     }

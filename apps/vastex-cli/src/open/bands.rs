@@ -22,7 +22,7 @@ pub(crate) fn path_of(file: &Path, bands: &[u16]) -> PathBuf {
 
 /// The file of which a path names the first image, or bands of it as [`path_of`] writes it; any other path is
 /// given back.
-pub(crate) fn without_bands(path: &Path) -> &Path {
+pub(crate) fn file_of_first_image(path: &Path) -> &Path {
     #[cfg(feature = "build")]
     if let Some((file, name)) = vastex_build::image_in_file(path)
         && vastex_build::means_first_image(name)
@@ -32,16 +32,17 @@ pub(crate) fn without_bands(path: &Path) -> &Path {
     path
 }
 
-/// Returns true if a path names bands of the image that another path means: they are seen where that is.
+/// Returns true if a path names the first image of the file that another path means, or bands of it: they are
+/// seen where that is.
 #[cfg(feature = "view")]
-pub(crate) fn are_bands_of(path: &Path, shown: &Path) -> bool {
-    without_bands(path) != path && is_same_file(path, shown)
+pub(crate) fn is_of_first_image_of(path: &Path, shown: &Path) -> bool {
+    file_of_first_image(path) != path && is_same_file(path, shown)
 }
 
 /// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
 #[cfg(feature = "view")]
 pub(crate) fn is_same_file(path: &Path, other: &Path) -> bool {
-    let [path, other] = [path, other].map(|path| std::path::absolute(without_bands(path)));
+    let [path, other] = [path, other].map(|path| std::path::absolute(file_of_first_image(path)));
     matches!((path, other), (Ok(path), Ok(other)) if path == other)
 }
 
@@ -58,7 +59,7 @@ pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
         if are_chosen || vastex_build::bands_to_choose(file).is_none() {
             continue;
         }
-        let image = without_bands(file).to_owned();
+        let image = file_of_first_image(file).to_owned();
         if asked.iter().any(|layer| layer.bands != first) {
             bail!(
                 "{}: two layers ask for different bands of it; lay the file over itself for the others: --over {0}:bands=5,4,3",
@@ -108,9 +109,11 @@ mod tests {
             ("label", "first", false),
             ("label", "label", false),
         ] {
-            assert_eq!(are_bands_of(&named(path), &named(shown)), stays, "{path} after {shown}");
+            assert_eq!(is_of_first_image_of(&named(path), &named(shown)), stays, "{path} after {shown}");
         }
-        assert!(are_bands_of(&named("first"), &file) && !are_bands_of(&file, &named("label")));
-        assert!(!are_bands_of(&directory.path().join("b.tif:first"), &file));
+        assert!(
+            is_of_first_image_of(&named("first"), &file) && !is_of_first_image_of(&file, &named("label"))
+        );
+        assert!(!is_of_first_image_of(&directory.path().join("b.tif:first"), &file));
     }
 }

@@ -69,7 +69,7 @@ fn read(image: &Path, path: &Path, goes_on: impl Fn() -> bool) -> Result<Shapes>
 /// From texels to coordinates, and the number of their system.
 #[cfg(feature = "build")]
 fn place_of(image: &Path) -> Option<(DAffine2, Option<u16>)> {
-    let place = super::about::said_of(image)?.place?;
+    let place = super::about::tiff_about(image)?.place?;
     let [a, b, c, d, e, f] = place.from_texels;
     let matrix = glam::DMat2::from_cols_array(&[a, d, b, e]);
     Some((DAffine2::from_mat2_translation(matrix, [c, f].into()), place.epsg))

@@ -90,9 +90,8 @@ impl Beginning {
     }
 }
 
-/// A file of which all is decoded before the first row is there: says how much of it was taken, and fails
-/// where nobody wants it any more.
-pub(super) struct TakenWhole<R> {
+/// A file that says how much of it was taken, and that fails where nobody wants it any more.
+pub(super) struct Watched<R> {
     inner: R,
     /// Bytes of the file, and those that were taken.
     len: u64,
@@ -100,14 +99,14 @@ pub(super) struct TakenWhole<R> {
     beginning: Arc<Beginning>,
 }
 
-impl<R> TakenWhole<R> {
+impl<R> Watched<R> {
     /// A file of so many bytes.
-    pub(super) fn new(inner: R, len: u64, beginning: Arc<Beginning>) -> TakenWhole<R> {
-        TakenWhole { inner, len, taken: 0, beginning }
+    pub(super) fn new(inner: R, len: u64, beginning: Arc<Beginning>) -> Watched<R> {
+        Watched { inner, len, taken: 0, beginning }
     }
 }
 
-impl<R: BufRead> Read for TakenWhole<R> {
+impl<R: BufRead> Read for Watched<R> {
     fn read(&mut self, buf: &mut [u8]) -> io::Result<usize> {
         let available = self.fill_buf()?;
         let count = available.len().min(buf.len());
@@ -117,7 +116,7 @@ impl<R: BufRead> Read for TakenWhole<R> {
     }
 }
 
-impl<R: BufRead> BufRead for TakenWhole<R> {
+impl<R: BufRead> BufRead for Watched<R> {
     fn fill_buf(&mut self) -> io::Result<&[u8]> {
         self.beginning.check()?;
         self.inner.fill_buf()
@@ -130,7 +129,7 @@ impl<R: BufRead> BufRead for TakenWhole<R> {
     }
 }
 
-impl<R: BufRead + Seek> Seek for TakenWhole<R> {
+impl<R: BufRead + Seek> Seek for Watched<R> {
     fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
         self.taken = self.inner.seek(to)?;
         Ok(self.taken)
@@ -157,7 +156,7 @@ mod tests {
     #[test]
     fn what_is_taken_is_told_and_ends_where_it_is_not_wanted() {
         let beginning = Arc::new(Beginning::default());
-        let mut taken = TakenWhole::new(&[7; 100][..], 100, beginning.clone());
+        let mut taken = Watched::new(&[7; 100][..], 100, beginning.clone());
         let mut some = [0; 25];
         taken.read_exact(&mut some).unwrap();
         assert!(some == [7; 25] && (beginning.share() - 0.25).abs() < 1e-3);

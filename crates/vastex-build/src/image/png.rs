@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Info, Limits, Reader, Transformations};
 
-use super::beginning::TakenWhole;
+use super::beginning::Watched;
 use super::exif;
 use super::file::buffered;
 use super::stored_as::{Palette, StoredAs, unpacked};
@@ -41,7 +41,7 @@ const FIRST_PASS: u32 = 8;
 /// A PNG file.
 pub(super) struct PngReader {
     header: ImageHeader,
-    reader: Reader<TakenWhole<BufReader<File>>>,
+    reader: Reader<Watched<BufReader<File>>>,
     interlaced: bool,
     /// Of an interlaced image.
     beginning: Arc<Beginning>,
@@ -87,7 +87,7 @@ impl PngReader {
         let limits = Limits { bytes: usize::try_from(limit).unwrap_or(usize::MAX) };
         let beginning = Arc::new(Beginning::default());
         let len = file.metadata()?.len();
-        let source = TakenWhole::new(buffered(file), len, beginning.clone());
+        let source = Watched::new(buffered(file), len, beginning.clone());
         let mut decoder = Decoder::new_with_limits(source, limits);
         decoder.set_transformations(how);
         decoder.set_ignore_text_chunk(true);

@@ -25,6 +25,20 @@ pub enum Converted {
     Premultiplied,
 }
 
+impl Converted {
+    /// All that samples are converted from: what their numbers are, grey of which 0 is white, colours
+    /// multiplied by alpha.
+    pub(super) fn all(
+        number: Option<Converted>,
+        is_white_zero: bool,
+        is_premultiplied: bool,
+    ) -> Vec<Converted> {
+        let inverted = is_white_zero.then_some(Converted::WhiteIsZero);
+        let multiplied = is_premultiplied.then_some(Converted::Premultiplied);
+        [number, inverted, multiplied].into_iter().flatten().collect()
+    }
+}
+
 impl fmt::Display for Converted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -73,6 +73,8 @@ pub struct Beside {
     /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Duration>,
     is_busy: bool,
+    /// True if nobody saw the last frame.
+    follows_unseen: bool,
 }
 
 impl Beside {
@@ -95,6 +97,7 @@ impl Beside {
             times_forgotten: 0,
             drawn_at: None,
             is_busy: false,
+            follows_unseen: false,
         }
     }
 
@@ -288,13 +291,14 @@ impl Beside {
         self.title.notice() != self.shown_notice.as_deref()
     }
 
-    /// Returns true if a frame was due at once after the last one: then nobody slept between both.
+    /// Returns true if a frame was due at once after the last one, which somebody saw: then nobody slept
+    /// between both.
     pub fn is_busy(&self) -> bool {
         self.is_busy
     }
 
     pub(crate) fn set_busy(&mut self, is_busy: bool) {
-        self.is_busy = is_busy;
+        self.is_busy = is_busy && !self.follows_unseen;
     }
 
     /// A frame is being drawn: it counts for the title and for what the machine does, unless there was a
@@ -306,7 +310,16 @@ impl Beside {
             self.title.count_frame(since);
             self.hud.frames.push(since);
         }
+        self.follows_unseen = false;
         Some(since)
+    }
+
+    /// A frame is being drawn that nobody sees: neither it nor the time until the next one that is seen
+    /// counts. Gives the time since the last one, if there was one.
+    pub(crate) fn count_unseen_frame(&mut self) -> Option<Duration> {
+        let now = self.now();
+        self.follows_unseen = true;
+        Some(now.saturating_sub(self.drawn_at.replace(now)?))
     }
 
     /// What a picture lies on.

@@ -129,9 +129,14 @@ impl SurfaceScene {
         self.wake();
     }
 
+    /// How layers are to be compared now.
+    pub(super) fn compared(&self) -> CompareMode {
+        self.settings.options.compare_mode.at(self.beside.now())
+    }
+
     /// Has layers compared as they are to be seen now.
     pub(super) fn compare(&mut self) {
-        let mode = self.settings.options.compare_mode.at(self.beside.now());
+        let mode = self.compared();
         if let Some(displayed) = self.display.displayed_mut() {
             displayed.compare(&self.gpu, &self.textures, mode);
         }

@@ -1,6 +1,8 @@
 //! Frames that nobody sees. While a picture stays as it is, what it lacks is found by feedback alone: to draw
 //! it again would show the same.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use vastex::diagnostics::FrameStats;
@@ -10,31 +12,35 @@ use super::SurfaceScene;
 use super::source::DisplayError;
 use crate::beside::Wake;
 use crate::camera::Pose;
+use crate::layers::CompareMode;
 use crate::stage::{Frame, Pictures, StageView};
 
 /// From one such frame to the next, as on a display of 60 frames a second.
 const PAUSE: Duration = Duration::from_millis(16);
-/// As long what the machine does is shown as it was.
-const OF_MACHINE: Duration = Duration::from_millis(250);
+/// For so long what is shown of the machine may be old.
+const HUD_PAUSE: Duration = Duration::from_millis(250);
 
-/// What a picture shows of the textures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// What a picture shows of the textures, and how.
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Content {
     /// Tiles that came and went so far, and bytes of changes of page tables.
     tiles: u64,
     tables: u64,
-    /// Levels that it is coarser than wanted, in eighths, and bytes of all pools.
-    bias: u16,
+    /// Levels that it is coarser than wanted, in eighths, of all pools together, and bytes of all pools.
+    biases: u64,
     pools: u64,
+    /// How layers are compared: a flicker shows another one after a while.
+    compared: CompareMode,
 }
 
 impl Content {
     /// `None` while tiles fade in, and each frame shows something else.
-    fn of(stats: &FrameStats) -> Option<Content> {
+    fn of(stats: &FrameStats, compared: CompareMode) -> Option<Content> {
         let pager = &stats.pager;
         let tiles = pager.loaded + pager.shared + pager.refreshed + pager.evicted;
-        let (tables, bias, pools) = (stats.table_bytes_sent, pager.bias_eighths, stats.pool_bytes);
-        (stats.fading == 0).then_some(Content { tiles, tables, bias, pools })
+        let biases = stats.pools.iter().map(|pool| u64::from(pool.pager.bias_eighths)).sum();
+        let (tables, pools) = (stats.table_bytes_sent, stats.pool_bytes);
+        (stats.fading == 0).then_some(Content { tiles, tables, biases, pools, compared })
     }
 }
 
@@ -44,8 +50,10 @@ pub(super) struct LastPicture {
     /// Where the camera was and what the textures had; nothing, if it is to be drawn anew.
     of: Option<(Pose, Content)>,
     at: Duration,
-    /// True if frames that nobody saw came after it.
-    is_behind: bool,
+    /// True if frames that nobody saw came after it, so that one more picture is owed.
+    owes_picture: bool,
+    /// Turns true once the GPU is done with the last frame that nobody saw.
+    unseen_is_done: Option<Arc<AtomicBool>>,
 }
 
 impl LastPicture {
@@ -53,38 +61,48 @@ impl LastPicture {
     pub(super) fn forget(&mut self) {
         self.of = None;
     }
+
+    /// Returns true while the GPU is at work on a frame that nobody is to see.
+    fn is_awaited(&self) -> bool {
+        self.unseen_is_done.as_ref().is_some_and(|is_done| !is_done.load(Ordering::Acquire))
+    }
 }
 
 impl SurfaceScene {
     /// A picture was drawn.
     pub(super) fn note_picture(&mut self, pose: Pose) {
-        let content = Content::of(&self.textures.stats());
+        let content = Content::of(&self.textures.stats(), self.compared());
         let (of, at) = (content.map(|content| (pose, content)), self.beside.now());
-        self.last_picture = LastPicture { of, at, is_behind: false };
+        let unseen_is_done = self.last_picture.unseen_is_done.take();
+        self.last_picture = LastPicture { of, at, owes_picture: false, unseen_is_done };
     }
 
     /// Returns true if the picture is to be drawn once more, since nobody saw the frames after it: what lies
     /// over it may say more of a view that has settled.
-    pub(super) fn is_behind(&self) -> bool {
-        self.last_picture.is_behind
+    pub(super) fn owes_picture(&self) -> bool {
+        self.last_picture.owes_picture
     }
 
     /// When a frame of a view is due that has not settled: one that nobody sees, if its picture would be the
     /// last one.
     pub(super) fn unsettled_wake(&self, stats: &FrameStats) -> Wake {
         let LastPicture { of, at, .. } = &self.last_picture;
-        let is_same = of.is_some_and(|(_, content)| Content::of(stats) == Some(content));
+        let is_same = of.is_some_and(|(_, content)| Content::of(stats, self.compared()) == Some(content));
         // By inline feedback pictures say themselves what they lack, and overlays show what is wanted.
-        let is_told_apart = self.textures.inspect().feedback_mode() != FeedbackMode::Inline
+        let stays_the_same = self.textures.inspect().feedback_mode() != FeedbackMode::Inline
             && self.settings.overlay.is_none()
             && !self.is_empty();
         let hud = &self.beside.hud;
         let is_quiet =
-            !hud.is_shown() || !hud.has_news() && self.beside.now().saturating_sub(*at) < OF_MACHINE;
-        if is_same && is_told_apart && is_quiet {
-            Wake::Unseen(self.beside.due_after(PAUSE))
-        } else {
-            Wake::Now
+            !hud.is_shown() || !hud.has_news() && self.beside.now().saturating_sub(*at) < HUD_PAUSE;
+        if !(is_same && stays_the_same && is_quiet) {
+            return Wake::Now;
+        }
+        // Nothing else keeps such frames from piling up before a GPU that takes longer than the pause.
+        let is_there = self.gpu.device.poll(wgpu::PollType::Poll).is_ok();
+        match is_there && self.last_picture.is_awaited() {
+            true => Wake::Unseen(PAUSE),
+            false => Wake::Unseen(self.beside.due_after(PAUSE)),
         }
     }
 
@@ -95,7 +113,7 @@ impl SurfaceScene {
             self.last_picture.forget();
             return Ok(());
         };
-        if let Some(since) = self.beside.count_frame() {
+        if let Some(since) = self.beside.count_unseen_frame() {
             self.textures.set_frame_time(since);
         }
         let renderer = &displayed.renderer;
@@ -105,7 +123,10 @@ impl SurfaceScene {
         let (gpu, textures) = (&self.gpu, &mut self.textures);
         let encoder = frame.record_wanted(gpu, textures, renderer, |_, _| Ok(()), |_, _| {})?;
         self.gpu.queue.submit([encoder.finish()]);
-        self.last_picture.is_behind = true;
+        let is_done = Arc::new(AtomicBool::new(false));
+        self.last_picture.unseen_is_done = Some(is_done.clone());
+        self.gpu.queue.on_submitted_work_done(move || is_done.store(true, Ordering::Release));
+        self.last_picture.owes_picture = true;
         self.count_unsettled();
         Ok(())
     }

@@ -15,7 +15,7 @@ impl SurfaceScene {
             // Each frame looks for answers, also where nothing moves.
             () if awake || self.textures.pixels().asked() > 0 || self.display.next().is_some() => Wake::Now,
             () if !self.is_settled(&stats) => self.unsettled_wake(&stats),
-            () if self.is_behind() || self.beside.hud.is_due() => Wake::Now,
+            () if self.owes_picture() || self.beside.hud.is_due() => Wake::Now,
             () if stats.pager.failed > 0 => Wake::SLOWLY,
             () => self.beside.at_rest(),
         };

@@ -9,6 +9,7 @@ use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, 
 use vastex_viewer::beside::Wake;
 use vastex_viewer::hud::Chosen;
 use vastex_viewer::input::Action;
+use vastex_viewer::layers::CompareMode;
 use vastex_viewer::panels::{FileAbout, PanelPainter};
 use vastex_viewer::stage::{Canvas, TargetKind, TextureRead};
 use vastex_viewer::surface_scene::{
@@ -40,6 +41,11 @@ pub(crate) struct Window {
 
 impl Window {
     pub(crate) fn new() -> Window {
+        Window::showing(DisplayOptions::default())
+    }
+
+    /// One that shows what it shows in such a way.
+    fn showing(options: DisplayOptions) -> Window {
         use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let settings = Settings { fade: Duration::ZERO, ..Settings::default() };
@@ -47,7 +53,7 @@ impl Window {
         let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
         let settings = DisplaySettings {
             scene: Scene::Image,
-            options: DisplayOptions::default(),
+            options,
             overlay: None,
             may_be_crisp: true,
             range_is_free: true,
@@ -281,7 +287,23 @@ fn what_the_machine_does_is_seen_while_a_view_settles() {
         (unseen, waited) = (unseen + 1, waited + pause);
     }
     assert_eq!(window.next_frame(false), Wake::Now);
+    assert!(!window.scene.beside.is_busy(), "the frame before was seen by nobody");
     assert!(unseen > 2 && waited < Duration::from_millis(300), "{unseen} frames in {waited:?}");
+}
+
+/// What changes by itself is seen at its time, also where a host comes late and where a view settles.
+#[test]
+fn a_flicker_is_seen_while_a_view_settles() {
+    let compare_mode = CompareMode::Flicker(0.5);
+    let mut window = Window::showing(DisplayOptions { compare_mode, ..DisplayOptions::default() });
+    let source = window.source([200, 100, 50], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
+    window.settle();
+    window.scene.wake();
+    window.frame();
+    assert!(matches!(window.next_frame(false), Wake::Unseen(_)));
+    window.time.fetch_add(500, Ordering::Relaxed);
+    assert_eq!(window.next_frame(false), Wake::Now);
 }
 
 /// What was read is read no more, and what was chosen stays.

@@ -23,10 +23,10 @@ use crate::report;
 
 /// Frames after which what a view wants is known.
 const FIRST_WANTED: u32 = 8;
-/// How long a source is waited for at most until the picture is sharp, and in how many frames at least: a
-/// slow machine draws few of them in that time, and is no slow source. The window has its picture meanwhile.
+/// How long a source is waited for at most until the picture is sharp, and for how much feedback at least: a
+/// slow machine gives little of it in that time, and is no slow source. The window has its picture meanwhile.
 const LONGEST_WAIT: Duration = Duration::from_secs(10);
-const LEAST_FRAMES: u32 = 100;
+const LEAST_FEEDBACK: u32 = 100;
 /// Between two frames that nobody sees, so that the window has the device for its own.
 const PAUSE: Duration = Duration::from_millis(8);
 /// Threads that make textures at once: each of them has pools of its own. One that was broken off ends as
@@ -230,11 +230,15 @@ impl Maker {
     /// Draws pictures that nobody sees until they are sharp, or have been waited for long enough.
     fn sharpen(&self, textures: &mut Textures, displayed: &Displayed, unseen: &Canvas) -> Result<()> {
         let (renderer, target, begun) = (&displayed.renderer, unseen.target(), Instant::now());
+        let (mut heard, mut bytes) = (0, 0);
         for frame in 0.. {
             let stats = textures.stats();
+            heard += u32::from(
+                stats.feedback_bytes_read != std::mem::replace(&mut bytes, stats.feedback_bytes_read),
+            );
             let is_sharp = stats.converged && stats.fading == 0;
             if frame >= FIRST_WANTED && is_sharp
-                || frame >= LEAST_FRAMES && begun.elapsed() > self.longest_wait
+                || heard >= LEAST_FEEDBACK && begun.elapsed() > self.longest_wait
                 || self.is_broken_off()
             {
                 break;

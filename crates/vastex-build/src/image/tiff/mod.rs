@@ -112,9 +112,8 @@ impl TiffReader {
         let strips = decoder.get_chunk_type() == ChunkType::Strip;
         let chunks = Chunks::read(&mut decoder, &file, &header, &tags, strips)?;
         header.notices.extend((chunks.stored == Stored::Double).then_some(Notice::DoublesNarrowed));
-        let inverted = (tags.photometric == WHITE_IS_ZERO).then_some(Converted::WhiteIsZero);
-        let multiplied = is_premultiplied.then_some(Converted::Premultiplied);
-        header.converted = [chunks.stored.converted(), inverted, multiplied].into_iter().flatten().collect();
+        header.converted =
+            Converted::all(chunks.stored.converted(), tags.photometric == WHITE_IS_ZERO, is_premultiplied);
         let raw = strips
             && tags.compression == COMPRESSION_NONE
             && tags.photometric != WHITE_IS_ZERO

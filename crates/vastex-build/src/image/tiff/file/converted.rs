@@ -21,9 +21,7 @@ impl TiffImage {
             () if self.of_few_bits() > 1 => Some(Converted::FewBits(self.bits as u8)),
             () => self.stored().converted(),
         };
-        let inverted = (self.photometric == WHITE_IS_ZERO).then_some(Converted::WhiteIsZero);
-        let multiplied = self.is_premultiplied().then_some(Converted::Premultiplied);
-        [number, inverted, multiplied].into_iter().flatten().collect()
+        Converted::all(number, self.photometric == WHITE_IS_ZERO, self.is_premultiplied())
     }
 
     /// What its samples stand for as they are stored.
