@@ -23,7 +23,7 @@ const CLIPPY: &str = "clippy-driver";
 /// Names to this program, where cargo calls it in rustdoc's place, the directory for the pages.
 const PAGES: &str = "VASTEX_PAGES";
 /// Features of the workspace that nothing but tests asks for.
-const OF_TESTS: [&str; 3] = ["sim", "checks", "test-device"];
+const OF_TESTS: [&str; 2] = ["checks", "test-device"];
 
 /// Returns true if the workspace is compiled by Clippy's compiler.
 pub(crate) fn is_asked_for() -> bool {
@@ -180,7 +180,7 @@ mod tests {
         assert!(["b_c", "d", "e"].iter().all(|name| known.iter().any(|known| known == name)), "{known:?}");
         assert!(!known.iter().any(|known| known == "f" || known == "name"), "{known:?}");
         let told = |words: &str| words.split(' ').map(OsString::from).collect::<Vec<_>>();
-        let all = "--extern a=/a.rlib --extern b_c=/b.rlib --cfg feature=\"sim\" --cfg feature=\"z\" --extern f=/f.rlib src/lib.rs";
+        let all = "--extern a=/a.rlib --extern b_c=/b.rlib --cfg feature=\"checks\" --cfg feature=\"z\" --extern f=/f.rlib src/lib.rs";
         assert_eq!(
             as_published(told(all), &known),
             told("--extern b_c=/b.rlib --cfg feature=\"z\" src/lib.rs")

@@ -28,9 +28,9 @@ pub enum Opened {
 /// Volumes below a path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ImageList {
-    /// The path that was opened, for messages.
+    /// What lists the images, for messages: what was opened, or the only thing below it.
     pub path: String,
-    /// The path that was opened, exactly: images lie below it.
+    /// What lists the images, as a path exactly: they lie below it.
     pub root: PathBuf,
     /// What lists them: `a plate`, for one.
     pub what: &'static str,
@@ -182,8 +182,12 @@ fn open_zarr(keys: &Arc<dyn KeyStore>, store: &Path, below: &str) -> Result<Open
             Root::Image(image) => Ok(Opened::Volume(Box::new(open_image(keys, &below, image).await?))),
             Root::Array => Ok(Opened::Volume(Box::new(open_plain(keys, &below).await?))),
             Root::Images { what, paths, oddities } => {
-                let root = if below.is_empty() { store.to_owned() } else { store.join(&below) };
-                Ok(Opened::Images(ImageList { path, root, what, images: paths, oddities }))
+                let mut root = store.as_os_str().to_owned();
+                if !below.is_empty() {
+                    root.push("/");
+                    root.push(&below);
+                }
+                Ok(Opened::Images(ImageList { path, root: root.into(), what, images: paths, oddities }))
             }
             Root::Group => Err(no_image(&path)),
             Root::Nothing => {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
 use vastex::{LayerId, PoolRule, PoolTuning, TextureSettings, Textures, TileSource};
-use vastex_viewer::volume::{LabelColors, VolumeBox, VolumeLabels};
+use vastex_viewer::volume::{LabelColors, LabelTurns, VolumeBox, VolumeLabels};
 use vastex_volume::{Opened, Volume, VolumeAbout, VolumeOptions, VolumeSource, open_placed};
 
 use super::volume::no_volume;
@@ -85,8 +85,8 @@ impl Labels {
         (self.of, self.begin)
     }
 
-    /// How many turns of loops a voxel of theirs takes at most.
-    pub(super) fn turns(&self, args: &RenderVolumeArgs) -> u32 {
+    /// How many turns of loops a ray takes for them at most.
+    pub(super) fn turns(&self, args: &RenderVolumeArgs) -> LabelTurns {
         let others = args.look.labels.label_others.unwrap_or_default();
         self.colors.turns(self.selected.map(|_| others))
     }

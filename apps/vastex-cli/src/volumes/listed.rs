@@ -2,6 +2,7 @@
 //! choose from.
 
 use std::fmt;
+use std::path::PathBuf;
 
 use vastex_viewer::panels::OfferedImages;
 use vastex_volume::ImageList;
@@ -17,8 +18,14 @@ impl Listed {
     pub(crate) fn offered(&self) -> Option<OfferedImages> {
         let ImageList { root, what, images, .. } = &self.0;
         let name = root.file_name().unwrap_or(root.as_ref()).to_string_lossy().into_owned();
-        let images =
-            images.iter().map(|image| (image.clone(), root.join(image.trim_start_matches('/')).into()));
+        // Not by `Path::join`, for which a name of metadata may be another disk's.
+        let below = |image: &String| {
+            let mut path = root.components().collect::<PathBuf>().into_os_string();
+            path.push("/");
+            path.push(image.trim_start_matches('/'));
+            path
+        };
+        let images = images.iter().map(|image| (image.clone(), below(image)));
         let offered = OfferedImages { name, what: (*what).to_owned(), images: images.collect() };
         (!offered.images.is_empty()).then_some(offered)
     }
@@ -34,7 +41,7 @@ impl std::error::Error for Listed {}
 
 #[cfg(test)]
 mod tests {
-    use std::path::{Path, PathBuf};
+    use std::path::Path;
 
     use super::*;
     use crate::volumes::{OpenHow, open_volume};

@@ -100,7 +100,10 @@ pub fn ray_cut_text(cut: &RayCut) -> String {
         RayCut::Samples(_, Some(step)) if *step <= LONGEST_STEP => {
             (too_many.to_owned(), format!("choose a longer step, of {step} or more"))
         }
-        RayCut::Samples(..) => (too_many.to_owned(), fewer.to_owned()),
+        RayCut::Samples(_, Some(step)) => {
+            (too_many.to_owned(), format!("{fewer}, give --step {step} or more"))
+        }
+        RayCut::Samples(_, None) => (too_many.to_owned(), fewer.to_owned()),
     };
     format!("Rays may {what}: what lies behind is not seen; {remedy}, or look along a shorter side")
 }
@@ -181,7 +184,7 @@ mod tests {
             (RayCut::Bricks(5000.0), ["more than 4096 bricks", "zoom out"]),
             (RayCut::Labels([9.0, 8.0]), ["voxels of labels", "hide the labels"]),
             (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step, of 2 or more"]),
-            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["more samples", "fewer channels"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["fewer channels", "--step 2.01 or more"]),
             (RayCut::Samples([9.0, 0.0], None), ["more samples", "fewer channels"]),
         ] {
             let text = ray_cut_text(&cut);

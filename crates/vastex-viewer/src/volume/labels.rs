@@ -98,9 +98,8 @@ impl VolumeLabels {
         }
     }
 
-    /// How many turns of loops a voxel takes at most where a ray is looked along for them
-    /// ([`LabelColors::turns`]).
-    pub fn turns(&self) -> u32 {
+    /// How many turns of loops a ray takes for them at most ([`LabelColors::turns`]).
+    pub fn turns(&self) -> LabelTurns {
         self.colors.turns(self.selected.map(|_| self.others))
     }
 
@@ -136,6 +135,15 @@ fn place(of: &VolumeBox, begin: DVec3, voxel: DVec3, rays: &VolumeRays, anchor: 
     [scale, UVec3::from_array(anchor).as_dvec3() * scale - begin / of.voxel - own, own]
 }
 
+/// What a ray takes for labels at most, of which a software driver takes a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LabelTurns {
+    /// Turns of loops for each voxel that it passes.
+    pub per_voxel: u32,
+    /// How often it is looked along: each time there is something for each brick, too.
+    pub looks: u32,
+}
+
 /// Colours that somebody gave to labels: sRGB codes, and how opaque each is.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LabelColors {
@@ -152,21 +160,27 @@ impl LabelColors {
         // Stable, so that the first of several stays.
         of.sort_by_key(|(label, _)| *label);
         of.dedup_by_key(|(label, _)| *label);
-        let hidden = of.iter().filter(|(_, color)| color[3] == 0).map(|(label, _)| *label).collect();
+        // No voxel of label 0 is looked at twice, whatever its colour.
+        let hidden = of.iter().filter(|(label, color)| *label != 0 && color[3] == 0);
+        let hidden = hidden.map(|(label, _)| *label).collect();
         LabelColors { of, hidden }
     }
 
-    /// How many turns of loops a voxel takes at most where a ray is looked along for labels in these colours;
-    /// where one of them is selected, what the others look like. A turn, and one more for each halving of the
-    /// list of those whose colours are nothing; and a turn for the selected one alone, for which the ray is
-    /// looked along before where it is seen through the others.
-    pub fn turns(&self, others: Option<OtherLabels>) -> u32 {
-        let of_any = 1 + usize::BITS - self.hidden.len().leading_zeros();
+    /// How many turns of loops a ray takes at most for labels in these colours; where one of them is
+    /// selected, what the others look like. A turn for each voxel, and one more for each halving of the list
+    /// of those whose colours are nothing, if there are several; and a turn for the selected one alone, for
+    /// which the ray is looked along before where it is seen through the others.
+    pub fn turns(&self, others: Option<OtherLabels>) -> LabelTurns {
+        // The only one is looked up once a ray: the next voxel of it is known to be hidden.
+        let halvings = match self.hidden.len() {
+            0 | 1 => 0,
+            several => usize::BITS - several.leading_zeros(),
+        };
         match others {
-            None => of_any,
+            None => LabelTurns { per_voxel: 1 + halvings, looks: 1 },
             // A selected one is found or hidden, and nothing else is looked for in the list.
-            Some(OtherLabels::Hidden) => 1,
-            Some(OtherLabels::Dimmed) => 1 + of_any,
+            Some(OtherLabels::Hidden) => LabelTurns { per_voxel: 1, looks: 1 },
+            Some(OtherLabels::Dimmed) => LabelTurns { per_voxel: 2 + halvings, looks: 2 },
         }
     }
 
@@ -389,12 +403,15 @@ mod tests {
 
     /// As often as a list of so many can be halved.
     #[test]
-    fn a_voxel_takes_a_turn_and_those_that_find_it_among_the_hidden() {
+    fn a_voxel_takes_a_turn_and_those_that_find_it_among_several_hidden_ones() {
         let hiding = |count| LabelColors::new((1..=count).map(|label| (label, [9, 9, 9, 0])));
         let turns = |count, others| hiding(count).turns(others);
-        assert_eq!([0, 1, 2, 3, 4, 7, 8].map(|count| turns(count, None)), [1, 2, 3, 3, 4, 4, 5]);
-        assert_eq!(LabelColors::new([(1, [0, 0, 0, 1])]).turns(None), 1, "it is seen");
-        assert_eq!(OtherLabels::ALL.map(|others| turns(3, Some(others))), [4, 1]);
+        let voxel = |count| turns(count, None).per_voxel;
+        assert_eq!([0, 1, 2, 3, 4, 7, 8].map(voxel), [1, 1, 3, 3, 4, 4, 5]);
+        let seen = LabelColors::new([(0, [0; 4]), (1, [0, 0, 0, 1]), (2, [0; 4])]);
+        assert_eq!(seen.turns(None).per_voxel, 1, "one is hidden");
+        let both = OtherLabels::ALL.map(|others| turns(3, Some(others)));
+        assert_eq!(both.map(|turns| (turns.per_voxel, turns.looks)), [(4, 2), (1, 1)]);
     }
 
     #[test]

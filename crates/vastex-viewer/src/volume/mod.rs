@@ -19,7 +19,9 @@ pub use channel::{
 #[cfg(feature = "egui")]
 pub(crate) use channel::{MOST_END, least_apart};
 pub use desc::{QUIET_FRAMES, VolumeDesc, VolumeMode};
-pub use labels::{LabelColors, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, parse_label, usual_color};
+pub use labels::{
+    LabelColors, LabelTurns, MOST_LABEL_COLORS, OtherLabels, VolumeLabels, parse_label, usual_color,
+};
 pub use ray_bounds::{RayBounds, RayCut, RayVoxels};
 pub use renderer::{StillStep, VolumeCameraBinding, VolumeError, VolumeRenderer, VolumeStill};
 pub use text::{LabelsInText, RAY_SAMPLES, mean_text, volume_text};

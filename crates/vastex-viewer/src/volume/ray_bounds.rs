@@ -8,6 +8,7 @@ use vastex::{RAY_BRICKS, VoxelLevels};
 
 use super::camera::{VolumeBox, VolumeClip, VolumeRays, VolumeView};
 use super::desc::VolumeMode;
+use super::labels::LabelTurns;
 use super::text::RAY_SAMPLES;
 
 /// A software driver ends a pixel without a word after 65,535 turns of loops, of all loops together; some of
@@ -40,9 +41,8 @@ pub struct RayBounds {
     pub is_processor: bool,
     /// The volume.
     pub image: RayVoxels,
-    /// Labels over it, and how many turns of loops a voxel of them takes at most
-    /// ([`VolumeLabels::turns`](super::VolumeLabels::turns)).
-    pub labels: Option<(RayVoxels, u32)>,
+    /// Labels over it, and what a ray takes for them ([`VolumeLabels::turns`](super::VolumeLabels::turns)).
+    pub labels: Option<(RayVoxels, LabelTurns)>,
 }
 
 /// Of what a ray may meet more than is taken, so that it is cut.
@@ -64,20 +64,21 @@ impl RayBounds {
         }
         let rays = view.rays(&self.image.of, size);
         let image = if self.channels > 0 { self.image.met(&rays, &self.image) } else { Met::default() };
-        let (labels, of_voxel) = match &self.labels {
-            Some((labels, turns)) => (labels.met(&rays, &self.image), f64::from(*turns)),
-            None => (Met::default(), 0.0),
+        let (labels, [of_voxel, looks]) = match &self.labels {
+            Some((labels, turns)) => {
+                (labels.met(&rays, &self.image), [turns.per_voxel, turns.looks].map(f64::from))
+            }
+            None => (Met::default(), [0.0; 2]),
         };
         let bricks = image.bricks.max(labels.bricks).floor();
         if bricks > f64::from(RAY_BRICKS) {
             return Some(RayCut::Bricks(bricks));
         }
-        // Turns of loops for labels, for what a sample takes, and for what all samples take beside it. A ray
-        // is looked along as often as a voxel has turns at most.
-        let beside_labels = 5.0 * labels.bricks + 30.0;
-        let of_labels = of_voxel * (labels.crossed + beside_labels);
+        // Turns of loops for labels, for what a sample takes, and for what all samples take beside it.
+        let beside_labels = looks * (5.0 * labels.bricks + 30.0);
+        let of_labels = of_voxel * labels.crossed + beside_labels;
         if self.is_processor && self.labels.is_some() && of_labels > MOST_TURNS {
-            let most = (MOST_TURNS / of_voxel - beside_labels).max(0.0).floor();
+            let most = ((MOST_TURNS - beside_labels) / of_voxel).max(0.0).floor();
             return Some(RayCut::Labels([labels.crossed, most]));
         }
         let channels = self.channels as f64;
@@ -285,7 +286,8 @@ mod tests {
 
     #[test]
     fn labels_take_of_what_is_left_for_samples() {
-        let with = |step, depth, turns| {
+        let with = |step, depth, looks| {
+            let turns = LabelTurns { per_voxel: looks, looks };
             let labels = Some((voxels([2, 2, depth], 64), turns));
             RayBounds { labels, ..of(true, step, depth) }.cut(&FACE, [2, 2])
         };
@@ -297,7 +299,7 @@ mod tests {
         let Some(RayCut::Labels([31_900.0, most])) = with(1.0, 31_900, 2) else { panic!() };
         assert!((29_400.0..29_500.0).contains(&most), "{most}");
         let image = voxels([2, 2, 40_000], 64);
-        let labels = Some((image.clone(), 1));
+        let labels = Some((image.clone(), LabelTurns { per_voxel: 1, looks: 1 }));
         let alone = RayBounds { channels: 0, image, labels, ..of(true, 0.1, 9) };
         assert_eq!(alone.cut(&FACE, [2, 2]), None);
     }

@@ -10,8 +10,8 @@ use vastex::{
     TextureSettings, TileSource, VoxelLevels,
 };
 use vastex_viewer::volume::{
-    LabelColors, OtherLabels, RayBounds, RayVoxels, VolumeBox, VolumeCamera, VolumeClip, VolumeDesc,
-    VolumeFace, VolumeLabels, VolumeMode, VolumeView,
+    LabelColors, LabelTurns, OtherLabels, RayBounds, RayVoxels, VolumeBox, VolumeCamera, VolumeClip,
+    VolumeDesc, VolumeFace, VolumeLabels, VolumeMode, VolumeView,
 };
 
 use super::label_reference::{LabelLevel, over};
@@ -187,6 +187,16 @@ fn surfaces_of_labels_are_seen_from_every_side() {
         let within = labelled.within(&desc, VolumeView::Face(face), size, 2.0);
         assert_eq!(within, 1.0, "{face}");
     }
+    // Where some are hidden by their colours, others between these and above them are seen, and what lies
+    // behind; the list of all colours has a second row.
+    let unused = (0..1100).map(|nth| 6 + nth * 2).chain([4, 2 << 32 | 4, 2 << 32 | 6]);
+    let hidden = [LOW, BALL].into_iter().chain(unused).map(|label| (label, [9, 9, 9, 0]));
+    let labels = VolumeLabels { colors: Arc::new(LabelColors::new(hidden)), ..labelled.labels() };
+    for face in [VolumeFace::PlusZ, VolumeFace::MinusX] {
+        let size = if face == VolumeFace::PlusZ { [40, 36] } else { [36, 28] };
+        let desc = labelled.desc(VolumeMode::Average, labels.clone());
+        assert_eq!(labelled.within(&desc, VolumeView::Face(face), size, 2.0), 1.0, "{face}, some hidden");
+    }
     let camera = VolumeCamera::around(&labelled.world.of, [1.0, 0.7, 0.5], [0.0, 0.0, 1.0]);
     let desc = labelled.desc(VolumeMode::Mip, labelled.labels());
     let within = labelled.within(&desc, VolumeView::Around(camera), [96, 72], 2.0);
@@ -282,17 +292,18 @@ fn a_label_at_the_end_of_as_long_a_ray_as_is_taken_is_seen() {
     let desc = |labels| VolumeDesc { labels: Some(labels), ..VolumeDesc::new(of, Vec::new()) };
     let mut renderer = world.renderer(desc(plain.clone()));
     let view = VolumeView::Face(VolumeFace::PlusZ);
-    for (labels, turns, depth) in [(selected, 1, size[2]), (plain, 3, 16_000)] {
-        assert_eq!(labels.turns(), turns);
+    for (labels, per_voxel, depth) in [(selected, 1, size[2]), (plain, 3, 18_000)] {
+        let turns = labels.turns();
+        assert_eq!(turns, LabelTurns { per_voxel, looks: 1 });
         let begin = DVec3::new(0.0, 0.0, f64::from(size[2] - depth));
         let clip = VolumeClip { corners: [begin, of.extent()], plane: None };
         let voxels = RayVoxels::new(of, DVec3::ZERO, (levels.clone(), 16), &clip);
         let (mode, image, own) = (VolumeMode::Mip, voxels.clone(), Some((voxels, turns)));
         let bounds = RayBounds { mode, channels: 0, step: 1.0, is_processor: true, image, labels: own };
-        assert_eq!(bounds.cut(&view, [2, 2]), None, "{turns}");
+        assert_eq!(bounds.cut(&view, [2, 2]), None, "{turns:?}");
         renderer.set(VolumeDesc { clip, ..desc(labels) });
         let drawn = world.shot(&renderer, view, [2, 2]);
-        assert!(drawn.iter().all(|pixel| pixel[2] > 100), "{turns}: {drawn:?}");
+        assert!(drawn.iter().all(|pixel| pixel[2] > 100), "{turns:?}: {drawn:?}");
     }
 }
 

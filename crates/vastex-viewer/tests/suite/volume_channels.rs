@@ -127,7 +127,7 @@ fn a_channel_of_finer_levels_is_seen_in_all_of_its_bricks() {
 }
 
 /// A walk, the place at which it meets a surface and that surface's slope are all of the level of the first
-/// channel's rule, whatever the rule of the channel that has the surface.
+/// channel's bias, whatever the bias of the channel that has the surface.
 #[test]
 fn a_surface_is_of_the_level_of_the_walk() {
     let geometry = geometry(SIZE, 16);

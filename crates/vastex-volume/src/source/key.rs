@@ -26,10 +26,8 @@ pub(super) fn key(source: &VolumeSource) -> Option<SourceKey> {
     // Where levels lie beside one another says which voxels a brick has.
     writeln!(text, "{}", about.convention.name()).ok()?;
     // Values and what describes them may be two files.
-    let mut described = file.as_os_str().to_owned();
-    described.push(".toml");
-    for (nth, file) in [file.to_owned(), described.into(), file.with_extension("img")].into_iter().enumerate()
-    {
+    let described = Path::new(&format!("{}.toml", file.display())).to_owned();
+    for (nth, file) in [file.to_owned(), described, file.with_extension("img")].into_iter().enumerate() {
         match std::fs::metadata(&file) {
             Ok(found) if found.is_file() => {
                 let written = found.modified().ok()?;

@@ -403,7 +403,7 @@ mod tests {
         let maker = Maker { longest_wait: Duration::ZERO, ..maker(&gpu, FeedbackMode::Raw, &tiles) };
         let made = maker.make().unwrap();
         assert!(made.displayed.is_some() && !made.textures.stats().converged);
-        assert_eq!(made.textures.inspect().frame(), u64::from(LEAST_FRAMES));
+        assert!(made.textures.inspect().frame() >= u64::from(LEAST_FEEDBACK));
     }
 
     /// Whoever goes through the modes while a source does not answer has no more pools than two beside those

@@ -174,8 +174,8 @@ fn volume_label_lit(ray: VolumeRay, brick: VastexBrick, voxel: vec3<f32>, label:
 
 // The first voxel of a ray whose label is shown, or that has the selected label: from voxel to voxel of the
 // level that is there, each of which is looked at once. Where its label is another hidden one than the last,
-// it takes a turn more for each halving of the list of those that are hidden by their colours
-// (LabelColors::turns).
+// it takes a turn more for each halving of the list of those that are hidden by their colours: of the only one
+// in that list, once (LabelColors::turns).
 fn volume_label_hit(ray: VolumeRay, is_selected: bool) -> VolumeLabelHit {
     var way = ray.begin;
     var face = VOLUME_NO_FACE;

@@ -41,31 +41,31 @@ fn volume_reduced_light(ray: VolumeRay) -> vec3<f32> {
         // A quotient of equals need not be 1 exactly.
         let weight = select(steps.step / first_step, 1.0, steps.step == first_step);
         let lengthened = steps.lengthened / first_step;
-        var turn = VolumeTurn(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
+        var place = VolumePlace(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
         // One channel is shown at least; tests before each cost a tenth of a picture by lavapipe.
         loop {
-            let piece = volume_piece(steps, ray, turn);
-            turn.samples = piece.samples;
-            let longer = select(0.0, lengthened, turn.done == 0u);
-            var own = select(kept[turn.nth], volume_of_none(), count + turn.done == 0u);
+            let piece = volume_piece(steps, ray, place);
+            place.samples = piece.samples;
+            let longer = select(0.0, lengthened, place.done == 0u);
+            var own = select(kept[place.nth], volume_of_none(), count + place.done == 0u);
             // What changes nothing is leapt over, and what is the same everywhere is sampled once.
             let range = vastex_brick_range(piece.brick);
             let is_idle = (VOLUME_MODE == VOLUME_MIP && range.y <= own) || (VOLUME_MODE == VOLUME_MINIP && range.x >= own);
             if range.x == range.y {
-                own = volume_with(own, range.x, f32(piece.end - turn.done) * weight + longer);
+                own = volume_with(own, range.x, f32(piece.end - place.done) * weight + longer);
             } else if !is_idle {
-                for (var sample = turn.done; sample < piece.end; sample++) {
+                for (var sample = place.done; sample < piece.end; sample++) {
                     let value = volume_sample(piece.brick, volume_at(ray, volume_way(steps, ray, sample)));
-                    own = volume_with(own, value, weight + select(0.0, longer, sample == turn.done));
+                    own = volume_with(own, value, weight + select(0.0, longer, sample == place.done));
                 }
             }
-            kept[turn.nth] = own;
-            turn = volume_turn_after(turn, piece.end);
-            if !volume_shows(turn.nth) {
+            kept[place.nth] = own;
+            place = volume_place_after(place, piece.end);
+            if !volume_shows(place.nth) {
                 break;
             }
         }
-        samples = turn.samples;
+        samples = place.samples;
         length += f32(samples) * weight + lengthened;
         count += samples;
     }

@@ -68,7 +68,7 @@ fn volume_samples_in(steps: VolumeSteps, ray: VolumeRay, after: u32, brick: Vast
 
 // Where a walk along a ray that serves all channels is: samples from its next one on are looked at channel by
 // channel, as far as the brick of the first channel goes.
-struct VolumeTurn {
+struct VolumePlace {
     nth: u32,       // the channel
     done: u32,      // samples that it has been through
     samples: u32,   // as many are looked at
@@ -81,18 +81,18 @@ struct VolumePiece {
     samples: u32,   // as many are looked at: where it is the first channel no more than in its brick
 }
 
-fn volume_piece(steps: VolumeSteps, ray: VolumeRay, turn: VolumeTurn) -> VolumePiece {
-    let at = volume_at(ray, volume_way(steps, ray, turn.done));
-    let brick = vastex_brick(volume_scene.of_channel[turn.nth].id, volume_scene.anchor, at, steps.level);
-    let end = min(turn.done + volume_samples_in(steps, ray, turn.done, brick), turn.samples);
-    return VolumePiece(brick, end, select(turn.samples, end, turn.nth == 0u));
+fn volume_piece(steps: VolumeSteps, ray: VolumeRay, place: VolumePlace) -> VolumePiece {
+    let at = volume_at(ray, volume_way(steps, ray, place.done));
+    let brick = vastex_brick(volume_scene.of_channel[place.nth].id, volume_scene.anchor, at, steps.level);
+    let end = min(place.done + volume_samples_in(steps, ray, place.done, brick), place.samples);
+    return VolumePiece(brick, end, select(place.samples, end, place.nth == 0u));
 }
 
 // After so many samples of a channel: the next channel, or its own next brick where that ends before the
 // first channel's.
-fn volume_turn_after(turn: VolumeTurn, end: u32) -> VolumeTurn {
-    let is_through = end >= turn.samples;
-    return VolumeTurn(turn.nth + select(0u, 1u, is_through), select(end, 0u, is_through), turn.samples);
+fn volume_place_after(place: VolumePlace, end: u32) -> VolumePlace {
+    let is_through = end >= place.samples;
+    return VolumePlace(place.nth + select(0u, 1u, is_through), select(end, 0u, is_through), place.samples);
 }
 
 // The level that is wanted at a way along a ray.

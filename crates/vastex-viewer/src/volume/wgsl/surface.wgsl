@@ -25,11 +25,11 @@ fn volume_surface(ray: VolumeRay) -> VolumeSurface {
     // The channels that reach it at the last one of the samples.
     var reached = 0u;
     loop {
-        var turn = VolumeTurn(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
+        var place = VolumePlace(0u, 0u, min(steps.end - steps.nth, VOLUME_SAMPLES - count));
         loop {
-            let piece = volume_piece(steps, ray, turn);
-            turn.samples = piece.samples;
-            var sample = turn.done;
+            let piece = volume_piece(steps, ray, place);
+            place.samples = piece.samples;
+            var sample = place.done;
             if vastex_brick_range(piece.brick).y < volume_scene.iso {
                 // No surface in all of it.
                 sample = piece.end;
@@ -40,16 +40,16 @@ fn volume_surface(ray: VolumeRay) -> VolumeSurface {
             }
             if sample < piece.end {
                 // What lies behind it is of no interest any more.
-                let one = 1u << turn.nth;
-                reached = select(one, reached | one, sample + 1u == turn.samples);
-                turn.samples = sample + 1u;
+                let one = 1u << place.nth;
+                reached = select(one, reached | one, sample + 1u == place.samples);
+                place.samples = sample + 1u;
             }
-            turn = volume_turn_after(turn, piece.end);
-            if !volume_shows(turn.nth) {
+            place = volume_place_after(place, piece.end);
+            if !volume_shows(place.nth) {
                 break;
             }
         }
-        samples = turn.samples;
+        samples = place.samples;
         if reached != 0u {
             break;
         }
