@@ -98,12 +98,7 @@ impl SurfaceScene {
         if !(is_same && stays_the_same && is_quiet) {
             return Wake::Now;
         }
-        // Nothing else keeps such frames from piling up before a GPU that takes longer than the pause.
-        let is_there = self.gpu.device.poll(wgpu::PollType::Poll).is_ok();
-        match is_there && self.last_picture.is_awaited() {
-            true => Wake::Unseen(PAUSE),
-            false => Wake::Unseen(self.beside.due_after(PAUSE)),
-        }
+        Wake::Unseen(self.beside.due_after(PAUSE))
     }
 
     /// A frame that nobody sees ([`Wake::Unseen`]), of a camera where it was in the last picture.
@@ -113,7 +108,16 @@ impl SurfaceScene {
             self.last_picture.forget();
             return Ok(());
         };
-        if let Some(since) = self.beside.count_unseen_frame() {
+        let since = self.beside.count_unseen_frame();
+        if self.last_picture.is_awaited() {
+            // Nothing else keeps such frames from piling up before a GPU that takes longer than the pause.
+            // Submitting nothing has the device say what it is done with.
+            self.gpu.queue.submit([]);
+            if self.last_picture.is_awaited() {
+                return Ok(());
+            }
+        }
+        if let Some(since) = since {
             self.textures.set_frame_time(since);
         }
         let renderer = &displayed.renderer;
