@@ -54,7 +54,7 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, said: SaidOfFile) -> File
     match is_stack(file) {
         // The file alone may be opened as a volume.
         true => images.extend([("as a volume".to_owned(), in_file(file, "volume")), image(FIRST_IMAGE)]),
-        false if !tiff.others().is_empty() => images.push(image(FIRST_IMAGE)),
+        false if !tiff.others().is_empty() => images.push((FIRST_IMAGE.to_owned(), file.into())),
         false => {}
     }
     images.extend(tiff.others().iter().map(|other| image(&other.name)));

@@ -196,7 +196,10 @@ mod tests {
         // Pages of colours of which nothing says that are images alone.
         std::fs::write(&path, colored_pages("two photographs")).unwrap();
         let about = open::file_about(&path, &open::Looked::at(&path), Default::default());
-        assert_eq!(offered(about.images), ["first", "image"].map(|name| (name.to_owned(), named(name))));
+        assert_eq!(
+            offered(about.images),
+            [("first".to_owned(), path.clone()), ("image".to_owned(), named("image"))]
+        );
     }
 
     #[test]

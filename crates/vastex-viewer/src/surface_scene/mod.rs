@@ -336,7 +336,9 @@ impl SurfaceScene {
         let SurfaceScene { textures, display, settings, .. } = self;
         let display = display.try_map(|source| source.restored(gpu, &textures, &formats, &settings))?;
         let gpu = gpu.clone();
-        let mut restored = SurfaceScene { gpu, textures, formats, display, settings, ..self };
+        // The device before answers for nothing any more.
+        let last_picture = LastPicture::default();
+        let mut restored = SurfaceScene { gpu, textures, formats, display, settings, last_picture, ..self };
         restored.wake();
         // What was being made was for the device before.
         restored.feedback_is_news = restored.wanted_feedback.is_some();
