@@ -91,13 +91,12 @@ pub fn read_first_rows(
     rows: &mut [u8],
     progress: &dyn Progress,
 ) -> Option<Result<(), InputFault>> {
-    let beginning = reader.beginning();
     let height = reader.header().height.into();
-    let tell = || match &beginning {
-        Some(beginning) if !beginning.is_of_all_rows() => progress.beginning(beginning.share()),
-        _ => progress.advance(0, height, 0),
+    let tell = |share: Option<f64>| match share {
+        Some(share) => progress.beginning(share),
+        None => progress.advance(0, height, 0),
     };
-    watched(beginning.as_slice(), &tell, || reader.read_rows(rows))
+    read_watched(reader, rows, true, &tell)
 }
 
 /// Reads rows after the first ones, which take long where pieces of a mosaic begin: `tell` is called on this
@@ -107,8 +106,24 @@ pub fn read_further_rows(
     rows: &mut [u8],
     tell: &dyn Fn() -> ControlFlow<()>,
 ) -> Option<Result<(), InputFault>> {
-    let beginning = reader.beginning().filter(|beginning| beginning.is_of_all_rows());
-    watched(beginning.as_slice(), tell, || reader.read_rows(rows))
+    read_watched(reader, rows, false, &|_| tell())
+}
+
+/// Reads rows of an image, the first ones or others, while `tell` is called on this thread about ten times a
+/// second if that may take long, with the share that is done of the work before the first row, where that is
+/// known; it says whether to go on. `None` where the rows were broken off.
+pub(crate) fn read_watched(
+    reader: &mut dyn RowReader,
+    rows: &mut [u8],
+    are_first: bool,
+    tell: &dyn Fn(Option<f64>) -> ControlFlow<()>,
+) -> Option<Result<(), InputFault>> {
+    let beginning = reader.beginning().filter(|beginning| are_first || beginning.is_of_all_rows());
+    let told = || {
+        let known = beginning.as_ref().filter(|beginning| !beginning.is_of_all_rows());
+        tell(known.map(|beginning| beginning.share()))
+    };
+    watched(beginning.as_slice(), &told, || reader.read_rows(rows))
 }
 
 /// For callers that neither watch nor cancel.

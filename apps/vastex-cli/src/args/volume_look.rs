@@ -3,7 +3,7 @@
 
 use clap::Args as ClapArgs;
 use vastex_viewer::view_text::ViewChannel;
-use vastex_viewer::volume::{MOST_CHANNELS, VolumeMode};
+use vastex_viewer::volume::{MOST_CHANNELS, RAY_STEPS, VolumeMode};
 use vastex_viewer::{Palette, VolumeViewText};
 
 use super::volume_labels::LabelArgs;
@@ -187,7 +187,7 @@ fn parse_step(text: &str) -> Result<f64, String> {
         None => text.parse().ok(),
     };
     number
-        .filter(|number| (0.01..=100.0).contains(number))
+        .filter(|number| RAY_STEPS.contains(number))
         .ok_or_else(|| "write a number from 0.01 to 100, as in 0.5 or 1/3".into())
 }
 

@@ -32,11 +32,11 @@ pub(crate) fn file_of_first_image(path: &Path) -> &Path {
     path
 }
 
-/// Returns true if a path names the first image of the file that another path means, or bands of it: they are
-/// seen where that is.
+/// Returns true if two paths mean the first image of one file, and one of them names it, or bands of it: they
+/// are seen where the other is.
 #[cfg(feature = "view")]
-pub(crate) fn is_of_first_image_of(path: &Path, shown: &Path) -> bool {
-    file_of_first_image(path) != path && is_same_file(path, shown)
+pub(crate) fn are_of_first_image(path: &Path, shown: &Path) -> bool {
+    [path, shown].into_iter().any(|path| file_of_first_image(path) != path) && is_same_file(path, shown)
 }
 
 /// Returns true if both paths are one, however they are written, and whichever bands of the file they name.
@@ -109,11 +109,10 @@ mod tests {
             ("label", "first", false),
             ("label", "label", false),
         ] {
-            assert_eq!(is_of_first_image_of(&named(path), &named(shown)), stays, "{path} after {shown}");
+            assert_eq!(are_of_first_image(&named(path), &named(shown)), stays, "{path} after {shown}");
         }
-        assert!(
-            is_of_first_image_of(&named("first"), &file) && !is_of_first_image_of(&file, &named("label"))
-        );
-        assert!(!is_of_first_image_of(&directory.path().join("b.tif:first"), &file));
+        assert!(are_of_first_image(&named("first"), &file) && are_of_first_image(&file, &named("bands=1")));
+        assert!(!are_of_first_image(&file, &named("label")) && !are_of_first_image(&file, &file));
+        assert!(!are_of_first_image(&directory.path().join("b.tif:first"), &file));
     }
 }

@@ -49,7 +49,7 @@ impl App {
             open.viewer.scene.beside.forget(DIALOG);
         }
         // Other bands of an image, and it itself, are seen where those before were.
-        self.keeps_camera = open::is_of_first_image_of(path, self.shown_path());
+        self.keeps_camera = open::are_of_first_image(path, self.shown_path());
         let files = files_among(self.offered(), path);
         let before = std::mem::replace(&mut self.files, files);
         self.files_before.get_or_insert(before);

@@ -104,7 +104,7 @@ pub(crate) fn run(
         }),
     };
     let memory = fit_memory(layers, &mut job, texture.geometry.page_count(), options.memory_limit)?;
-    let selection = sparse::select(layers, &plans, geometry, options)?;
+    let selection = sparse::select(layers, &plans, geometry, options, progress)?;
     for layer in layers.iter() {
         let notices = layer.reader.header().notices_of_layer();
         notices.iter().for_each(|notice| progress.note(&layer.path, notice));

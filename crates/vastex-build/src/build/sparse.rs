@@ -5,11 +5,14 @@
 //! whoever asks for a page without a tile is shown its nearest ancestor. What an image file means as a mask
 //! stands here, reading it in `image`.
 
+use std::ops::ControlFlow;
+
 use vastex_core::{Geometry, PagePos, PageSet};
 
 use super::layers::OpenLayer;
 use super::{BuildError, BuildOptions};
 use crate::image::{InputFault, PixelFormat, RowReader, open};
+use crate::progress::{Progress, read_watched};
 use crate::pyramid::stack::{LayerBands, LayerPlan};
 use crate::threads;
 
@@ -19,6 +22,7 @@ pub(crate) fn select(
     plans: &[LayerPlan],
     geometry: &Geometry,
     options: &BuildOptions,
+    progress: &dyn Progress,
 ) -> Result<Selection, BuildError> {
     if options.drop_transparent && !plans.iter().any(LayerPlan::has_alpha) {
         return Err(BuildError::NoAlpha);
@@ -35,7 +39,10 @@ pub(crate) fn select(
             let remedy = "make the mask smaller: any size of the same shape will do";
             return Err(BuildError::Memory { path: path.clone(), needed, limit, remedy });
         }
-        let marked = pages_from_mask(&mut *mask, geometry).map_err(at_mask)?;
+        let rows = u64::from(geometry.size()[1]);
+        let tell = || progress.advance(0, rows, 0);
+        let marked = pages_from_mask(&mut *mask, geometry, &tell).map_err(at_mask)?;
+        let marked = marked.ok_or(BuildError::Cancelled)?;
         allowed = Some(match allowed {
             Some(set) => PageSet::from_pages(geometry, |pos| set.contains(pos) && marked.contains(pos)),
             None => marked,
@@ -96,11 +103,16 @@ impl Selection {
 }
 
 /// The pages of which the mask marks anything, with their ancestors. Takes one pass over the mask, and a bit
-/// for each page.
+/// for each page. `tell` is called before each row, and about ten times a second where a row takes long;
+/// `None` where it says that nobody waits any more.
 ///
 /// A texel of the mask marks what it covers where it is not black and not transparent. The mask has the
 /// texture's size, or any other of the same shape.
-pub(crate) fn pages_from_mask(mask: &mut dyn RowReader, geometry: &Geometry) -> Result<PageSet, InputFault> {
+pub(crate) fn pages_from_mask(
+    mask: &mut dyn RowReader,
+    geometry: &Geometry,
+    tell: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Option<PageSet>, InputFault> {
     let (format, size) = (mask.header().format, [mask.header().width, mask.header().height]);
     let [width, height, _] = geometry.size();
     check_shape(size, [width, height])?;
@@ -108,11 +120,17 @@ pub(crate) fn pages_from_mask(mask: &mut dyn RowReader, geometry: &Geometry) -> 
     let columns: Vec<_> = (0..size[0]).map(|x| pages_along(x, size[0], width, page_x)).collect();
     let mut set = PageSet::new(geometry);
     if geometry.tail().first_level() == 0 {
-        return Ok(set);
+        return Ok(Some(set));
     }
     let mut row = vec![0; mask.header().row_bytes()];
     for y in 0..size[1] {
-        mask.read_rows(&mut row)?;
+        if tell().is_break() {
+            return Ok(None);
+        }
+        match read_watched(mask, &mut row, y == 0, &|_| tell()) {
+            Some(read) => read?,
+            None => return Ok(None),
+        }
         let rows = pages_along(y, size[1], height, page_y);
         let mut last = None;
         for (texel, columns) in row.chunks_exact(format.texel_bytes()).zip(&columns) {
@@ -125,7 +143,7 @@ pub(crate) fn pages_from_mask(mask: &mut dyn RowReader, geometry: &Geometry) -> 
             }
         }
     }
-    Ok(set)
+    Ok(Some(set))
 }
 
 /// The pages of level 0 along one axis that texel `i` of `size` shows a part of.

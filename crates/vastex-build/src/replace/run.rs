@@ -16,7 +16,7 @@ use super::region::{PageBox, Region};
 use super::rules::{LayerRules, OpenImage, Rules};
 use super::slice::{LayerShape, Slice};
 use super::spans::{Axis, Piece, Run, Spans};
-use crate::progress::Progress;
+use crate::progress::{Progress, read_watched};
 use crate::texels::filter::Reach;
 use crate::threads;
 use crate::tile::TileEncoder;
@@ -70,7 +70,11 @@ impl Replacement<'_> {
         let mut changes = Vec::with_capacity(images.len());
         for image in images {
             let advance = |row: u64| progress.advance(done + row, rows, 0);
-            let patch = self.read_image(image, advance)?;
+            let tell = |row: u64, share: Option<f64>| match share {
+                Some(share) => progress.beginning(share),
+                None => advance(row),
+            };
+            let patch = self.read_image(image, tell)?;
             done += u64::from(image.header().height);
             changes.push(Change { rules: &image.rules, patch, region: image.region() });
         }
@@ -97,11 +101,12 @@ impl Replacement<'_> {
         Ok(())
     }
 
-    /// The texels of an image and those around; `advance` is told of rows, and whether to go on.
+    /// The texels of an image and those around; `tell` is told of rows, and where that takes its time of the
+    /// share that is done of the work before the first one, and says whether to go on.
     fn read_image(
         &self,
         image: &mut OpenImage<'_>,
-        advance: impl Fn(u64) -> ControlFlow<()>,
+        tell: impl Fn(u64, Option<f64>) -> ControlFlow<()>,
     ) -> Result<Patch, ReplaceError> {
         let mut patch = self.patch(&image.rules, image.placed.level, &image.region().changed)?;
         let in_image = |fault| ReplaceError::Image { path: image.placed.image.into(), fault };
@@ -109,10 +114,12 @@ impl Replacement<'_> {
         let mut image_row = vec![0; image.reader.header().row_bytes()];
         let rows = image.strips[1].iter().flat_map(|strip| strip.to.clone());
         for (done, y) in (0..).zip(rows) {
-            if advance(done).is_break() {
+            if tell(done, None).is_break() {
                 return Err(ReplaceError::Cancelled);
             }
-            image.reader.read_rows(&mut image_row).map_err(in_image)?;
+            let told = |share| tell(done, share);
+            let read = read_watched(&mut *image.reader, &mut image_row, done == 0, &told);
+            read.ok_or(ReplaceError::Cancelled)?.map_err(in_image)?;
             self.encoder.findings().look_at(image.rules.number, &image.conversion, &image_row);
             for columns in &image.strips[0] {
                 let from = &image_row[columns.from as usize * texel..][..columns.to.len() * texel];

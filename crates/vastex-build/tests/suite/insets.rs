@@ -121,13 +121,17 @@ impl Progress for Impatient {
 #[test]
 fn what_is_decoded_before_the_first_row_is_broken_off_with_insets_as_without() {
     let world = World::new();
-    let (image, output) = (world.path("coarse.jpg"), world.path("out.vastex"));
-    std::fs::write(&image, jpeg(SIZE, 1, true, &world.coarse)).unwrap();
-    let (inset, _) = world.inset("inset.png", [32, 32], [64, 64], 1);
-    for insets in [vec![], vec![inset]] {
+    let output = world.path("out.vastex");
+    let (slow, quick) = (world.path("coarse.jpg"), world.path("coarse.png"));
+    std::fs::write(&slow, jpeg(SIZE, 1, true, &world.coarse)).unwrap();
+    let (inset, texels) = world.inset("inset.png", [32, 32], [64, 64], 1);
+    let image = world.path("inset.jpg");
+    std::fs::write(&image, jpeg([64, 64], 1, true, &texels)).unwrap();
+    let slow_inset = Inset { image, ..inset.clone() };
+    for (image, insets) in [(&slow, vec![]), (&slow, vec![inset]), (&quick, vec![slow_inset])] {
         let options = BuildOptions { insets, ..options() };
         let built = build(&[image.as_path()], &output, &options, &Impatient);
-        assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists());
+        assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists(), "{}", image.display());
     }
 }
 

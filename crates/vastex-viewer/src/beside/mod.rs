@@ -314,8 +314,8 @@ impl Beside {
         Some(since)
     }
 
-    /// A frame is being drawn that nobody sees: neither it nor the time until the next one that is seen
-    /// counts. Gives the time since the last one, if there was one.
+    /// A frame is due that nobody sees, whether it is drawn or waits for the one before it: neither it nor
+    /// the time until the next one that is seen counts. Gives the time since the last one, if there was one.
     pub(crate) fn count_unseen_frame(&mut self) -> Option<Duration> {
         let now = self.now();
         self.follows_unseen = true;

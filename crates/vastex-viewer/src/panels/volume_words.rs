@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use vastex::RAY_BRICKS;
 
 use super::lengths::TexelSize;
-use crate::volume::RayCut;
+use crate::volume::{RAY_STEPS, RayCut};
 use crate::volume_scene::{PointAnswer, VolumeFacts};
 
 /// The longest step that the panel offers.
@@ -100,10 +100,10 @@ pub fn ray_cut_text(cut: &RayCut) -> String {
         RayCut::Samples(_, Some(step)) if *step <= LONGEST_STEP => {
             (too_many.to_owned(), format!("choose a longer step, of {step} or more"))
         }
-        RayCut::Samples(_, Some(step)) => {
-            (too_many.to_owned(), format!("{fewer}, give --step {step} or more"))
+        RayCut::Samples(_, Some(step)) if RAY_STEPS.contains(step) => {
+            (too_many.to_owned(), format!("{fewer}, have a step of {step} or more"))
         }
-        RayCut::Samples(_, None) => (too_many.to_owned(), fewer.to_owned()),
+        RayCut::Samples(..) => (too_many.to_owned(), fewer.to_owned()),
     };
     format!("Rays may {what}: what lies behind is not seen; {remedy}, or look along a shorter side")
 }
@@ -184,7 +184,8 @@ mod tests {
             (RayCut::Bricks(5000.0), ["more than 4096 bricks", "zoom out"]),
             (RayCut::Labels([9.0, 8.0]), ["voxels of labels", "hide the labels"]),
             (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step, of 2 or more"]),
-            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["fewer channels", "--step 2.01 or more"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["fewer channels", "a step of 2.01 or more"]),
+            (RayCut::Samples([9.0, 8.0], Some(100.01)), ["fewer channels", "or no labels, or look"]),
             (RayCut::Samples([9.0, 0.0], None), ["more samples", "fewer channels"]),
         ] {
             let text = ray_cut_text(&cut);

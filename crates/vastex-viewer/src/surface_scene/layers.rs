@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::SurfaceScene;
 use super::displayed::DisplaySettings;
 use super::source::{DisplayError, PreparedSource};
-use crate::layers::CompareMode;
+use crate::layers::{CompareMode, Layers};
 use crate::panels::PanelTexture;
 use crate::surface::{DisplayOptions, LayerOptions, PlanetOptions};
 use crate::view_text::ViewText;
@@ -117,8 +117,7 @@ impl SurfaceScene {
 
     /// The next way of comparing the uppermost layer with those beneath it.
     pub fn compare_next(&mut self) {
-        let displayed = self.display.displayed();
-        if !displayed.is_some_and(|displayed| displayed.renderer.layers().can_compare()) {
+        if self.comparable().is_none() {
             self.beside.notify("one layer is shown; lay a file over it in the panel (M), or with --over");
             return;
         }
@@ -142,11 +141,15 @@ impl SurfaceScene {
         }
     }
 
+    /// The layers that are displayed, if two of them or more are seen.
+    pub(super) fn comparable(&self) -> Option<&Layers> {
+        Some(self.display.displayed()?.renderer.layers()).filter(|layers| layers.can_compare())
+    }
+
     /// After what time layers are to be seen otherwise than now, if they are compared so.
     pub(super) fn flickers_in(&self) -> Option<Duration> {
-        let can_compare = self.display.displayed()?.renderer.layers().can_compare();
         let mode: CompareMode = self.settings.options.compare_mode;
-        mode.changes_after(self.beside.now()).filter(|_| can_compare)
+        self.comparable().and_then(|_| mode.changes_after(self.beside.now()))
     }
 
     /// The layers that are shown, where nobody has chosen any the first of each texture.

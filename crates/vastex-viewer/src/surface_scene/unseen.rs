@@ -26,19 +26,20 @@ struct Content {
     /// Tiles that came and went so far, and bytes of changes of page tables.
     tiles: u64,
     tables: u64,
-    /// Levels that it is coarser than wanted, in eighths, of all pools together, and bytes of all pools.
+    /// Levels that it is coarser than wanted, in eighths, mixed of each pool, and bytes of all pools.
     biases: u64,
     pools: u64,
-    /// How layers are compared: a flicker shows another one after a while.
-    compared: CompareMode,
+    /// How layers are compared, if they can be: a flicker shows another one after a while.
+    compared: Option<CompareMode>,
 }
 
 impl Content {
     /// `None` while tiles fade in, and each frame shows something else.
-    fn of(stats: &FrameStats, compared: CompareMode) -> Option<Content> {
+    fn of(stats: &FrameStats, compared: Option<CompareMode>) -> Option<Content> {
         let pager = &stats.pager;
         let tiles = pager.loaded + pager.shared + pager.refreshed + pager.evicted;
-        let biases = stats.pools.iter().map(|pool| u64::from(pool.pager.bias_eighths)).sum();
+        let mixed = |all: u64, bias: u16| all.wrapping_mul(1031).wrapping_add(bias.into());
+        let biases = stats.pools.iter().fold(0, |all, pool| mixed(all, pool.pager.bias_eighths));
         let (tables, pools) = (stats.table_bytes_sent, stats.pool_bytes);
         (stats.fading == 0).then_some(Content { tiles, tables, biases, pools, compared })
     }
@@ -71,7 +72,9 @@ impl LastPicture {
 impl SurfaceScene {
     /// A picture was drawn.
     pub(super) fn note_picture(&mut self, pose: Pose) {
-        let content = Content::of(&self.textures.stats(), self.compared());
+        // As they were compared in it, which was before it was drawn.
+        let compared = self.comparable().map(|layers| layers.compare_mode());
+        let content = Content::of(&self.textures.stats(), compared);
         let (of, at) = (content.map(|content| (pose, content)), self.beside.now());
         let unseen_is_done = self.last_picture.unseen_is_done.take();
         self.last_picture = LastPicture { of, at, owes_picture: false, unseen_is_done };
@@ -87,7 +90,8 @@ impl SurfaceScene {
     /// last one.
     pub(super) fn unsettled_wake(&self, stats: &FrameStats) -> Wake {
         let LastPicture { of, at, .. } = &self.last_picture;
-        let is_same = of.is_some_and(|(_, content)| Content::of(stats, self.compared()) == Some(content));
+        let compared = self.comparable().map(|_| self.compared());
+        let is_same = of.is_some_and(|(_, content)| Content::of(stats, compared) == Some(content));
         // By inline feedback pictures say themselves what they lack, and overlays show what is wanted.
         let stays_the_same = self.textures.inspect().feedback_mode() != FeedbackMode::Inline
             && self.settings.overlay.is_none()
@@ -101,7 +105,8 @@ impl SurfaceScene {
         Wake::Unseen(self.beside.due_after(PAUSE))
     }
 
-    /// A frame that nobody sees ([`Wake::Unseen`]), of a camera where it was in the last picture.
+    /// A frame that nobody sees ([`Wake::Unseen`]), of a camera where it was in the last picture. Nothing is
+    /// drawn while the GPU is at work on the last such frame.
     pub fn draw_unseen(&mut self, pose: Pose) -> Result<(), DisplayError> {
         let is_moved = self.last_picture.of.is_none_or(|(seen, _)| seen != pose);
         let Some(displayed) = self.display.displayed().filter(|_| !is_moved) else {
@@ -141,5 +146,62 @@ impl SurfaceScene {
         if self.unsettled == 0 && self.textures.inspect().settings().picture != self.size {
             self.fit_pools();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource};
+
+    use super::*;
+    use crate::gpu::Gpu;
+    use crate::hud::Chosen;
+    use crate::panels::FileAbout;
+    use crate::scene::Scene;
+    use crate::surface::DisplayOptions;
+    use crate::surface_scene::{DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource};
+
+    /// A scene that shows an image of one colour.
+    fn scene() -> SurfaceScene {
+        use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
+        let gpu = pollster::block_on(Gpu::headless()).unwrap();
+        let textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
+        let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
+        let settings = DisplaySettings {
+            scene: Scene::Image,
+            options: DisplayOptions::default(),
+            overlay: None,
+            may_be_crisp: true,
+            range_is_free: true,
+        };
+        let first = FirstDisplay { layers: Vec::new(), settings, is_asked: true };
+        let pictures = (formats, [64, 48]);
+        let clock = Arc::new(|| Duration::from_secs(1));
+        let mut scene = SurfaceScene::new((gpu, textures), pictures, first, Chosen::default(), clock);
+        let pixels = vec![255; 4 * 64 * 48];
+        let image = ImageSource::new(LayerFormat::Rgba8, [64, 48], pixels, &ImageOptions::default()).unwrap();
+        let tiles: Arc<dyn TileSource> = Arc::new(image);
+        let prepared = scene.preparer().read_blocking(tiles.clone(), TextureSettings::default()).unwrap();
+        let (about, growth) = (FileAbout::default(), Growth::Whole);
+        let source = PreparedSource { prepared, tiles, size: [64, 48], about, growth };
+        scene.show_source(1, "a.png", source).unwrap();
+        scene
+    }
+
+    /// The GPU says when it is done with a frame, however long that takes: until then none is drawn.
+    #[test]
+    fn a_frame_that_nobody_sees_waits_for_the_one_before_it() {
+        let (mut scene, pose) = (scene(), Pose::first(Scene::Image));
+        scene.note_picture(pose);
+        let is_done = Arc::new(AtomicBool::new(false));
+        scene.last_picture.unseen_is_done = Some(is_done.clone());
+        let mut frames = || {
+            scene.draw_unseen(pose).unwrap();
+            scene.textures.inspect().frame()
+        };
+        let before = frames();
+        assert_eq!(frames(), before, "the GPU is at work");
+        is_done.store(true, Ordering::Release);
+        assert_eq!(frames(), before + 1);
     }
 }

@@ -17,7 +17,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use crate::layers::Palette;
-use crate::volume::{MOST_CHANNELS, OtherLabels, VolumeMode};
+use crate::volume::{MOST_CHANNELS, OtherLabels, RAY_STEPS, VolumeMode};
 use crate::volume_scene::{LabelsLook, SliceTilt, VolumeFacts, VolumeLayout, VolumeLook};
 use crate::words::escaped;
 use parts::{camera_of, channel_of, clip_of, labels_of, name_of, number, numbers, panes_of, slices_of};
@@ -371,7 +371,7 @@ impl VolumeViewText {
                 let names = || VolumeMode::ALL.map(VolumeMode::name).join(", ");
                 self.mode = Some(mode.ok_or_else(|| format!("the modes are {}", names()))?);
             }
-            "step" => self.step = Some(number(value, 0.01, 100.0)?),
+            "step" => self.step = Some(number(value, *RAY_STEPS.start(), *RAY_STEPS.end())?),
             "density" => self.density = Some(number(value, 0.01, 100.0)?),
             "iso" if value == "auto" => self.iso = Some(None),
             "iso" => self.iso = Some(Some(number(value, f64::MIN, f64::MAX)?)),

@@ -24,4 +24,4 @@ pub use labels::{
 };
 pub use ray_bounds::{RayBounds, RayCut, RayVoxels};
 pub use renderer::{StillStep, VolumeCameraBinding, VolumeError, VolumeRenderer, VolumeStill};
-pub use text::{LabelsInText, RAY_SAMPLES, mean_text, volume_text};
+pub use text::{LabelsInText, RAY_SAMPLES, RAY_STEPS, mean_text, volume_text};

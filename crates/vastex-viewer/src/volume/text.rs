@@ -1,5 +1,7 @@
 //! The text of the shaders that draw volumes, and what it is told in.
 
+use std::ops::RangeInclusive;
+
 use vastex::{FeedbackMode, RAY_BRICKS};
 
 use crate::layers::Palette;
@@ -18,6 +20,8 @@ pub enum LabelsInText {
 /// Samples of a ray at most, and voxels of labels that it is followed through: those of as many bricks of
 /// 64 voxels as feedback asks for.
 pub const RAY_SAMPLES: u32 = RAY_BRICKS * 64;
+/// From one sample of a ray to the next, in sides of a voxel, as people may choose it.
+pub const RAY_STEPS: RangeInclusive<f64> = 0.01..=100.0;
 
 /// The text of the shaders that draw volumes. `vastex` is the text for the kind of one channel, which serves
 /// all others, since they lie in the same textures; with labels for a group of the members `image`, that

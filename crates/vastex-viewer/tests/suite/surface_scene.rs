@@ -298,12 +298,39 @@ fn a_flicker_is_seen_while_a_view_settles() {
     let mut window = Window::showing(DisplayOptions { compare_mode, ..DisplayOptions::default() });
     let source = window.source([200, 100, 50], None);
     window.scene.show_source(1, "a.png", source).unwrap();
+    let late = |window: &mut Window| {
+        window.settle();
+        window.scene.wake();
+        window.frame();
+        assert!(matches!(window.next_frame(false), Wake::Unseen(_)));
+        window.time.fetch_add(500, Ordering::Relaxed);
+        window.next_frame(false)
+    };
+    assert!(matches!(late(&mut window), Wake::Unseen(_)), "one layer alone does not flicker");
+    let over = window.source([10, 20, 30], None);
+    window.scene.lay_over("b.png", over).unwrap();
+    assert_eq!(late(&mut window), Wake::Now);
+}
+
+/// Frames that nobody sees wait for one another, and hear by themselves of what the device is done with.
+#[test]
+fn a_view_settles_by_unseen_frames_whose_device_nobody_asks() {
+    let mut window = Window::new();
+    let source = window.source([200, 100, 50], None);
+    window.scene.show_source(1, "a.png", source).unwrap();
     window.settle();
     window.scene.wake();
     window.frame();
-    assert!(matches!(window.next_frame(false), Wake::Unseen(_)));
-    window.time.fetch_add(500, Ordering::Relaxed);
-    assert_eq!(window.next_frame(false), Wake::Now);
+    let mut looks = 0;
+    while let Wake::Unseen(_) = window.next_frame(false) {
+        window.shown().draw_unseen(Pose::first(Scene::Image)).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+        looks += 1;
+        assert!(looks < 60_000, "the view does not settle");
+    }
+    assert_eq!(window.next_frame(false), Wake::Now, "a picture is owed");
+    assert!(window.scene.textures().stats().converged && looks > 8, "after {looks}");
+    window.settle();
 }
 
 /// What was read is read no more, and what was chosen stays.
