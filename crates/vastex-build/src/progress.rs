@@ -23,9 +23,9 @@ pub trait Progress {
         ControlFlow::Continue(())
     }
 
-    /// So much is done, from 0 to 1, of what must be decoded of the first layer's image before its first row
-    /// is there; called about ten times a second until it is, of images where that takes long. `Break` is as
-    /// that of [`Progress::advance`].
+    /// So much is done, from 0 to 1, of what must be decoded of an image before its first row is there: of
+    /// the first layer's, and of each inset, mask and image that replaces another. Called about ten times a
+    /// second until it is, of images where that takes long. `Break` is as that of [`Progress::advance`].
     fn beginning(&self, share: f64) -> ControlFlow<()> {
         let _ = share;
         ControlFlow::Continue(())
@@ -47,6 +47,20 @@ pub trait Progress {
 
 /// How long nobody is told of a beginning.
 const EVERY: Duration = Duration::from_millis(100);
+/// How much is read at once where a thread is started for it.
+const WATCHED_BYTES: usize = 1 << 20;
+
+/// How many rows [`read_watched`] should read at once for those who want one after the other: several only
+/// where it starts a thread each time.
+pub(crate) fn rows_at_once(reader: &dyn RowReader) -> usize {
+    let image = reader.header();
+    match reader.beginning() {
+        Some(beginning) if beginning.is_of_all_rows() => {
+            (WATCHED_BYTES / image.row_bytes()).clamp(1, image.height as usize)
+        }
+        _ => 1,
+    }
+}
 
 /// Does something that takes its time before it gives out rows, on a thread of its own, while `tell` is
 /// called on this one, which says whether it goes on. `None` where it was broken off.

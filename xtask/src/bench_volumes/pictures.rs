@@ -48,7 +48,8 @@ pub(super) fn page(scripts: &Scripts, input: &Path, directory: &Path, runs: usiz
     let mut page = format!(
         "\n## Pictures\n\n\
          {PICTURE} pixels in perspective (`{VIEW}`), by `vastex render --on volume`, until all that is wanted is there. PSNR is beside a picture of ordinary\n\
-         textures of the same levels (`--compare`). Frames before the last one draw what rays ask for alone. CPU seconds are of the whole program.\n\n{}\n\n",
+         textures of the same levels (`--compare`). Frames before the last one draw what rays ask for alone. CPU seconds are of the whole program.\n\
+         In iso a ray that grazes a surface meets it in one picture and may miss it in the other: one pixel of the head does, which is all of its PSNR.\n\n{}\n\n",
         measure::stamp()?
     );
     page.push_str("| volume | mode | frames | CPU s | mip bias | bricks wanted | chunks decoded | MB read | PSNR dB |\n|---|---|---|---|---|---|---|---|---|\n");

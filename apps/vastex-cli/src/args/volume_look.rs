@@ -186,9 +186,10 @@ fn parse_step(text: &str) -> Result<f64, String> {
         Some((above, below)) => above.parse::<f64>().ok().zip(below.parse::<f64>().ok()).map(|(a, b)| a / b),
         None => text.parse().ok(),
     };
-    number
-        .filter(|number| RAY_STEPS.contains(number))
-        .ok_or_else(|| "write a number from 0.01 to 100, as in 0.5 or 1/3".into())
+    number.filter(|number| RAY_STEPS.contains(number)).ok_or_else(|| {
+        let (least, most) = (RAY_STEPS.start(), RAY_STEPS.end());
+        format!("write a number from {least} to {most}, as in 0.5 or 1/3")
+    })
 }
 
 /// Two different finite numbers.

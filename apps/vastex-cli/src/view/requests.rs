@@ -48,12 +48,14 @@ impl App {
         if let Some(open) = &mut self.open {
             open.viewer.scene.beside.forget(DIALOG);
         }
-        // Other bands of an image, and it itself, are seen where those before were.
-        self.keeps_camera = open::are_of_first_image(path, self.shown_path());
+        let are_of_what_is_shown = open::are_of_first_image(path, self.shown_path());
         let files = files_among(self.offered(), path);
         let before = std::mem::replace(&mut self.files, files);
         self.files_before.get_or_insert(before);
-        self.open_another()
+        self.open_another()?;
+        // Other bands of an image, and it itself, are seen where those before were.
+        self.keeps_camera = are_of_what_is_shown;
+        Ok(())
     }
 
     /// Goes to another file, or looks for one: in a folder that is far away that may take long, so it is

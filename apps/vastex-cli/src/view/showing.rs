@@ -37,6 +37,7 @@ impl App {
     /// Begins to open another file than the one that is displayed or being opened, with nothing over it.
     pub(super) fn open_another(&mut self) -> Result<()> {
         self.linked = None;
+        self.keeps_camera = false;
         self.open_with(Vec::new())
     }
 

@@ -12,7 +12,7 @@ use vastex_core::{Geometry, PagePos, PageSet};
 use super::layers::OpenLayer;
 use super::{BuildError, BuildOptions};
 use crate::image::{InputFault, PixelFormat, RowReader, open};
-use crate::progress::{Progress, read_watched};
+use crate::progress::{Progress, read_watched, rows_at_once};
 use crate::pyramid::stack::{LayerBands, LayerPlan};
 use crate::threads;
 
@@ -40,7 +40,10 @@ pub(crate) fn select(
             return Err(BuildError::Memory { path: path.clone(), needed, limit, remedy });
         }
         let rows = u64::from(geometry.size()[1]);
-        let tell = || progress.advance(0, rows, 0);
+        let tell = |share: Option<f64>| match share {
+            Some(share) => progress.beginning(share),
+            None => progress.advance(0, rows, 0),
+        };
         let marked = pages_from_mask(&mut *mask, geometry, &tell).map_err(at_mask)?;
         let marked = marked.ok_or(BuildError::Cancelled)?;
         allowed = Some(match allowed {
@@ -103,15 +106,16 @@ impl Selection {
 }
 
 /// The pages of which the mask marks anything, with their ancestors. Takes one pass over the mask, and a bit
-/// for each page. `tell` is called before each row, and about ten times a second where a row takes long;
-/// `None` where it says that nobody waits any more.
+/// for each page. `tell` is called before rows are read, and about ten times a second where they take long,
+/// with the share that is done of the work before the first one, where that is known; the set is `None` where
+/// it says that nobody waits any more.
 ///
 /// A texel of the mask marks what it covers where it is not black and not transparent. The mask has the
 /// texture's size, or any other of the same shape.
 pub(crate) fn pages_from_mask(
     mask: &mut dyn RowReader,
     geometry: &Geometry,
-    tell: &dyn Fn() -> ControlFlow<()>,
+    tell: &dyn Fn(Option<f64>) -> ControlFlow<()>,
 ) -> Result<Option<PageSet>, InputFault> {
     let (format, size) = (mask.header().format, [mask.header().width, mask.header().height]);
     let [width, height, _] = geometry.size();
@@ -122,24 +126,28 @@ pub(crate) fn pages_from_mask(
     if geometry.tail().first_level() == 0 {
         return Ok(Some(set));
     }
-    let mut row = vec![0; mask.header().row_bytes()];
-    for y in 0..size[1] {
-        if tell().is_break() {
+    let (row_bytes, together) = (mask.header().row_bytes(), rows_at_once(mask));
+    let mut rows = vec![0; together * row_bytes];
+    for first in (0..size[1]).step_by(together) {
+        if tell(None).is_break() {
             return Ok(None);
         }
-        match read_watched(mask, &mut row, y == 0, &|_| tell()) {
+        let rows = &mut rows[..together.min((size[1] - first) as usize) * row_bytes];
+        match read_watched(mask, rows, first == 0, tell) {
             Some(read) => read?,
             None => return Ok(None),
         }
-        let rows = pages_along(y, size[1], height, page_y);
-        let mut last = None;
-        for (texel, columns) in row.chunks_exact(format.texel_bytes()).zip(&columns) {
-            // Of the texels that lie in one page alone, the first that marks it is enough.
-            if last.as_ref() != Some(columns) && is_marked(texel, format) {
-                for page_y in rows.clone() {
-                    columns.clone().for_each(|x| set.insert(geometry, PagePos::new_2d(0, x, page_y)));
+        for (y, row) in (first..).zip(rows.chunks_exact(row_bytes)) {
+            let rows = pages_along(y, size[1], height, page_y);
+            let mut last = None;
+            for (texel, columns) in row.chunks_exact(format.texel_bytes()).zip(&columns) {
+                // Of the texels that lie in one page alone, the first that marks it is enough.
+                if last.as_ref() != Some(columns) && is_marked(texel, format) {
+                    for page_y in rows.clone() {
+                        columns.clone().for_each(|x| set.insert(geometry, PagePos::new_2d(0, x, page_y)));
+                    }
+                    last = Some(columns.clone());
                 }
-                last = Some(columns.clone());
             }
         }
     }

@@ -16,7 +16,7 @@ use super::region::{PageBox, Region};
 use super::rules::{LayerRules, OpenImage, Rules};
 use super::slice::{LayerShape, Slice};
 use super::spans::{Axis, Piece, Run, Spans};
-use crate::progress::{Progress, read_watched};
+use crate::progress::{Progress, read_watched, rows_at_once};
 use crate::texels::filter::Reach;
 use crate::threads;
 use crate::tile::TileEncoder;
@@ -111,19 +111,23 @@ impl Replacement<'_> {
         let mut patch = self.patch(&image.rules, image.placed.level, &image.region().changed)?;
         let in_image = |fault| ReplaceError::Image { path: image.placed.image.into(), fault };
         let texel = image.conversion.image_texel_bytes();
-        let mut image_row = vec![0; image.reader.header().row_bytes()];
-        let rows = image.strips[1].iter().flat_map(|strip| strip.to.clone());
-        for (done, y) in (0..).zip(rows) {
+        let (row_bytes, together) = (image.header().row_bytes(), rows_at_once(&*image.reader));
+        let mut read = vec![0; together * row_bytes];
+        let rows: Vec<_> = image.strips[1].iter().flat_map(|strip| strip.to.clone()).collect();
+        for (done, rows) in (0..).step_by(together).zip(rows.chunks(together)) {
             if tell(done, None).is_break() {
                 return Err(ReplaceError::Cancelled);
             }
+            let read = &mut read[..rows.len() * row_bytes];
             let told = |share| tell(done, share);
-            let read = read_watched(&mut *image.reader, &mut image_row, done == 0, &told);
-            read.ok_or(ReplaceError::Cancelled)?.map_err(in_image)?;
-            self.encoder.findings().look_at(image.rules.number, &image.conversion, &image_row);
-            for columns in &image.strips[0] {
-                let from = &image_row[columns.from as usize * texel..][..columns.to.len() * texel];
-                image.conversion.row(patch.row_mut(y, &columns.to), from);
+            let outcome = read_watched(&mut *image.reader, read, done == 0, &told);
+            outcome.ok_or(ReplaceError::Cancelled)?.map_err(in_image)?;
+            for (&y, row) in rows.iter().zip(read.chunks_exact(row_bytes)) {
+                self.encoder.findings().look_at(image.rules.number, &image.conversion, row);
+                for columns in &image.strips[0] {
+                    let from = &row[columns.from as usize * texel..][..columns.to.len() * texel];
+                    image.conversion.row(patch.row_mut(y, &columns.to), from);
+                }
             }
         }
         Ok(patch)

@@ -5,6 +5,7 @@
 //! nearest one.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use half::f16;
 
@@ -12,7 +13,7 @@ use super::filter::{LEAST_WEIGHT, unit};
 use super::srgb::{linear_from_srgb, srgb_from_linear};
 use super::taps::Taps;
 use super::texel::{each, each_back, finite, whole};
-use crate::image::{Helpers, ImageHeader, InputFault, Notice, RowReader, Sample};
+use crate::image::{Beginning, Helpers, ImageHeader, InputFault, Notice, RowReader, Sample};
 
 /// How texels of a layer are mixed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -169,6 +170,10 @@ impl RowReader for Scaled {
 
     fn take_help(&mut self, helpers: &Helpers) {
         self.inner.take_help(helpers);
+    }
+
+    fn beginning(&self) -> Option<Arc<Beginning>> {
+        self.inner.beginning()
     }
 
     fn read_rows(&mut self, rows: &mut [u8]) -> Result<(), InputFault> {

@@ -9,8 +9,8 @@ use crate::common::{texels, tiles, write_png};
 use png::BitDepth::Eight;
 use png::ColorType::{Grayscale, Rgb, Rgba};
 use vastex_build::{
-    BuildError, BuildOptions, BuildReport, Inset, Kernel, LayerFilter, LevelsFrom, Meaning, PartOf, Progress,
-    ReplaceOptions, build, replace,
+    BuildError, BuildOptions, BuildReport, Inset, Kernel, LayerFilter, LayerInput, LevelsFrom, Meaning,
+    PartOf, Progress, ReplaceOptions, build, replace,
 };
 use vastex_core::AddressMode::{self, Clamp, Wrap};
 use vastex_core::{Geometry, PagePos};
@@ -133,6 +133,17 @@ fn what_is_decoded_before_the_first_row_is_broken_off_with_insets_as_without() {
         let built = build(&[image.as_path()], &output, &options, &Impatient);
         assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists(), "{}", image.display());
     }
+    let masked = BuildOptions { mask: Some(slow.clone()), ..options() };
+    let built = build(&[quick.as_path()], &output, &masked, &Impatient);
+    assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists(), "a mask");
+    // A layer that is enlarged.
+    let [width, height] = SIZE.map(|n| n * 5 / 6);
+    let small = world.path("small.jpg");
+    let gray = vec![99; (width * height) as usize];
+    std::fs::write(&small, jpeg([width, height], 1, true, &gray)).unwrap();
+    let other = LayerInput { name: "height".into(), ..LayerInput::from(&quick) };
+    let built = build(&[small.into(), other], &output, &options(), &Impatient);
+    assert!(matches!(built, Err(BuildError::Cancelled)) && !output.exists(), "{built:?}");
 }
 
 #[test]

@@ -101,7 +101,7 @@ pub fn ray_cut_text(cut: &RayCut) -> String {
             (too_many.to_owned(), format!("choose a longer step, of {step} or more"))
         }
         RayCut::Samples(_, Some(step)) if RAY_STEPS.contains(step) => {
-            (too_many.to_owned(), format!("{fewer}, have a step of {step} or more"))
+            (too_many.to_owned(), format!("{fewer}, give --step {step} or more"))
         }
         RayCut::Samples(..) => (too_many.to_owned(), fewer.to_owned()),
     };
@@ -184,7 +184,7 @@ mod tests {
             (RayCut::Bricks(5000.0), ["more than 4096 bricks", "zoom out"]),
             (RayCut::Labels([9.0, 8.0]), ["voxels of labels", "hide the labels"]),
             (RayCut::Samples([9.0, 8.0], Some(2.0)), ["more samples", "a longer step, of 2 or more"]),
-            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["fewer channels", "a step of 2.01 or more"]),
+            (RayCut::Samples([9.0, 8.0], Some(2.01)), ["fewer channels", "--step 2.01 or more"]),
             (RayCut::Samples([9.0, 8.0], Some(100.01)), ["fewer channels", "or no labels, or look"]),
             (RayCut::Samples([9.0, 0.0], None), ["more samples", "fewer channels"]),
         ] {

@@ -161,12 +161,17 @@ mod tests {
     use crate::surface::DisplayOptions;
     use crate::surface_scene::{DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource};
 
-    /// A scene that shows an image of one colour.
-    fn scene() -> SurfaceScene {
+    fn device() -> (Gpu, PictureFormats) {
         use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
-        let textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
         let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
+        (gpu, formats)
+    }
+
+    /// A scene that shows an image of one colour.
+    fn scene() -> SurfaceScene {
+        let (gpu, formats) = device();
+        let textures = Textures::new(&gpu.device, &gpu.queue, Settings::default()).unwrap();
         let settings = DisplaySettings {
             scene: Scene::Image,
             options: DisplayOptions::default(),
@@ -203,5 +208,19 @@ mod tests {
         assert_eq!(frames(), before, "the GPU is at work");
         is_done.store(true, Ordering::Release);
         assert_eq!(frames(), before + 1);
+    }
+
+    /// A device that was lost never says that it is done.
+    #[test]
+    fn a_restored_scene_waits_for_no_frame_of_the_device_before() {
+        let (mut scene, pose) = (scene(), Pose::first(Scene::Image));
+        scene.last_picture.unseen_is_done = Some(Arc::default());
+        scene.leave_device();
+        let (gpu, formats) = device();
+        let mut scene = scene.restored(&gpu, formats).unwrap();
+        scene.note_picture(pose);
+        let before = scene.textures.inspect().frame();
+        scene.draw_unseen(pose).unwrap();
+        assert_eq!(scene.textures.inspect().frame(), before + 1);
     }
 }

@@ -300,6 +300,9 @@ fn a_flicker_is_seen_while_a_view_settles() {
     window.scene.show_source(1, "a.png", source).unwrap();
     let late = |window: &mut Window| {
         window.settle();
+        // The layer has just begun to be shown, so that its turn is not over before that of the next frame.
+        let time = window.time.load(Ordering::Relaxed);
+        window.time.store(time.next_multiple_of(1000), Ordering::Relaxed);
         window.scene.wake();
         window.frame();
         assert!(matches!(window.next_frame(false), Wake::Unseen(_)));
