@@ -57,9 +57,10 @@ pub use cache::{BuildCache, CacheError, CachedImage};
 pub use crop::{CropError, CropFormat, CropRegion, CropSource, crop};
 pub use export::{ExportError, ExportOptions, ExportReport, Layout, TileFormat, export};
 pub use image::{
-    Beginning, Converted, FIRST_IMAGE, GeoPlace, Helpers, ImageHeader, InputFault, Notice, Number,
-    PixelFormat, PixelSize, Profile, RowReader, Sample, TiffAbout, TiffOther, bands_in_name, bands_to_choose,
-    files_of_image, image_in_file, in_srgb, means_first_image, open, open_reduced, open_shrunk,
+    Beginning, Converted, ConvertedPieces, FIRST_IMAGE, GeoPlace, Helpers, ImageHeader, InputFault, Notice,
+    Number, PixelFormat, PixelSize, Profile, RowReader, Sample, TiffAbout, TiffOther, bands_in_name,
+    bands_to_choose, files_of_image, image_in_file, in_srgb, means_first_image, open, open_reduced,
+    open_shrunk, open_while,
 };
 pub use memory_image::{DecodeOptions, Decoding, MemoryImage};
 pub use progress::{Progress, read_first_rows, read_further_rows};
@@ -98,7 +99,7 @@ pub fn build<I: Clone + Into<LayerInput>>(
     if options.keep_levels {
         return keep_levels::build(&inputs, output, options, progress);
     }
-    let mut layers = build::open(inputs, output, options)?;
+    let mut layers = build::open(inputs, output, options, progress)?;
     match options.insets.as_slice() {
         [] => build::run(&mut layers, output, options, build::Stage::Whole, progress),
         _ => inset::build(layers, output, options, progress),

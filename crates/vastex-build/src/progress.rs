@@ -23,6 +23,12 @@ pub trait Progress {
         ControlFlow::Continue(())
     }
 
+    /// A further file of an image of many is about to be opened or looked at, such as a piece of a mosaic,
+    /// before any row is read. `Break` is as that of [`Progress::advance`].
+    fn opening(&self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
     /// So much is done, from 0 to 1, of what must be decoded of an image before its first row is there: of
     /// the first layer's, and of each inset, mask and image that replaces another. Called about ten times a
     /// second until it is, of images where that takes long. `Break` is as that of [`Progress::advance`].

@@ -157,6 +157,10 @@ impl Progress for Bar {
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
+    fn opening(&self) -> ControlFlow<()> {
+        if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
     fn beginning(&self, share: f64) -> ControlFlow<()> {
         self.0.set_message(format!(", {} decoded", report::percent(share)));
         if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -173,6 +177,10 @@ struct Watch {
 impl Progress for Watch {
     fn advance(&self, rows_done: u64, rows_total: u64, bytes_written: u64) -> ControlFlow<()> {
         self.bar.advance(rows_done, rows_total, bytes_written)
+    }
+
+    fn opening(&self) -> ControlFlow<()> {
+        self.bar.opening()
     }
 
     fn beginning(&self, share: f64) -> ControlFlow<()> {

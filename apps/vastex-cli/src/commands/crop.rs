@@ -15,7 +15,6 @@ use crate::places::Inputs;
 use crate::report;
 
 pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
-    handle_interrupts()?;
     let (source, target) = (&args.source, &args.output);
     let (at, size) = match (args.at, args.size) {
         (CropPlace::Image(at), CropSize::Image(size)) => (at, size),
@@ -39,6 +38,8 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     let region = cropped.region(at, size).with_context(|| source.display().to_string())?;
     cropped.check(region, target.format).with_context(|| source.display().to_string())?;
     check_place(args)?;
+    // Before, nothing is written, and Ctrl-C ends the program at once.
+    handle_interrupts()?;
     let output = Output::at(&target.path)?;
     let bar = Bar::new(args.print.quiet);
     let begin = Instant::now();
@@ -72,6 +73,7 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
 #[cfg(feature = "volumes")]
 fn of_volume(args: &CropArgs, at: [i64; 3], size: [u64; 3]) -> Result<ExitCode> {
     check_place(args)?;
+    handle_interrupts()?;
     super::volume::crop(args, at, size)
 }
 

@@ -83,7 +83,7 @@ fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSou
     let progress = ImageProgress::new(path, options, None);
     let gives_way = options.observer.is_watched();
     let decode = DecodeOptions { wraps: options.wraps, gives_way, ..DecodeOptions::default() };
-    let decoded = Decoding::open(path, &decode).and_then(|decoding| {
+    let decoded = Decoding::open_while(path, &decode, &progress).and_then(|decoding| {
         progress.note_reduced(decoding.image(), decode.image_bytes);
         progress.preview.borrow_mut().take(decoding.image().clone());
         decoding.run(&progress)
@@ -252,6 +252,10 @@ impl Progress for ImageProgress<'_> {
         }
         let (before, share) = (self.before_rows.get(), rows_done as f64 / rows_total.max(1) as f64);
         self.observer.advance(before + (1.0 - before) * share)
+    }
+
+    fn opening(&self) -> ControlFlow<()> {
+        self.observer.advance(0.0)
     }
 
     fn beginning(&self, share: f64) -> ControlFlow<()> {

@@ -198,6 +198,10 @@ impl Progress for WhileRead<'_> {
         self.advance(0, 0, 0)
     }
 
+    fn opening(&self) -> ControlFlow<()> {
+        self.advance(0, 0, 0)
+    }
+
     fn beginning(&self, _: f64) -> ControlFlow<()> {
         self.advance(0, 0, 0)
     }

@@ -109,7 +109,8 @@ impl<'a> Preview<'a> {
             return;
         }
         if self.reader.is_none() {
-            self.reader = vastex_build::open(self.path).ok().map(vastex_build::in_srgb);
+            let opened = vastex_build::open_while(self.path, &|| self.observer.advance(0.0));
+            self.reader = opened.ok().map(vastex_build::in_srgb);
         }
         let Some(mut reader) = self.reader.take() else { return };
         let begun = Instant::now();

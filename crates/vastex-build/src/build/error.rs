@@ -3,7 +3,7 @@
 //! What is wrong with an input file, its reader says; [`BuildError`] adds the file's name. What goes wrong
 //! with the output is the container writer's to say.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use vastex_core::{GeometryError, LayerError};
 use vastex_tiles::{ReadError, ReorderError, WriteError};
@@ -196,6 +196,14 @@ pub enum BuildError {
 }
 
 impl BuildError {
+    /// An image cannot be opened, or was broken off while it was.
+    pub(crate) fn input(path: &Path, fault: InputFault) -> BuildError {
+        match fault {
+            InputFault::BrokenOff => BuildError::Cancelled,
+            fault => BuildError::Input { path: path.into(), fault },
+        }
+    }
+
     /// `page` and `border` are those asked for; all layers would suit multiples of `unit`.
     pub(crate) fn layers(error: LayerError, page: u32, border: u32, unit: u32) -> BuildError {
         let remedy = match error {

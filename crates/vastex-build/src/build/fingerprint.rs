@@ -10,6 +10,7 @@
 use std::fs::{self, File, Metadata};
 use std::hash::Hasher;
 use std::io::{self, Read, Seek, SeekFrom};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
@@ -39,11 +40,18 @@ pub(crate) struct Fingerprint {
 ///
 /// Does not depend on where the input lies, or on the order in which a file system lists files. Files in
 /// directories whose names begin with a dot do not count. Reads at most 256 KiB of a single file, 16 KiB or
-/// more of each of many, and of a directory the lengths and times of all files and 16 of them so.
-pub(crate) fn input_fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
+/// more of each of many, and of a directory the lengths and times of all files and 16 of them so. `go_on` is
+/// asked before each of the files; `None` where it says that nobody waits any more.
+pub(crate) fn input_fingerprint(
+    files: &[PathBuf],
+    go_on: &dyn Fn() -> ControlFlow<()>,
+) -> io::Result<Option<Fingerprint>> {
     let [mut contents, mut times] = [XxHash3_64::new(), XxHash3_64::new()];
     let blocks = (ALL_BLOCKS / (files.len() as u64).max(1)).clamp(FEWEST_BLOCKS, BLOCKS);
     for path in files {
+        if go_on().is_break() {
+            return Ok(None);
+        }
         let found = fs::metadata(path)?;
         if !found.is_dir() {
             add_file(&mut contents, path, blocks)?;
@@ -63,7 +71,7 @@ pub(crate) fn input_fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
             add_file(&mut contents, &listed[n as usize].2, BLOCKS)?;
         }
     }
-    Ok(Fingerprint { contents: contents.finish(), times: times.finish() })
+    Ok(Some(Fingerprint { contents: contents.finish(), times: times.finish() }))
 }
 
 /// When a file was last changed, where the system says so, and its length.
@@ -134,6 +142,10 @@ fn add_number(hash: &mut XxHash3_64, number: u64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn input_fingerprint(files: &[PathBuf]) -> io::Result<Fingerprint> {
+        super::input_fingerprint(files, &|| ControlFlow::Continue(())).map(Option::unwrap)
+    }
 
     fn with(bytes: &[u8], files: &[(&str, &[u8])]) -> u64 {
         let dir = tempfile::tempdir().unwrap();

@@ -8,7 +8,8 @@ use vastex_core::{AddressMode, Description, Dims, Geometry, GeometrySpec, Layer,
 
 use super::{BuildError, BuildOptions, LayerReport, fingerprint, place};
 use crate::image::tiff::file::pyramid::bands_in_path;
-use crate::image::{Notice, Opened, RowReader, TiffAbout, in_srgb, open_with_files};
+use crate::image::{Notice, Opened, RowReader, TiffAbout, in_srgb, open_with_files_while};
+use crate::progress::Progress;
 use crate::pyramid::stack::LayerPlan;
 use crate::texels::LayerInput;
 use crate::texels::blocks;
@@ -35,10 +36,15 @@ impl OpenLayer {
         &self.files
     }
 
-    fn open(input: LayerInput, output: &Path, options: &BuildOptions) -> Result<OpenLayer, BuildError> {
+    fn open(
+        input: LayerInput,
+        output: &Path,
+        options: &BuildOptions,
+        progress: &dyn Progress,
+    ) -> Result<OpenLayer, BuildError> {
         let LayerInput { name, path, format, filter } = input;
-        let opened =
-            open_with_files(&path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        let opened = open_with_files_while(&path, &|| progress.opening());
+        let opened = opened.map_err(|fault| BuildError::input(&path, fault))?;
         let Opened { mut reader, files } = opened;
         if options.tolerant {
             reader.tolerate();
@@ -144,8 +150,9 @@ pub(crate) fn open_all(
     inputs: Vec<LayerInput>,
     output: &Path,
     options: &BuildOptions,
+    progress: &dyn Progress,
 ) -> Result<Vec<OpenLayer>, BuildError> {
-    let open = |input| OpenLayer::open(input, output, options);
+    let open = |input| OpenLayer::open(input, output, options, progress);
     let layers: Result<Vec<_>, _> = inputs.into_iter().map(open).collect();
     let layers = layers?;
     let texels = |layer: &OpenLayer| layer.size().map(u64::from).iter().product::<u64>();
@@ -222,10 +229,15 @@ pub(crate) struct Same {
 /// Returns the fingerprints of all that a build reads, the mask and the insets included, with the program's
 /// version and the options that change what is made of it. Reads a sample of each file; fails if one cannot
 /// be read.
-pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Result<Same, BuildError> {
+pub(crate) fn fingerprint(
+    layers: &[OpenLayer],
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<Same, BuildError> {
+    let go_on = || progress.opening();
     let of_input = |path: &Path, files: &[PathBuf]| {
         let failed = |error: std::io::Error| BuildError::Input { path: path.into(), fault: error.into() };
-        fingerprint::input_fingerprint(files).map_err(failed)
+        fingerprint::input_fingerprint(files, &go_on).map_err(failed)?.ok_or(BuildError::Cancelled)
     };
     let of_others = options.mask.iter().chain(options.insets.iter().map(|inset| &inset.image));
     let mut inputs = Vec::with_capacity(layers.len());
@@ -233,8 +245,7 @@ pub(crate) fn fingerprint(layers: &[OpenLayer], options: &BuildOptions) -> Resul
         inputs.push(of_input(&layer.path, &layer.files)?);
     }
     for path in of_others {
-        let opened =
-            open_with_files(path).map_err(|fault| BuildError::Input { path: path.clone(), fault })?;
+        let opened = open_with_files_while(path, &go_on).map_err(|fault| BuildError::input(path, fault))?;
         inputs.push(of_input(path, &opened.files)?);
     }
     let contents: Vec<u64> = inputs.iter().map(|input| input.contents).collect();

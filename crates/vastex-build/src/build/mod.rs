@@ -25,7 +25,7 @@ pub use error::BuildError;
 pub use options::{BuildOptions, Inset, NodataRule, ParseNodataRuleError};
 pub use report::{BuildReport, LayerReport};
 
-use crate::image::open_with_files;
+use crate::image::open_with_files_while;
 use crate::progress::Progress;
 use crate::texels::LayerInput;
 use crate::threads;
@@ -41,16 +41,17 @@ pub(crate) fn open(
     inputs: Vec<LayerInput>,
     output: &Path,
     options: &BuildOptions,
+    progress: &dyn Progress,
 ) -> Result<Vec<OpenLayer>, BuildError> {
     if inputs.is_empty() {
         return Err(BuildError::NoInput);
     }
     if let Some(mask) = &options.mask {
-        let opened = open_with_files(mask);
-        let opened = opened.map_err(|fault| BuildError::Input { path: mask.clone(), fault })?;
+        let opened = open_with_files_while(mask, &|| progress.opening());
+        let opened = opened.map_err(|fault| BuildError::input(mask, fault))?;
         place::check(&opened.files, output)?;
     }
-    layers::open_all(inputs, output, options)
+    layers::open_all(inputs, output, options, progress)
 }
 
 /// What a container is made for.
@@ -114,7 +115,7 @@ pub(crate) fn run(
     let rows = u64::from(geometry.size()[1]);
     let mut go_on = |bytes| progress.advance(0, rows, bytes);
     let left = if options.resume { Left::Resumed(&mut go_on) } else { Left::Removed };
-    let same = layers::fingerprint(layers, options)?;
+    let same = layers::fingerprint(layers, options, progress)?;
     keep_freed_memory();
     let built = match options.part {
         None => {

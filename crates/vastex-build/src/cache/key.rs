@@ -8,6 +8,7 @@ use twox_hash::XxHash3_128;
 
 use super::room;
 use crate::build::{self, BuildError, BuildOptions, OpenLayer};
+use crate::progress::Progress;
 
 /// Bytes that are read of either end of a file.
 const END: u64 = 1 << 20;
@@ -17,15 +18,23 @@ const MOST_READ: usize = 64;
 /// The name of the container of an image, the same for as long as no file of it changes: of the fingerprint
 /// of a build, which has lengths, times and a sample of all files and of a mask, of where the files lie and
 /// of their ends.
-pub(super) fn of(image: &Path, layers: &[OpenLayer], options: &BuildOptions) -> Result<String, BuildError> {
+pub(super) fn of(
+    image: &Path,
+    layers: &[OpenLayer],
+    options: &BuildOptions,
+    progress: &dyn Progress,
+) -> Result<String, BuildError> {
     let mut hash = XxHash3_128::new();
-    let same = build::fingerprint_of(layers, options)?;
+    let same = build::fingerprint_of(layers, options, progress)?;
     for word in [&same.here, &options.named()] {
         add(&mut hash, word.as_bytes());
     }
     let of_image = |error: io::Error| BuildError::Input { path: image.into(), fault: error.into() };
     let files: Vec<&PathBuf> = layers.iter().flat_map(OpenLayer::files).collect();
     for (n, file) in files.into_iter().enumerate() {
+        if progress.opening().is_break() {
+            return Err(BuildError::Cancelled);
+        }
         add_file(&mut hash, file, n < MOST_READ).map_err(of_image)?;
     }
     Ok(room::name_of(hash.finish_128()))

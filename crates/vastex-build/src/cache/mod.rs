@@ -117,7 +117,7 @@ impl BuildCache {
         progress: &dyn Progress,
     ) -> Result<CachedImage, CacheError> {
         let options = built_with(options);
-        let named = self.key(image, &options)?;
+        let named = self.key(image, &options, progress)?;
         if let Some(container) = whole(&self.directory.join(&named.0))? {
             return Ok(CachedImage { container, built: None });
         }
@@ -137,7 +137,7 @@ impl BuildCache {
         progress: &dyn Progress,
     ) -> Result<CachedImage, CacheError> {
         let options = built_with(options);
-        let named = self.key(image, &options)?;
+        let named = self.key(image, &options, progress)?;
         self.open_alone(image, named, &options, is_sound, progress)
     }
 
@@ -159,7 +159,7 @@ impl BuildCache {
             None => {
                 room::remove(&place);
                 let built = self.build(image, layers, &place, options, progress)?;
-                if self.key(image, options).map_or(true, |(after, _)| after != name) {
+                if self.key(image, options, &()).map_or(true, |(after, _)| after != name) {
                     room::remove(&place);
                     return Err(CacheError::Changed(image.into()));
                 }
@@ -172,9 +172,14 @@ impl BuildCache {
     }
 
     /// The name of an image's container, and the image, opened.
-    fn key(&self, image: &Path, options: &BuildOptions) -> Result<(String, Vec<OpenLayer>), CacheError> {
-        let layers = build::open(vec![image.into()], &self.directory.join("image"), options)?;
-        Ok((key::of(image, &layers, options)?, layers))
+    fn key(
+        &self,
+        image: &Path,
+        options: &BuildOptions,
+        progress: &dyn Progress,
+    ) -> Result<(String, Vec<OpenLayer>), CacheError> {
+        let layers = build::open(vec![image.into()], &self.directory.join("image"), options, progress)?;
+        Ok((key::of(image, &layers, options, progress)?, layers))
     }
 
     /// The right to build an image, once no other program has it.
@@ -208,7 +213,7 @@ impl BuildCache {
         loop {
             let layers = match opened.take() {
                 Some(layers) => Ok(layers),
-                None => build::open(vec![image.into()], place, options),
+                None => build::open(vec![image.into()], place, options, progress),
             };
             let built =
                 layers.and_then(|mut layers| build::run(&mut layers, place, options, Stage::Whole, progress));

@@ -13,6 +13,9 @@ pub enum InputFault {
     /// The file cannot be opened or read.
     #[error("{}", unreadable(.0))]
     Io(io::Error),
+    /// Whoever opened the input wants it no more.
+    #[error("is not wanted any more")]
+    BrokenOff,
     /// The input is a device or a pipe, which may never end.
     #[error("is a device or a pipe; name an image file")]
     NotAFile,

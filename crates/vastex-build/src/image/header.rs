@@ -11,7 +11,7 @@ use super::color::Profile;
 use super::fault::InputFault;
 use super::notice::Notice;
 use super::pixel::PixelFormat;
-use super::stored_as::Converted;
+use super::stored_as::{Converted, ConvertedPieces};
 
 /// What is known of an image from its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,6 +29,8 @@ pub struct ImageHeader {
     pub range: Option<[i64; 2]>,
     /// What the file's samples are of which the rows hold something else.
     pub converted: Vec<Converted>,
+    /// What samples of some pieces of a mosaic are, where those of others are not.
+    pub converted_pieces: Vec<ConvertedPieces>,
     /// The number of samples of which nothing is known, as the rows hold samples, if the file says so: a
     /// texel whose colours all have it is without data. It may be no number (NaN), which is without data in
     /// images of floats in any case where there is such a number.
@@ -66,6 +68,7 @@ impl ImageHeader {
             linear: false,
             range: None,
             converted: Vec::new(),
+            converted_pieces: Vec::new(),
             nodata: None,
             profile: None,
             orientation: 1,
@@ -87,14 +90,16 @@ impl ImageHeader {
     }
 
     /// What was made something else of on the way from the file to the rows, each as in "from inks (CMYK)":
-    /// samples, and colours that were converted to sRGB ([`crate::in_srgb`]).
+    /// samples, and colours that were converted to sRGB ([`crate::in_srgb`]). Of a mosaic, what some of its
+    /// pieces alone are converted from is told as in "from inks (CMYK) in 2 of 3 pieces".
     pub fn conversions(&self) -> Vec<String> {
         let of_colors = |notice: &Notice| match notice {
             Notice::ConvertedToSrgb { from, .. } => Some(format!("from the colours of {from}")),
             _ => None,
         };
         let samples = self.converted.iter().map(|samples| format!("from {samples}"));
-        samples.chain(self.notices.iter().filter_map(of_colors)).collect()
+        let pieces = self.converted_pieces.iter().map(|pieces| format!("from {pieces}"));
+        samples.chain(pieces).chain(self.notices.iter().filter_map(of_colors)).collect()
     }
 
     /// What there is to say before its texels are read, the profile included, where a layer that holds no

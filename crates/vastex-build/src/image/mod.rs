@@ -43,10 +43,10 @@ pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
 pub use number::Number;
-pub(crate) use open::{Opened, open_stored, open_with_files};
-pub use open::{files_of_image, open, open_reduced, open_shrunk};
+pub(crate) use open::{Opened, open_stored, open_with_files, open_with_files_while};
+pub use open::{files_of_image, open, open_reduced, open_shrunk, open_while};
 pub use pixel::{PixelFormat, Sample};
-pub use stored_as::Converted;
+pub use stored_as::{Converted, ConvertedPieces};
 pub use tiff::file::about::{GeoPlace, PixelSize, TiffAbout};
 pub use tiff::file::pyramid::{
     FIRST_IMAGE, TiffOther, bands_in_name, bands_to_choose, image_in_file, means_first_image,

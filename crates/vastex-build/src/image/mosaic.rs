@@ -22,6 +22,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::io::Read;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,7 +30,7 @@ use super::file::open_file;
 use super::grids::{common, in_tile, widen};
 use super::open_files::OpenFiles;
 use super::picture::{files_of_texels, open_file_of_texels};
-use crate::image::{Beginning, ImageHeader, InputFault, Notice, Profile, RowReader};
+use crate::image::{Beginning, ConvertedPieces, ImageHeader, InputFault, Notice, Profile, RowReader};
 
 /// The first line.
 const MAGIC: &str = "vastex mosaic";
@@ -79,9 +80,12 @@ pub(super) struct MosaicReader {
     _open_files: OpenFiles,
 }
 
-/// Opens the mosaic that a text file describes, and looks at every piece; `None` if the text is something
-/// else.
-pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
+/// Says before each piece whether the mosaic is still wanted.
+pub(super) type GoOn<'a> = &'a dyn Fn() -> ControlFlow<()>;
+
+/// Opens the mosaic that a text file describes, and looks at every piece as long as it is wanted
+/// ([`InputFault::BrokenOff`]); `None` if the text is something else.
+pub(super) fn open(path: &Path, go_on: GoOn<'_>) -> Result<Option<MosaicReader>, InputFault> {
     let mut bytes = Vec::new();
     open_file(path)?.take(MAX_TEXT + 1).read_to_end(&mut bytes)?;
     let text = String::from_utf8_lossy(&bytes);
@@ -100,15 +104,15 @@ pub(super) fn open(path: &Path) -> Result<Option<MosaicReader>, InputFault> {
             continue;
         }
         match line.split_once(char::is_whitespace) {
-            Some(("grid", pattern)) => pieces.extend(grid(directory, pattern.trim())?),
-            _ => pieces.push(piece(directory, line, number)?),
+            Some(("grid", pattern)) => pieces.extend(grid(directory, pattern.trim(), go_on)?),
+            _ => pieces.push(piece(directory, line, number, go_on)?),
         }
     }
     MosaicReader::new(pieces).map(Some)
 }
 
 /// A line `X Y FILE`.
-fn piece(directory: &Path, line: &str, number: usize) -> Result<Piece, InputFault> {
+fn piece(directory: &Path, line: &str, number: usize, go_on: GoOn<'_>) -> Result<Piece, InputFault> {
     let mut words = line.splitn(3, char::is_whitespace);
     let mut place = || words.next()?.parse().ok();
     let (Some(x), Some(y)) = (place(), place()) else {
@@ -122,11 +126,11 @@ fn piece(directory: &Path, line: &str, number: usize) -> Result<Piece, InputFaul
     let name = name.ok_or_else(|| {
         InputFault::layout(format!("names no file in line {number}"), "a line is 'X Y FILE'")
     })?;
-    Piece::new(directory.join(name), [x, y])
+    Piece::new(directory.join(name), [x, y], go_on)
 }
 
 /// The pieces of a grid, as many as there are files.
-fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
+fn grid(directory: &Path, pattern: &str, go_on: GoOn<'_>) -> Result<Vec<Piece>, InputFault> {
     if !pattern.contains("{x}") || !pattern.contains("{y}") {
         let why = format!("has the grid '{pattern}'");
         return Err(InputFault::layout(why, "a pattern holds {x} and {y}, as in tile_{x}_{y}.png"));
@@ -134,8 +138,10 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     let path = |x: u32, y: u32| {
         directory.join(pattern.replace("{x}", &x.to_string()).replace("{y}", &y.to_string()))
     };
-    let columns = (0..MAX_GRID).take_while(|&x| path(x, 0).is_file()).count() as u32;
-    let rows = (0..MAX_GRID).take_while(|&y| path(0, y).is_file()).count() as u32;
+    let is_there = |path: PathBuf| go_on().is_continue() && path.is_file();
+    let columns = (0..MAX_GRID).take_while(|&x| is_there(path(x, 0))).count() as u32;
+    let rows = (0..MAX_GRID).take_while(|&y| is_there(path(0, y))).count() as u32;
+    still_wanted(go_on)?;
     if columns == 0 {
         let why = format!("has the grid '{pattern}', but there is no {}", path(0, 0).display());
         return Err(InputFault::layout(why, "number columns and rows from 0"));
@@ -145,7 +151,7 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     for y in 0..rows {
         at[0] = 0;
         for x in 0..columns {
-            let piece = Piece::new(path(x, y), at)?;
+            let piece = Piece::new(path(x, y), at, go_on)?;
             let (cell, is_last) =
                 (pieces.first().unwrap_or(&piece).size(), [x + 1 == columns, y + 1 == rows]);
             let fits = |axis: usize| {
@@ -167,8 +173,14 @@ fn grid(directory: &Path, pattern: &str) -> Result<Vec<Piece>, InputFault> {
     Ok(pieces)
 }
 
+/// Fails where nobody wants the mosaic any more.
+fn still_wanted(go_on: GoOn<'_>) -> Result<(), InputFault> {
+    if go_on().is_break() { Err(InputFault::BrokenOff) } else { Ok(()) }
+}
+
 impl Piece {
-    fn new(path: PathBuf, at: [u32; 2]) -> Result<Piece, InputFault> {
+    fn new(path: PathBuf, at: [u32; 2], go_on: GoOn<'_>) -> Result<Piece, InputFault> {
+        still_wanted(go_on)?;
         let opened = open_file_of_texels(&path).map_err(|fault| in_tile(&path, fault))?;
         let (header, begins_slowly) = (opened.header().clone(), opened.beginning().is_some());
         Ok(Piece { path, at, header, is_held: false, begins_slowly, rows: None })
@@ -253,6 +265,8 @@ impl MosaicReader {
         }
         let mut header = ImageHeader::new(size[0], size[1], format)?;
         header.linear = linear;
+        let converted = pieces.iter().map(|piece| piece.header.converted.as_slice());
+        (header.converted, header.converted_pieces) = ConvertedPieces::of(converted);
         // Where pieces do not agree, all texels have data.
         header.nodata = first
             .header

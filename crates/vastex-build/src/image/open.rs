@@ -1,5 +1,6 @@
 //! Opens whatever lies at a path as rows: an image, a mosaic, or a tile directory.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use vastex_tiles::raw_file;
@@ -26,7 +27,21 @@ pub(crate) struct Opened {
 /// converts them. Reads headers and lists of files and, to see whether tiles have borders, the roots of a
 /// planet.
 pub fn open(path: &Path) -> Result<Box<dyn RowReader>, InputFault> {
-    open_with_files(path).map(|opened| opened.reader)
+    open_while(path, &unwatched)
+}
+
+/// Opens an image as [`open`] does as long as `go_on`, which is asked before each piece of a mosaic, does not
+/// break it off ([`InputFault::BrokenOff`]): a mosaic may have many.
+pub fn open_while(
+    path: &Path,
+    go_on: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Box<dyn RowReader>, InputFault> {
+    open_with_files_while(path, go_on).map(|opened| opened.reader)
+}
+
+/// For those who open all that there is.
+fn unwatched() -> ControlFlow<()> {
+    ControlFlow::Continue(())
 }
 
 /// Opens an image at a share of its size, where that is much quicker than to read all of it: a first picture
@@ -92,6 +107,14 @@ pub(crate) fn open_stored(path: &Path) -> Result<(Box<dyn RowReader>, StoredAs),
 
 /// Opens an image as [`open`] does, and says which files it is made of.
 pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
+    open_with_files_while(path, &unwatched)
+}
+
+/// Opens an image as [`open_while`] does, and says which files it is made of.
+pub(crate) fn open_with_files_while(
+    path: &Path,
+    go_on: &dyn Fn() -> ControlFlow<()>,
+) -> Result<Opened, InputFault> {
     let path = without_first(path);
     if let Some((file, bands)) = bands_in_path(path) {
         return Ok(Opened { reader: open_bands(file, bands)?, files: vec![file.to_owned()] });
@@ -100,7 +123,7 @@ pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
         return Ok(of_directory(path, grids::open_directory(path)?));
     }
     match open_file_of_texels(path) {
-        Err(InputFault::Text) => match mosaic::open(path)? {
+        Err(InputFault::Text) => match mosaic::open(path, go_on)? {
             Some(mosaic) => Ok(Opened { files: mosaic.files(path), reader: Box::new(mosaic) }),
             None => grids::open_description(path)?
                 .map(|reader| of_directory(path, reader))
@@ -123,7 +146,7 @@ pub fn files_of_image(path: &Path) -> Vec<PathBuf> {
     if !is_text_file(file) || raw_file(file).is_some() {
         return files_of_texels(file);
     }
-    match mosaic::open(file) {
+    match mosaic::open(file, &unwatched) {
         Ok(Some(mosaic)) => mosaic.files(file),
         Ok(None) => {
             let source = grids::look_at_description(file).ok().flatten();

@@ -39,6 +39,42 @@ impl Converted {
     }
 }
 
+/// What the samples of some pieces of a mosaic are of which its rows hold something else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ConvertedPieces {
+    /// What the files of these pieces hold.
+    pub from: Converted,
+    /// How many they are.
+    pub pieces: usize,
+    /// How many pieces the mosaic has.
+    pub of: usize,
+}
+
+impl ConvertedPieces {
+    /// What the pieces of a mosaic are converted from, each kind once, in the order in which they come: what
+    /// all of them are, and what some are. Of each piece its own conversions are given.
+    pub(super) fn of<'a>(
+        pieces: impl ExactSizeIterator<Item = &'a [Converted]>,
+    ) -> (Vec<Converted>, Vec<ConvertedPieces>) {
+        let of = pieces.len();
+        let mut counted: Vec<ConvertedPieces> = Vec::new();
+        for &from in pieces.flatten() {
+            match counted.iter_mut().find(|known| known.from == from) {
+                Some(known) => known.pieces += 1,
+                None => counted.push(ConvertedPieces { from, pieces: 1, of }),
+            }
+        }
+        let (all, some): (Vec<_>, Vec<_>) = counted.into_iter().partition(|known| known.pieces == of);
+        (all.into_iter().map(|known| known.from).collect(), some)
+    }
+}
+
+impl fmt::Display for ConvertedPieces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} in {} of {} pieces", self.from, self.pieces, self.of)
+    }
+}
+
 impl fmt::Display for Converted {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

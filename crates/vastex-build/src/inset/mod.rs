@@ -44,7 +44,7 @@ pub(crate) fn build(
     let about = layers::about(&layers, texture.geometry.size());
     let writer_options = options.writer_options(filters, about);
     let writer = ContainerWriter::claim(output, (*texture).clone(), writer_options, options.resume)?;
-    let same = unfinished::fingerprint(&layers, &texture, options)?;
+    let same = unfinished::fingerprint(&layers, &texture, options, progress)?;
     let mut unfinished = Unfinished::find(output, same, options.resume)?;
 
     let image_rows = u64::from(texture.geometry.level(finest).size[1]);
@@ -226,6 +226,10 @@ impl Steps<'_> {
 impl Progress for Steps<'_> {
     fn advance(&self, rows_done: u64, _: u64, bytes_written: u64) -> ControlFlow<()> {
         self.progress.advance(self.rows_before + rows_done, self.rows, self.bytes_before + bytes_written)
+    }
+
+    fn opening(&self) -> ControlFlow<()> {
+        self.progress.opening()
     }
 
     fn beginning(&self, share: f64) -> ControlFlow<()> {

@@ -12,17 +12,19 @@ use vastex_tiles::WriteError;
 
 use crate::build::layers::{self, OpenLayer};
 use crate::build::{BuildError, BuildOptions, leftovers, place};
+use crate::progress::Progress;
 
 /// Stands for all that decides the bytes of a texture with insets.
 pub(super) fn fingerprint(
     layers: &[OpenLayer],
     texture: &Description,
     options: &BuildOptions,
+    progress: &dyn Progress,
 ) -> Result<u64, BuildError> {
     // What their files hold is part of the fingerprint of all inputs.
     let insets: Vec<_> = options.insets.iter().map(|inset| (&inset.layer, inset.at, inset.finer)).collect();
     let filters = super::filters(layers, options)?;
-    let same = layers::fingerprint(layers, options)?.here;
+    let same = layers::fingerprint(layers, options, progress)?.here;
     let all = (same, texture, filters, options.align, insets);
     Ok(XxHash3_64::oneshot(format!("{all:?}").as_bytes()))
 }

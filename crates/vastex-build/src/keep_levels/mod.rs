@@ -13,7 +13,7 @@ use vastex_tiles::{ContainerWriter, EncodedTile, TileSource, Written};
 
 use crate::build::error::BuildError;
 use crate::build::{BuildOptions, BuildReport, LayerReport, NodataRule, leftovers, place};
-use crate::image::{InputFault, Notice, TiffAbout, open_with_files};
+use crate::image::{InputFault, Notice, TiffAbout, open_with_files_while};
 use crate::progress::Progress;
 use crate::source::{DirectorySource, Shape, SourceError, TiffSource};
 use crate::texels::blocks;
@@ -40,8 +40,8 @@ pub(crate) fn build(
     };
     check(input, options)?;
     leftovers::refuse(output, false)?;
-    let opened = open_with_files(&input.path);
-    let opened = opened.map_err(|fault| BuildError::Input { path: input.path.clone(), fault })?;
+    let opened = open_with_files_while(&input.path, &|| progress.opening());
+    let opened = opened.map_err(|fault| BuildError::input(&input.path, fault))?;
     place::check(&opened.files, output)?;
     drop(opened);
     let pyramid = Pyramid::open(input, options)?;

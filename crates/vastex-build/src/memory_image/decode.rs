@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::MemoryImage;
 use crate::build::error::BuildError;
-use crate::image::{Helpers, RowReader, in_srgb, open};
+use crate::image::{Helpers, RowReader, in_srgb, open_while};
 use crate::progress::{Progress, read_first_rows, read_further_rows};
 use crate::threads;
 
@@ -55,7 +55,17 @@ impl Decoding {
     /// Fails where [`crate::build()`] would, and with [`BuildError::Memory`] where the image's reader takes
     /// more than [`DecodeOptions::reader_bytes`].
     pub fn open(path: &Path, options: &DecodeOptions) -> Result<Decoding, BuildError> {
-        let opened = open(path).map_err(|fault| BuildError::Input { path: path.into(), fault })?;
+        Decoding::open_while(path, options, &())
+    }
+
+    /// Opens an image as [`Decoding::open`] does, unless `progress` breaks it off ([`Progress::opening`]).
+    pub fn open_while(
+        path: &Path,
+        options: &DecodeOptions,
+        progress: &dyn Progress,
+    ) -> Result<Decoding, BuildError> {
+        let opened = open_while(path, &|| progress.opening());
+        let opened = opened.map_err(|fault| BuildError::input(path, fault))?;
         let reader = in_srgb(opened);
         let header = reader.header();
         if header.memory > options.reader_bytes {

@@ -1,6 +1,8 @@
 //! Inputs beyond PNG, JPEG and plain TIFF: OpenEXR, raw files with a description, mosaics, floats.
 
+use std::cell::Cell;
 use std::fs;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use crate::common::exr::{encoding, exr_of};
@@ -8,7 +10,10 @@ use crate::common::{texels, write_png};
 use exr::prelude::{Blocks, Compression, Encoding, FlatSamples, LineOrder, Vec2, f16};
 use tempfile::TempDir;
 use tiff::encoder::{TiffEncoder, colortype};
-use vastex_build::{ImageHeader, Notice, PixelFormat, Sample, open};
+use vastex_build::{
+    BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, Notice,
+    PixelFormat, Progress, Sample, open,
+};
 
 /// All texels of an image, read three rows at a time, and what was said at the end.
 fn read(path: &Path) -> Result<(ImageHeader, Vec<u8>), String> {
@@ -278,6 +283,87 @@ fn a_mosaic_names_the_piece_that_is_wrong() {
     ] {
         fs::write(path("m.mosaic"), format!("vastex mosaic\n{lines}\n")).unwrap();
         expect_fault(&path("m.mosaic"), words);
+    }
+}
+
+/// A picture of two texels whose numbers choose among two colours, or grey of 1 bit.
+fn few_bits(path: &Path, color: png::ColorType) {
+    let mut encoder = png::Encoder::new(fs::File::create(path).unwrap(), 2, 1);
+    encoder.set_color(color);
+    encoder.set_depth(png::BitDepth::One);
+    if color == png::ColorType::Indexed {
+        encoder.set_palette(vec![0, 0, 0, 255, 0, 0]);
+    }
+    encoder.write_header().unwrap().write_image_data(&[0x40]).unwrap();
+}
+
+#[test]
+fn a_mosaic_says_what_its_pieces_are_converted_from() {
+    let (_dir, path) = sandbox();
+    few_bits(&path("few.png"), png::ColorType::Grayscale);
+    few_bits(&path("palette.png"), png::ColorType::Indexed);
+    write_png(&path("rgb.png"), [2, 1], png::ColorType::Rgb, png::BitDepth::Eight, &texels(6, 1));
+    let said = |names: &[&str]| {
+        let lines = names.iter().enumerate().map(|(y, name)| format!("0 {y} {name}.png\n"));
+        fs::write(path("m.txt"), format!("vastex mosaic\n{}", lines.collect::<String>())).unwrap();
+        open(&path("m.txt")).unwrap().header().conversions()
+    };
+    assert_eq!(said(&["rgb", "rgb"]), [""; 0]);
+    assert_eq!(said(&["palette", "palette"]), ["from numbers of a palette"]);
+    assert_eq!(
+        said(&["rgb", "palette", "few", "palette"]),
+        ["from numbers of a palette in 2 of 4 pieces", "from grey of 1 bit in 1 of 4 pieces"]
+    );
+}
+
+/// Counts how often it is asked before rows are read, and ends all at a time.
+struct EndsAt {
+    asked: Cell<u32>,
+    end: u32,
+}
+
+impl Progress for EndsAt {
+    fn opening(&self) -> ControlFlow<()> {
+        self.asked.set(self.asked.get() + 1);
+        if self.asked.get() < self.end { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    }
+
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        panic!("rows are read")
+    }
+}
+
+/// A mosaic may have so many pieces that somebody changes their mind while they are opened, or looked at to
+/// see whether they have been changed.
+#[test]
+fn the_opening_of_a_mosaic_is_broken_off_at_any_piece() {
+    let (_dir, path) = sandbox();
+    for name in ["p_0_0.png", "p_1_0.png", "p_2_0.png"] {
+        few_bits(&path(name), png::ColorType::Grayscale);
+    }
+    fs::write(path("grid.txt"), "vastex mosaic\ngrid p_{x}_{y}.png\n").unwrap();
+    fs::write(path("lines.txt"), "vastex mosaic\n0 0 p_0_0.png\n2 0 p_1_0.png\n4 0 p_2_0.png\n").unwrap();
+    let cache = BuildCache::new(path("cache"), 1 << 20);
+    // Names of the grid that are looked for and three pieces, each opened and then looked at with the text.
+    for (name, opening, last) in [("grid.txt", 10, 14), ("lines.txt", 3, 7)] {
+        let image = path(name);
+        for end in 1..=last {
+            let ends = || EndsAt { asked: Cell::new(0), end };
+            let (building, caching, decoding) = (ends(), ends(), ends());
+            let options = BuildOptions::default();
+            let built = vastex_build::build(&[&*image], &path("o.vastex"), &options, &building).map(drop);
+            assert!(matches!(built, Err(BuildError::Cancelled)), "{end}: {built:?}");
+            assert!(!path("o.vastex").exists());
+            let cached = cache.open(&image, &options, &caching).map(drop);
+            assert!(matches!(cached, Err(CacheError::Build(BuildError::Cancelled))), "{end}: {cached:?}");
+            // That it is no longer wanted may be found twice.
+            for ended in [&building, &caching] {
+                assert!((end..=end + 2).contains(&ended.asked.get()), "{end}: {}", ended.asked.get());
+            }
+            // Nothing is compared where all is decoded anew.
+            let decoded = Decoding::open_while(&image, &DecodeOptions::default(), &decoding).map(drop);
+            assert_eq!(matches!(decoded, Err(BuildError::Cancelled)), end <= opening, "{end}: {decoded:?}");
+        }
     }
 }
 
