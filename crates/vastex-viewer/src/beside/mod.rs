@@ -13,6 +13,7 @@ mod tuning;
 mod wake;
 
 use std::ffi::OsStr;
+use std::ops::RangeInclusive;
 use std::time::Duration;
 
 use crate::hud::Chosen;
@@ -32,6 +33,11 @@ pub const TILES: &str = "tiles";
 pub const VOLUME: &str = "volume";
 /// What is said of rays that are cut, as a topic.
 pub(crate) const CUT: &str = "rays that are cut";
+
+/// From one frame to the next on a display of 60 a second, in whole milliseconds.
+const USUAL_FRAME_PAUSE: Duration = Duration::from_millis(16);
+/// Frames in 1000 seconds that a display may say it has; what says anything else has no display behind it.
+const REFRESH_RATES: RangeInclusive<u32> = 20_000..=1_000_000;
 
 /// How a window is at the moment, as its host says.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,6 +79,8 @@ pub struct Beside {
     /// When the last frame was drawn, and whether the next follows without a pause.
     drawn_at: Option<Duration>,
     is_busy: bool,
+    /// From one frame of the display to the next.
+    pub(crate) frame_pause: Duration,
     /// True if nobody saw the last frame.
     follows_unseen: bool,
 }
@@ -97,6 +105,7 @@ impl Beside {
             times_forgotten: 0,
             drawn_at: None,
             is_busy: false,
+            frame_pause: USUAL_FRAME_PAUSE,
             follows_unseen: false,
         }
     }
@@ -264,6 +273,14 @@ impl Beside {
     /// How the window is from here on.
     pub fn set_window(&mut self, window: WindowState) {
         self.window = window;
+    }
+
+    /// The display shows so many frames in 1000 seconds from here on; `None` if nobody knows, which counts as
+    /// 60 a second. Frames that nobody sees ([`Wake::Unseen`]) come as often, like those that are seen.
+    pub fn set_refresh_rate(&mut self, millihertz: Option<u32>) {
+        let pause = |rate: u32| Duration::from_secs(1000) / rate;
+        self.frame_pause =
+            millihertz.filter(|rate| REFRESH_RATES.contains(rate)).map_or(USUAL_FRAME_PAUSE, pause);
     }
 
     /// Nobody sees the window from here on, or somebody does.

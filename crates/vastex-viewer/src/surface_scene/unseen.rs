@@ -15,8 +15,6 @@ use crate::camera::Pose;
 use crate::layers::CompareMode;
 use crate::stage::{Frame, Pictures, StageView};
 
-/// From one such frame to the next, as on a display of 60 frames a second.
-const PAUSE: Duration = Duration::from_millis(16);
 /// For so long what is shown of the machine may be old.
 const HUD_PAUSE: Duration = Duration::from_millis(250);
 
@@ -102,7 +100,7 @@ impl SurfaceScene {
         if !(is_same && stays_the_same && is_quiet) {
             return Wake::Now;
         }
-        Wake::Unseen(self.beside.due_after(PAUSE))
+        Wake::Unseen(self.beside.due_after(self.beside.frame_pause))
     }
 
     /// A frame that nobody sees ([`Wake::Unseen`]), of a camera where it was in the last picture. Nothing is

@@ -253,6 +253,18 @@ fn a_picture_that_stays_as_it_is_is_not_drawn_while_it_is_asked_what_it_lacks() 
     assert!(changed[0] < color[0]);
     let Wake::Unseen(pause) = window.next_frame(false) else { panic!("the picture is drawn again") };
     assert!(pause <= Duration::from_millis(16));
+    // They come as often as the display shows frames, where that is known.
+    for (rate, expected) in [
+        (Some(144_000), 6_944),
+        (Some(30_000), 33_333),
+        (Some(0), 16_000),
+        (Some(75_000), 13_333),
+        (None, 16_000),
+    ] {
+        window.scene.beside.set_refresh_rate(rate);
+        let Wake::Unseen(pause) = window.next_frame(false) else { panic!("the picture is drawn again") };
+        assert_eq!(pause.as_micros(), expected, "{rate:?}");
+    }
     let (color, [seen, unseen]) = window.settle_by(Window::frame);
     assert_eq!(color, changed);
     assert!(unseen >= 12 && seen <= 3, "{seen} frames are seen, {unseen} are not");

@@ -30,6 +30,7 @@ use winit::window::Window;
 
 use super::bookmarks::Bookmarks;
 use super::device::{default_fade, device_for};
+use super::events::may_change_display;
 use super::recent::Recent;
 use super::shell::{Heard, Shell};
 use super::surface::Surface;
@@ -208,6 +209,10 @@ impl Viewer {
 
     /// Hears an event before the picture does.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
+        if may_change_display(event) {
+            let rate = self.window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
+            self.scene.beside.set_refresh_rate(rate);
+        }
         let heard = self.shell.hear(event);
         if heard.is_stale {
             self.volume.iter_mut().for_each(|volume| volume.shown.refresh());
