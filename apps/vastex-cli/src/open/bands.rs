@@ -32,6 +32,17 @@ pub(crate) fn file_of_first_image(path: &Path) -> &Path {
     path
 }
 
+/// The file of a path that means it as a volume or as its first image, whole, by a name: a stack is either.
+/// Any other path is given back.
+#[cfg(feature = "view")]
+pub(crate) fn file_of_stack(path: &Path) -> &Path {
+    #[cfg(feature = "build")]
+    if let Some((file, vastex_build::FIRST_IMAGE | "volume")) = vastex_build::image_in_file(path) {
+        return file;
+    }
+    path
+}
+
 /// Returns true if two paths mean the first image of one file, and one of them names it, or bands of it: they
 /// are seen where the other is.
 #[cfg(feature = "view")]

@@ -4,9 +4,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
+use vastex_viewer::VolumeViewText;
 use vastex_viewer::panels::Bookmark;
 
 use super::state;
+use crate::open;
 
 /// So many files have bookmarks, and each so many.
 const MOST_FILES: usize = 200;
@@ -48,6 +50,9 @@ impl From<Bookmark> for Kept {
 pub(super) struct Bookmarks {
     /// `None` if no file is displayed that has a name of its own.
     file: Option<PathBuf>,
+    /// True if it is displayed as a volume. A stack is one, and an image, too: what is kept of either cannot
+    /// be shown of the other.
+    is_volume: bool,
     views: Vec<Bookmark>,
     /// `None` if the system names no place for them.
     kept_in: Option<PathBuf>,
@@ -61,16 +66,26 @@ impl Bookmarks {
         Bookmarks { kept_in: state::place_of("bookmarks.json"), ..Bookmarks::default() }
     }
 
-    /// Another file is displayed. One whose name is no text keeps its bookmarks for this run alone: JSON has
-    /// no other names.
-    pub(super) fn turn_to(&mut self, file: &Path) {
+    /// Another file is displayed, as a volume or not. One whose name is no text keeps its bookmarks for this
+    /// run alone: JSON has no other names.
+    pub(super) fn turn_to(&mut self, file: &Path, is_volume: bool) {
+        let file = open::file_of_stack(file);
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
-        let all = self.all().unwrap_or_else(|error| {
+        (self.file, self.is_volume) = (Some(file), is_volume);
+        let mut all = self.all().unwrap_or_else(|error| {
             self.say(&error);
             Vec::new()
         });
-        self.views = all.into_iter().find(|of| of.file == file).map(views_of).unwrap_or_default();
-        self.file = Some(file);
+        [self.views, _] = self.taken_out_of(&mut all);
+    }
+
+    /// Takes those of the file out of all: those of how it is displayed, and others. Lists of before may have
+    /// the pages of a stack by a name of their own.
+    fn taken_out_of(&self, all: &mut Vec<OfFile>) -> [Vec<Bookmark>; 2] {
+        let is_of_it = |of: &mut OfFile| Some(open::file_of_stack(&of.file)) == self.file.as_deref();
+        let views = all.extract_if(.., is_of_it).flat_map(views_of);
+        let (views, others) = views.partition(|view| VolumeViewText::is_meant(&view.view) == self.is_volume);
+        [views, others]
     }
 
     /// The first one the oldest.
@@ -111,15 +126,15 @@ impl Bookmarks {
         };
         let _lock = state::lock(place)?;
         let mut all = self.all()?;
-        let mut views = match all.iter().position(|of| of.file == *file) {
-            Some(at) => views_of(all.remove(at)),
-            // Where nothing could be written before, what is known stays.
-            None => self.views.clone(),
-        };
+        let [mut views, others] = self.taken_out_of(&mut all);
+        // Where nothing could be written before, what is known stays.
+        if views.is_empty() {
+            views.clone_from(&self.views);
+        }
         change(&mut views);
         if file.to_str().is_some() {
+            let views: Vec<Kept> = others.into_iter().chain(views.iter().cloned()).map(Kept::from).collect();
             if !views.is_empty() {
-                let views = views.iter().cloned().map(Kept::from).collect();
                 all.insert(0, OfFile { file: file.clone(), views });
             }
             all.truncate(MOST_FILES);
@@ -165,7 +180,7 @@ mod tests {
         std::fs::write(&kept_in, before.to_string()).unwrap();
         let begin = || {
             let mut bookmarks = Bookmarks { kept_in: Some(kept_in.clone()), ..Bookmarks::default() };
-            bookmarks.turn_to(&file);
+            bookmarks.turn_to(&file, false);
             bookmarks
         };
         let mut moon = begin();
@@ -176,13 +191,48 @@ mod tests {
         assert!(std::fs::read_to_string(&kept_in).unwrap().contains("\"Tycho\""));
     }
 
+    /// A stack is a volume and pages, in one file, of either of which a bookmark shows nothing of the other.
+    #[cfg(feature = "build")]
+    #[test]
+    fn a_stack_has_one_list_of_each_kind_of_views() {
+        let directory = tempfile::tempdir().unwrap();
+        let (file, kept_in) = (directory.path().join("a.tif"), directory.path().join("bookmarks.json"));
+        std::fs::write(&file, "").unwrap();
+        let named = |name: &str| format!("{}{name}", file.display());
+        // Of before, when each name had a list.
+        let [of_volume, page] = ["volume:slices;x=1", "image:x=1,y=2,zoom=3"];
+        assert!(VolumeViewText::is_meant(of_volume) && !VolumeViewText::is_meant(page));
+        let before = serde_json::json!([
+            { "file": named(":first"), "views": [page] },
+            { "file": named(""), "views": [of_volume] },
+        ]);
+        std::fs::write(&kept_in, before.to_string()).unwrap();
+        let begin = |name: &str, is_volume| {
+            let mut bookmarks = Bookmarks { kept_in: Some(kept_in.clone()), ..Bookmarks::default() };
+            bookmarks.turn_to(Path::new(&named(name)), is_volume);
+            bookmarks
+        };
+        for name in ["", ":first"] {
+            assert_eq!(texts(&begin(name, false)), [page]);
+        }
+        begin("", false).keep(&view("b"));
+        begin(":volume", true).keep(&view("volume:slices;x=2"));
+        begin("", true).forget(0);
+        assert_eq!(texts(&begin(":first", false)), [page, "b"]);
+        assert_eq!(texts(&begin("", true)), ["volume:slices;x=2"]);
+        let kept: Vec<OfFile> = state::load(&kept_in);
+        assert_eq!((kept.len(), &kept[0].file), (1, &file));
+        (0..2).for_each(|_| begin("", false).forget(0));
+        assert_eq!(texts(&begin(":volume", true)), ["volume:slices;x=2"]);
+    }
+
     #[test]
     fn a_file_has_its_own_bookmarks_in_every_run() {
         let directory = tempfile::tempdir().unwrap();
         let kept_in = Some(directory.path().join("of/bookmarks.json"));
         let begin = |file: &str| {
             let mut bookmarks = Bookmarks { kept_in: kept_in.clone(), ..Bookmarks::default() };
-            bookmarks.turn_to(&directory.path().join(file));
+            bookmarks.turn_to(&directory.path().join(file), false);
             bookmarks
         };
         let (mut moon, mut other) = (begin("moon.tif"), begin("moon.tif"));
@@ -205,7 +255,7 @@ mod tests {
         let place = directory.path().join("bookmarks.json");
         let begin = || {
             let mut bookmarks = Bookmarks { kept_in: Some(place.clone()), ..Bookmarks::default() };
-            bookmarks.turn_to(Path::new("moon.tif"));
+            bookmarks.turn_to(Path::new("moon.tif"), false);
             bookmarks
         };
         // Cut off, of another version, or something that is no file at all.
@@ -230,7 +280,7 @@ mod tests {
         let place = directory.path().join("bookmarks.json");
         let begin = || {
             let mut bookmarks = Bookmarks { kept_in: Some(place.clone()), ..Bookmarks::default() };
-            bookmarks.turn_to(Path::new("moon.tif"));
+            bookmarks.turn_to(Path::new("moon.tif"), false);
             bookmarks
         };
         let programs: Vec<_> = (0..4)
@@ -254,7 +304,7 @@ mod tests {
     #[test]
     fn what_cannot_be_written_is_kept_for_this_run() {
         let mut bookmarks = Bookmarks::default();
-        bookmarks.turn_to(Path::new("moon.tif"));
+        bookmarks.turn_to(Path::new("moon.tif"), false);
         bookmarks.keep(&view("a"));
         bookmarks.keep(&view("b"));
         bookmarks.forget(0);

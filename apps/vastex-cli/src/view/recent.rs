@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::state;
+use crate::open;
 
 /// So many are remembered.
 const MOST: usize = 12;
@@ -77,9 +78,11 @@ impl Recent {
     }
 }
 
-/// Puts a file before all others.
+/// Puts a file before all others, by the words by which it was opened last: a stack as a volume, or page by
+/// page.
 fn put_first(files: &mut Vec<String>, file: &str) {
-    files.retain(|other| other != file);
+    let opened = open::file_of_stack(Path::new(file));
+    files.retain(|other| open::file_of_stack(Path::new(other)) != opened);
     files.insert(0, file.to_owned());
     files.truncate(MOST);
 }
@@ -89,6 +92,26 @@ mod tests {
     use std::fs;
 
     use super::*;
+
+    /// A stack is a volume and pages, in one file.
+    #[cfg(feature = "build")]
+    #[test]
+    fn a_stack_is_one_file_however_it_is_shown() {
+        let directory = tempfile::tempdir().unwrap();
+        let [file, other] = ["a.tif", "b.tif"].map(|name| directory.path().join(name));
+        [&file, &other].into_iter().for_each(|file| fs::write(file, "").unwrap());
+        let named = |name: &str| format!("{}{name}", file.display());
+        let mut recent = Recent::default();
+        for name in ["", ":volume", ":first"] {
+            recent.add(&other);
+            recent.add(Path::new(&named(name)));
+            assert_eq!(recent.files(), [named(name), other.display().to_string()]);
+        }
+        // Other images of a file, and its bands, are other pictures.
+        recent.add(Path::new(&named(":label")));
+        recent.add(Path::new(&named(":bands=1")));
+        assert_eq!(recent.files()[..3], [":bands=1", ":label", ":first"].map(named));
+    }
 
     #[test]
     fn files_come_first_when_they_are_opened() {

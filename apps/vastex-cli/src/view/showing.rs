@@ -204,7 +204,8 @@ impl App {
             }
             self.input.rest();
             self.open.iter_mut().for_each(|open| {
-                open.viewer.bookmarks.turn_to(path);
+                let is_volume = open.viewer.shows_volume();
+                open.viewer.bookmarks.turn_to(path, is_volume);
                 open.viewer.scene.beside.turn_to(path.as_os_str());
             });
         }
