@@ -142,7 +142,7 @@ fn facts_of(about: &VolumeAbout, source: &VolumeSource) -> Result<VolumeFacts> {
 
 /// The last part of the path of a volume.
 fn own_name(about: &VolumeAbout) -> String {
-    let path = Path::new(&about.path);
+    let path = &about.root;
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

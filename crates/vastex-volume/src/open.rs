@@ -103,7 +103,7 @@ pub fn are_pictures(path: &Path) -> bool {
 /// a raw file with its description, a TIFF stack, a container of a volume. Reads metadata alone. The error
 /// says what is wrong, where, and what to do.
 pub fn open(path: &Path) -> Result<Opened, VolumeError> {
-    let volume = |volume: Volume| Opened::Volume(Box::new(volume));
+    let volume = |volume: Volume| Opened::Volume(Box::new(volume.lying_at(path)));
     if path.is_dir() {
         return open_zarr(&(Arc::new(Directory::new(path)) as Arc<dyn KeyStore>), path, "");
     }
@@ -178,16 +178,18 @@ fn open_zarr(keys: &Arc<dyn KeyStore>, store: &Path, below: &str) -> Result<Open
             root = open_root(keys, &below).await?;
         }
         let path = shown(&**keys, &below);
+        let mut place = store.as_os_str().to_owned();
+        if !below.is_empty() {
+            place.push("/");
+            place.push(&below);
+        }
+        let place = PathBuf::from(place);
+        let volume = |volume: Volume| Opened::Volume(Box::new(volume.lying_at(&place)));
         match root {
-            Root::Image(image) => Ok(Opened::Volume(Box::new(open_image(keys, &below, image).await?))),
-            Root::Array => Ok(Opened::Volume(Box::new(open_plain(keys, &below).await?))),
+            Root::Image(image) => open_image(keys, &below, image).await.map(volume),
+            Root::Array => open_plain(keys, &below).await.map(volume),
             Root::Images { what, paths, oddities } => {
-                let mut root = store.as_os_str().to_owned();
-                if !below.is_empty() {
-                    root.push("/");
-                    root.push(&below);
-                }
-                Ok(Opened::Images(ImageList { path, root: root.into(), what, images: paths, oddities }))
+                Ok(Opened::Images(ImageList { path, root: place, what, images: paths, oddities }))
             }
             Root::Group => Err(no_image(&path)),
             Root::Nothing => {
@@ -234,6 +236,7 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
         unit: None,
         convention: Convention::Corner,
         labels: Vec::new(),
+        root: PathBuf::new(),
         is_label: false,
         label_colors: Vec::new(),
         value_scale: None,

@@ -29,7 +29,7 @@ impl Labels {
         let (about, asked) = (image.about(), &args.look.labels);
         // Of labels by themselves a view says how they look, and which they are is known.
         let of_view = args.look.of_view.labels;
-        let own_name = Path::new(&about.path).file_name().and_then(|name| name.to_str());
+        let own_name = about.root.file_name().and_then(|name| name.to_str());
         let is_own = |named: &str| of_view == Some(true) || own_name == Some(named);
         match (&asked.labels, about.is_label) {
             (None, true) if of_view == Some(false) => Ok(None),
@@ -123,7 +123,7 @@ fn open_named(named: &str, about: &VolumeAbout, origins: OriginsArgs) -> Result<
     let path = match about.labels.iter().any(|name| name == named) {
         true => {
             convention = origins.convention();
-            Path::new(&about.path).join("labels").join(named)
+            about.labels_at(named)
         }
         // Within an archive there is no such file.
         false if Path::new(named).ancestors().any(|path| !path.as_os_str().is_empty() && path.exists()) => {

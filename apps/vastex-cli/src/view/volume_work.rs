@@ -181,7 +181,7 @@ impl VolumeWork {
 
     /// Where the volume lies.
     pub(super) fn path(&self) -> &Path {
-        Path::new(&self.opened.volume.about().path)
+        &self.opened.volume.about().root
     }
 
     fn told_path(&self) -> &str {

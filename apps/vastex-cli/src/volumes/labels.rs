@@ -1,6 +1,5 @@
 //! Labels over a volume in the window: which one lies at a place, and where a ray meets one.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail};
@@ -51,8 +50,7 @@ fn not_beside(named: &str, facts: &VolumeFacts) -> String {
 pub(super) fn bounds_of(about: &VolumeAbout) -> Vec<[i128; 2]> {
     let any = [i128::from(i64::MIN), i128::from(u64::MAX)];
     let bounds = |about: &VolumeAbout| about.dtype.bounds().map_or(any, |(least, most)| [least, most]);
-    let beside = |name: &String| match vastex_volume::open(&Path::new(&about.path).join("labels").join(name))
-    {
+    let beside = |name: &String| match vastex_volume::open(&about.labels_at(name)) {
         Ok(Opened::Volume(volume)) => bounds(volume.about()),
         _ => any,
     };
@@ -72,7 +70,7 @@ pub(crate) fn read_labels(
     let image = opened.volume.about();
     let volume = match image.is_label {
         true => opened.volume.clone(),
-        false => match open_placed(&Path::new(&image.path).join("labels").join(name), opened.how.origins)? {
+        false => match open_placed(&image.labels_at(name), opened.how.origins)? {
             Opened::Volume(volume) => Arc::new(*volume),
             Opened::Images(list) => bail!("{}: {} and no labels", list.path, list.what),
         },

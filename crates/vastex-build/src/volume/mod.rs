@@ -280,7 +280,7 @@ impl<'a> Build<'a> {
         for name in &volume.about().labels {
             let is_plain = !name.is_empty() && name.split('/').all(|part| !matches!(part, "" | "." | ".."));
             let found: Result<Opened, VolumeError> = match is_plain {
-                true => open_placed(&self.input.join("labels").join(name), self.options.convention),
+                true => open_placed(&volume.about().labels_at(name), self.options.convention),
                 false => continue,
             };
             match found {

@@ -194,6 +194,7 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         unit: unit(header.units),
         convention: Convention::Corner,
         labels: Vec::new(),
+        root: PathBuf::new(),
         is_label: false,
         label_colors: Vec::new(),
         value_scale: is_scaled.then_some([slope, intercept]),

@@ -14,7 +14,7 @@
 //! | `scale`, `unit` | sides of a voxel along x, y and z, and in what | 1, none |
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
@@ -155,6 +155,7 @@ pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
         unit: said.unit,
         convention: Convention::Corner,
         labels: Vec::new(),
+        root: PathBuf::new(),
         is_label: false,
         label_colors: Vec::new(),
         value_scale: None,

@@ -1,5 +1,6 @@
 //! From an image's metadata and arrays to a volume.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use serde_json::Value;
@@ -81,6 +82,7 @@ pub(crate) async fn open_image(
         unit,
         convention,
         labels,
+        root: PathBuf::new(),
         is_label: attributes.get("image-label").is_some(),
         label_colors,
         value_scale: None,

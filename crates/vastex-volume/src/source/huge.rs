@@ -1,6 +1,7 @@
 //! A volume of 10^15 voxels and four channels, whose chunks follow from a formula with detail at every level:
 //! slices, points, mixed values and tiles of it, each of the level that is stated.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -115,6 +116,7 @@ pub(super) fn slow(stored: usize, takes: Duration) -> Arc<Volume> {
         unit: None,
         convention: Convention::Corner,
         labels: Vec::new(),
+        root: PathBuf::new(),
         is_label: false,
         label_colors: Vec::new(),
         value_scale: None,

@@ -4,7 +4,7 @@
 mod about;
 mod pages;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use about::StackAbout;
@@ -50,6 +50,7 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         unit,
         convention: Convention::Corner,
         labels: Vec::new(),
+        root: PathBuf::new(),
         is_label: false,
         label_colors: Vec::new(),
         value_scale: None,

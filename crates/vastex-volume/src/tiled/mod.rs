@@ -4,7 +4,7 @@ mod about;
 
 use std::fs::File;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use about::{About, dtype_of, level_of};
@@ -64,6 +64,7 @@ pub(crate) fn open_container(path: &Path) -> Result<Volume, VolumeError> {
         channel_info: said.channels,
         unit: said.unit,
         convention: said.convention,
+        root: PathBuf::new(),
         is_label: said.is_label,
         label_colors: Vec::new(),
         value_scale: said.value_scale,

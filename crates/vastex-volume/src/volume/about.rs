@@ -1,13 +1,17 @@
 //! What is known of a volume without reading its values.
 
+use std::path::PathBuf;
+
 use crate::units;
 use crate::values::DType;
 
 /// What a volume says of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VolumeAbout {
-    /// The path that was opened.
+    /// The path that was opened, as it is told: where it is no text, with signs in the place of some bytes.
     pub path: String,
+    /// Where the volume lies: the path that was opened, or below it that of the only image there.
+    pub root: PathBuf,
     /// `ome-zarr`, `zarr`, `nifti`, `tiff-stack`, `raw` or `vastex`.
     pub kind: &'static str,
     /// The version of its format, where it names one.
@@ -28,7 +32,8 @@ pub struct VolumeAbout {
     pub unit: Option<String>,
     /// How the file places its levels beside each other.
     pub convention: Convention,
-    /// Images of labels that lie beside it; each is opened at `labels/NAME` below its path.
+    /// Images of labels that lie beside it; each is opened at `labels/NAME` below where it lies
+    /// ([`VolumeAbout::labels_at`]).
     pub labels: Vec<String>,
     /// True if the volume's values are labels: numbers of things, which are never mixed.
     pub is_label: bool,
@@ -47,6 +52,11 @@ impl VolumeAbout {
     /// Voxels along x, y and z of the finest level.
     pub fn size(&self) -> [u64; 3] {
         self.levels[0].size
+    }
+
+    /// Where labels that lie beside the volume are opened, by their name ([`VolumeAbout::labels`]).
+    pub fn labels_at(&self, name: &str) -> PathBuf {
+        self.root.join("labels").join(name)
     }
 
     /// How many units of another volume's scales and origins one of this volume's is: 1 where one of the two

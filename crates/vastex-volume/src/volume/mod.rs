@@ -13,6 +13,7 @@ mod region;
 mod told;
 mod within;
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use rustc_hash::FxHashMap;
@@ -146,6 +147,12 @@ impl Volume {
     /// little-endian.
     pub fn fill(&self) -> Vec<u8> {
         self.arrays[0].source.fill()[..self.about.dtype.bytes()].to_vec()
+    }
+
+    /// With where it lies.
+    pub(crate) fn lying_at(mut self, root: &Path) -> Volume {
+        root.clone_into(&mut self.about.root);
+        self
     }
 
     /// Takes the translations of its levels to be of corners, or of middles, of first voxels, in the place of

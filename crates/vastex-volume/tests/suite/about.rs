@@ -178,3 +178,19 @@ fn other_kinds_say_what_they_are() {
     let raw = volume(&path("planar.raw.toml"));
     assert_eq!((raw.about().levels[0].scale, raw.about().unit.as_deref()), ([0.5, 0.5, 2.0], Some("mm")));
 }
+
+/// A path need not be a text: what lies beside an image is found all the same.
+#[cfg(target_os = "linux")]
+#[test]
+fn labels_beside_an_image_are_opened_where_its_path_is_no_text() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let directory = tempfile::tempdir().unwrap();
+    let archive = directory.path().join(OsStr::from_bytes(b"cells\xff.zip"));
+    std::fs::copy(path("v04-center.zip"), &archive).unwrap();
+    let image = volume(&archive);
+    let labels = volume(&image.about().labels_at("cells"));
+    assert!(labels.about().is_label);
+    assert_eq!((&image.about().root, labels.about().root.starts_with(&archive)), (&archive, true));
+}
