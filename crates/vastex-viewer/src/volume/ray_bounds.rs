@@ -14,6 +14,15 @@ use super::text::RAY_SAMPLES;
 /// A software driver ends a pixel without a word after 65,535 turns of loops, of all loops together; some of
 /// these are counted nowhere here.
 const MOST_TURNS: f64 = 64_000.0;
+/// Turns of a lookup in a hashed page table. They are turns of loops within loops, and a driver's one number
+/// counts those, too. A brick that is there takes one for its level, and one for each bucket of its probe
+/// sequence, 1.5 on average in a table that is half full; one that is not takes one for its level and 2.5
+/// buckets before its ancestor is looked up. So this is a brick whose ancestor above it is there. A ray meets
+/// so many bricks that it has the average, and where more levels are missing the bricks that are shown are
+/// larger, and fewer.
+const TURNS_OF_HASHED: f64 = 6.0;
+/// Bricks of which any pool has a direct table.
+const MOST_DIRECT: f64 = 4_194_304.0;
 /// Turns in which a change of the level is found along a ray in perspective (steps.wgsl): ten or so, in each
 /// of which levels are gone through.
 const TURNS_PER_LEVEL: f64 = 150.0;
@@ -74,22 +83,27 @@ impl RayBounds {
         if bricks > f64::from(RAY_BRICKS) {
             return Some(RayCut::Bricks(bricks));
         }
+        let channels = self.channels as f64;
+        // A direct table has no loop.
+        let lookup = if self.may_be_hashed() { TURNS_OF_HASHED } else { 0.0 };
         // Turns of loops for labels, for what a sample takes, and for what all samples take beside it.
-        let beside_labels = looks * (5.0 * labels.bricks + 30.0);
+        let beside_labels = looks * ((5.0 + lookup) * labels.bricks + 30.0);
         let of_labels = of_voxel * labels.crossed + beside_labels;
         if self.is_processor && self.labels.is_some() && of_labels > MOST_TURNS {
             let most = ((MOST_TURNS - beside_labels) / of_voxel).max(0.0).floor();
             return Some(RayCut::Labels([labels.crossed, most]));
         }
-        let channels = self.channels as f64;
         let (of_sample, beside) = match self.mode {
             // They are added to one another, 16 at a time, and fewer where a brick ends.
             VolumeMode::Emission => {
-                let of_chunk = 2.0 * channels + 3.0;
+                let of_chunk = (2.0 + lookup) * channels + 3.0;
                 (channels + 1.0 + of_chunk / 16.0, of_chunk * image.bricks + TURNS_PER_LEVEL * image.changes)
             }
             // One walk for all of them: a brick takes a turn, one that leads to it, and two of each channel.
-            _ => (channels, (2.0 * channels + 2.0) * image.bricks + TURNS_PER_LEVEL * image.changes),
+            _ => {
+                let of_brick = (2.0 + lookup) * channels + 2.0;
+                (channels, of_brick * image.bricks + TURNS_PER_LEVEL * image.changes)
+            }
         };
         let samples = image.voxels / self.step;
         let most = match self.is_processor {
@@ -101,6 +115,15 @@ impl RayBounds {
         }
         let step = (most >= 1.0).then(|| (image.voxels / most * 100.0).ceil() / 100.0);
         Some(RayCut::Samples([samples, most.max(0.0).floor()], step))
+    }
+}
+
+impl RayBounds {
+    /// Returns true if page tables may be hashed: where all textures have more bricks together than a direct
+    /// table is kept for, which is what the tables of a pool have room for on any device.
+    fn may_be_hashed(&self) -> bool {
+        let labels = self.labels.as_ref().map_or(0.0, |(labels, _)| labels.bricks());
+        self.channels as f64 * self.image.bricks() + labels > MOST_DIRECT
     }
 }
 
@@ -138,6 +161,12 @@ impl RayVoxels {
         // The plane of a clip is not heeded: it can only hide more.
         let low = begin.max(low);
         RayVoxels { of, shown: [low, (begin + of.extent()).min(high).max(low)], levels, brick }
+    }
+
+    /// Bricks of all levels.
+    fn bricks(&self) -> f64 {
+        let along = |side: u32| f64::from(side.div_ceil(self.brick));
+        self.levels.levels().iter().map(|level| level.size.map(along).iter().product::<f64>()).sum()
     }
 
     /// What rays meet of them, of each level where it is wanted; only within the box of an image is anything
@@ -282,6 +311,27 @@ mod tests {
         assert!((500.0..5000.0).contains(&met.voxels), "{met:?}");
         assert_eq!(large.cut(&within, [125, 125]), None);
         assert!(large.cut(&within, [100_000, 100_000]).is_some());
+    }
+
+    /// Turns of lookups in hashed tables are turns of a driver's loops as all others are.
+    #[test]
+    fn lookups_in_hashed_tables_are_counted() {
+        // 1001 bricks along a ray, in a table of an entry for each brick or in one of what is there.
+        let of_width = |width: u64, channels| {
+            let image = voxels([width, width, 16_000], 16);
+            RayBounds { image, channels, ..of(true, 1.0, 16_000) }
+        };
+        let [direct, hashed] = [of_width(64, 3), of_width(2000, 3)];
+        assert!(!direct.may_be_hashed() && hashed.may_be_hashed());
+        assert_eq!(direct.cut(&FACE, [64, 64]), None);
+        let cut = |bounds: &RayBounds| least_step(bounds.cut(&FACE, [2000, 2000]));
+        // Of 64,000 turns 8 for each channel of 1001 bricks, and 2 for each brick, are no samples.
+        let left = (64_000.0 - 26.0 * 1001.0) / 3.0;
+        assert_eq!(cut(&hashed), Some((16_000.0_f64 / left * 100.0).ceil() / 100.0));
+        let bounds = RayBounds { mode: VolumeMode::Emission, ..of_width(2000, 3) };
+        assert!(
+            cut(&bounds).is_some() && RayBounds { step: 4.0, ..bounds }.cut(&FACE, [2000, 2000]).is_none()
+        );
     }
 
     #[test]
