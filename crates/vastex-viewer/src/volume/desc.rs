@@ -49,6 +49,11 @@ pub struct VolumeDesc {
     pub of: VolumeBox,
     /// The channels that are shown: 1 to [`MOST_CHANNELS`], of textures of one geometry and one format; none
     /// where there are labels alone.
+    ///
+    /// Along rays all are sampled where the first one's level, with the bias of its
+    /// [`LevelRule`](vastex::LevelRule), has samples, since light is added up from samples of all channels at
+    /// one place, each weighed by one step. So a bias of another channel acts on slices alone; its `finest`
+    /// and `coarsest` act along rays, too, and keep it coarser or finer than the first.
     pub channels: Vec<VolumeChannel>,
     /// The labels that are shown over them.
     pub labels: Option<VolumeLabels>,

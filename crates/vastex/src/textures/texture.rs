@@ -116,7 +116,8 @@ impl<'a> TextureRef<'a> {
 impl TextureMut<'_> {
     /// Sets how the levels of the texture are chosen, from the next feedback and picture on: a range of
     /// levels and a bias of its own, before the mip bias of its pool. Both are clamped to the levels that the
-    /// texture has and the biases that are allowed.
+    /// texture has and the biases that are allowed. What follows several textures by one walk may heed the
+    /// bias of one of them alone, as rays through the channels of a volume do.
     pub fn set_levels(&mut self, rule: LevelRule) {
         let number = self.id.number();
         self.textures.gpu.set_levels(number, rule);
