@@ -78,6 +78,7 @@ Commands:
       --only PART,..         only these: worlds, frames, files, help, names, tests
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign browser         every shader text in a browser, of which the suite takes a part
+  campaign screen-reader   the window with what tells screen readers of it, as one hears and uses it
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
@@ -147,6 +148,10 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["campaign", "browser", other, ..] => {
             Err(Usage(format!("campaign browser takes no argument '{other}'")).into())
         }
+        ["campaign", "screen-reader"] => window::by_ear(),
+        ["campaign", "screen-reader", other, ..] => {
+            Err(Usage(format!("campaign screen-reader takes no argument '{other}'")).into())
+        }
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
@@ -179,6 +184,7 @@ mod tests {
             &["campaign", "fuzz", "--minutes"],
             &["campaign", "shaders", "--all"],
             &["campaign", "browser", "--all"],
+            &["campaign", "screen-reader", "--all"],
             &["demo", "mars"],
             &["record"],
             &["record", "a", "b"],

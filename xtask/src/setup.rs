@@ -64,6 +64,17 @@ pub(crate) const VIRTUAL_DISPLAY: Need = Need {
     elsewhere: "Xvfb with xvfb-run, xdotool, and libxkbcommon-x11",
 };
 
+pub(crate) const ACCESSIBILITY: Need = Need {
+    what: "the registry of accessible programs, and a session bus",
+    why: "the window says there what a screen reader hears",
+    present: || {
+        let service = "/usr/share/dbus-1/services/org.a11y.Bus.service";
+        Path::new(service).is_file() && ["dbus-daemon", "gdbus"].into_iter().all(shell::on_path)
+    },
+    debian: &["at-spi2-core", "dbus", "libglib2.0-bin"],
+    elsewhere: "at-spi2-core, dbus and gdbus (Fedora: at-spi2-core dbus-daemon glib2; Arch: at-spi2-core dbus glib2)",
+};
+
 pub(crate) const BROWSER: Need = Need {
     what: "Chromium",
     why: "shaders are handed to a browser, which refuses what other compilers take, and its software driver draws a sample of the tests",

@@ -4,8 +4,9 @@
 //! opened, redrawn and closed, with containers and with images that nobody built (`starts`), and used by keys
 //! and pointer (`hands`): an image, a planet and a volume, side by side on displays of their own, with a
 //! picture of every step of that in `target/window/*/steps`. Where there is no virtual display the step is
-//! skipped, loudly.
+//! skipped, loudly. `cargo xtask campaign screen-reader` uses it by ear, by what it says on a session `bus`.
 
+mod bus;
 mod display;
 mod hands;
 mod png;
@@ -16,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 
 use crate::outcome::Outcome;
 use crate::{setup, shell};
@@ -60,6 +61,26 @@ pub(crate) fn check() -> Result<Outcome> {
         [] => Ok(Outcome::Passed),
         failed => bail!("{}", failed.join("; ")),
     }
+}
+
+/// `cargo xtask campaign screen-reader`: the window as a screen reader knows it. Where anything lacks that it
+/// needs, it fails.
+pub(crate) fn by_ear() -> Result<()> {
+    ensure!(
+        cfg!(target_os = "linux"),
+        "campaign screen-reader runs on Linux only, where such a reader is D-Bus"
+    );
+    setup::ensure(&setup::VIRTUAL_DISPLAY)?;
+    setup::ensure(&setup::ACCESSIBILITY)?;
+    let mut build = shell::cargo("test");
+    build.args(["--quiet", "--workspace", "--test", "program", "--no-run"]);
+    shell::run(build.args(["--features", "vastex-cli/screen-reader"]))?;
+    let place = shell::target_dir().join("window/reader");
+    if place.exists() {
+        fs::remove_dir_all(&place)?;
+    }
+    fs::create_dir_all(place.join("steps"))?;
+    hands::use_by_ear(&place)
 }
 
 /// The starts come after the planet, since that has its image built, and on its display.

@@ -19,6 +19,8 @@ pub(super) struct Display {
     pub(super) name: String,
     /// Pixels of a point of whoever is on it.
     pub(super) scale: usize,
+    /// The address of the session bus of whoever is on it, if it has one of its own.
+    pub(super) bus: Option<String>,
     pixels: PathBuf,
 }
 
@@ -40,6 +42,7 @@ impl Display {
             server,
             name: format!(":{}", number.trim()),
             scale: 1,
+            bus: None,
             pixels: place.join("Xvfb_screen0"),
         };
         ensure!(!number.trim().is_empty(), "Xvfb has not started");

@@ -6,6 +6,7 @@ mod changes;
 mod dense;
 mod planet;
 mod pointer;
+mod reader;
 mod rest;
 mod volume;
 
@@ -23,6 +24,7 @@ use crate::{shaders, shell};
 pub(super) use broken::use_broken;
 pub(super) use dense::use_dense_screen;
 pub(super) use planet::{PLANET, use_planet};
+pub(super) use reader::use_by_ear;
 use rest::Threads;
 pub(super) use volume::use_volume;
 
@@ -77,6 +79,9 @@ pub(super) fn says_built(said: &str) -> bool {
 /// A program on a display, with a cache and a memory of its own in a place.
 pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("DISPLAY", &display.name).env_remove("WAYLAND_DISPLAY");
+    if let Some(bus) = &display.bus {
+        command.env("DBUS_SESSION_BUS_ADDRESS", bus);
+    }
     command.env("WINIT_X11_SCALE_FACTOR", display.scale.to_string());
     command.env(shaders::LOG, shaders::handed_over());
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));

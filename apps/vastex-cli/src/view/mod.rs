@@ -7,6 +7,7 @@
 //! next file, `offered` the images of a plate, `dialog` asks the system for a file, `recent` remembers them
 //! and `bookmarks` views of them, both by `state`. What goes out of the window is in `outgoing`: pictures
 //! (`shots`), camera paths (`flight`), texts (`clipboard`, `links`). `events` translates winit's events,
+//! `new_window` makes the window, and `screen_reader` tells what is in it to those who do not see it.
 //! `surface` is where pictures appear, `times` what is measured of the window, `remembered` what it was like
 //! when it was closed last. Of volumes `volume_work` reads what is needed, and `volume_flight` moves them
 //! along paths.
@@ -19,6 +20,7 @@ mod events;
 mod files;
 mod flight;
 mod links;
+mod new_window;
 mod offered;
 #[cfg(feature = "volumes")]
 mod one_search;
@@ -29,6 +31,7 @@ mod perform;
 mod recent;
 mod remembered;
 mod requests;
+mod screen_reader;
 mod shell;
 mod shots;
 mod showing;
@@ -59,7 +62,6 @@ use vastex_viewer::camera::{Controller, Flight};
 use vastex_viewer::input::Input;
 use vastex_viewer::surface_scene::{DisplayError, FirstDisplay};
 use winit::application::ApplicationHandler;
-use winit::dpi::{PhysicalPosition, PhysicalSize};
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
@@ -165,6 +167,8 @@ enum Message {
     MadeAnew(Box<MadeAnew>),
     /// A picture of the window lies in a file, or none does.
     Shot(Result<TakenShot>),
+    /// What a screen reader asks for.
+    Reader(screen_reader::Asked),
 }
 
 /// The program between its events.
@@ -234,24 +238,11 @@ impl App {
     fn open(&mut self, events: &ActiveEventLoop) -> Result<()> {
         // A test is to see what it asks for.
         let (before, mut notes) = if self.is_measured() { Default::default() } else { remembered::load() };
-        let asked = self.args.scene.size;
-        let [width, height] = asked.or(before.size).unwrap_or(self.args.scene.size());
-        let mut attributes = Window::default_attributes()
-            .with_title("vastex")
-            .with_inner_size(PhysicalSize::new(width, height))
-            .with_min_inner_size(PhysicalSize::new(64, 64))
-            .with_maximized(asked.is_none() && before.is_maximized);
-        if let Some([x, y]) = remembered::position_on_a_screen(&before, events) {
-            attributes = attributes.with_position(PhysicalPosition::new(x, y));
-        }
-        let window = events.create_window(attributes).map_err(|error| {
-            let why = events::without_place(&error.to_string()).to_owned();
-            anyhow!("no window can be opened; draw to a file with `vastex render`: {why}")
-        })?;
-        let window = Arc::new(window);
+        let sizes = (self.args.scene.size, self.args.scene.size());
+        let (window, reader) = new_window::open(events, sizes, &before, &self.proxy)?;
         let display = events.owned_display_handle();
         let with = (&*self.args, &before, &mut notes);
-        let mut viewer = Viewer::new(with, self.scene, window.clone(), display)?;
+        let mut viewer = Viewer::new(with, self.scene, (window.clone(), reader), display)?;
         viewer.show_as_before(&before);
         self.open = Some(Open { window, viewer });
         if self.args.times
@@ -425,6 +416,11 @@ impl ApplicationHandler<Message> for App {
             Message::Copied(copied) => heard = self.paste(copied),
             Message::MadeAnew(made) => self.take_anew(*made),
             Message::Shot(shot) => self.on_shot(shot),
+            Message::Reader(asked) => {
+                if let Some(open) = &mut self.open {
+                    open.viewer.hear_reader(asked);
+                }
+            }
         }
         self.note(events, heard);
     }

@@ -15,6 +15,7 @@ use winit::event::{TouchPhase, WindowEvent};
 use winit::keyboard::ModifiersState;
 use winit::window::Window;
 
+use super::screen_reader::{self, Reader};
 use pasting::{Pasting, is_paste};
 
 /// What egui makes of an event.
@@ -49,11 +50,13 @@ pub(super) struct Shell {
 }
 
 impl Shell {
-    pub(super) fn new(window: Arc<Window>) -> Shell {
+    pub(super) fn new(window: Arc<Window>, reader: Reader) -> Shell {
         let context = Context::default();
         // Each blink would be a frame of the whole picture.
         context.all_styles_mut(|style| style.visuals.text_cursor.blink = false);
-        let state = egui_winit::State::new(context, ViewportId::ROOT, &window, None, window.theme(), None);
+        let mut state =
+            egui_winit::State::new(context, ViewportId::ROOT, &window, None, window.theme(), None);
+        reader.join(&mut state);
         Shell {
             window,
             state,
@@ -184,8 +187,14 @@ impl Shell {
         Heard { is_taken: is_held && is_down, is_stale: is_held || takes_keys }
     }
 
-    /// Runs once: what `show` puts into the window is what is drawn next.
-    pub(super) fn run(&mut self, mut show: impl FnMut(&mut Ui)) {
+    /// A screen reader asks for something: the next run does it.
+    pub(super) fn hear_reader(&mut self, asked: screen_reader::Asked) {
+        screen_reader::hear(&mut self.state, asked);
+    }
+
+    /// Runs once: what `show` puts into the window is what is drawn next. Screen readers are told of that, in
+    /// a window by the name of what it shows.
+    pub(super) fn run(&mut self, name: &str, mut show: impl FnMut(&mut Ui)) {
         let context = self.state.egui_ctx().clone();
         let pasted = self.pasting.arrived(&context);
         self.state.egui_input_mut().events.extend(pasted);
@@ -201,6 +210,8 @@ impl Shell {
                 self.pasting.copy(text);
             }
         }
+        let told = &mut output.platform_output.accesskit_update;
+        told.iter_mut().for_each(|told| screen_reader::name_window(told, name));
         self.state.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         self.due = delay.and_then(|delay| Instant::now().checked_add(delay));

@@ -48,6 +48,8 @@ pub struct WindowState {
     pub fills_screen: bool,
     /// True if panels are dark.
     pub is_dark: bool,
+    /// True if files that are dropped onto it do not reach it, as under Wayland.
+    pub lacks_drops: bool,
 }
 
 /// What stands beside a picture and over it.
@@ -273,6 +275,7 @@ impl Beside {
     /// How the window is from here on.
     pub fn set_window(&mut self, window: WindowState) {
         self.window = window;
+        self.panel.lacks_drops = window.lacks_drops;
     }
 
     /// The display shows so many frames in 1000 seconds from here on; `None` if nobody knows, which counts as

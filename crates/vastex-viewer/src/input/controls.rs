@@ -81,13 +81,20 @@ pub(crate) const FILES: Part = (
         ("N, Alt + right", "next file, of those named or dropped, else of the folder"),
         ("P, Alt + left", "previous file"),
         (
-            "dropped files",
+            DROPS,
             "open the first of them; N and P step through them; a text file may hold a link; a camera path, `.path`, is played",
         ),
         ("Ctrl + N", "another window, which offers to open a file"),
         ("Ctrl + D", "another window with what is shown here"),
     ],
 );
+
+/// A gesture that not every window system has.
+pub(crate) const DROPS: &str = "dropped files";
+
+/// What is said of it where there is none.
+#[cfg(any(test, feature = "egui"))]
+pub(crate) const WITHOUT_DROPS: &str = "do not reach a window under Wayland: press Ctrl + O, or copy the file or its path and press Ctrl + V; begun with an empty WAYLAND_DISPLAY, the window is one under X11, which they reach";
 
 /// What keys do to a window, whatever is shown.
 pub(crate) const WINDOW: Part = (

@@ -17,7 +17,7 @@ pub use controls::CONTROLS;
 #[cfg(test)]
 pub(crate) use controls::named;
 #[cfg(any(test, feature = "egui"))]
-pub(crate) use controls::{FILES, WINDOW};
+pub(crate) use controls::{DROPS, FILES, WINDOW, WITHOUT_DROPS};
 
 use crate::camera::Move;
 use crate::picture::PicturePart;

@@ -7,7 +7,7 @@ use egui::{
 use crate::input::CONTROLS;
 
 /// Parts of a list of keys, each with its keys or gestures and what they do.
-type Controls = [(&'static str, &'static [(&'static str, &'static str)])];
+type Controls<'a> = [(&'a str, &'a [(&'a str, &'a str)])];
 
 /// A window with every key and gesture and what it does, while `is_open`; it closes itself.
 pub fn keys_window(context: &Context, is_open: &mut bool) {
@@ -22,7 +22,7 @@ const LEAST: f32 = 260.0;
 
 /// A window as [`keys_window`] with other keys and gestures: parts of a list, each with its keys and what
 /// they do. It is no wider than the window that it is in.
-pub fn keys_window_of(context: &Context, is_open: &mut bool, controls: &Controls) {
+pub fn keys_window_of(context: &Context, is_open: &mut bool, controls: &Controls<'_>) {
     let content = context.content_rect();
     let window = Window::new("Keys and gestures").open(is_open).collapsible(false).resizable(false);
     window.pivot(Align2::CENTER_CENTER).default_pos(content.center()).show(context, |ui| {
@@ -49,7 +49,7 @@ fn bar_width(ui: &Ui) -> f32 {
 }
 
 /// How wide the widest keys are.
-fn widest_keys(ui: &Ui, controls: &Controls) -> f32 {
+fn widest_keys(ui: &Ui, controls: &Controls<'_>) -> f32 {
     let font = TextStyle::Monospace.resolve(ui.style());
     let width = |keys: &str| {
         ui.painter().layout_no_wrap(keys.to_owned(), font.clone(), Color32::PLACEHOLDER).size().x
@@ -58,7 +58,7 @@ fn widest_keys(ui: &Ui, controls: &Controls) -> f32 {
 }
 
 /// What keys do stands beside them, at most so wide.
-fn beside(ui: &mut Ui, controls: &Controls, width: f32) {
+fn beside(ui: &mut Ui, controls: &Controls<'_>, width: f32) {
     Grid::new("keys").num_columns(2).spacing([GAP, 4.0]).show(ui, |ui| {
         for (part, controls) in controls {
             ui.label(RichText::new(*part).strong());
@@ -76,7 +76,7 @@ fn beside(ui: &mut Ui, controls: &Controls, width: f32) {
 }
 
 /// What keys do stands below them.
-fn below(ui: &mut Ui, controls: &Controls, width: f32) {
+fn below(ui: &mut Ui, controls: &Controls<'_>, width: f32) {
     ui.set_max_width(width);
     for (part, controls) in controls {
         ui.label(RichText::new(*part).strong());

@@ -1,8 +1,9 @@
 //! What went wrong and what there is to know of a file, told over the picture until a person has read it.
 
+use egui::accesskit::Live;
 use egui::{
-    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, RichText,
-    Vec2,
+    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, Response,
+    RichText, Vec2,
 };
 
 /// Messages that are told at once; of more the newest.
@@ -103,7 +104,8 @@ impl Messages {
                 frame.show(ui, |ui| {
                     ui.set_width(width);
                     ui.visuals_mut().override_text_color = Some(letters);
-                    ui.add(Label::new(RichText::new(&message.text)).wrap());
+                    let text = ui.add(Label::new(RichText::new(&message.text)).wrap());
+                    say_to_readers(&text, if message.is_note { Live::Polite } else { Live::Assertive });
                     ui.horizontal(|ui| {
                         let button = Button::new("Dismiss").fill(button);
                         if ui.add(button).clicked() {
@@ -125,11 +127,16 @@ impl Messages {
     }
 }
 
+/// Screen readers say a text that has come or is another one, without being asked.
+pub(super) fn say_to_readers(text: &Response, how: Live) {
+    text.ctx.accesskit_node_builder(text.id, |node| node.set_live(how));
+}
+
 #[cfg(test)]
 mod tests {
     use egui::{Ui, pos2};
     use egui_kittest::Harness;
-    use egui_kittest::kittest::Queryable;
+    use egui_kittest::kittest::{NodeT, Queryable};
 
     use super::*;
 
@@ -187,7 +194,10 @@ mod tests {
         messages.add_error("tiles", "level 0 3,4 failed");
         let mut harness = shown(messages);
         harness.run();
-        assert!(harness.query_by_label("the whole image is held in memory\ncolours are converted").is_some());
+        let live = |text: &str| harness.get_by_label(text).accesskit_node().live();
+        // A screen reader says both, what went wrong at once.
+        assert_eq!(live("the whole image is held in memory\ncolours are converted"), Live::Polite);
+        assert_eq!(live("level 0 3,4 failed"), Live::Assertive);
         assert_eq!(harness.get_all_by_label("Dismiss").count(), 2);
         assert!(super::super::unnamed(&harness.root()).is_empty());
         harness.state_mut().forget_notes();

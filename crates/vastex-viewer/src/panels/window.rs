@@ -10,17 +10,20 @@ mod welcome;
 
 use std::ffi::OsStr;
 
+use egui::accesskit::Live;
 use egui::{
-    Align2, Area, Button, CollapsingHeader, Color32, ComboBox, Frame, Id, ProgressBar, RichText, ScrollArea,
-    TextEdit, TextStyle, ThemePreference, Ui, Vec2,
+    Align2, Area, Button, CollapsingHeader, Color32, ComboBox, Context, Frame, Id, ProgressBar, RichText,
+    ScrollArea, TextEdit, TextStyle, ThemePreference, Ui, Vec2,
 };
 use glam::DVec2;
 
+use super::messages::say_to_readers;
 use super::{
     BookmarksPanel, DisplayPanel, InfoPanel, Measure, PositionChange, PositionPanel, TexelSize, foot_rise,
-    keys_window, planet_controls, status_line,
+    keys_window_of, planet_controls, status_line,
 };
 use crate::camera::Pose;
+use crate::input::{CONTROLS, DROPS, WITHOUT_DROPS};
 use crate::remembered::{ChosenGround, Remembered};
 use crate::scene::Scene;
 use bands::bands_of_file;
@@ -57,6 +60,8 @@ pub struct WindowPanel {
     pub free: Option<[DVec2; 2]>,
     /// What the picture lies on.
     pub ground: ChosenGround,
+    /// True if files that are dropped onto the window do not reach it.
+    pub(crate) lacks_drops: bool,
 }
 
 impl Default for WindowPanel {
@@ -78,6 +83,7 @@ impl Default for WindowPanel {
             display: DisplayPanel::default(),
             free: None,
             ground: ChosenGround::default(),
+            lacks_drops: false,
         }
     }
 }
@@ -247,11 +253,26 @@ impl WindowPanel {
         if told.texture.is_none() && self.images.offered().is_some() {
             self.images.show_alone(ui, &mut asked);
         } else if told.texture.is_none() && told.opening.is_none() {
-            welcome(ui, (&mut self.path, told.recent), &mut asked);
+            welcome(ui, (&mut self.path, told.recent), self.lacks_drops, &mut asked);
         }
-        keys_window(ui.ctx(), &mut self.keys_are_shown);
+        self.keys(ui.ctx(), CONTROLS);
         say(ui, told);
         (asked, is_changed)
+    }
+
+    /// The list of keys, while it is shown; of what the window lacks it says how to do without.
+    fn keys(&mut self, context: &Context, controls: &[(&str, &[(&str, &str)])]) {
+        if !self.keys_are_shown {
+            return;
+        }
+        let said = |&(keys, meaning)| match keys == DROPS && self.lacks_drops {
+            true => (keys, WITHOUT_DROPS),
+            false => (keys, meaning),
+        };
+        let parts: Vec<_> =
+            controls.iter().map(|(_, keys)| keys.iter().map(said).collect::<Vec<_>>()).collect();
+        let parts: Vec<_> = controls.iter().zip(&parts).map(|((part, _), keys)| (*part, &**keys)).collect();
+        keys_window_of(context, &mut self.keys_are_shown, &parts);
     }
 
     fn position(&mut self, ui: &mut Ui, told: &WindowStatus<'_>, asked: &mut Vec<WindowAsked>) {
@@ -425,7 +446,7 @@ pub fn say_below(ui: &Ui, (notice, opening): (Option<&str>, Option<(&str, f64)>)
         Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width(free.width().clamp(100.0, 700.0) - 40.0);
             if let Some(notice) = notice {
-                ui.label(notice);
+                say_to_readers(&ui.label(notice), Live::Polite);
             }
             if let Some((name, share)) = opening {
                 let text = format!("opening {name} – {:.0} %", (100.0 * share).floor());

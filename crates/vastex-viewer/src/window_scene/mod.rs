@@ -54,6 +54,13 @@ impl WindowScene<'_> {
         }
     }
 
+    /// Name of what is shown, or of what is being opened where nothing is.
+    pub fn name(&self) -> &str {
+        match self {
+            WindowScene::Surfaces(surfaces) | WindowScene::Volume(_, surfaces) => surfaces.name(),
+        }
+    }
+
     /// The textures that are shown.
     pub fn textures(&self) -> &Textures {
         match self {

@@ -73,6 +73,7 @@ pub(super) const ROOMS: &[Room] = &[
             "shell",
             "test",
             "times",
+            "window",
         ],
     ),
 ];

@@ -21,9 +21,10 @@ impl Viewer {
         let mut shown = shown_of(&mut self.scene, &mut self.volume);
         let is_due = shown.begin_frame((pose, panels_are_due), &mut self.shell.painter)?;
         if is_due {
+            let name = shown.name().to_owned();
             shown.format().iter().for_each(|format| self.surface.set_format(format));
             let (shell, kept) = (&mut self.shell, (self.recent.files(), self.bookmarks.views()));
-            shown.show_panels(pose, kept, |show| shell.run(show));
+            shown.show_panels(pose, kept, |show| shell.run(&name, show));
         }
         #[cfg(feature = "volumes")]
         self.read_for_volume();

@@ -26,12 +26,14 @@ use vastex_viewer::surface_scene::{
 use vastex_viewer::window_scene::{ShownVolume, WindowScene};
 use winit::event::WindowEvent;
 use winit::event_loop::OwnedDisplayHandle;
+use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 use winit::window::Window;
 
 use super::bookmarks::Bookmarks;
 use super::device::{default_fade, device_for};
 use super::events::may_change_display;
 use super::recent::Recent;
+use super::screen_reader::{self, Reader};
 use super::shell::{Heard, Shell};
 use super::surface::Surface;
 use super::times::Times;
@@ -91,7 +93,7 @@ impl Viewer {
     pub(super) fn new(
         (args, before, notes): (&ViewArgs, &Remembered, &mut Vec<String>),
         scene: Scene,
-        window: Arc<Window>,
+        (window, reader): (Arc<Window>, Reader),
         display: OwnedDisplayHandle,
     ) -> Result<Viewer> {
         let (gpu, surface) = device_for(&window, display)?;
@@ -112,7 +114,7 @@ impl Viewer {
         let clock: Clock = Arc::new(move || begun.elapsed());
         let first = first_display(args, scene, may_be_crisp);
         Ok(Viewer {
-            shell: Shell::new(window.clone()),
+            shell: Shell::new(window.clone(), reader),
             scene: SurfaceScene::new((gpu, textures), pictures, first, chosen, clock),
             volume: None,
             recent: Recent::load(),
@@ -220,6 +222,13 @@ impl Viewer {
         heard
     }
 
+    /// A screen reader asks for something, which the next frame does.
+    pub(super) fn hear_reader(&mut self, asked: screen_reader::Asked) {
+        self.shell.hear_reader(asked);
+        self.volume.iter_mut().for_each(|volume| volume.shown.refresh());
+        self.window.request_redraw();
+    }
+
     /// Hears keys and the pointer before surfaces do. Returns true if that was all there is to it.
     pub(super) fn hear_in_volume(&mut self, event: InputEvent) -> bool {
         let Some(OpenVolume { shown: volume, .. }) = self.volume.as_deref_mut() else { return false };
@@ -241,6 +250,8 @@ impl Viewer {
             is_over_panel: self.shell.is_over_panel(),
             fills_screen: self.window.fullscreen().is_some(),
             is_dark: self.shell.is_dark(),
+            // winit tells of them everywhere else.
+            lacks_drops: is_under_wayland(&self.window),
         });
     }
 
@@ -283,6 +294,11 @@ impl Viewer {
         let panels = self.shell.due_in(Instant::now());
         self.shown().next_frame(awake, panels)
     }
+}
+
+/// Returns true if a window is one under Wayland.
+fn is_under_wayland(window: &Window) -> bool {
+    matches!(window.display_handle().map(|display| display.as_raw()), Ok(RawDisplayHandle::Wayland(_)))
 }
 
 /// How files are displayed, at first and until a person changes that, by these arguments.

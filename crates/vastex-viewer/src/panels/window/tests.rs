@@ -373,3 +373,18 @@ fn values_are_shown_where_they_are_asked_for() {
     panel.show_or_hide_values(true);
     assert!(!panel.values_are_shown());
 }
+
+/// Where dropped files do not arrive, the list of keys names the ways that there are.
+#[test]
+fn the_list_of_keys_says_how_to_open_files_where_none_can_be_dropped() {
+    let told = |lacks_drops: bool| {
+        let mut harness = window(None);
+        harness.state_mut().panel.lacks_drops = lacks_drops;
+        harness.state_mut().panel.show_or_hide_keys();
+        harness.run();
+        let says = |text: &str| harness.query_by_label(text).is_some();
+        assert!(says("dropped files") && says("previous file"));
+        says(WITHOUT_DROPS)
+    };
+    assert!(told(true) && !told(false));
+}

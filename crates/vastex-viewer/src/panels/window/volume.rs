@@ -4,7 +4,7 @@ use std::ffi::OsString;
 
 use egui::{Align2, Area, Id, RichText, ScrollArea, Ui, Vec2};
 
-use super::super::{Bookmark, BookmarksChange, VolumeChange, VolumePanel, VolumeStatus, keys_window_of};
+use super::super::{Bookmark, BookmarksChange, VolumeChange, VolumePanel, VolumeStatus};
 use super::room::PANEL_WIDTH;
 use super::{WindowAsked, WindowPanel, images_of_file, theme};
 use crate::input::{FILES, WINDOW};
@@ -78,7 +78,7 @@ impl WindowPanel {
                 }
             });
         }
-        keys_window_of(ui.ctx(), &mut self.keys_are_shown, KEYS);
+        self.keys(ui.ctx(), KEYS);
         (asked, changes)
     }
 }

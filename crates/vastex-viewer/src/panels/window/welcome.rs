@@ -9,7 +9,12 @@ const MOST_FILES: usize = 8;
 
 /// Offers to open a file, in the middle of what no panel covers: by a dialog, by its path, which a person
 /// writes, or one of before.
-pub(super) fn welcome(ui: &Ui, (path, recent): (&mut String, &[String]), asked: &mut Vec<WindowAsked>) {
+pub(super) fn welcome(
+    ui: &Ui,
+    (path, recent): (&mut String, &[String]),
+    lacks_drops: bool,
+    asked: &mut Vec<WindowAsked>,
+) {
     let free = ui.available_rect_before_wrap();
     let area = Area::new(Id::unique("welcome")).pivot(Align2::CENTER_CENTER).fixed_pos(free.center());
     area.show(ui.ctx(), |ui| {
@@ -38,7 +43,11 @@ pub(super) fn welcome(ui: &Ui, (path, recent): (&mut String, &[String]), asked: 
                     asked.push(WindowAsked::Open(written.into()));
                 }
                 ui.add_space(4.0);
-                ui.label(RichText::new("or drop files onto this window").weak());
+                let other = match lacks_drops {
+                    true => "or copy a file elsewhere, and press Ctrl + V here",
+                    false => "or drop files onto this window",
+                };
+                ui.label(RichText::new(other).weak());
                 if !recent.is_empty() {
                     ui.add_space(10.0);
                     ui.separator();
@@ -68,7 +77,7 @@ mod tests {
     fn files_are_offered_by_the_dialog_and_those_of_before_by_their_names() {
         let recent: Vec<String> = (0..12).map(|n| format!("/scans/scan{n}.tif")).collect();
         let show = |ui: &mut Ui, (path, asked): &mut (String, Vec<WindowAsked>)| {
-            welcome(ui, (path, &recent), asked);
+            welcome(ui, (path, &recent), false, asked);
         };
         let nothing = (String::new(), Vec::new());
         let mut harness = Harness::builder().with_size([600.0, 600.0]).build_ui_state(show, nothing);
