@@ -64,19 +64,21 @@ impl Parts {
     /// The same where panes lie in it as given.
     pub(crate) fn of_panes(whole: [u32; 2], panes: Panes, most: u32, has_clouds: bool) -> Parts {
         let Panes { count: panes, left, width: pane, .. } = panes;
-        let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4);
+        // A GPU takes slopes, and so levels, from squares of two by two pixels, which begin at even ones: in a
+        // part that began at an odd one they would be others than in the whole.
+        let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4) & !1;
         let most_kept = (most - 2 * margin).max(1);
         let rows = (MOST_BYTES / (4 * u64::from(whole[0]))).clamp(64, u64::from(u32::MAX)) as u32;
-        let count = [pane.div_ceil(most_kept), whole[1].div_ceil(most_kept.min(rows))];
-        Parts {
-            whole,
-            panes,
-            left,
-            pane,
-            count,
-            size: [pane.div_ceil(count[0]), whole[1].div_ceil(count[1])],
-            margin,
-        }
+        let divided = |side: u32, most: u32| {
+            if side <= most {
+                return (1, side);
+            }
+            let count = side.div_ceil((most & !1).max(1));
+            (count, side.div_ceil(count).next_multiple_of(2.min(most)))
+        };
+        let (columns, width) = divided(pane, most_kept);
+        let (rows, height) = divided(whole[1], most_kept.min(rows));
+        Parts { whole, panes, left, pane, count: [columns, rows], size: [width, height], margin }
     }
 
     /// Width and height of what is drawn of each.
@@ -308,6 +310,8 @@ mod tests {
         {
             let parts = Parts::new(size, panes, most, false);
             assert!(parts.drawn_size().iter().all(|side| (1..=most).contains(side)), "{parts:?}");
+            let mut starts = parts.rows().flatten().flat_map(|part| part.drawn.at);
+            assert!(starts.all(|start| start % 2 == 0), "{parts:?}");
             let whole = numbered(size);
             let mut again = Vec::new();
             for of_row in parts.rows() {

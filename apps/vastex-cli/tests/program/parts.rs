@@ -31,11 +31,17 @@ fn differing(columns: usize, one: &[[u8; 3]], other: &[[u8; 3]]) -> (u8, usize) 
     (apart.iter().copied().max().unwrap_or(0), apart.iter().filter(|apart| **apart > 1).count())
 }
 
+/// A picture of few pixels.
+const COLUMNS: usize = 120;
+const SIZE: &str = "--size 120x100";
+/// Divides it into two rows of two parts, so that each part ends at others in both directions.
+const IN_PARTS: &str = "--part-side 119";
+
 #[test]
 fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
     let sandbox = earth();
     let draw = |words: &str, output: &str| {
-        run(&sandbox, &format!("render {words} --size 160x100 -o {output}")).expect_code(0);
+        run(&sandbox, &format!("render {words} {SIZE} -o {output}")).expect_code(0);
         sandbox.read_rgb(output)
     };
     let planet = "relief.vastex --on planet --height relief.vastex --height-zero 0.4 --night image.vastex --sun -20,30 \
@@ -51,24 +57,28 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
         &format!("{planet} --view globe:lon=8,lat=44,alt=300000m,heading=10,tilt=50"),
         "image.vastex --on globe --overlay levels",
     ] {
-        let (whole, parts) =
-            (draw(words, "whole.png"), draw(&format!("{words} --part-side 128"), "parts.png"));
-        let (furthest, count) = differing(160, &whole, &parts);
+        // Panes, which are narrow, have two rows of two parts as well.
+        let in_parts = if words.ends_with("beside") { "--part-side 100" } else { IN_PARTS };
+        let (whole, parts) = (draw(words, "whole.png"), draw(&format!("{words} {in_parts}"), "parts.png"));
+        let (furthest, count) = differing(COLUMNS, &whole, &parts);
         assert!(furthest <= 1, "{words}: {count} pixels differ by up to {furthest}");
     }
     // Every picture of a path, and as bytes.
     sandbox
         .write("a.path", b"vastex path 1\nfps 1\n0 image:x=200,y=200,zoom=2\n1 image:x=900,y=300,zoom=4\n");
-    let path = "render image.vastex --camera-path a.path --size 160x100";
+    let path = format!("render image.vastex --camera-path a.path {SIZE}");
     run(&sandbox, &format!("{path} -o whole-%d.png")).expect_code(0);
-    run(&sandbox, &format!("{path} --part-side 128 -o parts-%d.png")).expect_code(0);
-    run(&sandbox, &format!("{path} --part-side 128 --format raw -o parts.rgba")).expect_code(0);
+    run(&sandbox, &format!("{path} {IN_PARTS} -o parts-%d.png")).expect_code(0);
+    run(&sandbox, &format!("{path} {IN_PARTS} --format raw -o parts.rgba")).expect_code(0);
     let bytes = sandbox.read("parts.rgba");
-    assert_eq!(bytes.len(), 2 * 160 * 100 * 4);
+    assert_eq!(bytes.len(), 2 * COLUMNS * 100 * 4);
     for frame in 0..2 {
         let parts = sandbox.read_rgb(&format!("parts-{frame}.png"));
-        assert!(differing(160, &sandbox.read_rgb(&format!("whole-{frame}.png")), &parts).0 <= 1, "{frame}");
-        let raw: Vec<[u8; 3]> = bytes[frame * 160 * 100 * 4..][..160 * 100 * 4]
+        assert!(
+            differing(COLUMNS, &sandbox.read_rgb(&format!("whole-{frame}.png")), &parts).0 <= 1,
+            "{frame}"
+        );
+        let raw: Vec<[u8; 3]> = bytes[frame * COLUMNS * 100 * 4..][..COLUMNS * 100 * 4]
             .chunks_exact(4)
             .map(|texel| [texel[0], texel[1], texel[2]])
             .collect();
@@ -79,8 +89,7 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
         ("--explain 3,4", "--explain"),
         ("--overlay atlas", "the overlay atlas is drawn at once"),
     ] {
-        let ended =
-            run(&sandbox, &format!("render image.vastex --size 160x100 --part-side 128 {words} -o x.png"));
+        let ended = run(&sandbox, &format!("render image.vastex {SIZE} {IN_PARTS} {words} -o x.png"));
         assert!(ended.expect_code(1).stderr.contains(said), "{words}");
     }
     assert!(!sandbox.path("x.png").exists());
@@ -129,8 +138,10 @@ fn a_picture_of_the_window_in_parts_has_all_that_lies_over_it_once() {
         "image.vastex --on globe",
         "relief.vastex --on planet --sun 20,10",
     ] {
+        // Two rows of two parts, also in each of two panes.
+        let side = if words.ends_with("beside") { 160 } else { 240 };
         let (whole, parts) =
-            (shoot(words, "whole.png"), shoot(&format!("{words} --part-side 160"), "parts.png"));
+            (shoot(words, "whole.png"), shoot(&format!("{words} --part-side {side}"), "parts.png"));
         let (furthest, count) = differing(320, &whole, &parts);
         assert!(furthest <= 2, "{words}: {count} pixels differ by up to {furthest}");
     }
