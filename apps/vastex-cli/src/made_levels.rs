@@ -310,6 +310,11 @@ impl Drop for LevelMaker {
     }
 }
 
+/// What is said of a chunk that cannot be read where others stand for it.
+pub(crate) fn stood_for(fault: &VolumeError) -> String {
+    format!("{fault}; voxels of another level, or the fill value, stand for it")
+}
+
 /// Keeps a fault, if it is another than those before and they are few.
 fn keep_fault(faults: &mut Vec<VolumeError>, fault: VolumeError) {
     if faults.len() < MOST_FAULTS && !faults.contains(&fault) {

@@ -41,6 +41,6 @@ pub use source::{
 pub use tiled::container_volume;
 pub use values::{DType, npy_header};
 pub use volume::{
-    BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, ChunkWork, Convention, Volume, VolumeAbout,
-    VolumeChannel, VolumeCropError, VolumeLevel, VolumeRegion, crop,
+    BRICK, Brick, BrickCount, BrickLayout, BrickPos, BrickWork, ChunkWork, Convention, LevelLeftOut, Volume,
+    VolumeAbout, VolumeChannel, VolumeCropError, VolumeLevel, VolumeRegion, crop,
 };

@@ -8,7 +8,7 @@ use vastex_tiles::{raw_description, raw_file, read_advice};
 
 use crate::chunks::Grid;
 use crate::fault::{Oddities, VolumeError, VolumeFault};
-use crate::flat::{image_of, is_nifti, is_raw_volume, open_nifti, open_raw};
+use crate::flat::{has_name_of_values, header_of, image_of, is_nifti, is_raw_volume, open_nifti, open_raw};
 use crate::keys::{Directory, KeyStore, Zip, is_zip, shown};
 use crate::ome::{Root, assign, axes_of_names, no_image, open_image, open_root};
 use crate::stack::{self, is_stack, open_stack};
@@ -48,7 +48,14 @@ pub fn is_volume(path: &Path) -> bool {
         return is_of_zarr(path);
     }
     match path.is_file() {
-        true => is_zip(path) || is_nifti(path) || is_raw_volume(path) || is_stack(path) || is_container(path),
+        true => {
+            is_zip(path)
+                || is_nifti(path)
+                || header_of(path).is_some()
+                || is_raw_volume(path)
+                || is_stack(path)
+                || is_container(path)
+        }
         false => in_archive(path).is_some() || named_stack(path).is_some(),
     }
 }
@@ -85,6 +92,8 @@ pub fn files_of_volume(path: &Path) -> Vec<PathBuf> {
     if let Some(stack) = named_stack(path) {
         return vec![stack.to_owned()];
     }
+    let header = header_of(path);
+    let path = header.as_deref().unwrap_or(path);
     match (raw_file(path), image_of(path)) {
         (Some(raw), _) => vec![raw_description(&raw), raw],
         (None, Ok((image, _))) => vec![path.to_owned(), image],
@@ -121,6 +130,9 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     if is_file && is_nifti(path) {
         return open_nifti(path).map(volume);
     }
+    if let Some(header) = header_of(path).filter(|_| is_file) {
+        return open_nifti(&header).map(volume);
+    }
     if is_file && is_stack(path) {
         return open_stack(path).map(volume);
     }
@@ -130,6 +142,11 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
     let found = std::fs::metadata(path);
     Err(match found {
         Err(error) => VolumeFault::Read(read_advice(&error)),
+        Ok(_) if has_name_of_values(path) => VolumeFault::NoVolume(
+            "is no volume by itself: the values of NIfTI in a file .img are read by its header, a file .hdr of the same name beside \
+             it, which is not there"
+                .into(),
+        ),
         Ok(_) => VolumeFault::NoVolume(
             "is no volume: no Zarr, no NIfTI, no raw file with a depth, no TIFF stack, no container of a volume".into(),
         ),
@@ -165,7 +182,9 @@ fn open_zarr(keys: &Arc<dyn KeyStore>, store: &Path, below: &str) -> Result<Open
         let mut root = open_root(keys, &below).await?;
         // Archives are often of the directory rather than of what is in it.
         if below.is_empty() && matches!(root, Root::Nothing) {
-            let groups = keys.groups("", 1024).await?;
+            let mut groups = keys.groups("", 1024).await?;
+            // What macOS adds to an archive is none of it.
+            groups.retain(|name| name != "__MACOSX" && !name.starts_with('.'));
             if let [only] = &groups[..] {
                 below.clone_from(only);
                 root = open_root(keys, &below).await?;
@@ -241,8 +260,35 @@ async fn open_plain(keys: &Arc<dyn KeyStore>, below: &str) -> Result<Volume, Vol
         label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
+        left_out: Vec::new(),
+        time_step: None,
+        time_unit: None,
         oddities: oddities.into_vec(),
         path,
     };
     Ok(Volume::new(about, vec![LevelArray { dtype: meta.dtype, grid, source: Arc::new(array) }]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::{Packing, archive};
+
+    #[test]
+    fn what_macos_adds_to_an_archive_is_none_of_it() {
+        let meta = br#"{"zarr_format": 2, "shape": [2, 2, 2], "chunks": [2, 2, 2], "dtype": "|u1", "compressor": null,
+            "fill_value": 7, "order": "C", "filters": null}"#;
+        let entries = [
+            ("z.zarr/.DS_Store", &b"x"[..]),
+            ("z.zarr/.zarray", meta),
+            ("__MACOSX/z.zarr/._.zarray", b"x"),
+            (".Trashes/z", b"x"),
+        ];
+        let entries = entries.map(|(name, content)| (name, content, Packing::DEFLATED));
+        let directory = tempfile::tempdir().unwrap();
+        let path = directory.path().join("z.zip");
+        std::fs::write(&path, archive(&entries)).unwrap();
+        let Opened::Volume(volume) = open(&path).unwrap() else { panic!("no volume") };
+        assert_eq!((volume.about().size(), volume.fill()), ([2; 3], vec![7]));
+    }
 }

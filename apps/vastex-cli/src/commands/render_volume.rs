@@ -36,8 +36,9 @@ use self::times::AtTime;
 use self::watch::Watch;
 use super::render_labels::Labels;
 use super::render_pools::PoolBytes;
+use super::volume::printable;
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
-use crate::made_levels::LevelMaker;
+use crate::made_levels::{LevelMaker, stood_for};
 use crate::pictures::PictureOutput;
 use crate::{gpu, report};
 
@@ -79,7 +80,8 @@ pub(crate) fn run(args: &RenderVolumeArgs) -> Result<ExitCode> {
         report::say(&format!("{source}: {fault}"));
     }
     let note = note_of_pool(drawing.is_pool_bounded, summary.mip_bias);
-    note.iter().for_each(|note| report::say(&format!("note: {source}: {note}")));
+    let note = note.into_iter().chain(summary::note_of_finest(asked.volume.about())).collect::<Vec<_>>();
+    note.iter().for_each(|note| report::say(&printable(&format!("note: {source}: {note}"))));
     let missing =
         format!("not converged within {MOST_FRAMES} frames, {} bricks are missing", summary.bricks_missing);
     let warnings = drawing.faults.iter().take(20).cloned().chain(note).collect::<Vec<_>>();
@@ -219,7 +221,11 @@ impl<'a> Drawing<'a> {
                 is_made &= !(std::mem::take(&mut is_wanted) | self.maker.want_tails(&self.textures, begun));
                 if is_made && self.maker.is_done() {
                     let faults = self.maker.faults();
-                    self.faults.extend(faults.iter().map(|fault| format!("{fault}; made levels lack it")));
+                    for fault in faults {
+                        // Where a brick has failed for it, that was told.
+                        let is_told = self.faults.iter().any(|told| told.contains(&fault.to_string()));
+                        self.faults.extend((!is_told).then(|| stood_for(&fault)));
+                    }
                     return Ok(true);
                 }
                 (is_made, quiet) = (!self.waits_for_levels()?, 0);

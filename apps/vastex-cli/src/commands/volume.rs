@@ -117,6 +117,9 @@ struct Summary {
     size: [u64; 3],
     /// Those that are stored, the finest first.
     levels: Vec<LevelSummary>,
+    /// Those that the file names and that cannot be read, by their numbers among all that it names, which
+    /// are those of `crop --level`.
+    levels_left_out: Vec<LeftOutSummary>,
     /// Those that are not stored and are made below the coarsest one where the volume is drawn, the finest
     /// first.
     made_levels: Vec<MadeLevelSummary>,
@@ -132,6 +135,11 @@ struct Summary {
     channels: u64,
     channel_info: Vec<ChannelSummary>,
     times: u64,
+    /// How far apart they are, where the file says so, and in which unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_step: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_unit: Option<String>,
     /// As NumPy names it.
     dtype: &'static str,
     /// Of scales and origins.
@@ -172,6 +180,13 @@ struct LevelSummary {
 }
 
 #[derive(Serialize)]
+struct LeftOutSummary {
+    number: usize,
+    path: String,
+    why: String,
+}
+
+#[derive(Serialize)]
 struct MadeLevelSummary {
     size: [u32; 3],
     /// Sides of a voxel along x, y and z.
@@ -199,6 +214,11 @@ impl Summary {
             origin: level.origin,
             chunk: level.chunk,
         });
+        let left_out = about.left_out.iter().map(|left| LeftOutSummary {
+            number: left.number,
+            path: left.path.clone(),
+            why: left.error.to_string(),
+        });
         let made = made_levels(about);
         let channels = about.channel_info.iter().map(|channel| ChannelSummary {
             name: channel.name.clone(),
@@ -213,6 +233,7 @@ impl Summary {
             name: about.name.clone(),
             size: about.size(),
             levels: levels.collect(),
+            levels_left_out: left_out.collect(),
             levels_made: made.as_ref().map(|(_, when)| *when),
             levels_made_by: made.as_ref().map(|_| Reduction::usual(about.is_label).name()),
             levels_kept: None,
@@ -220,6 +241,8 @@ impl Summary {
             channels: about.channels,
             channel_info: channels.collect(),
             times: about.times,
+            time_step: about.time_step,
+            time_unit: about.time_unit.clone(),
             dtype: about.dtype.name(),
             unit: about.unit.clone(),
             convention: about.convention.name(),
@@ -245,7 +268,11 @@ impl Summary {
         rows.extend(
             self.channel_info.iter().take(MOST_NAMED).enumerate().map(|(n, channel)| ("", channel.text(n))),
         );
-        rows.push(("times", self.times.to_string()));
+        let step = self.time_step.filter(|_| self.times > 1).map(|step| {
+            let unit = self.time_unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
+            format!(", {step}{unit} apart")
+        });
+        rows.push(("times", format!("{}{}", self.times, step.unwrap_or_default())));
         let made = self.downsample.as_ref().map(|rule| format!(" by {rule}")).unwrap_or_default();
         rows.push(("levels", format!("{} stored{made}; origins by {}", self.levels.len(), self.convention)));
         let unit = self.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
@@ -332,10 +359,10 @@ mod crop {
     use std::process::ExitCode;
     use std::time::Instant;
 
-    use anyhow::{Result, bail};
+    use anyhow::{Result, anyhow, bail};
     use serde::Serialize;
     use vastex_build::Progress;
-    use vastex_volume::{Opened, VolumeCropError, VolumeRegion, open};
+    use vastex_volume::{Opened, VolumeAbout, VolumeCropError, VolumeRegion, open};
 
     use super::{no_volume, printable};
     use crate::args::CropArgs;
@@ -356,7 +383,8 @@ mod crop {
                 .iter()
                 .for_each(|odd| report::say(&printable(&format!("note: {}: {odd}", about.path))));
         }
-        let (level, channel, time) = (args.level as usize, args.channel, args.time);
+        let level = level_of(about, args.level as usize)?;
+        let (channel, time) = (args.channel, args.time);
         let region = volume.region_at(&VolumeRegion { level, channel, time, at: [0; 3], size }, at)?;
         let output = Output::at(&args.output.path)?;
         let bar = Bar::new(args.print.quiet);
@@ -387,6 +415,22 @@ mod crop {
         };
         args.print.summary(&summary, Summary::text)?;
         Ok(ExitCode::SUCCESS)
+    }
+
+    /// The place of a level by its number in the file: values of another level would pass for those of one
+    /// that cannot be read.
+    fn level_of(about: &VolumeAbout, number: usize) -> Result<usize> {
+        about.level_numbered(number).map_err(|error| {
+            let is_left_out = |number: &usize| about.left_out.iter().any(|left| left.number == *number);
+            let finest = (0..).find(|number| !is_left_out(number)).unwrap_or(0);
+            match is_left_out(&number) {
+                true => anyhow!(
+                    "{error}; so level {number} of {} cannot be read. The finest one that can be read is --level {finest}",
+                    about.path
+                ),
+                false => error.into(),
+            }
+        })
     }
 
     /// What `--json` prints.

@@ -35,6 +35,8 @@ mod settings;
 mod telemetry;
 mod tool;
 #[cfg(feature = "volumes")]
+mod volume_damage;
+#[cfg(feature = "volumes")]
 mod volume_gallery;
 #[cfg(feature = "volumes")]
 mod volume_labels;

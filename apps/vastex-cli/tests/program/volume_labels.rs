@@ -156,3 +156,16 @@ fn the_words_for_labels_are_checked() {
     let words = "render cells.zarr --on slices --slice z=5 --size 24x20 --labels far.raw --origins corner";
     sandbox.run(&words.split(' ').collect::<Vec<_>>()).expect_code(0);
 }
+
+#[test]
+fn labels_that_cannot_be_read_leave_the_image() {
+    let sandbox = Sandbox::new();
+    store(&sandbox);
+    let words = "render cells.zarr --on slices --slice z=6 --size 40x32 --channels 0";
+    let image = drawn(&sandbox, words);
+    sandbox.write("cells.zarr/labels/nuclei/0/0/0/0", b"cut off");
+    let with: Vec<&str> = words.split(' ').chain(["--labels", "nuclei", "-o", "picture.png"]).collect();
+    let ended = sandbox.run(&with).expect_code(0);
+    assert_eq!(ended.stderr.matches("labels/nuclei/0/0/0/0").count(), 1, "{ended}");
+    assert!(sandbox.read_rgb("picture.png") == image);
+}

@@ -12,7 +12,7 @@ use vastex_volume::{DType, Reduction, Volume};
 use super::block::{Beyond, Block};
 use super::error::VolumeBuildError;
 use super::levels::Level;
-use super::sink::{Counts, Place, Sink};
+use super::sink::{Counts, Place, Sink, Stop};
 use crate::threads;
 
 /// Tiles that are encoded before they are appended.
@@ -154,7 +154,7 @@ impl Sink for ContainerSink {
         self.description.geometry.tail().first_level().into()
     }
 
-    fn write(&mut self, place: Place, block: &Block) -> Result<(), VolumeBuildError> {
+    fn write(&mut self, place: Place, block: &Block, stop: &Stop) -> Result<(), VolumeBuildError> {
         let geometry = &self.description.geometry;
         let (page, border) = (geometry.page(), geometry.border());
         let outer = geometry.tile().map(|side| side as usize);
@@ -172,6 +172,7 @@ impl Sink for ContainerSink {
             }
         }
         for pages in pages.chunks(AT_ONCE) {
+            stop.check()?;
             let encoded = threads::map(pages, 1, |pos| {
                 let at = pos.coords();
                 let first = std::array::from_fn(|axis| {

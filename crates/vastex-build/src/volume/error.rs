@@ -24,6 +24,18 @@ pub enum VolumeBuildError {
         /// Some of their paths.
         images: String,
     },
+    /// The finest level of the volume cannot be read.
+    #[error(
+        "{error}; so '{level}', the finest level of {path}, is missing, and what would be built of a coarser one is another          volume. Write that level anew, or take it out of the metadata"
+    )]
+    FinestLeftOut {
+        /// The volume.
+        path: String,
+        /// The level.
+        level: String,
+        /// Why the level cannot be read.
+        error: VolumeError,
+    },
     /// Options that do not go together, or not with the volume.
     #[error("{0}")]
     Options(String),

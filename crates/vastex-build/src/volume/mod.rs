@@ -22,7 +22,8 @@ use std::path::{Path, PathBuf};
 use rayon::ThreadPool;
 use vastex_tiles::{lies_in, same_file};
 use vastex_volume::{
-    Convention, DType, Opened, Reduction, Volume, VolumeError, files_of_volume, open_placed,
+    Convention, DType, LevelLeftOut, Opened, Reduction, Volume, VolumeAbout, VolumeError, files_of_volume,
+    open_placed,
 };
 
 use crate::progress::Progress;
@@ -31,7 +32,7 @@ use container::ContainerSink;
 use levels::{Level, levels};
 use pass::{Pass, Track};
 use reading::Reading;
-use sink::{Counts, Sink};
+use sink::{Counts, Sink, Stop};
 use zarr::ZarrSink;
 
 pub use container::ContainerOptions;
@@ -129,6 +130,7 @@ pub fn build_volume(
 ) -> Result<VolumeReport, VolumeBuildError> {
     let volume = open_one(input, options.convention)?;
     check_place(input, output)?;
+    check_finest(volume.about())?;
     let pool = threads::pool(options.threads)?;
     Build { input, output, options, progress, pool: &pool, notes: Vec::new() }.run(&volume)
 }
@@ -142,6 +144,15 @@ fn open_one(path: &Path, convention: Option<Convention>) -> Result<Volume, Volum
             Err(VolumeBuildError::Images { path: list.path, what: list.what, images: named.join(", ") })
         }
     }
+}
+
+/// Refuses a volume without its finest level: what is made of a coarser one would pass for the whole.
+fn check_finest(about: &VolumeAbout) -> Result<(), VolumeBuildError> {
+    let refused = |left: &LevelLeftOut| {
+        let (path, error) = (about.path.clone(), left.error.clone());
+        Err(VolumeBuildError::FinestLeftOut { path, level: left.path.clone(), error })
+    };
+    about.finest_left_out().map_or(Ok(()), refused)
 }
 
 /// Refuses an output that is one of the files of the input, lies in its directory, or has one of them in
@@ -285,6 +296,10 @@ impl<'a> Build<'a> {
             };
             match found {
                 Ok(Opened::Volume(label)) => {
+                    if let Err(error) = check_finest(label.about()) {
+                        self.notes.push(format!("{error}; these labels are left out"));
+                        continue;
+                    }
                     let odd = &label.about().oddities;
                     self.notes.extend(odd.iter().map(|odd| format!("{}: {odd}", label.about().path)));
                     opened.push((name.clone(), *label));
@@ -311,10 +326,11 @@ impl<'a> Build<'a> {
         sink: &mut dyn Sink,
         track: &mut Track<'_>,
     ) -> Result<(), VolumeBuildError> {
-        let reading = Reading::new(volume, self.options.tolerant);
+        let stop = Stop::default();
+        let reading = Reading::new(volume, self.options.tolerant, &stop);
         let memory = self.options.memory_limit;
         let (output, pool) = (self.output, self.pool);
-        let pass = Pass { volume, levels, rule, reading: &reading, pool, output, memory };
+        let pass = Pass { volume, levels, rule, reading: &reading, pool, output, memory, stop: &stop };
         pass.run(sink, track)?;
         let damage = reading.into_damage();
         let more = damage.count - damage.named.len() as u64;

@@ -3,6 +3,8 @@
 
 use std::ops::ControlFlow;
 use std::path::Path;
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
 
 use rayon::ThreadPool;
 use vastex_volume::{Reduction, Volume};
@@ -13,7 +15,7 @@ use super::levels::Level;
 use super::plan::{Round, Shape};
 use super::reading::Reading;
 use super::scratch::Scratch;
-use super::sink::{Place, Sink};
+use super::sink::{Place, Sink, Stop};
 use crate::progress::Progress;
 
 /// Bytes of a block, where chunks are not larger.
@@ -36,7 +38,12 @@ pub(super) struct Pass<'a> {
     pub(super) output: &'a Path,
     /// Bytes of memory that may be taken.
     pub(super) memory: u64,
+    /// Ends what the threads do.
+    pub(super) stop: &'a Stop,
 }
+
+/// How often it is asked, while chunks are read and written, whether to go on.
+const EVERY: Duration = Duration::from_millis(100);
 
 /// How far a build is, in rows of voxels of the finest level.
 pub(super) struct Track<'a> {
@@ -50,11 +57,42 @@ pub(super) struct Track<'a> {
 impl Track<'_> {
     fn advance(&mut self, rows: f64, bytes: u64) -> Result<(), VolumeBuildError> {
         self.rows += rows;
-        let done = (self.rows.round() as u64).min(self.rows_total);
-        match self.progress.advance(done, self.rows_total, self.bytes + bytes) {
+        match self.tell(bytes) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(VolumeBuildError::Cancelled),
         }
+    }
+
+    /// So many bytes are written of this image.
+    fn tell(&self, bytes: u64) -> ControlFlow<()> {
+        let done = (self.rows.round() as u64).min(self.rows_total);
+        self.progress.advance(done, self.rows_total, self.bytes + bytes)
+    }
+
+    /// Has the threads of a pool do something, while it is asked on this one whether to go on; where not,
+    /// `stop` is set, and it ends as soon as that is looked at.
+    fn attend<T: Send>(
+        &self,
+        (pool, stop): (&ThreadPool, &Stop),
+        bytes: u64,
+        work: impl FnOnce() -> Result<T, VolumeBuildError> + Send,
+    ) -> Result<T, VolumeBuildError> {
+        let mut outcome = Err(VolumeBuildError::Cancelled);
+        let to = &mut outcome;
+        pool.in_place_scope(|scope| {
+            let (ended, end) = channel::<()>();
+            scope.spawn(move |_| {
+                *to = work();
+                drop(ended);
+            });
+            while end.recv_timeout(EVERY) == Err(RecvTimeoutError::Timeout) {
+                if self.tell(bytes).is_break() {
+                    stop.set();
+                }
+            }
+        });
+        stop.check()?;
+        outcome
     }
 }
 
@@ -102,15 +140,17 @@ impl Pass<'_> {
                 for channel in 0..about.channels {
                     let (begin, sides, inner) = around(round, size, at);
                     let block = match &mut left {
-                        None => {
-                            self.pool.install(|| self.reading.read([channel, time], begin, sides, inner))?
-                        }
+                        None => track.attend((self.pool, self.stop), sink.counts().bytes, || {
+                            self.reading.read([channel, time], begin, sides, inner)
+                        })?,
                         Some(left) => left[channel as usize]
                             .read(begin, sides, inner)
                             .map_err(|error| self.of_scratch(&error))?,
                     };
                     let place = Place { channel, time, level: round.base };
-                    let last = self.pool.install(|| self.run_block(place, round, block, sink))?;
+                    let last = track.attend((self.pool, self.stop), sink.counts().bytes, || {
+                        self.run_block(place, round, block, sink)
+                    })?;
                     if let (Some(next), Some(last)) = (&mut next, last) {
                         next[channel as usize].keep(last).map_err(|error| self.of_scratch(&error))?;
                     }
@@ -125,7 +165,7 @@ impl Pass<'_> {
             }
             left = next;
         }
-        self.finish_time(time, left, sink)
+        self.finish_time(time, left, sink, track)
     }
 
     /// Makes the levels of a block and hands them over; gives its part of the level after the last one.
@@ -138,7 +178,7 @@ impl Pass<'_> {
     ) -> Result<Option<Block>, VolumeBuildError> {
         let dtype = self.volume.about().dtype;
         for level in round.base..=round.top {
-            sink.write(Place { level, ..place }, &block)?;
+            sink.write(Place { level, ..place }, &block, self.stop)?;
             let Some(coarser) = self.levels.get(level + 1) else { return Ok(None) };
             if level == round.top {
                 block = block.into_inner(dtype.bytes());
@@ -154,18 +194,23 @@ impl Pass<'_> {
         time: u64,
         mut left: Option<Vec<Scratch>>,
         sink: &mut dyn Sink,
+        track: &Track<'_>,
     ) -> Result<(), VolumeBuildError> {
         let level = sink.by_block();
         let Some(last) = self.levels.get(level) else { return Ok(()) };
         for channel in 0..self.volume.about().channels {
             let all = [[0; 3], last.size];
             let block = match &mut left {
-                None => self.pool.install(|| self.reading.read([channel, time], [0; 3], last.size, all))?,
+                None => track.attend((self.pool, self.stop), sink.counts().bytes, || {
+                    self.reading.read([channel, time], [0; 3], last.size, all)
+                })?,
                 Some(left) => left[channel as usize]
                     .read([0; 3], last.size, all)
                     .map_err(|error| self.of_scratch(&error))?,
             };
-            self.pool.install(|| sink.write_rest(Place { channel, time, level }, block))?;
+            track.attend((self.pool, self.stop), sink.counts().bytes, || {
+                sink.write_rest(Place { channel, time, level }, block)
+            })?;
         }
         Ok(())
     }
@@ -194,4 +239,43 @@ fn around(round: &Round, size: [u64; 3], at: [u64; 3]) -> ([u64; 3], [u64; 3], [
     let begin = std::array::from_fn(|axis| at[axis].saturating_sub(round.halo[axis]));
     let sides = std::array::from_fn(|axis| (end[axis] + round.halo[axis]).min(size[axis]) - begin[axis]);
     (begin, sides, [at, end])
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::time::Instant;
+
+    use super::*;
+
+    /// Wants no more of what it is asked about for the second time.
+    struct Impatient(Cell<usize>);
+
+    impl Progress for Impatient {
+        fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+            self.0.set(self.0.get() + 1);
+            if self.0.get() < 2 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        }
+    }
+
+    #[test]
+    fn it_is_asked_whether_to_go_on_while_chunks_are_read() {
+        let (pool, stop, progress) =
+            (crate::threads::pool(2).unwrap(), Stop::default(), Impatient(Cell::new(0)));
+        let track = Track { progress: &progress, rows: 0.0, rows_total: 1, bytes: 0 };
+        // Work without an end of its own.
+        let begun = Instant::now();
+        let ended = track.attend((&pool, &stop), 0, || {
+            while begun.elapsed() < Duration::from_secs(300) {
+                stop.check()?;
+                std::thread::yield_now();
+            }
+            Ok(())
+        });
+        assert!(matches!(ended, Err(VolumeBuildError::Cancelled)), "{ended:?}");
+        assert_eq!(progress.0.get(), 2);
+        // What is short is not asked about, and what comes of it is handed on.
+        let stop = Stop::default();
+        assert_eq!(track.attend((&pool, &stop), 0, || Ok(7)).unwrap(), 7);
+    }
 }

@@ -7,6 +7,8 @@ use pollster::block_on;
 use vastex_volume::{Volume, VolumeError, VolumeRegion};
 
 use super::block::Block;
+use super::error::VolumeBuildError;
+use super::sink::Stop;
 use crate::threads;
 
 /// Damaged chunks that are named.
@@ -17,6 +19,7 @@ pub(super) struct Reading<'a> {
     volume: &'a Volume,
     /// True if chunks that cannot be read become the fill value.
     is_tolerant: bool,
+    stop: &'a Stop,
     fill: Vec<u8>,
     damage: Mutex<Damage>,
 }
@@ -31,8 +34,9 @@ pub(super) struct Damage {
 }
 
 impl<'a> Reading<'a> {
-    pub(super) fn new(volume: &'a Volume, is_tolerant: bool) -> Reading<'a> {
-        Reading { volume, is_tolerant, fill: volume.fill(), damage: Mutex::default() }
+    /// Reads until `stop` is set.
+    pub(super) fn new(volume: &'a Volume, is_tolerant: bool, stop: &'a Stop) -> Reading<'a> {
+        Reading { volume, is_tolerant, stop, fill: volume.fill(), damage: Mutex::default() }
     }
 
     /// What could not be read so far.
@@ -47,7 +51,7 @@ impl<'a> Reading<'a> {
         at: [u64; 3],
         size: [u64; 3],
         inner: [[u64; 3]; 2],
-    ) -> Result<Block, VolumeError> {
+    ) -> Result<Block, VolumeBuildError> {
         let about = self.volume.about();
         let chunk = about.levels[0].chunk;
         let width = about.dtype.bytes();
@@ -62,6 +66,7 @@ impl<'a> Reading<'a> {
         let parts: Vec<_> = of_z.iter().flat_map(|z| of_y.iter().map(move |y| (*y, *z))).collect();
         for parts in parts.chunks(4 * rayon::current_num_threads()) {
             let read = threads::try_map(parts.iter().copied(), |((y, height), (z, depth))| {
+                self.stop.check()?;
                 let region = VolumeRegion {
                     level: 0,
                     channel,
@@ -69,7 +74,7 @@ impl<'a> Reading<'a> {
                     at: [at[0], y, z],
                     size: [size[0], height, depth],
                 };
-                self.read_region(region).map(|values| (region, values))
+                Ok::<_, VolumeBuildError>((region, self.read_region(region)?))
             })?;
             for (region, part) in read {
                 let layer = (region.size[0] * region.size[1]) as usize * width;
@@ -150,6 +155,19 @@ fn cuts(at: u64, len: u64, chunk: u64) -> Vec<(u64, u64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Chunks are not read once nobody wants them.
+    #[test]
+    fn reading_ends_between_chunks() {
+        let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/volumes/head.zip");
+        let vastex_volume::Opened::Volume(volume) = vastex_volume::open(&path).unwrap() else { panic!() };
+        let (stop, size) = (Stop::default(), volume.about().size());
+        let reading = Reading::new(&volume, false, &stop);
+        stop.set();
+        let ended = reading.read([0, 0], [0; 3], size, [[0; 3], size]);
+        assert!(matches!(ended, Err(VolumeBuildError::Cancelled)));
+        assert_eq!(volume.chunk_work().decoded, 0);
+    }
 
     #[test]
     fn parts_end_where_chunks_do() {

@@ -1,5 +1,7 @@
 //! Where the parts of levels go: what each kind of output asks of a pass over a volume, and is given.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use super::block::Block;
 use super::error::VolumeBuildError;
 
@@ -9,6 +11,24 @@ pub(super) struct Place {
     pub(super) channel: u64,
     pub(super) time: u64,
     pub(super) level: usize,
+}
+
+/// Set once who asked for a build wants no more of it; looked at between chunks.
+#[derive(Debug, Default)]
+pub(super) struct Stop(AtomicBool);
+
+impl Stop {
+    pub(super) fn set(&self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+
+    /// Fails once it is set.
+    pub(super) fn check(&self) -> Result<(), VolumeBuildError> {
+        match self.0.load(Ordering::Relaxed) {
+            true => Err(VolumeBuildError::Cancelled),
+            false => Ok(()),
+        }
+    }
 }
 
 /// What was written.
@@ -35,7 +55,8 @@ pub(super) trait Sink: Send {
 
     /// Writes a part of a level, by the threads of the pool that the caller runs in. Its inner box holds
     /// whole pieces, and the border is there where the level goes on.
-    fn write(&mut self, place: Place, block: &Block) -> Result<(), VolumeBuildError>;
+    /// Ends early where `stop` says so.
+    fn write(&mut self, place: Place, block: &Block, stop: &Stop) -> Result<(), VolumeBuildError>;
 
     /// Takes the level that comes whole.
     fn write_rest(&mut self, place: Place, block: Block) -> Result<(), VolumeBuildError>;

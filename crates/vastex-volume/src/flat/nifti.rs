@@ -178,7 +178,7 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         origin: [0.0; 3],
         chunk: grid.chunk_size(),
     };
-    let (slope, intercept) = (header.slope, header.intercept);
+    let (slope, intercept, time_step) = (header.slope, header.intercept, time_step(&header));
     let is_scaled =
         slope.is_finite() && intercept.is_finite() && slope != 0.0 && (slope, intercept) != (1.0, 0.0);
     let about = VolumeAbout {
@@ -199,6 +199,9 @@ pub(crate) fn open_nifti(path: &Path) -> Result<Volume, VolumeError> {
         label_colors: Vec::new(),
         value_scale: is_scaled.then_some([slope, intercept]),
         downsample: None,
+        left_out: Vec::new(),
+        time_step,
+        time_unit: time_unit(header.units),
         oddities,
     };
     let source = Arc::new(FlatArray::new(place, layout));
@@ -297,6 +300,39 @@ fn unit(units: u8) -> Option<String> {
         _ => return None,
     };
     Some(name.into())
+}
+
+/// How far apart times are.
+fn time_step(header: &Header) -> Option<f64> {
+    Some(header.steps[4]).filter(|step| header.dims[0] > 3 && step.is_normal() && *step > 0.0)
+}
+
+fn time_unit(units: u8) -> Option<String> {
+    let name = match units & 0x38 {
+        8 => "second",
+        16 => "millisecond",
+        24 => "microsecond",
+        _ => return None,
+    };
+    Some(name.into())
+}
+
+/// What a file of values of NIfTI, whose header is a file of its own, is called before its ending.
+fn stem_of_values(path: &Path) -> Option<&str> {
+    let text = path.to_str()?;
+    [".img.gz", ".img"].iter().find_map(|ending| text.strip_suffix(ending))
+}
+
+/// Returns true if a file has the name of values whose header is a file of its own.
+pub(crate) fn has_name_of_values(path: &Path) -> bool {
+    stem_of_values(path).is_some()
+}
+
+/// The header beside a file of values.
+pub(crate) fn header_of(path: &Path) -> Option<PathBuf> {
+    let stem = stem_of_values(path)?;
+    let headers = [".hdr", ".hdr.gz"].map(|ending| PathBuf::from(format!("{stem}{ending}")));
+    headers.into_iter().find(|header| header.is_file() && is_nifti(header))
 }
 
 /// The image beside a header, and whether it is gzipped.

@@ -160,6 +160,9 @@ pub(crate) fn open_raw(path: &Path) -> Result<Volume, VolumeError> {
         label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
+        left_out: Vec::new(),
+        time_step: None,
+        time_unit: None,
         oddities: Vec::new(),
     };
     let source = Arc::new(FlatArray::new(Place::Plain(raw), layout));

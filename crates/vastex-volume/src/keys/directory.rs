@@ -18,6 +18,9 @@ const MOST_DEEP: usize = 32;
 /// Directories that a listing looks into beside those that hold a file each.
 const MOST_EMPTY: usize = 1 << 16;
 
+/// What is said of a directory, a pipe or a device where a file should lie.
+const NO_FILE: &str = "it is no file, but a directory, a pipe or a device; put the file in its place";
+
 /// Files below a directory.
 pub(crate) struct Directory {
     root: PathBuf,
@@ -41,12 +44,13 @@ impl Directory {
         let path = self.path(key)?;
         let refused =
             |error: io::Error| VolumeFault::Read(read_advice(&error)).at(path.display().to_string());
-        // What is no file is not opened: opening a pipe waits for somebody who writes to it.
+        // What is no file is not opened: opening a pipe waits for somebody who writes to it. Nor is it
+        // absent: the fill value would pass for what is stored.
         let mut file = match fs::metadata(&path)
             .and_then(|found| found.is_file().then(|| File::open(&path)).transpose())
         {
             Ok(Some(file)) => file,
-            Ok(None) => return Ok(None),
+            Ok(None) => return Err(VolumeFault::Read(NO_FILE.into()).at(path.display().to_string())),
             Err(error) if is_absent(&error) => return Ok(None),
             Err(error) => return Err(refused(error)),
         };
@@ -90,6 +94,10 @@ impl Directory {
             }
             for (name, is_directory) in names {
                 let key = format!("{before}{name}");
+                if is_directory {
+                    // Where a chunk should lie it is no file, which reading it says.
+                    found(&key);
+                }
                 if is_directory && depth < MOST_DEEP {
                     open.push((directory.join(&name), format!("{key}/"), depth + 1));
                 } else if !is_directory && count == most {

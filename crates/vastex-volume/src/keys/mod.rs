@@ -58,7 +58,7 @@ pub(crate) trait KeyStore: Send + Sync {
     fn read<'a>(&'a self, key: &'a str, span: Span) -> KeyFuture<'a, Option<Bytes>>;
 
     /// Hands out the keys of values below a prefix, without it, at any depth, at most `most` of them. Returns
-    /// whether there are more.
+    /// whether there are more. Names that have others below them may be handed out, too.
     fn list<'a>(
         &'a self,
         prefix: &'a str,

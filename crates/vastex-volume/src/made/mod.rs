@@ -8,12 +8,13 @@
 //! then says what has changed. While it makes a coarse one it attends to finer ones that are asked for
 //! meanwhile.
 //!
-//! A stored chunk that cannot be read counts as absent here, so that it costs the coarser levels its own
-//! voxels and nothing else.
+//! A stored chunk that cannot be read costs the coarser levels its own voxels and nothing else: those of the
+//! next finer stored level stand for it, or it counts as absent.
 
 mod chunks;
 mod done;
 mod files;
+mod lenient;
 mod preview;
 mod sparse;
 mod worker;
@@ -32,7 +33,6 @@ use crate::fault::{VolumeError, VolumeFault};
 use crate::reduce::{Reduction, reduce_into, reduced_size};
 use crate::stored::StoredChunks;
 use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Volume, VolumeAbout, VoxelBox, filled, paste};
-use chunks::Lenient;
 pub(crate) use chunks::MadeChunks;
 use done::Done;
 use files::Files;
@@ -284,7 +284,8 @@ impl Made {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn fault(&self, error: VolumeError) {
+    /// Keeps what went wrong, each once, and a few of them.
+    pub(crate) fn fault(&self, error: VolumeError) {
         let mut state = self.lock();
         if state.faults.len() < MOST_FAULTS && !state.faults.contains(&error) {
             state.faults.push(error);
@@ -394,8 +395,8 @@ impl Made {
             let first: [u64; 3] = std::array::from_fn(|axis| at[axis] * SIDE * factor[axis]);
             let of: [u64; 3] =
                 std::array::from_fn(|axis| (SIDE * factor[axis]).min(base[axis] - first[axis]));
-            let lenient = Lenient { made: self, shared: self.base.volume.shared(self.base.level) };
-            let plane = lenient.shared.plane_of(&lenient, self.base.channel, self.base.time);
+            let lenient = self.lenient_base();
+            let plane = lenient.plane();
             let read = VoxelBox { first: first.map(|at| at as i64), size: of.map(|side| side as u32) };
             let found = plane.read(&read).await?.values;
             self.reduce(&found, of.map(|side| side as usize), factor, &mut values)?;
@@ -456,8 +457,8 @@ impl Made {
 
     async fn preview(&self) -> Result<Preview, VolumeError> {
         let plan = preview::Plan::of(&self.base, self.share);
-        let lenient = Lenient { made: self, shared: self.base.volume.shared(self.base.level) };
-        let plane = lenient.shared.plane_of(&lenient, self.base.channel, self.base.time);
+        let lenient = self.lenient_base();
+        let plane = lenient.plane();
         let key = (0, Vec::new());
         let (outcome, _) = self.preview.get(key, async { plan.read(&plane).await.map(Some) }).await;
         let array = outcome?.map_or_else(Default::default, |chunk| chunk.bytes.clone());

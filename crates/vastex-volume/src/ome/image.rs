@@ -12,10 +12,10 @@ use super::transforms::Diagonal;
 use super::{labels, omero};
 use crate::chunks::{AxisMap, Grid};
 use crate::fault::{Oddities, VolumeError, VolumeFault, damaged};
-use crate::json::{list, text};
+use crate::json::{finite, list, text};
 use crate::keys::{KeyStore, join, shown};
 use crate::units;
-use crate::volume::{LevelArray, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
+use crate::volume::{LevelArray, LevelLeftOut, Volume, VolumeAbout, VolumeChannel, VolumeLevel};
 use crate::zarr::{ZarrArray, open_array, shortened};
 
 /// Levels that are read: as many as halve the longest side of a texture, and some.
@@ -25,9 +25,20 @@ const MOST_LABELS: usize = 1000;
 
 /// A dataset whose array is there.
 struct Found {
+    /// Its place in the list of datasets.
+    number: usize,
     array: ZarrArray,
     stored: Stored,
     map: AxisMap,
+    time_step: Option<f64>,
+}
+
+/// The datasets of an image.
+struct Datasets {
+    found: Vec<Found>,
+    /// Those that cannot be read or are not there, by their places in the list.
+    lacking: Vec<(usize, LevelLeftOut)>,
+    axes: Vec<Axis>,
 }
 
 /// Opens the image whose metadata were found under a key.
@@ -43,15 +54,20 @@ pub(crate) async fn open_image(
     if multiscales.len() > 1 {
         oddities.push(format!("{} pyramids are listed for one image; the first is taken", multiscales.len()));
     }
-    let (mut found, axes) = open_datasets(keys, prefix, &path, multiscale, &mut oddities).await?;
+    let Datasets { mut found, lacking, axes } =
+        open_datasets(keys, prefix, &path, multiscale, &mut oddities).await?;
     let order = sorted(&found.iter().map(|found| found.stored.clone()).collect::<Vec<_>>(), &mut oddities);
     let mut by_place: Vec<Option<Found>> = found.drain(..).map(Some).collect();
+    let is_listed_in_order = order.is_sorted();
     let found: Vec<Found> = order.into_iter().filter_map(|place| by_place[place].take()).collect();
     let found = alike(found, &mut oddities);
+    let datasets = list(multiscale, "datasets");
+    let of_found: Vec<usize> = found.iter().map(|found| found.number).collect();
+    let left_out = numbered(lacking, datasets, &of_found, is_listed_in_order);
     let stored: Vec<Stored> = found.iter().map(|found| found.stored.clone()).collect();
     let mut scales = scales(&stored, &mut oddities);
     let mut translations: Vec<[f64; 3]> = stored.iter().map(|level| level.translation).collect();
-    let map = found[0].map;
+    let (map, time_step) = (found[0].map, found[0].time_step);
     let unit = one_unit(&axes, map, &mut scales, &mut translations, &mut oddities);
     let states_middles = version.as_deref().is_some_and(|version| version.starts_with("0.6"));
     let convention = convention(&scales, &translations, states_middles);
@@ -76,9 +92,12 @@ pub(crate) async fn open_image(
         name: text(multiscale, "name").filter(|name| !name.is_empty()).map(str::to_owned),
         dtype: arrays[0].dtype,
         levels,
+        left_out,
         channels,
         channel_info,
         times: arrays[0].grid.times(),
+        time_step,
+        time_unit: map.time.and_then(|axis| axes.get(axis)?.unit.clone()),
         unit,
         convention,
         labels,
@@ -107,27 +126,32 @@ async fn open_datasets(
     path: &str,
     multiscale: &Value,
     oddities: &mut Oddities,
-) -> Result<(Vec<Found>, Vec<Axis>), VolumeError> {
+) -> Result<Datasets, VolumeError> {
     let datasets = list(multiscale, "datasets");
     let mut named = axes::read(list(multiscale, "axes"));
     let mut found: Vec<Found> = Vec::new();
+    let mut lacking: Vec<(usize, LevelLeftOut)> = Vec::new();
     let mut first_error = None;
     let mut axes: Option<Vec<Axis>> = None;
     let mut of_all: Option<Diagonal> = None;
-    for dataset in datasets.iter().take(MOST_LEVELS) {
+    for (number, dataset) in datasets.iter().take(MOST_LEVELS).enumerate() {
         let Some(name) = text(dataset, "path") else {
             oddities.push("a level is listed without a path, and is left out".into());
             continue;
         };
         let of = shortened(name);
+        let left = |error| (number, LevelLeftOut { number, path: of.to_string(), error });
         let array = match open_array(keys, &join(prefix, name)).await {
             Ok(Some(array)) => array,
             Ok(None) => {
                 oddities.push(format!("the level '{of}' is listed and is not there; it is left out"));
+                let why = VolumeFault::NoVolume("is listed as a level and is not there; copy it, too".into());
+                lacking.push(left(why.at(shown(&**keys, &join(prefix, name)))));
                 continue;
             }
             Err(error) => {
                 oddities.push(format!("the level '{of}' is left out: {}", error.fault));
+                lacking.push(left(error.clone()));
                 first_error.get_or_insert(error);
                 continue;
             }
@@ -171,7 +195,8 @@ async fn open_datasets(
             scale: diagonal.is_given.then(|| along(&diagonal.scale, 1.0)),
             translation: along(&diagonal.translation, 0.0),
         };
-        found.push(Found { array, stored, map });
+        let time_step = map.time.filter(|_| diagonal.is_given).map(|axis| diagonal.scale[axis]);
+        found.push(Found { number, array, stored, map, time_step });
     }
     match (found.is_empty(), first_error) {
         (true, Some(error)) => Err(error),
@@ -180,8 +205,43 @@ async fn open_datasets(
             datasets.len()
         ))
         .at(path)),
-        (false, _) => Ok((found, axes.unwrap_or_default())),
+        (false, _) => Ok(Datasets { found, lacking, axes: axes.unwrap_or_default() }),
     }
+}
+
+/// Gives levels that are left out their numbers among all that are listed, the finest first: by the scales
+/// that are said of them, else by their places in the list, if that is in order. Of others nobody knows how
+/// fine they are; they come last. `found` are the places of the others in the list, the finest first.
+fn numbered(
+    lacking: Vec<(usize, LevelLeftOut)>,
+    datasets: &[Value],
+    found: &[usize],
+    is_listed_in_order: bool,
+) -> Vec<LevelLeftOut> {
+    let said = |place: usize| datasets.get(place).and_then(said_size);
+    let is_finer = |left: usize, other: usize| match (said(left), said(other)) {
+        (Some(left), Some(other)) => left < other * 0.999,
+        _ => is_listed_in_order && left < other,
+    };
+    // Behind how many of those that are there each comes.
+    let mut behind: Vec<(usize, LevelLeftOut)> = lacking
+        .into_iter()
+        .map(|(place, left)| (found.iter().take_while(|other| !is_finer(place, **other)).count(), left))
+        .collect();
+    behind.sort_by_key(|(count, _)| *count);
+    let numbered = |(before, (count, left)): (usize, (usize, LevelLeftOut))| LevelLeftOut {
+        number: count + before,
+        ..left
+    };
+    behind.into_iter().enumerate().map(numbered).collect()
+}
+
+/// How large voxels are by the scale that a dataset says first of all.
+fn said_size(dataset: &Value) -> Option<f64> {
+    let mut scales = list(dataset, "coordinateTransformations").iter().map(|of| list(of, "scale"));
+    let scale = scales.find(|scale| !scale.is_empty())?;
+    let sides: Option<Vec<f64>> = scale.iter().map(finite).collect();
+    Some(sides?.iter().product()).filter(|size: &f64| size.is_normal() && *size > 0.0)
 }
 
 /// The transformations of all levels, which come after their own ones.

@@ -101,6 +101,11 @@ async fn list_images(
             if paths.len() > MOST_IMAGES {
                 break;
             }
+            if parts(well).is_none() {
+                oddities
+                    .push(format!("the well '{}' is not below the plate; it is left out", shortened(well)));
+                continue;
+            }
             if well.len() > MOST_PATH || !read.insert(parts(well)) {
                 oddities.push(format!(
                     "the well '{}' is listed twice, or has too long a path; it is left out",
@@ -108,7 +113,13 @@ async fn list_images(
                 ));
                 continue;
             }
-            paths.extend(images_of_well(keys, prefix, well, &mut oddities).await?);
+            match images_of_well(keys, prefix, well, &mut oddities).await {
+                Ok(of_well) => paths.extend(of_well),
+                // The others are what they are.
+                Err(error) => {
+                    oddities.push(format!("the well '{}' is left out: {error}", shortened(well)));
+                }
+            }
         }
         ("a plate", paths)
     } else if let Some(well) = found.get("well") {

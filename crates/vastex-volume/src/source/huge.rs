@@ -121,6 +121,9 @@ pub(super) fn slow(stored: usize, takes: Duration) -> Arc<Volume> {
         label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
+        left_out: Vec::new(),
+        time_step: None,
+        time_unit: None,
         oddities: Vec::new(),
     };
     Arc::new(Volume::new(about, sizes.iter().enumerate().map(array).collect()))

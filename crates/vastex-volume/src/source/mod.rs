@@ -208,8 +208,9 @@ impl VolumeSource {
         made.chain(self.take_early()).collect()
     }
 
-    /// What went wrong while levels were made, up to a number: chunks that could not be read are as if they
-    /// were not stored.
+    /// What went wrong while levels were made, the coarsest ones were read, or values were counted for a
+    /// window, up to a number: where chunks could not be read, voxels of the next finer stored level, or
+    /// the next coarser one, stand for them, else the fill value; windows are without them.
     pub fn faults(&self) -> Vec<VolumeError> {
         self.made.faults()
     }
@@ -249,6 +250,16 @@ impl VolumeSource {
         Plane { spare: Some(self.volume.spare()), ..plane }.read(of).await
     }
 
+    /// The values of a level in the tail, without which nothing is shown: what stands for a chunk that cannot
+    /// be read is told of by `faults`.
+    async fn read_of_tail(&self, level: u8, of: &VoxelBox, asks: bool) -> Result<BoxValues, VolumeError> {
+        let Some(stored) = self.levels.level(level).stored.map(usize::from) else {
+            return self.read_box_of(level, of, asks).await;
+        };
+        let lenient = self.made.lenient(self.volume.shared_for_bricks(stored), stored);
+        Plane { spare: Some(self.volume.spare()), ..lenient.plane() }.read(of).await
+    }
+
     /// The values of a page's tile, by way of a box that bricks beside it are in, too.
     async fn read_of_group(&self, pos: PagePos, group: groups::Group) -> Result<BoxValues, VolumeError> {
         let geometry = &self.description.geometry;
@@ -283,7 +294,7 @@ impl VolumeSource {
                 group if group != groups::ALONE && !geometry.is_tail(pos) => {
                     self.read_of_group(pos, group).await?
                 }
-                _ if geometry.is_tail(pos) => self.read_box_of(level, &of, asks).await?,
+                _ if geometry.is_tail(pos) => self.read_of_tail(level, &of, asks).await?,
                 _ => match self.read_early(pos, &of).await? {
                     Some(early) => early,
                     None => {

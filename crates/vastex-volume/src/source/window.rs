@@ -15,16 +15,27 @@ const SHARES: [f64; 2] = [0.005, 0.998];
 impl VolumeSource {
     /// The stored values below which such shares of the values lie, each from 0 to 1, in the order in which
     /// they are named: of the finest level with up to 2 Mi voxels (of one that is still a preview, of that).
-    /// What is not finite counts for nothing; 0 where nothing is finite. Reads that level, and takes 8 bytes
-    /// for each of its voxels.
+    /// What is not finite counts for nothing, nor do chunks that cannot be read, which
+    /// [`faults`](VolumeSource::faults) tells of; where a level has no others, the next coarser stored one is
+    /// taken. 0 where nothing is finite. Reads that level, and takes 8 bytes for each of its voxels.
     pub async fn percentiles(&self, shares: &[f64]) -> Result<Vec<f64>, VolumeError> {
+        Ok(self.sound_percentiles(shares).await?.unwrap_or_else(|| vec![0.0; shares.len()]))
+    }
+
+    /// The same; `None` where nothing could be read.
+    async fn sound_percentiles(&self, shares: &[f64]) -> Result<Option<Vec<f64>>, VolumeError> {
         let voxels = |size: [u32; 3]| size.iter().map(|side| u64::from(*side)).product::<u64>();
         let levels = self.levels.levels();
         let level = levels.iter().position(|level| voxels(level.size) <= MOST_VOXELS);
-        let level = level.unwrap_or(levels.len() - 1);
-        let of = VoxelBox { first: [0; 3], size: levels[level].size };
-        // Who shows what has come is shown the values that a preview has.
-        let bytes = self.read_box_of(level as u8, &of, !self.options.borders_later).await?.values;
+        let mut level = level.unwrap_or(levels.len() - 1);
+        let mut bytes = self.sound_values(level as u8).await?;
+        while bytes.is_empty() && levels.get(level + 1).is_some_and(|level| level.stored.is_some()) {
+            level += 1;
+            bytes = self.sound_values(level as u8).await?;
+        }
+        if bytes.is_empty() {
+            return Ok(None);
+        }
         let dtype = self.volume.about().dtype;
         let mut values = Vec::new();
         values
@@ -44,13 +55,46 @@ impl VolumeSource {
                 if is_sorted { values[rank] } else { *values.select_nth_unstable_by(rank, f64::total_cmp).1 }
             }
         };
-        Ok(shares.iter().map(of_share).collect())
+        Ok(Some(shares.iter().map(of_share).collect()))
+    }
+
+    /// The values of a level; where a chunk of it cannot be read, those of the others, in any order.
+    async fn sound_values(&self, level: u8) -> Result<Vec<u8>, VolumeError> {
+        let of = self.levels.level(level);
+        // Who shows what has come is shown the values that a preview has.
+        let asks = !self.options.borders_later;
+        let whole = self.read_box_of(level, &VoxelBox { first: [0; 3], size: of.size }, asks).await;
+        let (Some(stored), Err(error)) = (of.stored, &whole) else { return Ok(whole?.values) };
+        if matches!(error.fault, VolumeFault::TooLarge(_)) {
+            return Ok(whole?.values);
+        }
+        let side = self.volume.grid(stored.into()).chunk_size();
+        let cuts = |axis: usize| {
+            let step = usize::try_from(side[axis]).unwrap_or(usize::MAX);
+            (0..of.size[axis]).step_by(step).map(move |first| (first, of.size[axis] - first))
+        };
+        let mut values = Vec::new();
+        for (z, depth) in cuts(2) {
+            for (y, height) in cuts(1) {
+                for (x, width) in cuts(0) {
+                    let rest = [width, height, depth];
+                    let size = std::array::from_fn(|axis| u64::from(rest[axis]).min(side[axis]) as u32);
+                    let chunk = VoxelBox { first: [x, y, z].map(i64::from), size };
+                    match self.read_box_of(level, &chunk, asks).await {
+                        Ok(found) => values.extend(found.values),
+                        Err(error) => self.made.fault(error),
+                    }
+                }
+            }
+        }
+        Ok(values)
     }
 
     /// The stored values that are shown as dark and as bright: those that the file names of the channel,
     /// within what its values can be; where it names none, or all that its values can be, those between the
-    /// lowest 0.5 % and the highest 0.2 % of a coarse level. The first is below the second. Of colours, red,
-    /// green and blue, all that their values can be is what is meant.
+    /// lowest 0.5 % and the highest 0.2 % of a coarse level; where nothing of that can be read, all that its
+    /// values can be, of floats 0 to 1. The first is below the second. Of colours, red, green and blue, all
+    /// that their values can be is what is meant.
     pub async fn usual_window(&self) -> Result<[f64; 2], VolumeError> {
         let about = self.volume.about();
         let channel = usize::try_from(self.options.channel).ok();
@@ -67,7 +111,9 @@ impl VolumeSource {
         if let Some(window) = named.filter(|window| window[0] < window[1] && !is_all(window)) {
             return Ok(window);
         }
-        let found = self.percentiles(&SHARES).await?;
+        let Some(found) = self.sound_percentiles(&SHARES).await? else {
+            return Ok(bounds.unwrap_or([0.0, 1.0]));
+        };
         let [dark, bright] = [found[0], found[1]];
         Ok(if dark < bright { [dark, bright] } else { [dark, dark + above(dark)] })
     }

@@ -55,6 +55,9 @@ pub(crate) fn open_stack(path: &Path) -> Result<Volume, VolumeError> {
         label_colors: Vec::new(),
         value_scale: None,
         downsample: None,
+        left_out: Vec::new(),
+        time_step: None,
+        time_unit: None,
         oddities,
     };
     let level = match pages.one_run(&grid) {

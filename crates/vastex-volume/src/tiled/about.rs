@@ -35,6 +35,8 @@ pub fn container_volume(volume: &Volume, rule: Reduction, fill: &[u8]) -> Option
     let said = json!({
         "name": about.name.as_deref().map(shortened),
         "unit": about.unit.as_deref().map(shortened),
+        "time_step": about.time_step,
+        "time_unit": about.time_unit.as_deref().map(shortened),
         "scale": level.scale,
         "origin": level.origin,
         "convention": about.convention.name(),
@@ -75,6 +77,8 @@ fn channel_value(channel: &VolumeChannel) -> Value {
 pub(super) struct About {
     pub(super) name: Option<String>,
     pub(super) unit: Option<String>,
+    pub(super) time_step: Option<f64>,
+    pub(super) time_unit: Option<String>,
     scale: [f64; 3],
     origin: [f64; 3],
     pub(super) convention: Convention,
@@ -101,6 +105,8 @@ impl About {
         About {
             name: owned(&said, "name"),
             unit: owned(&said, "unit"),
+            time_step: finite(&said["time_step"]).filter(|step| *step > 0.0),
+            time_unit: owned(&said, "time_unit"),
             scale: scale.unwrap_or([1.0; 3]),
             origin: numbers("origin").unwrap_or_default(),
             convention: match text(&said, "convention") {

@@ -69,6 +69,9 @@ pub(crate) fn open_container(path: &Path) -> Result<Volume, VolumeError> {
         label_colors: Vec::new(),
         value_scale: said.value_scale,
         downsample: said.downsample,
+        left_out: Vec::new(),
+        time_step: said.time_step,
+        time_unit: said.time_unit,
         oddities,
     };
     Ok(Volume::new(about, arrays))

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use crate::fault::{VolumeError, VolumeFault};
 use crate::units;
 use crate::values::DType;
 
@@ -22,12 +23,18 @@ pub struct VolumeAbout {
     pub dtype: DType,
     /// The volume's stored levels, the finest first, at least one.
     pub levels: Vec<VolumeLevel>,
+    /// Levels that the file names and that cannot be read, in the order of their numbers.
+    pub left_out: Vec<LevelLeftOut>,
     /// How many channels there are, at least 1.
     pub channels: u64,
     /// What is said of channels, for as many of the first ones as something is said of.
     pub channel_info: Vec<VolumeChannel>,
     /// How many times there are, at least 1.
     pub times: u64,
+    /// How far apart times are, where the file says so.
+    pub time_step: Option<f64>,
+    /// The unit of that.
+    pub time_unit: Option<String>,
     /// The unit of scales and origins.
     pub unit: Option<String>,
     /// How the file places its levels beside each other.
@@ -59,6 +66,28 @@ impl VolumeAbout {
         self.root.join("labels").join(name)
     }
 
+    /// The finest level that the file names, where that is left out, so that level 0 is a coarser one.
+    pub fn finest_left_out(&self) -> Option<&LevelLeftOut> {
+        self.left_out.first().filter(|left| left.number == 0)
+    }
+
+    /// The place among `levels` of the level with a number in the file, where those that are left out have
+    /// theirs, too; the fault of one that is left out.
+    pub fn level_numbered(&self, number: usize) -> Result<usize, VolumeError> {
+        if let Some(left) = self.left_out.iter().find(|left| left.number == number) {
+            return Err(left.error.clone());
+        }
+        let place = number - self.left_out.iter().filter(|left| left.number < number).count();
+        match place < self.levels.len() || self.left_out.is_empty() {
+            true => Ok(place),
+            false => {
+                let last = self.levels.len() + self.left_out.len() - 1;
+                let why = format!("there is no level {number}; the file names levels 0 to {last}");
+                Err(VolumeFault::Request(why).at(&self.path))
+            }
+        }
+    }
+
     /// How many units of another volume's scales and origins one of this volume's is: 1 where one of the two
     /// names none, which may be any; `None` where their units cannot be compared.
     pub fn unit_in(&self, other: &VolumeAbout) -> Option<f64> {
@@ -83,6 +112,17 @@ pub struct VolumeLevel {
     pub origin: [f64; 3],
     /// Voxels of what is decoded at once, along x, y and z.
     pub chunk: [u64; 3],
+}
+
+/// A level that the file names and that cannot be read, so that the others are taken without it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LevelLeftOut {
+    /// The level's number among all that the file names, from 0, the finest, on.
+    pub number: usize,
+    /// The level's path below the volume's.
+    pub path: String,
+    /// Why it is left out.
+    pub error: VolumeError,
 }
 
 /// What is said of a channel.

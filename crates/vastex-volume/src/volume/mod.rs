@@ -23,7 +23,7 @@ use crate::fault::{VolumeError, VolumeFault};
 use crate::spare::Spare;
 use crate::stored::StoredChunks;
 use crate::values::DType;
-pub use about::{Convention, VolumeAbout, VolumeChannel, VolumeLevel};
+pub use about::{Convention, LevelLeftOut, VolumeAbout, VolumeChannel, VolumeLevel};
 pub use assembly::{Brick, BrickLayout, BrickPos, BrickWork};
 pub(crate) use boxes::{BoxValues, Plane, Shared, VoxelBox, filled, paste};
 use bricks::KEYS_AT_HAND;

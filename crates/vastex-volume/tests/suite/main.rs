@@ -4,6 +4,7 @@
 mod about;
 mod bounds;
 mod bricks;
+mod damage;
 mod fixtures;
 mod generated;
 mod hostile;

@@ -4,11 +4,21 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use vastex::VolumeFilters;
-use vastex_volume::{ChunkWork, Volume};
+use vastex_volume::{ChunkWork, Volume, VolumeAbout};
 
 use super::Drawing;
 use super::watch::Watched;
 use crate::commands::compared::Compared;
+
+/// What is said where the finest level that the file names is missing.
+pub(super) fn note_of_finest(about: &VolumeAbout) -> Option<String> {
+    let left = about.finest_left_out()?;
+    let size = about.size().map(|side| side.to_string()).join("x");
+    Some(format!(
+        "the finest level, '{}', is missing, so the picture is of {size} voxels at most: {}",
+        left.path, left.error
+    ))
+}
 
 /// What `--json` prints. Scripts rely on these names.
 #[derive(Serialize)]
@@ -33,6 +43,8 @@ pub(super) struct Summary {
     chunks_decoded: u64,
     /// Bricks of the finest levels that were made meanwhile; 0 where all are stored or were made at opening.
     levels_made: u64,
+    /// Why the finest level that the file names is missing; null where it is there.
+    finest_left_out: Option<String>,
     /// Levels.
     pub(super) mip_bias: f64,
     adapter: String,
@@ -79,6 +91,7 @@ impl Summary {
             bytes_read: work.iter().map(|work| work.bytes_read).sum(),
             chunks_decoded: work.iter().map(|work| work.decoded).sum(),
             levels_made: drawing.maker.progress().done,
+            finest_left_out: volume.about().finest_left_out().map(|left| left.error.to_string()),
             mip_bias: f64::from(pager.bias_eighths) / 8.0,
             adapter: drawing.gpu.adapter_name(),
             volume_filters: filters.named().into_iter().collect(),

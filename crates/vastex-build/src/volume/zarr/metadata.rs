@@ -27,11 +27,14 @@ pub(super) fn image(
         None => json!({"name": name, "type": "space"}),
     };
     let of_axes = axes.along(
-        json!({"name": "t", "type": "time"}),
+        match about.time_unit.as_deref().map(time_unit) {
+            Some(unit) => json!({"name": "t", "type": "time", "unit": unit}),
+            None => json!({"name": "t", "type": "time"}),
+        },
         json!({"name": "c", "type": "channel"}),
         ["x", "y", "z"].map(space),
     );
-    let finest = &about.levels[0];
+    let (finest, step) = (&about.levels[0], about.time_step.unwrap_or(1.0));
     let are_of_middles = levels.iter().any(|level| level.scale != levels[0].scale);
     let inward = if are_of_middles { 0.5 } else { 0.0 };
     let datasets: Vec<Value> = levels
@@ -40,7 +43,7 @@ pub(super) fn image(
         .map(|(number, level)| {
             let scale: [f64; 3] = std::array::from_fn(|axis| finest.scale[axis] * level.scale[axis] as f64);
             let moved: [f64; 3] = std::array::from_fn(|axis| finest.origin[axis] + inward * scale[axis]);
-            let mut transformations = vec![json!({"type": "scale", "scale": axes.along(1.0, 1.0, scale)})];
+            let mut transformations = vec![json!({"type": "scale", "scale": axes.along(step, 1.0, scale)})];
             if moved != [0.0; 3] {
                 let translation = axes.along(0.0, 0.0, moved);
                 transformations.push(json!({"type": "translation", "translation": translation}));
@@ -113,6 +116,18 @@ fn unit(written: &str) -> &str {
         "m" => "meter",
         "pm" => "picometer",
         "Å" | "A" => "angstrom",
+        other => other,
+    }
+}
+
+/// The same of a unit of time.
+fn time_unit(written: &str) -> &str {
+    match written.trim() {
+        "s" | "sec" | "seconds" => "second",
+        "ms" | "msec" => "millisecond",
+        "µs" | "μs" | "us" | "usec" => "microsecond",
+        "min" | "minutes" => "minute",
+        "h" | "hours" => "hour",
         other => other,
     }
 }

@@ -12,7 +12,7 @@ use vastex_volume::{Reduction, Volume, crc32c};
 use super::block::{Beyond, Block};
 use super::error::VolumeBuildError;
 use super::levels::Level;
-use super::sink::{Counts, Place, Sink};
+use super::sink::{Counts, Place, Sink, Stop};
 use crate::new_directory::NewDirectory;
 use crate::threads;
 use arrays::{Array, Arrays, Axes, sayable};
@@ -208,7 +208,7 @@ impl Sink for ZarrSink<'_> {
         self.arrays.len()
     }
 
-    fn write(&mut self, place: Place, block: &Block) -> Result<(), VolumeBuildError> {
+    fn write(&mut self, place: Place, block: &Block, stop: &Stop) -> Result<(), VolumeBuildError> {
         let array = &self.arrays[place.level];
         let sides = array.file();
         let range =
@@ -221,6 +221,7 @@ impl Sink for ZarrSink<'_> {
         }
         let level = self.prefix.join(place.level.to_string());
         let written = threads::try_map(files, |at| {
+            stop.check()?;
             let path = level.join(self.common.key(place.channel, place.time, at));
             let file = self.file(array, at, block);
             let file =

@@ -64,6 +64,30 @@ fn metadata_say_where_levels_lie_and_who_made_them() {
     assert_eq!(origins, [[0.0; 3]; 3]);
 }
 
+/// The step of times and its unit, of either version and of containers.
+#[test]
+fn times_are_as_far_apart_as_in_the_source() {
+    let raw = Raw::new(DType::U8, [20, 10, 8], 2, 3);
+    raw.build("in.zarr", &zarr(ZarrOptions { version: ZarrVersion::V04, ..ZarrOptions::default() }));
+    let file = raw.out("in.zarr/.zattrs");
+    let mut said = json_in(&file);
+    let image = &mut said["multiscales"][0];
+    image["axes"][0]["unit"] = json!("min");
+    image["datasets"][0]["coordinateTransformations"][0]["scale"][0] = json!(2.5);
+    std::fs::write(&file, said.to_string()).unwrap();
+    for (name, options, unit) in [
+        ("a.zarr", zarr(ZarrOptions { version: ZarrVersion::V04, ..ZarrOptions::default() }), "minute"),
+        ("b.zarr", zarr(ZarrOptions { chunk: [8; 3], ..ZarrOptions::default() }), "minute"),
+        ("c.vastex", container(ContainerOptions::default()), "min"),
+    ] {
+        build_volume(&raw.out("in.zarr"), &raw.out(name), &options, &()).unwrap();
+        let volume = opened(&raw.out(name));
+        let about = volume.about();
+        assert_eq!((about.time_step, about.time_unit.as_deref()), (Some(2.5), Some(unit)), "{name}");
+        assert_eq!((about.times, about.oddities.len()), (3, 0), "{name}: {:?}", about.oddities);
+    }
+}
+
 /// Levels lie in what is built where they lie in the source, whatever somebody says of its translations, and
 /// so do labels of other sizes beside them.
 #[test]

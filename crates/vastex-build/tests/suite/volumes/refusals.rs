@@ -158,3 +158,24 @@ fn what_is_interrupted_leaves_nothing() {
         }
     }
 }
+
+#[test]
+fn nothing_is_built_of_a_volume_without_its_finest_level() {
+    let raw = Raw::new(DType::U8, [40; 3], 1, 1);
+    raw.build("in.zarr", &small());
+    let file = raw.out("in.zarr/0/zarr.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("\"zstd\"", "\"numcodecs.delta\"")).unwrap();
+    for (output, options) in [("out.zarr", small()), ("out.vastex", container(ContainerOptions::default()))] {
+        let error = refusal(&raw.out("in.zarr"), &raw.out(output), &options);
+        assert!(error.contains("0/zarr.json") && error.contains("numcodecs.delta"), "{error}");
+    }
+    assert_eq!(names(raw.dir.path()), ["in.raw", "in.raw.toml", "in.zarr"]);
+    // A coarser one is no matter.
+    std::fs::write(&file, text).unwrap();
+    let file = raw.out("in.zarr/1/zarr.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("\"zstd\"", "\"numcodecs.delta\"")).unwrap();
+    build_volume(&raw.out("in.zarr"), &raw.out("out.zarr"), &small(), &()).unwrap();
+    assert!(whole(&opened(&raw.out("out.zarr")), 0, 0, 0) == raw.values);
+}
