@@ -82,7 +82,7 @@ impl Decoding {
         Ok(Decoding { path: path.into(), reader, image, threads, gives_way })
     }
 
-    /// The image, which can be read from before it is decoded: texels that are not there yet are zero.
+    /// The image, which can be read from before it is decoded, as far as its rows are there.
     pub fn image(&self) -> &Arc<MemoryImage> {
         &self.image
     }

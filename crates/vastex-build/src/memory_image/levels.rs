@@ -12,6 +12,8 @@ pub(super) struct Levels {
     texel: usize,
     /// True if the first column is the last one's neighbour.
     wraps: bool,
+    /// True if rows that are not there yet repeat the last one.
+    repeats: bool,
 }
 
 struct Level {
@@ -37,6 +39,7 @@ impl Levels {
             filter: of_color(layer.format, layer.nodata),
             texel: layer.format.texel_bytes(),
             wraps,
+            repeats: !matches!(layer.format.channels(), 2 | 4),
         }
     }
 
@@ -50,6 +53,15 @@ impl Levels {
         let level = self.levels.get(usize::from(level))?;
         let bytes = level.row_bytes(self.texel);
         level.texels.get(row as usize * bytes..(row as usize + 1) * bytes)
+    }
+
+    /// The same, or the last row that is there of a level without an alpha.
+    pub(super) fn row_or_last(&self, level: u8, row: u32) -> Option<&[u8]> {
+        let last = || {
+            let rows = self.levels.get(usize::from(level))?.rows(self.texel);
+            self.row(level, rows.checked_sub(1).filter(|_| self.repeats)?)
+        };
+        self.row(level, row).or_else(last)
     }
 
     /// Adds the next row of level 0, and the rows of coarser levels that it completes.

@@ -26,7 +26,9 @@ use reduce::RowReducer;
 
 pub use decode::{DecodeOptions, Decoding};
 
-/// An image of one layer in memory, with all of its levels. Texels whose rows are not there yet are zero.
+/// An image of one layer in memory, with all of its levels. Texels whose rows are not there yet are zero
+/// where the layer has an alpha, and nothing is seen of them; elsewhere they repeat the last row that is
+/// there, so that filters mix that row with no value that the image does not have.
 ///
 /// Its level 0 is the image, or the image halved a number of times: each texel is then the mean of four of
 /// those that it stands for. A read copies a page and waits for nothing but the row that is being added. One
@@ -144,7 +146,7 @@ impl MemoryImage {
         let [across, down, _] = geometry.address();
         let runs = fold_runs(across, width, x, columns);
         for (target, y) in tile.chunks_mut(stride).zip(y..).take(rows as usize) {
-            let Some(row) = levels.row(level, fold(down, y, height)) else { continue };
+            let Some(row) = levels.row_or_last(level, fold(down, y, height)) else { continue };
             let mut to = 0;
             for run in &runs {
                 let len = run.len as usize * self.texel;

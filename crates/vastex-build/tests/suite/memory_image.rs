@@ -113,6 +113,20 @@ fn a_build_gives_out_the_rows_that_it_reads_and_a_picture_grows_with_them() {
     assert_eq!(conformance(&picture), Ok(()));
 }
 
+/// A value of 0 would be one of the image, black or the level of the sea.
+#[test]
+fn rows_of_grey_that_are_not_there_yet_repeat_the_last_one() {
+    let (sandbox, size) = (Sandbox::new(), [120, 90]);
+    let data = texels((size[0] * size[1]) as usize, 5);
+    let path = sandbox.image("grey.png", size, ColorType::Grayscale, &data);
+    let picture = MemoryImage::new(open(&path).unwrap().header(), 0, false).unwrap();
+    picture.push(&data[..120 * 50]);
+    let there = tile(&picture, PagePos { level: 0, x: 0, y: 0, z: 0 });
+    let row = |row: usize| &there[(4 + row) * 136 + 4..][..120];
+    assert!(row(49) == &data[49 * 120..50 * 120]);
+    assert!((50..90).all(|missing| row(missing) == row(49)));
+}
+
 /// The four texels of a square that stand for it, by their place along an axis of an image of `size` texels.
 fn picked(square: u32, halvings: u32, size: u32) -> [u32; 2] {
     let side = 1 << halvings;

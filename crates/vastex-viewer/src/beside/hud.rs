@@ -16,7 +16,7 @@ pub(crate) struct SceneHud {
     is_shown: bool,
     /// The times from frame to frame, where the next follows without a pause.
     pub(crate) frames: FrameTimes,
-    /// What the GPU took for the parts of a frame; `None` if it does not tell.
+    /// What the GPU took for the parts of a frame, nothing before that is measured; `None` if it does not tell.
     pub(crate) gpu_times: Option<Vec<PartTime>>,
     pub(crate) small: Option<SmallOverlays>,
     pub(crate) explained: Option<ExplainedPixel>,
@@ -39,6 +39,11 @@ pub(crate) struct SmallOverlays {
 }
 
 impl SceneHud {
+    /// One that is hidden, before anything is measured.
+    pub(crate) fn new() -> SceneHud {
+        SceneHud { gpu_times: Some(Vec::new()), ..SceneHud::default() }
+    }
+
     /// Returns true if the panel is shown.
     pub(crate) fn is_shown(&self) -> bool {
         self.is_shown
@@ -82,7 +87,7 @@ impl SceneHud {
 
     /// The device is gone, and what was made on it.
     pub(crate) fn forget_device(&mut self) {
-        (self.gpu_times, self.small) = (None, None);
+        (self.gpu_times, self.small) = (Some(Vec::new()), None);
     }
 }
 

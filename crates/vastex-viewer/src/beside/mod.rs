@@ -93,7 +93,7 @@ impl Beside {
             panel: WindowPanel::default(),
             messages: Messages::default(),
             title: Title::default(),
-            hud: SceneHud::default(),
+            hud: SceneHud::new(),
             chosen,
             window: WindowState::default(),
             is_hidden: false,

@@ -23,13 +23,15 @@ pub(super) fn show(ui: &mut Ui, data: &HudData) {
         ui.label(RichText::new(text).small().weak());
     }
     match &data.gpu_times {
-        None => {
-            let why = match data.is_of_volume {
-                true => "GPU times are not measured for volumes.",
-                false => "This device tells no GPU times.",
+        times if times.as_ref().is_none_or(Vec::is_empty) => {
+            let why = match (data.is_of_volume, times) {
+                (true, _) => "GPU times are not measured for volumes.",
+                (false, None) => "This device tells no GPU times.",
+                (false, Some(_)) => "No GPU time is measured yet.",
             };
             ui.label(RichText::new(why).small().weak());
         }
+        None => {}
         Some(parts) => {
             let all: f32 = parts.iter().map(|part| part.ms).sum();
             ui.label(RichText::new(format!("GPU {all:.2} ms")).small().strong());

@@ -178,6 +178,19 @@ fn it_moves_by_nothing() {
     assert_eq!(output.repaint_delay, Duration::MAX, "no frame becomes due by itself");
 }
 
+#[test]
+fn before_anything_is_measured_nothing_is_said_of_what_a_device_can() {
+    let show = |ui: &mut Ui, data: &mut HudData| drop(Hud::default().show(ui, data));
+    for (gpu_times, label) in
+        [(None, "This device tells no GPU times."), (Some(Vec::new()), "No GPU time is measured yet.")]
+    {
+        let told = HudData { gpu_times, ..data(60) };
+        let mut harness = Harness::builder().with_size([800.0, 2400.0]).build_ui_state(show, told);
+        harness.run();
+        assert!(harness.query_by_label(label).is_some(), "{label}");
+    }
+}
+
 /// Volumes have no overlays, are sampled in one way and explain no pixel.
 #[test]
 fn of_a_volume_nothing_is_offered_that_does_not_act() {

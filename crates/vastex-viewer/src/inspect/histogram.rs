@@ -46,6 +46,7 @@ impl Histogram {
         let texels = size([width, height]);
         let spread = renderer.layers().spread_over(layer, [width, height]);
         let sizes = (picture, image);
+        let rows_there = renderer.layers().rows_there(layer.texture()) * texels.y;
         let exact = renderer.sight(textures, pose, sizes);
         let [mut low, mut high] = exact.bounds()?;
         if let Some([first, last]) = free {
@@ -69,6 +70,9 @@ impl Histogram {
             let texel = seen.texel * spread / size(image);
             // A layer that lies texel upon texel may end before the image does.
             if spread != texels && !(texel.x < texels.x && texel.y < texels.y) {
+                continue;
+            }
+            if texel.y >= rows_there {
                 continue;
             }
             is_seen = true;

@@ -24,9 +24,9 @@ pub struct InspectedTexel {
 }
 
 /// The texel of a layer below a pixel of a scene's picture, in pixels from the top left; `None` beside the
-/// image, on every surface ([`SceneRenderer::sight`]), and where a layer that lies texel upon texel on the
-/// lowest one has none. `image` is the image's size, of which the texture may
-/// have fewer texels.
+/// image, on every surface ([`SceneRenderer::sight`]), where a layer that lies texel upon texel on the
+/// lowest one has none, and where a texture that grows has none yet. `image` is the image's size, of which
+/// the texture may have fewer texels.
 pub fn texel_at(
     textures: &Textures,
     (renderer, layer): (&SceneRenderer, LayerId),
@@ -51,6 +51,9 @@ fn texel_of(
     let [width, height, _] = description.geometry.size();
     let spread = renderer.layers().spread_over(layer, [width, height]);
     let held = inside(place * spread / size(image), [width, height])?;
+    if f64::from(held[1]) >= renderer.layers().rows_there(layer.texture()) * f64::from(height) {
+        return None;
+    }
     // What is drawn is at least as fine as its pixels, where there are such levels.
     let share = spread.x / f64::from(image[0]);
     let level = (share * texels_a_pixel).log2().floor().clamp(0.0, 31.0) as u8;

@@ -3,7 +3,7 @@
 use glam::DVec2;
 use vastex::Textures;
 
-use crate::layers::{Layers, ShownLayer};
+use crate::layers::{Layers, ShownLayer, background};
 
 /// Columns and rows of the cells of which the level is told.
 const CELLS: [usize; 2] = [40, 20];
@@ -85,8 +85,17 @@ fn add(
     let texels_a_pixel = spread.max_element() / size[0].max(size[1]).max(1) as f64;
     let level = texels_a_pixel.log2().round().clamp(0.0, 31.0) as u8;
     let opacity = if is_lowest { 1.0 } else { shown.opacity.clamp(0.0, 1.0) };
+    let rows_there = list.rows_there(shown.layer.texture()) * texels.y;
+    let beside = background(false).truncate().to_array().map(|value| (value * 255.0).round() as u8);
     for (n, pixel) in pixels.iter_mut().enumerate() {
         let Some(texel) = texel(n, size) else { continue };
+        if f64::from(texel[1]) >= rows_there {
+            // Of an image that grows nothing is there yet.
+            if is_lowest {
+                pixel[..3].copy_from_slice(&beside);
+            }
+            continue;
+        }
         let value = sampler.texel(texel, level).value;
         let above = shown.color_map.pixel_from_value(value, 1.0);
         for (channel, above) in pixel.iter_mut().zip(above).take(3) {

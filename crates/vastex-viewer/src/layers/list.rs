@@ -1,7 +1,9 @@
 //! A list of shown layers, drawn one over the other in its order.
 
+mod growing;
+
 use glam::DVec2;
-use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Member, Sampled, Textures};
+use vastex::{Filter, GroupId, Kinds, Layer, LayerId, Member, Sampled, TextureId, Textures};
 
 use super::placement::{ImageSizes, size_of};
 use super::text::{LayersText, MOST_LAYERS, PlanetText, member};
@@ -92,6 +94,8 @@ pub struct Layers {
     /// Over how many of its own texels each layer lies on all of the lowest one's place, where images of
     /// unlike size lie upon it texel by texel.
     by_texel: Option<Vec<DVec2>>,
+    /// A texture whose rows are still coming, and the share of them that is there.
+    growing: Option<(TextureId, f64)>,
 }
 
 impl Layers {
@@ -100,7 +104,9 @@ impl Layers {
         let layer = ShownLayer { opacity: 1.0, is_visible: true, ..layer };
         let (heights, group, seen) = (None, None, None);
         let (planet, compare_mode, by_texel) = (None, CompareMode::Off, None);
-        Layers { layers: vec![layer], planet, heights, is_single: true, group, seen, compare_mode, by_texel }
+        let layers = vec![layer];
+        let growing = None;
+        Layers { layers, planet, heights, is_single: true, group, seen, compare_mode, by_texel, growing }
     }
 
     /// Layers on a surface that `heights` displace, if there are any.
@@ -170,9 +176,9 @@ impl Layers {
             let heights = heights.map(|layer| Member::new(HEIGHT, layer));
             Some(textures.add_group(members.chain(heights))?)
         };
-        let compare_mode = CompareMode::Off;
+        let (compare_mode, seen, growing) = (CompareMode::Off, None, None);
         let mut made =
-            Layers { layers, planet, heights, is_single, group, seen: None, compare_mode, by_texel };
+            Layers { layers, planet, heights, is_single, group, seen, compare_mode, by_texel, growing };
         made.gather_seen(textures)?;
         Ok(made)
     }
@@ -204,7 +210,7 @@ impl Layers {
         if is_single != self.is_single && self.heights.is_none() {
             let (layers, heights) = (self.layers.clone(), self.heights);
             let mut made = Layers::new(textures, layers, heights).inspect_err(|_| self.layers[n] = before)?;
-            made.compare_mode = self.compare_mode;
+            (made.compare_mode, made.growing) = (self.compare_mode, self.growing);
             std::mem::replace(self, made).remove(textures);
             return Ok(true);
         }
@@ -421,6 +427,9 @@ impl Layers {
             // A layer that is gone has no id: shaders show what they show for any texture that is not there.
             let opacity = if shown.is_visible { shown.opacity.clamp(0.0, 1.0) } else { 0.0 };
             *uniform = shown.color_map.uniform(opacity, textures.shader_id(shown.layer).unwrap_or(0));
+            if self.rows_there(shown.layer.texture()) < 1.0 {
+                uniform.grow();
+            }
         }
         if self.panes() > 1 {
             let seen = self.layers.iter().zip(&mut uniforms).filter(|(shown, _)| shown.is_seen());

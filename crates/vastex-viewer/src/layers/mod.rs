@@ -72,7 +72,7 @@ pub struct ColorMap {
 pub(crate) struct LayerUniform {
     tone: [f32; 4],
     opacity: f32,
-    /// What they mean ([`ColorMap::look`]), and [`DISPLAY`].
+    /// What they mean ([`ColorMap::look`]), and [`DISPLAY`] and [`GROWS`].
     channels: u32,
     /// 1 where the palette makes colours of a single channel.
     map: u32,
@@ -86,6 +86,13 @@ pub(crate) struct LayerUniform {
     pub(crate) ends: f32,
     nodata_color: [f32; 4],
     palette: PaletteUniform,
+}
+
+impl LayerUniform {
+    /// Rows of the texture may be missing.
+    pub(crate) fn grow(&mut self) {
+        self.channels |= GROWS;
+    }
 }
 
 /// Beyond the right edge of any picture.
@@ -107,6 +114,9 @@ const REINHARD: u32 = 65536;
 const ACES: u32 = 131_072;
 /// All of these: what a pixel pays for, and only where it is asked for.
 const SHADES: u32 = LOG | GAMMA | LIGHT | REINHARD | ACES;
+
+/// What is added where rows of the texture may be missing.
+const GROWS: u32 = 262_144;
 
 /// The fourth channel.
 const ALPHA: u8 = 3;

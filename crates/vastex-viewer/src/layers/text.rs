@@ -164,8 +164,13 @@ impl LayersText {
             None if self.is_single => self.single(way),
             None => self.several(way),
         };
+        let behind = match way {
+            "fixed" => "f32(look.anchor.y) + look.offset.y, scene.growing.y",
+            _ => "look.offset.y, scene.growing.x",
+        };
         format!(
-            "fn shown_{way}(look: Look, at: vec2<f32>) -> vec4<f32> {{\n    scene_at = at;\n{shown}}}\n\
+            "fn shown_{way}(look: Look, at: vec2<f32>) -> vec4<f32> {{\n    scene_at = at;\n    \
+             scene_missing = scene_behind({behind});\n{shown}}}\n\
              fn inspected_{way}(look: Look, at: vec2<f32>) -> VastexInspection {{\n{inspected}}}\n"
         )
     }

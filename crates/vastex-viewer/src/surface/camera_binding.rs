@@ -32,6 +32,7 @@ struct SceneUniform {
     unused: f32,
     nodata_color: Vec4,
     ground: Vec4,
+    growing: Vec4,
     /// The first of each counts; see `scene_zero` in surface.wgsl.
     relief: [ReliefUniform; 2],
     ids: [u32; 4],
@@ -97,14 +98,14 @@ impl CameraBinding {
         CameraBinding { view, ..self }
     }
 
-    /// How it sees the surface, where in fixed point textures are that have sizes of their own, and how a
-    /// planet is lit; the ids of what is wanted together, of the colours and of the heights; how values
-    /// become colours; which part of a pane of the picture is drawn, which part of what the camera sees, and
-    /// where panes are; and what is seen around and through the surface.
+    /// How it sees the surface, where in fixed point textures are that have sizes of their own, how a planet
+    /// is lit, and where rows end of a texture that grows; the ids of what is wanted together, of the colours
+    /// and of the heights; how values become colours; which part of a pane of the picture is drawn, which
+    /// part of what the camera sees, and where panes are; and what is seen around and through the surface.
     pub(super) fn set(
         &self,
         queue: &wgpu::Queue,
-        (placed, places, planet): (&Placed, Places, Option<PlanetUniform>),
+        (placed, places, planet, [uv, row]): (&Placed, Places, Option<PlanetUniform>, [f32; 2]),
         [all, color, height]: [u32; 3],
         color_map: &ColorMap,
         (part, seen, panes, ground): (PicturePart, PicturePart, &Panes, Ground),
@@ -115,6 +116,7 @@ impl CameraBinding {
         let mut told = SceneUniform {
             background,
             ground,
+            growing: Vec4::new(uv, row, 0.0, 0.0),
             tone: color_map.tone().told().into(),
             picture: pane.map(|side| side as f32),
             map: color_map.map(),

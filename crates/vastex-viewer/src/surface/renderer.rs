@@ -426,7 +426,8 @@ impl StageScene for SceneRenderer {
         let view = self.view_in(part.whole);
         let planet = planet.map(|(_, relief)| self.made_of.light.uniform(pose, &view, relief.sea()));
         let seen = (part, seen, &panes, self.ground());
-        camera.set(queue, (&placed, places, planet), ids, &self.layers.shown_map(), seen);
+        let placed = (&placed, places, planet, self.layers.growing_told(self.size[1]));
+        camera.set(queue, placed, ids, &self.layers.shown_map(), seen);
     }
 
     fn draw_wanted(

@@ -126,8 +126,7 @@ impl SurfaceScene {
     /// The texel below the pointer, of the layer that is seen there, and which one that is.
     fn texel_below(&self, pose: &Pose) -> Option<(LayerId, InspectedTexel)> {
         let pointer = self.pointer?;
-        // Of a preview that grows, much is not there yet.
-        let source = self.display.displayed().filter(|source| source.is_whole())?;
+        let source = self.display.displayed()?;
         let (picture, panes) = (self.size(), self.panes());
         let pixel = panes.within(panes.at(pointer), pointer);
         let sizes = (picture, source.size);

@@ -3,10 +3,11 @@
 
 mod blueprint;
 mod described;
+mod growing;
 
 use std::sync::Arc;
 
-use vastex::{Region, TextureId, Textures, TileSource};
+use vastex::{TextureId, Textures, TileSource};
 
 use super::picture_format::{PictureFormat, PictureFormats};
 use super::source::{DisplayError, Growth, PreparedSource};
@@ -310,32 +311,6 @@ impl Displayed {
         let mut restored = Displayed { renderer, relief, format, overlay: None, ..self };
         restored.draw_overlay(gpu, textures, settings.overlay.filter(|_| is_overlaid));
         Ok(restored)
-    }
-
-    /// Has the rows drawn that have come of a growing preview since the last time. Returns true if there are
-    /// any.
-    pub fn catch_up(&mut self, textures: &mut Textures) -> Result<bool, DisplayError> {
-        match &self.growth {
-            Growth::Whole => Ok(false),
-            Growth::Rows(rows) => {
-                let rows = rows();
-                let seen = std::mem::replace(&mut self.rows_seen, rows);
-                if rows > seen {
-                    textures.texture_mut(self.texture)?.invalidate(&Region::image(0..u32::MAX, seen..rows));
-                }
-                Ok(rows > seen)
-            }
-        }
-    }
-
-    /// Returns true if all rows of the source are there.
-    pub fn is_whole(&self) -> bool {
-        matches!(self.growth, Growth::Whole)
-    }
-
-    /// The share of the source's rows that has been looked at, 0 to 1: all but of a preview that grows.
-    pub fn rows_there(&self) -> f64 {
-        if self.is_whole() { 1.0 } else { f64::from(self.rows_seen) / f64::from(self.texels[1].max(1)) }
     }
 
     /// Takes the source out of the textures.

@@ -49,6 +49,7 @@ impl SurfaceScene {
                 pose.magnification(pane, source.size),
             )?;
             source.renderer.set_ground(ground);
+            source.show_rows(&self.gpu, &self.textures);
         }
         let is_alone = self.display.next().is_none();
         let Gpu { device, queue, .. } = &self.gpu;

@@ -227,6 +227,7 @@ impl SurfaceScene {
         self.settings.scene = preview.renderer.scene();
         let gone = self.display.show_preview(opening, preview);
         self.remove(gone);
+        self.catch_up()?;
         Ok(self.settings.scene)
     }
 

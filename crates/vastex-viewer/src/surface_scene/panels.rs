@@ -58,7 +58,7 @@ impl SurfaceScene {
         let beside = &mut self.beside;
         let panel = &mut beside.panel;
         // An overlay is no picture of texels.
-        let guided = self.display.displayed().filter(|source| source.is_whole() && source.overlay.is_none());
+        let guided = self.display.displayed().filter(|source| source.overlay.is_none());
         let texel_size = guided.and_then(|source| source.about.texel_size.as_ref());
         let shapes = self.shapes.as_ref().filter(|(opening, _)| *opening == self.layers_of);
         let shapes = shapes.filter(|_| guided.is_some()).map(|(_, shapes)| shapes);

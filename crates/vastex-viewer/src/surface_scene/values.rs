@@ -35,9 +35,7 @@ impl Values {
 impl SurfaceScene {
     /// Looks at the values in view while the panel shows them, no more often than they are of use.
     pub(super) fn look_at_values(&mut self, pose: Pose) {
-        let Some(displayed) =
-            self.display.displayed().filter(|source| source.is_whole() && self.beside.panel.is_open())
-        else {
+        let Some(displayed) = self.display.displayed().filter(|_| self.beside.panel.is_open()) else {
             return;
         };
         let (layer, now) = (self.beside.panel.display.layer(), self.beside.now());
@@ -65,13 +63,11 @@ impl SurfaceScene {
     /// Makes black and white of the layer that the panel changes what they are by the values in view.
     pub fn set_automatic_range(&mut self, pose: Pose) {
         let Some(displayed) = self.display.displayed() else { return };
-        if !displayed.is_whole() {
-            return self
-                .beside
-                .notify("black and white come from the values in view once the image is there");
-        }
         let layer = self.beside.panel.display.layer();
         let found = self.values_of(displayed, layer, &pose);
+        if found.is_none() && !displayed.is_whole() {
+            return self.beside.notify("nothing of the image is there yet where the view is");
+        }
         let range = found.and_then(|(layer, values)| self.automatic_range(layer, &values));
         range.into_iter().for_each(|range| self.set_range(layer, range));
     }

@@ -5,6 +5,8 @@
 #[allow(dead_code, reason = "it is compiled, and nothing here runs it")]
 mod eframe_example;
 #[cfg(feature = "egui")]
+mod growing;
+#[cfg(feature = "egui")]
 mod surface_scene;
 #[cfg(feature = "egui")]
 mod widget;

@@ -45,7 +45,7 @@ impl Window {
     }
 
     /// One that shows what it shows in such a way.
-    fn showing(options: DisplayOptions) -> Window {
+    pub(crate) fn showing(options: DisplayOptions) -> Window {
         use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
         let settings = Settings { fade: Duration::ZERO, ..Settings::default() };
@@ -101,7 +101,7 @@ impl Window {
     }
 
     /// An image of such pixels, as a host hands it over.
-    fn source_of(
+    pub(crate) fn source_of(
         &self,
         (format, pixels): (LayerFormat, Vec<u8>),
         rows: Option<Arc<AtomicU64>>,

@@ -34,7 +34,7 @@ impl SceneRenderer {
         let id = textures.shader_id(shown.layer).unwrap_or(u32::MAX);
         let panes = self.panes_in(picture);
         let pane = PicturePart::all([panes.width, picture[1]]);
-        let placed = (&Placed::Mesh(glam::Mat4::IDENTITY), bytemuck::Zeroable::zeroed(), None);
+        let placed = (&Placed::Mesh(glam::Mat4::IDENTITY), bytemuck::Zeroable::zeroed(), None, [f32::MAX; 2]);
         camera.set(queue, placed, [id; 3], &shown.color_map, (pane, pane, &panes, self.ground()));
     }
 

@@ -4,7 +4,7 @@
 struct Layered {
     tone: Tone,
     opacity: f32,     // 0 for a layer that is hidden
-    look: u32,        // as SCENE_LOOK of one layer; LAYERED_DISPLAY more where the values are display values
+    look: u32,        // as SCENE_LOOK of one layer; LAYERED_DISPLAY more where the values are display values, LAYERED_GROWS where rows may be missing
     map: u32,         // 1 where the palette makes colours of a single channel
     id: u32,          // of the texture
     begins: f32,      // the share of a pane's width, from the left of the picture, up to which it is not drawn
@@ -16,6 +16,7 @@ struct Layered {
 }
 
 const LAYERED_DISPLAY: u32 = 4096u;
+const LAYERED_GROWS: u32 = 262144u;
 
 @group(2) @binding(0) var<uniform> layered: array<Layered, LAYERED_MOST>;
 
@@ -71,7 +72,8 @@ fn layered_over(below: vec3<f32>, value: vec4<f32>, n: u32, light: f32) -> vec3<
         let apart = abs(display_from_light(shown) - display_from_light(below));
         shown = light_from_display(min(apart * layered[n].difference, vec3<f32>(1.0)));
     }
-    return mix(below, shown, colour.a * layered[n].opacity);
+    let missing = select(0.0, scene_missing, (layered[n].look & LAYERED_GROWS) != 0u);
+    return mix(below, shown, colour.a * layered[n].opacity * (1.0 - missing));
 }
 
 // What is looked at, in the texels of one of the textures.

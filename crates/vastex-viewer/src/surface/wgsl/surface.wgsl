@@ -105,6 +105,7 @@ struct Scene {
     unused: f32,
     nodata_colour: vec4<f32>, // of what is without data, as the layer's values are; alpha 0 where it is not drawn
     ground: vec4<f32>,  // what is seen through the surface, as the layer's values are, and how much lighter every other square of it is
+    growing: vec4<f32>, // of a texture whose rows are still coming, where those end that are there: in uv, and in rows; the rest is unused
     relief: array<Relief, 2>,     // the first of each; see scene_zero
     ids: SceneIds,
     fixed: array<Fixed, 2>,
@@ -122,6 +123,14 @@ var<private> scene_zero: u32;
 
 // The pixel that is drawn, where what is seen through the surface depends on it.
 var<private> scene_at: vec2<f32>;
+
+// 1 where the row that is looked at of a texture that grows is not there yet.
+var<private> scene_missing: f32;
+
+// Whether a row lies behind those that are there, as a number.
+fn scene_behind(row: f32, end: f32) -> f32 {
+    return select(0.0, 1.0, row > end);
+}
 
 // What is seen through the surface: plain, or squares of 12 pixels a side.
 fn scene_ground() -> vec3<f32> {
@@ -169,7 +178,7 @@ fn scene_mapped(value: vec4<f32>) -> vec4<f32> {
         let high = scene.palette[(first + 1u) / 4u][(first + 1u) % 4u];
         colour = vec4<f32>(palette_between(low, high, at - f32(first)), plain.a);
     }
-    return vec4<f32>(mix(scene_ground(), colour.rgb, colour.a), 1.0);
+    return vec4<f32>(mix(scene_ground(), colour.rgb, colour.a * (1.0 - scene_missing)), 1.0);
 }
 
 // How near to the value that stands for no data others count as the same, by the scale of stored values: see layers/stored.rs.
