@@ -3,9 +3,27 @@
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::{Context, Result, anyhow, bail};
 use vastex_scenes::Picture;
+
+/// What is written of outputs, and is in no place yet.
+static BEGUN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn begun() -> MutexGuard<'static, Vec<PathBuf>> {
+    BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes what is written of outputs and is in no place yet, as the program ends. From then on no output
+/// can be begun.
+#[cfg(feature = "build")]
+pub(crate) fn remove_begun() {
+    let begun = begun();
+    begun.iter().for_each(|file| drop(fs::remove_file(file)));
+    // Nobody begins another one before the end.
+    std::mem::forget(begun);
+}
 
 /// A place for a file, found writable.
 #[derive(Clone, Debug)]
@@ -68,8 +86,7 @@ impl Output {
         &self,
         write: impl FnOnce(&mut dyn Write) -> Result<(), E>,
     ) -> Result<Result<u64, E>> {
-        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp);
-        let file = opened.map_err(|error| self.refusal(&error))?;
+        let file = self.begin().map_err(|error| self.refusal(&error))?;
         let mut buffered = io::BufWriter::with_capacity(1 << 20, file);
         let written = write(&mut buffered);
         let failed = |error: &io::Error| {
@@ -90,8 +107,7 @@ impl Output {
 
     /// Begins the picture of so many pixels as PNG, whose rows are written as they come.
     pub(crate) fn png_rows(&self, size: [u32; 2]) -> Result<PngRows> {
-        let opened = OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp);
-        let file = opened.map_err(|error| self.refusal(&error))?;
+        let file = self.begin().map_err(|error| self.refusal(&error))?;
         let buffered = io::BufWriter::with_capacity(1 << 20, file);
         let writer = encoder(buffered, size).write_header().and_then(png::Writer::into_stream_writer);
         Ok(PngRows {
@@ -109,7 +125,16 @@ impl Output {
     }
 
     fn write_temp(&self, bytes: &[u8]) -> io::Result<()> {
-        OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)?.write_all(bytes)
+        self.begin()?.write_all(bytes)
+    }
+
+    /// Opens the file beside the target, which an interrupt removes.
+    fn begin(&self) -> io::Result<fs::File> {
+        let mut begun = begun();
+        if !begun.contains(&self.temp) {
+            begun.push(self.temp.clone());
+        }
+        OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)
     }
 
     /// What to say where the system said so of a write.

@@ -35,6 +35,15 @@ pub(crate) fn handle_interrupts() -> Result<()> {
     ctrlc::set_handler(interrupt).context("Ctrl-C cannot be handled")
 }
 
+/// Has Ctrl-C and its like end the program at once, without any file that it has begun beside its outputs.
+pub(crate) fn clean_up_at_interrupts() -> Result<()> {
+    let interrupt = || {
+        crate::output::remove_begun();
+        end_now();
+    };
+    ctrlc::set_handler(interrupt).context("Ctrl-C cannot be handled")
+}
+
 /// Ends the program without waiting for anything, such as a thread that writes to a dead disk.
 fn end_now() -> ! {
     #[cfg(unix)]
@@ -54,8 +63,7 @@ pub(crate) fn run(args: &BuildArgs) -> Result<ExitCode> {
         let output = args.output.display();
         report::say(&format!("note: {output}: is there already, and is replaced once the new one is whole"));
     }
-    let watch =
-        Watch { bar: Bar::new(args.print.quiet), is_quiet: args.print.quiet, said: RefCell::default() };
+    let watch = Watch::new(args.print.quiet);
     let begin = Instant::now();
     let built = vastex_build::build(&args.inputs(), &args.output, &options(args), &watch);
     watch.bar.0.finish_and_clear();
@@ -168,10 +176,17 @@ impl Progress for Bar {
 }
 
 /// A progress bar, and what is said of the images: each thing once, as soon as it is known.
-struct Watch {
-    bar: Bar,
+pub(crate) struct Watch {
+    pub(crate) bar: Bar,
     is_quiet: bool,
     said: RefCell<Vec<(PathBuf, Notice)>>,
+}
+
+impl Watch {
+    /// One that says nothing if `is_quiet`.
+    pub(crate) fn new(is_quiet: bool) -> Watch {
+        Watch { bar: Bar::new(is_quiet), is_quiet, said: RefCell::default() }
+    }
 }
 
 impl Progress for Watch {

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use vastex_build::{CropError, CropSource, crop};
 
-use super::build::{Bar, INTERRUPTED, handle_interrupts};
+use super::build::{INTERRUPTED, Watch, handle_interrupts};
 use crate::args::{CropArgs, CropPlace, CropSize};
 use crate::open::{self, Lies, OpenImage};
 use crate::output::Output;
@@ -41,10 +41,10 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     // Before, nothing is written, and Ctrl-C ends the program at once.
     handle_interrupts()?;
     let output = Output::at(&target.path)?;
-    let bar = Bar::new(args.print.quiet);
+    let watch = Watch::new(args.print.quiet);
     let begin = Instant::now();
-    let done = output.write_by(|file| crop(&mut cropped, region, target.format, file, &bar));
-    bar.0.finish_and_clear();
+    let done = output.write_by(|file| crop(&mut cropped, region, target.format, file, &watch));
+    watch.bar.0.finish_and_clear();
     let bytes = match done? {
         Err(CropError::Cancelled) => {
             report::say("interrupted; nothing was left behind");

@@ -90,6 +90,8 @@ struct Sources {
 /// Draws what the window would show, writes it, and ends.
 pub(crate) fn run(args: &ViewArgs, output: &Path) -> Result<ExitCode> {
     let scene = &args.scene;
+    #[cfg(feature = "build")]
+    crate::commands::build::clean_up_at_interrupts()?;
     if !args.files.is_empty() {
         bail!("--screenshot shows one file; leave out the others, or lay them over it with --over");
     }

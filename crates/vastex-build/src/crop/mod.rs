@@ -16,6 +16,7 @@ mod tiff;
 mod write;
 
 use std::io::{self, Write};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -213,8 +214,33 @@ impl CropSource {
     }
 }
 
-/// Writes a region. Memory is that of 32 MiB of rows, or one row, and of the tiles that these need. What is
-/// written before an error is of no use.
+/// How much of a region is done, while more of it is read.
+struct Within<'a> {
+    progress: &'a dyn Progress,
+    rows: [u32; 2],
+    written: u64,
+}
+
+impl Progress for Within<'_> {
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        let [done, all] = self.rows.map(u64::from);
+        self.progress.advance(done, all, self.written)
+    }
+
+    fn beginning(&self, share: f64) -> ControlFlow<()> {
+        self.progress.beginning(share)
+    }
+}
+
+impl Within<'_> {
+    fn check(&self) -> Result<(), CropError> {
+        if self.advance(0, 0, 0).is_break() { Err(CropError::Cancelled) } else { Ok(()) }
+    }
+}
+
+/// Writes a region. Memory is that of 32 MiB of rows, or one row, and of the tiles that these need; of an
+/// image that cannot be read by rows all of it is held, which `progress` is told before. What is written
+/// before an error is of no use.
 pub fn crop(
     source: &mut CropSource,
     region: CropRegion,
@@ -225,28 +251,28 @@ pub fn crop(
     source.check(region, format)?;
     let shape = source.shape(region.size);
     let stored = &mut *source.stored;
+    stored.tell(progress);
     let [width, height] = region.size;
     let row_bytes = u64::from(width) * u64::from(stored.channels()) * stored.number().bytes() as u64;
     let most = u32::try_from(BAND_BYTES / row_bytes).unwrap_or(u32::MAX).max(1);
     write::write(format, &shape, output, &mut |write| {
         let mut band = Vec::new();
-        let (mut done, mut written) = (0, 0);
-        while !stored.approach(region.at[1])? {
-            if progress.advance(0, height.into(), 0).is_break() {
-                return Err(CropError::Cancelled);
-            }
+        let mut told = Within { progress, rows: [0, height], written: 0 };
+        told.check()?;
+        while !stored.approach(region.at[1], &told)? {
+            told.check()?;
         }
-        while done < height {
-            if progress.advance(done.into(), height.into(), written).is_break() {
-                return Err(CropError::Cancelled);
-            }
-            let first = region.at[1] + done;
-            let rows = stored.rows_together(first).min(most).min(height - done);
+        while told.rows[0] < height {
+            told.check()?;
+            let first = region.at[1] + told.rows[0];
+            let rows = stored.rows_together(first).min(most).min(height - told.rows[0]);
             band.resize((u64::from(rows) * row_bytes) as usize, 0);
-            stored.read([region.at[0], first], [width, rows], &mut band)?;
+            stored.read([region.at[0], first], [width, rows], &mut band, &told)?;
             write(&band).map_err(CropError::Output)?;
-            (done, written) = (done + rows, written + band.len() as u64);
+            told.rows[0] += rows;
+            told.written += band.len() as u64;
         }
-        Ok(())
+        // Whoever stopped it while the last rows were read is heard, too.
+        told.check()
     })
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::CropError;
 use super::stored::{Stored, up_to_next};
 use crate::image::Number;
+use crate::progress::Progress;
 use crate::source::DirectorySource;
 
 pub(super) struct OfDirectory {
@@ -41,7 +42,13 @@ impl Stored for OfDirectory {
         up_to_next(row, self.directory.cell())
     }
 
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
+    fn read(
+        &mut self,
+        first: [u32; 2],
+        size: [u32; 2],
+        texels: &mut [u8],
+        _: &dyn Progress,
+    ) -> Result<(), CropError> {
         let found = self.directory.stored_texels(self.level, first, size);
         let found = found.map_err(|fault| CropError::Input { path: self.path.clone(), fault })?;
         texels.copy_from_slice(&found);

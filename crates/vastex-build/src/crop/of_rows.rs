@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use super::CropError;
 use super::stored::Stored;
 use crate::image::stored_as::StoredAs;
-use crate::image::{ImageHeader, Number, RowReader, open_stored};
+use crate::image::{ImageHeader, Notice, Number, RowReader, open_stored};
+use crate::progress::{Progress, read_first_rows, read_further_rows};
 
 /// Bytes of the rows that are decoded at once.
 const ROWS_BYTES: usize = 4 << 20;
@@ -34,11 +35,15 @@ impl OfRows {
         Ok(OfRows { path: path.into(), reader, of, header, next: 0, rows: Vec::new() })
     }
 
-    fn read_rows(&mut self, count: u32) -> Result<(), CropError> {
+    fn read_rows(&mut self, count: u32, progress: &dyn Progress) -> Result<(), CropError> {
         self.rows.resize(count as usize * self.header.row_bytes(), 0);
-        let read = self.reader.read_rows(&mut self.rows);
+        let (done, all) = (self.next.into(), self.header.height.into());
+        let read = match self.next {
+            0 => read_first_rows(&mut *self.reader, &mut self.rows, progress),
+            _ => read_further_rows(&mut *self.reader, &mut self.rows, &|| progress.advance(done, all, 0)),
+        };
         self.next += count;
-        read.map_err(|fault| CropError::Input { path: self.path.clone(), fault })
+        read.ok_or(CropError::Cancelled)?.map_err(|fault| CropError::Input { path: self.path.clone(), fault })
     }
 }
 
@@ -63,15 +68,27 @@ impl Stored for OfRows {
         ((ROWS_BYTES / self.header.row_bytes()) as u32).max(1)
     }
 
-    fn approach(&mut self, row: u32) -> Result<bool, CropError> {
+    fn tell(&self, progress: &dyn Progress) {
+        // What else the reader says is of what becomes of texels that are converted.
+        let costs = self.header.notices.iter().filter(|notice| matches!(notice, Notice::WholeImage { .. }));
+        costs.for_each(|notice| progress.note(&self.path, notice));
+    }
+
+    fn approach(&mut self, row: u32, progress: &dyn Progress) -> Result<bool, CropError> {
         if self.next < row {
-            self.read_rows(self.rows_together(self.next).min(row - self.next))?;
+            self.read_rows(self.rows_together(self.next).min(row - self.next), progress)?;
         }
         Ok(self.next >= row)
     }
 
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
-        self.read_rows(size[1])?;
+    fn read(
+        &mut self,
+        first: [u32; 2],
+        size: [u32; 2],
+        texels: &mut [u8],
+        progress: &dyn Progress,
+    ) -> Result<(), CropError> {
+        self.read_rows(size[1], progress)?;
         let texel = self.header.format.texel_bytes();
         let (left, bytes) = (first[0] as usize * texel, size[0] as usize * texel);
         let rows = self.rows.chunks_exact(self.header.row_bytes());

@@ -10,6 +10,7 @@ use crate::image::stored_as::StoredAs;
 use crate::image::tiff::file::TiffImage;
 use crate::image::tiff::file::pyramid::TiffPyramid;
 use crate::image::tiff::file::strip_rows::StripRows;
+use crate::progress::Progress;
 use crate::threads;
 
 /// Bytes of decoded tiles that are held at once, where that is at least one tile.
@@ -97,7 +98,7 @@ impl Stored for OfTiff {
         }
     }
 
-    fn approach(&mut self, row: u32) -> Result<bool, CropError> {
+    fn approach(&mut self, row: u32, _: &dyn Progress) -> Result<bool, CropError> {
         let OfTiff { path, image, rows: Some(rows) } = self else { return Ok(true) };
         let first = if image.is_plain() { row } else { row - row % image.chunk[1] };
         if !(first..=row).contains(&rows.next_row()) {
@@ -109,7 +110,13 @@ impl Stored for OfTiff {
         Ok(rows.next_row() == row)
     }
 
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
+    fn read(
+        &mut self,
+        first: [u32; 2],
+        size: [u32; 2],
+        texels: &mut [u8],
+        _: &dyn Progress,
+    ) -> Result<(), CropError> {
         let texel = self.texel_bytes();
         let OfTiff { path, image, rows } = self;
         if let Some(rows) = rows {

@@ -8,6 +8,7 @@ use vastex_tiles::TileSource;
 use super::CropError;
 use super::stored::{Stored, copy, parts, up_to_next};
 use crate::image::Number;
+use crate::progress::Progress;
 use crate::threads;
 use crate::tile::LayerOf;
 
@@ -63,7 +64,13 @@ impl Stored for OfTiles {
         up_to_next(row, self.cell()[1])
     }
 
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError> {
+    fn read(
+        &mut self,
+        first: [u32; 2],
+        size: [u32; 2],
+        texels: &mut [u8],
+        _: &dyn Progress,
+    ) -> Result<(), CropError> {
         let OfTiles { tiles, layer, level } = &*self;
         let (geometry, texel) = (layer.geometry(), layer.format().texel_bytes());
         let is_tail = *level >= geometry.tail().first_level();

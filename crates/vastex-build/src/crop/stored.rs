@@ -3,6 +3,7 @@
 use super::CropError;
 use crate::image::Number;
 use crate::image::stored_as::StoredAs;
+use crate::progress::Progress;
 
 /// One level of something, as it is stored.
 pub(super) trait Stored {
@@ -23,15 +24,27 @@ pub(super) trait Stored {
     /// Rows that are read together without decoding anything twice, from a row on, at least 1.
     fn rows_together(&self, row: u32) -> u32;
 
-    /// Does a part of what must be done before a row can be read, and returns true if that was the last.
-    fn approach(&mut self, row: u32) -> Result<bool, CropError> {
-        let _ = row;
+    /// Says what a person should know before anything is read.
+    fn tell(&self, progress: &dyn Progress) {
+        let _ = progress;
+    }
+
+    /// Does a part of what must be done before a row can be read, and returns true if that was the last. Asks
+    /// `progress` where that takes long.
+    fn approach(&mut self, row: u32, progress: &dyn Progress) -> Result<bool, CropError> {
+        let _ = (row, progress);
         Ok(true)
     }
 
     /// Fills `texels` with rows of a rectangle, which lies within the level: each call below the one before,
-    /// the first where [`Stored::approach`] has come to.
-    fn read(&mut self, first: [u32; 2], size: [u32; 2], texels: &mut [u8]) -> Result<(), CropError>;
+    /// the first where [`Stored::approach`] has come to. Asks `progress` where that takes long.
+    fn read(
+        &mut self,
+        first: [u32; 2],
+        size: [u32; 2],
+        texels: &mut [u8],
+        progress: &dyn Progress,
+    ) -> Result<(), CropError>;
 }
 
 /// Rows from one that lies at `row` up to the end of its cell.

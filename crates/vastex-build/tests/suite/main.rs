@@ -10,6 +10,7 @@ mod bombs;
 mod coarse_jpeg;
 mod colors;
 mod common;
+mod crop_stopped;
 mod directories;
 mod filters;
 mod halfs;
