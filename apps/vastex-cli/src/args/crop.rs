@@ -1,8 +1,10 @@
 //! What `vastex crop` is told.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{OsStringValueParser, TypedValueParser};
 use vastex_build::CropFormat;
 
 use super::common::PrintArgs;
@@ -52,7 +54,7 @@ pub(crate) struct CropArgs {
     #[arg(long, default_value_t = 0, value_name = "T")]
     pub(crate) time: u64,
     /// The file to write: .npy, .png, .tif or .tiff
-    #[arg(short, long, value_name = "OUT", value_parser = parse_output)]
+    #[arg(short, long, value_name = "OUT", value_parser = OsStringValueParser::new().try_map(parse_output))]
     pub(crate) output: Output,
     #[command(flatten)]
     pub(crate) cache: CacheArgs,
@@ -131,8 +133,8 @@ fn numbers<T: FromStr + Copy + Default, const N: usize>(words: [&str; N]) -> Opt
     Some(numbers)
 }
 
-fn parse_output(text: &str) -> Result<Output, String> {
-    let path = PathBuf::from(text);
+fn parse_output(name: OsString) -> Result<Output, String> {
+    let path = PathBuf::from(name);
     let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     let format = match ending.as_deref() {
         Some("npy") => CropFormat::Npy,
@@ -160,9 +162,9 @@ mod tests {
         for bad in ["", "1", "1,-", "1,2,3,4", "1x2", "-o"] {
             assert!(parse_at(bad).is_err(), "{bad}");
         }
-        assert_eq!(parse_output("a/b.TIF").unwrap().format, CropFormat::Tiff);
+        assert_eq!(parse_output("a/b.TIF".into()).unwrap().format, CropFormat::Tiff);
         for bad in ["a", "a.jpg", ".npy", "a.npy/b"] {
-            assert!(parse_output(bad).is_err(), "{bad}");
+            assert!(parse_output(bad.into()).is_err(), "{bad}");
         }
     }
 }

@@ -264,6 +264,12 @@ impl RenderVolumeArgs {
                 "'slices' for '--on <SCENE>': it shows a plane of voxels; say which with --slice z=K".into(),
             ),
             (VolumeScene::Volume, Some(_)) => wrong("'--slice': it goes with --on slices".into()),
+            (VolumeScene::Slices, Some(_)) if self.look.mode.is_some() => {
+                wrong("'--mode': a slice shows its voxels as they are; it goes with --on volume".into())
+            }
+            (VolumeScene::Slices, Some(_)) if self.view.is_some() => {
+                wrong("'--view': --slice says from where a slice is seen; it goes with --on volume".into())
+            }
             _ => self.path.check(self),
         }
     }

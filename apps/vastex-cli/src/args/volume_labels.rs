@@ -1,5 +1,7 @@
 //! Options of labels over a volume, of `render` and `view`.
 
+use std::ffi::OsString;
+
 use clap::Args as ClapArgs;
 use vastex_viewer::volume::{OtherLabels, parse_label};
 
@@ -11,7 +13,7 @@ pub(crate) struct LabelArgs {
     /// Labels to be drawn over the image: the name of those beside it, as `vastex info` lists them; of
     /// `render` also the path of any volume of whole numbers
     #[arg(long, value_name = "NAME|PATH")]
-    pub(crate) labels: Option<String>,
+    pub(crate) labels: Option<OsString>,
     /// How much labels hide of what lies under them, 0 to 1 [default: 0.5; 1 where there is no image]
     #[arg(long, value_name = "N", value_parser = parse_opacity)]
     pub(crate) label_opacity: Option<f32>,

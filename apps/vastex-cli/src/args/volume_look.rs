@@ -156,7 +156,7 @@ impl VolumeLookArgs {
         };
         if let Some(Some(labels)) = &view.labels {
             let asked = &mut self.labels;
-            asked.labels = Some(labels.name.clone());
+            asked.labels = Some(labels.name.clone().into());
             asked.label_opacity = asked.label_opacity.or(Some(labels.opacity));
             asked.label_outlines |= labels.outlines;
             asked.label_selected = asked.label_selected.or(labels.selected);

@@ -1,5 +1,6 @@
 //! Labels in pictures of volumes: which are meant, where they lie, and what their pool may take.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -29,8 +30,8 @@ impl Labels {
         let (about, asked) = (image.about(), &args.look.labels);
         // Of labels by themselves a view says how they look, and which they are is known.
         let of_view = args.look.of_view.labels;
-        let own_name = about.root.file_name().and_then(|name| name.to_str());
-        let is_own = |named: &str| of_view == Some(true) || own_name == Some(named);
+        let own_name = about.root.file_name();
+        let is_own = |named: &OsStr| of_view == Some(true) || own_name == Some(named);
         match (&asked.labels, about.is_label) {
             (None, true) if of_view == Some(false) => Ok(None),
             (Some(named), true) if is_own(named) => Ok(Some(image.clone())),
@@ -118,22 +119,23 @@ impl Labels {
 
 /// Those beside an image by their name, or any by their path. What is said of the image's translations is
 /// said of the labels beside it, and of no others.
-fn open_named(named: &str, about: &VolumeAbout, origins: OriginsArgs) -> Result<Arc<Volume>> {
+fn open_named(named: &OsStr, about: &VolumeAbout, origins: OriginsArgs) -> Result<Arc<Volume>> {
     let mut convention = None;
-    let path = match about.labels.iter().any(|name| name == named) {
+    let shown = named.to_string_lossy();
+    let path = match about.labels.iter().any(|name| **name == *named) {
         true => {
             convention = origins.convention();
-            about.labels_at(named)
+            about.labels_at(&shown)
         }
         // Within an archive there is no such file.
         false if Path::new(named).ancestors().any(|path| !path.as_os_str().is_empty() && path.exists()) => {
             PathBuf::from(named)
         }
-        false => bail!("--labels {named}: {}, and there is no such file", listed(about)),
+        false => bail!("--labels {shown}: {}, and there is no such file", listed(about)),
     };
-    match open_placed(&path, convention).with_context(|| format!("--labels {named}"))? {
+    match open_placed(&path, convention).with_context(|| format!("--labels {shown}"))? {
         Opened::Volume(volume) => Ok(Arc::new(*volume)),
-        Opened::Images(list) => bail!("--labels {named}: {}", no_volume(&list)),
+        Opened::Images(list) => bail!("--labels {shown}: {}", no_volume(&list)),
     }
 }
 

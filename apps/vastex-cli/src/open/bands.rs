@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 #[cfg(feature = "build")]
 use anyhow::{Result, bail};
 #[cfg(feature = "build")]
-use vastex_viewer::Bands;
+use vastex_viewer::{Bands, LayerOptions};
 
 #[cfg(feature = "build")]
 use crate::args::SceneArgs;
@@ -68,6 +68,9 @@ pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
         let are_chosen = vastex_build::image_in_file(file)
             .is_some_and(|(_, name)| vastex_build::bands_in_name(name).is_some());
         if are_chosen || vastex_build::bands_to_choose(file).is_none() {
+            if !are_chosen && let Some(has) = bands_of(file) {
+                check_within(file, &asked, has)?;
+            }
             continue;
         }
         let image = file_of_first_image(file).to_owned();
@@ -85,6 +88,26 @@ pub(crate) fn pick(scene: &mut SceneArgs) -> Result<()> {
         asked.into_iter().for_each(|layer| layer.bands = Bands::AsStored);
     }
     Ok(())
+}
+
+/// How many bands an image has, if it is one; an alpha that is made for it is none.
+#[cfg(feature = "build")]
+fn bands_of(file: &Path) -> Option<usize> {
+    if super::what_lies_at(file).ok()? != super::Lies::Other || !super::file_of(file).is_file() {
+        return None;
+    }
+    vastex_build::open(file).ok().map(|image| image.header().format.channels().into())
+}
+
+/// Fails where a layer asks for a band that the file has not.
+#[cfg(feature = "build")]
+fn check_within(file: &Path, asked: &[&mut LayerOptions], has: usize) -> Result<()> {
+    match asked.iter().find(|layer| !layer.bands.are_within(has)) {
+        Some(layer) => {
+            bail!("{}: has no bands '{}'; it has {has}, counted from 1", file.display(), layer.bands)
+        }
+        None => Ok(()),
+    }
 }
 
 #[cfg(all(test, feature = "view"))]

@@ -2,11 +2,12 @@
 //! there; with `--cache off` they are decoded into memory.
 
 use std::cell::{Cell, RefCell};
+use std::fmt;
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, Result, anyhow, bail};
+use anyhow::{Result, anyhow};
 use vastex::{AddressMode, TileSource};
 use vastex_build::{
     BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, InputFault,
@@ -29,20 +30,60 @@ const SHARE_BYTES: u64 = 256 << 20;
 /// How often another program is waited for, a tenth of a second each, before that is said.
 const WAITS_BEFORE_NOTE: u32 = 5;
 
+/// A cache that cannot hold what is built; the text names it and what to do.
+#[derive(Debug)]
+pub(super) struct CacheFault {
+    text: String,
+    /// True if something of the image is shown, and stays.
+    is_seen: bool,
+}
+
+impl fmt::Display for CacheFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.text)
+    }
+}
+
+impl std::error::Error for CacheFault {}
+
 /// The tiles of an image; `None` if the file is no image.
 pub(super) fn open(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
-    if options.cache.is_off() { decoded(path, options) } else { cached(path, options) }
+    if options.cache.is_off() { decoded(path, options, false) } else { cached(path, options) }
+}
+
+/// What was opened, or, of an image that cannot be kept, the image decoded into memory as by `--cache off`,
+/// with a note that says so. Where that cannot be either, why it cannot be kept is the error.
+pub(super) fn without_cache(
+    path: &Path,
+    options: Option<OpenImage<'_>>,
+    built: Result<Option<Arc<dyn TileSource>>>,
+) -> Result<Option<Arc<dyn TileSource>>> {
+    let why = match built {
+        Err(error) if error.is::<CacheFault>() => error,
+        other => return other,
+    };
+    let Some(options) = options else { return Err(why) };
+    let note = format!("{why}; it is decoded into memory");
+    report::say(&format!("note: {note}"));
+    options.observer.note(&note);
+    let is_seen = why.downcast_ref().is_some_and(|fault: &CacheFault| fault.is_seen);
+    match decoded(path, options, is_seen) {
+        Ok(Some(tiles)) => Ok(Some(tiles)),
+        Err(error) if super::is_of_image(&error) => Err(error),
+        Ok(None) | Err(_) => Err(why),
+    }
 }
 
 /// An image's container in the cache, which is built if it is not there.
 fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
     let directory = match &options.cache.cache {
         Some(directory) => directory.clone(),
-        None => BuildCache::default_directory().with_context(|| {
-            format!(
-                "{}: has to be built before it can be shown, and there is no place for that ($XDG_CACHE_HOME and $HOME are not set); name one with --cache DIR",
+        None => BuildCache::default_directory().ok_or_else(|| CacheFault {
+            text: format!(
+                "{}: has to be built before it can be shown, and there is no place for that ($XDG_CACHE_HOME and $HOME are not set); name one with --cache DIR, or do without by --cache off",
                 path.display()
-            )
+            ),
+            is_seen: false,
         })?,
     };
     let cache = BuildCache::new(directory, options.cache.cache_gib << 30);
@@ -52,6 +93,7 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
     let progress = ImageProgress::new(path, options, Some(cache.directory()));
     let opened = cache.open(path, &build, &progress);
     progress.bar.finish_and_clear();
+    let fault = |text| Err(CacheFault { text, is_seen: progress.preview.borrow().is_seen() }.into());
     match opened {
         Ok(cached) => {
             let anew = Anew { cache, image: path.to_owned(), options: build };
@@ -65,22 +107,26 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
             let error = BuildError::Memory { path, needed, limit, remedy };
             scaled.map(|image| Some(image as Arc<dyn TileSource>)).ok_or_else(|| error.into())
         }
-        Err(CacheError::Unusable { directory, error }) => bail!(
-            "{}: cannot hold built images: {error}; name another directory with --cache DIR",
+        Err(CacheError::Unusable { directory, error }) => fault(format!(
+            "{}: cannot hold built images: {error}; name another directory with --cache DIR, or do without by --cache off",
             directory.display()
-        ),
-        Err(CacheError::Build(BuildError::Output(WriteError::Io { error, .. }))) => bail!(
-            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR",
+        )),
+        Err(CacheError::Build(BuildError::Output(WriteError::Io { error, .. }))) => fault(format!(
+            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR, or do without by --cache off",
             path.display(),
             cache.directory().display()
-        ),
+        )),
         Err(error) => Err(error.into()),
     }
 }
 
-/// An image decoded into memory, at half of its size or less where all of it would take too much.
-fn decoded(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSource>>> {
+/// An image decoded into memory, at half of its size or less where all of it would take too much. What is
+/// seen of it already stays until then.
+fn decoded(path: &Path, options: OpenImage<'_>, is_seen: bool) -> Result<Option<Arc<dyn TileSource>>> {
     let progress = ImageProgress::new(path, options, None);
+    if is_seen {
+        progress.preview.borrow_mut().leave();
+    }
     let gives_way = options.observer.is_watched();
     let decode = DecodeOptions { wraps: options.wraps, gives_way, ..DecodeOptions::default() };
     let decoded = Decoding::open_while(path, &decode, &progress).and_then(|decoding| {
@@ -189,6 +235,8 @@ struct ImageProgress<'a> {
     directory: Option<&'a Path>,
     path: &'a Path,
     observer: &'a dyn OpenObserver,
+    /// True if nothing is to be kept.
+    is_off: bool,
     is_said: Cell<bool>,
     gives_way: Cell<bool>,
     waits: Cell<u32>,
@@ -205,6 +253,7 @@ impl<'a> ImageProgress<'a> {
             directory,
             path,
             observer,
+            is_off: options.cache.is_off(),
             is_said: Cell::default(),
             gives_way: Cell::default(),
             waits: Cell::default(),
@@ -224,8 +273,12 @@ impl<'a> ImageProgress<'a> {
         }
         let (path, limit) = (self.path.display(), report::bytes(limit));
         let share = 1u64 << image.halvings();
+        let remedy = match self.is_off {
+            true => "leave out `--cache off`",
+            false => "name a directory that can hold it with --cache DIR",
+        };
         let note = format!(
-            "{path}: would take more than {limit} of memory, so it is shown at 1/{share} of its size; leave out `--cache off` to see all of it"
+            "{path}: would take more than {limit} of memory, so it is shown at 1/{share} of its size; {remedy} to see all of it"
         );
         self.say(&format!("note: {note}"));
         self.observer.reduced(image.image_size(), &note);

@@ -283,7 +283,10 @@ fn open_drawn(path: &Path, direct: bool, image: Option<OpenImage<'_>>) -> Result
             Err(error) => Some(error),
         };
         // What cannot be shown where it lies may be built.
-        match (built.or_else(|| image.map(|options| open_image(path, options))), refused) {
+        let built = built.or_else(|| image.map(|options| open_image(path, options)));
+        #[cfg(feature = "build")]
+        let built = built.map(|built| image::without_cache(path, image, built));
+        match (built, refused) {
             (Some(Ok(Some(tiles))), _) => return Ok(tiles),
             // It is of a kind that is built, and damaged.
             (Some(Err(error)), Some(refusal))

@@ -65,6 +65,20 @@ impl<'a> Preview<'a> {
         Preview { path, wraps, observer, is_begun: false, picture, reader: None }
     }
 
+    /// Returns true if something is shown, or there is nothing to gain.
+    pub(super) fn is_seen(&self) -> bool {
+        match &self.picture {
+            Picture::None | Picture::Given(_) => false,
+            Picture::Growing(growing) => growing.is_shown,
+            Picture::Done => true,
+        }
+    }
+
+    /// Leaves what is shown as it is.
+    pub(super) fn leave(&mut self) {
+        self.picture = Picture::Done;
+    }
+
     /// Has an image shown that is being decoded into memory, unless there is a quicker way or it is small.
     pub(super) fn take(&mut self, image: Arc<MemoryImage>) {
         let [width, height] = image.image_size();

@@ -21,11 +21,11 @@ const MOST_SAMPLES: f64 = 2048.0;
 /// Has labels shown at first that are asked for.
 pub(crate) fn shown_at_first(asked: &LabelArgs, facts: &VolumeFacts, look: &mut VolumeLook) -> Result<()> {
     if let Some(named) = &asked.labels {
-        look.labels.shown = facts.labels.iter().position(|name| name == named);
+        look.labels.shown = facts.labels.iter().position(|name| **named == **name);
     }
     let shown = match (look.labels.shown, &asked.labels, asked.of_labels_alone()) {
         (Some(shown), ..) => shown,
-        (None, Some(named), _) => bail!(not_beside(named, facts)),
+        (None, Some(named), _) => bail!(not_beside(&named.to_string_lossy(), facts)),
         (None, None, Some(option)) => bail!("{option}: it goes with --labels NAME"),
         (None, None, None) => return Ok(()),
     };

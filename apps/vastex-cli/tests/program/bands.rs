@@ -41,7 +41,11 @@ fn bands_are_chosen_for_a_layer_or_with_the_file() {
     let array = sandbox.read("a.npy");
     assert!(array.ends_with(&texels[(2 * 16 + 3) * 6..][..24]));
     assert!(String::from_utf8_lossy(&array[..128]).contains("(1, 4, 6)"));
+    // The alpha that a picture of three bands has on a GPU is none of the file.
+    sandbox.write_png("three.png", [16, 16]);
     for (words, why) in [
+        ("render three.png --layer :bands=4 -o b.png", "three.png: has no bands '4'; it has 3"),
+        ("render three.png --layer :bands=9 -o b.png", "three.png: has no bands '9'; it has 3"),
         ("render six.tif --layer :bands=7 -o b.png", "has no bands '7'; it has 6"),
         ("render six.tif:bands=1,2 -o b.png", "has no bands '1,2'; it has 6"),
         ("render six.tif --layer :bands=1 --layer :bands=2 -o b.png", "two layers ask for different bands"),

@@ -109,11 +109,18 @@ fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
     assert!(off.stderr.is_empty() && sandbox.read("out.png") == cached, "{off}");
     assert_eq!((files(&sandbox.path("mine/here")).len(), kept(&sandbox).len()), (1, 0));
     sandbox.write("file", b"");
-    let unusable = render(&["--cache", "file/cache"]).expect_code(1);
-    assert!(unusable.stderr.contains("file/cache: cannot hold built images"), "{unusable}");
-    let mut homeless = sandbox.command(&["render", "image.png", "-o", "out.png"]);
-    let homeless = Ended::of(homeless.env_remove("XDG_CACHE_HOME").env_remove("HOME")).expect_code(1);
+    // Where none can be, too, and that is said.
+    for cache in ["file", "file/cache"] {
+        std::fs::remove_file(sandbox.path("out.png")).unwrap();
+        let unusable = render(&["--cache", cache]).expect_code(0);
+        assert!(unusable.stderr.contains(&format!("{cache}: cannot hold built images")), "{unusable}");
+        assert!(unusable.stderr.contains("--cache off"), "{unusable}");
+        assert!(sandbox.read("out.png") == cached && unusable.stderr.lines().count() == 1, "{unusable}");
+    }
+    let mut homeless = sandbox.command(&image);
+    let homeless = Ended::of(homeless.env_remove("XDG_CACHE_HOME").env_remove("HOME")).expect_code(0);
     assert!(homeless.stderr.contains("name one with --cache DIR"), "{homeless}");
+    assert!(sandbox.read("out.png") == cached);
     // What is damaged is said of the image, and leaves nothing.
     let whole = sandbox.read("image.png");
     sandbox.write("short.png", &whole[..whole.len() / 2]);
@@ -123,6 +130,23 @@ fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
         assert!(short.stderr.contains("short.png") && short.stderr.contains("truncated"), "{short}");
     }
     assert_eq!(kept(&sandbox).len(), 0);
+}
+
+/// Whose writes fail from so many bytes of a file on.
+#[test]
+fn an_image_that_a_full_disk_cannot_keep_is_shown_all_the_same() {
+    let sandbox = Sandbox::new();
+    sandbox.write_png("image.png", [700, 500]);
+    let mut shell = Command::new("sh");
+    let script = "ulimit -f 16; exec \"$0\" render image.png --size 32x20 --cache kept -o out.png";
+    shell.current_dir(sandbox.path("")).env_remove("RUST_LOG");
+    shell.args(["-c", script, env!("CARGO_BIN_EXE_vastex")]);
+    let shown = Ended::of(compiled_shaders::share(&mut shell)).expect_code(0);
+    assert!(shown.stderr.contains("image.png: cannot be built into kept: "), "{shown}");
+    assert!(!shown.stderr.contains("WARN"), "one message is enough: {shown}");
+    let image = ["render", "image.png", "--size", "32x20", "--cache", "off", "-o", "off.png"];
+    sandbox.run(&image).expect_code(0);
+    assert!(sandbox.read("out.png") == sandbox.read("off.png"));
 }
 
 /// A grey progressive JPEG of nothing but a first scan, whose blocks have no coefficients.

@@ -139,7 +139,7 @@ fn full_pipe() -> (UnixStream, Stdio) {
 
 /// Waits for something that a program does.
 #[track_caller]
-fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+pub(crate) fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     let begin = std::time::Instant::now();
     while !is_so() {
         assert!(begin.elapsed() < PATIENCE, "no {what} in {PATIENCE:?}");

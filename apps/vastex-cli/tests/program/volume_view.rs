@@ -28,6 +28,32 @@ fn a_screenshot_shows_three_slices_and_the_volume() {
     assert!(pixels == sandbox.read_rgb("parts.png"), "in parts");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_screenshot_that_is_interrupted_leaves_nothing() {
+    use std::process::{Command, Stdio};
+
+    use crate::hostile::{end_of, wait_for};
+
+    let sandbox = Sandbox::new();
+    let is_begun = || sandbox.names().iter().any(|name| name.starts_with(".v.png"));
+    // A program that is done before it is seen at work is run again.
+    for _ in 0..30 {
+        let words = ["view", "--screenshot", "v.png", "--size", "640x480", HEAD];
+        let mut child = sandbox.command(&words).stderr(Stdio::null()).spawn().unwrap();
+        wait_for("picture", || child.try_wait().unwrap().is_some() || is_begun());
+        let number = child.id().to_string();
+        drop(Command::new("kill").args(["-s", "INT", &number]).stderr(Stdio::null()).status());
+        let code = end_of(&mut child);
+        if code != Some(0) {
+            assert_eq!((code, sandbox.names()), (Some(130), Vec::new()));
+            return;
+        }
+        std::fs::remove_file(sandbox.path("v.png")).unwrap();
+    }
+    panic!("it was never caught at work");
+}
+
 /// Each picture in it lies in a texture, and the whole is painted in parts.
 #[test]
 fn a_screenshot_may_be_wider_than_any_texture() {

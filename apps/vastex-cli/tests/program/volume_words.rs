@@ -95,6 +95,23 @@ fn what_cannot_be_shown_of_labels_is_told() {
 }
 
 #[test]
+fn words_that_mean_nothing_to_slices_are_refused() {
+    let sandbox = Sandbox::new();
+    for (words, says) in [
+        (&["--mode", "mip"][..], "'--mode'"),
+        (&["--view", "+x"], "'--view'"),
+        (&["--view", "around:yaw=30"], "'--view'"),
+    ] {
+        let slice = ["render", NUCLEI, "--on", "slices", "--slice", "z=3", "-o", "o.png"];
+        let told = sandbox.run(&[&slice[..], words].concat()).expect_code(2).stderr;
+        assert!(told.contains(says) && told.contains("--on volume"), "{words:?}: {told}");
+    }
+    let beside = ["--slice", "plane:x=1000,y=0,z=0,nx=1,ny=0,nz=0", "-o", "o.png"];
+    let words = [&["render", NUCLEI, "--on", "slices"][..], &beside].concat();
+    assert!(sandbox.run(&words).expect_code(1).stderr.contains("does not meet"));
+}
+
+#[test]
 fn the_help_of_view_tells_of_volumes_by_themselves() {
     let help = Sandbox::new().run(&["view", "--help"]).expect_code(0).stdout;
     let at = |part: &str| help.find(part).unwrap_or_else(|| panic!("{part} is not there: {help}"));

@@ -118,3 +118,26 @@ fn shapes_that_are_not_there_open_no_window() {
     let ended = sandbox.run(&["view", "image.vastex", "--shapes", "gone.geojson"]).expect_code(1);
     assert!(ended.stderr.contains("gone.geojson: cannot be read"), "{ended}");
 }
+
+/// Names of files are bytes on Unix.
+#[cfg(all(unix, feature = "volumes"))]
+#[test]
+fn names_that_are_no_text_are_names_of_files() {
+    use std::ffi::OsStr;
+    use std::os::unix::ffi::OsStrExt;
+
+    let sandbox = Sandbox::with_container();
+    sandbox.write("v.raw", &[7; 8 * 8 * 8]);
+    sandbox.write("v.raw.toml", b"width = 8\nheight = 8\ndepth = 8\nsample = \"u8\"\n");
+    let [array, labels] = [&b"\xff.npy"[..], b"\xff.raw"].map(OsStr::from_bytes);
+    let mut crop = sandbox.command(&words("crop image.png --at 0,0 --size 4x4 -o"));
+    Ended::of(crop.arg(array)).expect_code(0);
+    assert!(sandbox.path("").join(array).is_file());
+    for (from, ending) in [("v.raw", ""), ("v.raw.toml", ".toml")] {
+        let mut to = labels.to_owned();
+        to.push(ending);
+        std::fs::copy(sandbox.path(from), sandbox.path("").join(to)).unwrap();
+    }
+    let mut render = sandbox.command(&words("render v.raw --on slices --slice z=1 --size 8x8 --labels"));
+    Ended::of(render.arg(labels)).expect_code(0);
+}

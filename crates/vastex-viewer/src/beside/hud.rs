@@ -16,7 +16,8 @@ pub(crate) struct SceneHud {
     is_shown: bool,
     /// The times from frame to frame, where the next follows without a pause.
     pub(crate) frames: FrameTimes,
-    /// What the GPU took for the parts of a frame, nothing before that is measured; `None` if it does not tell.
+    /// What the GPU took for the parts of a frame, which is empty before that is measured; `None` if it does
+    /// not tell.
     pub(crate) gpu_times: Option<Vec<PartTime>>,
     pub(crate) small: Option<SmallOverlays>,
     pub(crate) explained: Option<ExplainedPixel>,

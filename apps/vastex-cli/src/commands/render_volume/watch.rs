@@ -100,7 +100,8 @@ impl Watch {
         let part = |texture: TextureId| {
             let is_it = |layer: LayerId| layer.texture() == texture && !is_one;
             if desc.labels.as_ref().is_some_and(|labels| is_it(labels.layer)) {
-                return Some(("labels", args.look.labels.labels.clone().unwrap_or_default()));
+                let labels = args.look.labels.labels.as_deref().unwrap_or_default();
+                return Some(("labels", labels.to_string_lossy().into_owned()));
             }
             let nth = desc.channels.iter().position(|channel| is_it(channel.layer))?;
             Some(("channel", drawing.shown.get(nth)?.0.channel.to_string()))

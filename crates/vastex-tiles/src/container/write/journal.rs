@@ -152,10 +152,16 @@ impl Journal {
 
 impl Drop for Journal {
     fn drop(&mut self) {
-        // Records that cannot be written are tiles that are made once more.
-        let left = if self.keep { self.write_pending() } else { fs::remove_file(&self.path) };
-        if let Err(error) = left {
-            tracing::warn!(path = %self.path.display(), %error, "a journal could not be written or removed");
+        if self.keep
+            && let Err(error) = self.write_pending()
+        {
+            // Records that cannot be written are tiles that are made once more. What ended the write, such as
+            // a full disk, is told by the write's own error.
+            tracing::info!(path = %self.path.display(), %error, "the rest of a journal could not be written");
+        } else if !self.keep
+            && let Err(error) = fs::remove_file(&self.path)
+        {
+            tracing::warn!(path = %self.path.display(), %error, "a journal could not be removed");
         }
     }
 }

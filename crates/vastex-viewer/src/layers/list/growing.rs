@@ -5,9 +5,9 @@ use vastex::TextureId;
 use super::Layers;
 
 impl Layers {
-    /// Draws of a texture whose rows are still coming the share of them that is there, 0 to 1, counted from the
-    /// top, and nothing below, from the next frame on after [`crate::SceneRenderer::set_layers`]. Nothing is
-    /// compiled for it.
+    /// Draws of a texture whose rows are still coming the share of them that is there, 0 to 1, counted from
+    /// the top, and nothing below, from the next frame on after [`crate::SceneRenderer::set_layers`].
+    /// Nothing is compiled for it.
     pub fn grow(&mut self, growing: Option<(TextureId, f64)>) {
         self.growing = growing;
     }
