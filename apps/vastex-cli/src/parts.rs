@@ -64,8 +64,8 @@ impl Parts {
     /// The same where panes lie in it as given.
     pub(crate) fn of_panes(whole: [u32; 2], panes: Panes, most: u32, has_clouds: bool) -> Parts {
         let Panes { count: panes, left, width: pane, .. } = panes;
-        // A GPU takes slopes, and so levels, from squares of two by two pixels, which begin at even ones: in a
-        // part that began at an odd one they would be others than in the whole.
+        // A GPU takes slopes, and so levels, from squares of two by two pixels, which begin at even ones: in
+        // a part that began at an odd one they would be others than in the whole.
         let margin = (if has_clouds { MARGIN_OF_CLOUDS } else { MARGIN }).min(most / 4) & !1;
         let most_kept = (most - 2 * margin).max(1);
         let rows = (MOST_BYTES / (4 * u64::from(whole[0]))).clamp(64, u64::from(u32::MAX)) as u32;
