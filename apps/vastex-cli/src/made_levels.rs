@@ -288,7 +288,7 @@ impl LevelMaker {
         Ok(changes.len())
     }
 
-    /// What went wrong so far: stored chunks that could not be read, of which the made levels have nothing,
+    /// What went wrong so far: stored chunks that could not be read, for which others stand ([`stood_for`]),
     /// and a directory for made levels that cannot be used. The first few of them, each once.
     pub(crate) fn faults(&self) -> Vec<VolumeError> {
         let mut faults = self.faults.clone();

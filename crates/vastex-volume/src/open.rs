@@ -144,7 +144,7 @@ pub fn open(path: &Path) -> Result<Opened, VolumeError> {
         Err(error) => VolumeFault::Read(read_advice(&error)),
         Ok(_) if has_name_of_values(path) => VolumeFault::NoVolume(
             "is no volume by itself: the values of NIfTI in a file .img are read by its header, a file .hdr of the same name beside \
-             it, which is not there"
+             it, which is not there, or has its values in another file"
                 .into(),
         ),
         Ok(_) => VolumeFault::NoVolume(

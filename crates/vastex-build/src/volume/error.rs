@@ -26,7 +26,7 @@ pub enum VolumeBuildError {
     },
     /// The finest level of the volume cannot be read.
     #[error(
-        "{error}; so '{level}', the finest level of {path}, is missing, and what would be built of a coarser one is another          volume. Write that level anew, or take it out of the metadata"
+        "{error}; so '{level}', the finest level of {path}, is missing, and what would be built of a coarser one is another volume. Write that level anew, or take it out of the metadata"
     )]
     FinestLeftOut {
         /// The volume.

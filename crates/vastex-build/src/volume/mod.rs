@@ -132,7 +132,7 @@ pub fn build_volume(
     check_place(input, output)?;
     check_finest(volume.about())?;
     let pool = threads::pool(options.threads)?;
-    Build { input, output, options, progress, pool: &pool, notes: Vec::new() }.run(&volume)
+    Build { output, options, progress, pool: &pool, notes: Vec::new() }.run(&volume)
 }
 
 /// Opens a volume; what lists several is refused.
@@ -166,7 +166,6 @@ fn check_place(input: &Path, output: &Path) -> Result<(), VolumeBuildError> {
 }
 
 struct Build<'a> {
-    input: &'a Path,
     output: &'a Path,
     options: &'a VolumeOptions,
     progress: &'a dyn Progress,
@@ -220,10 +219,10 @@ impl<'a> Build<'a> {
         let levels = self.levels_of(volume, |size| size == [1; 3])?;
         if !about.labels.is_empty() {
             self.notes.push(format!(
-                "{}: labels are left out ({}), since a container holds one image; build each from its path, {}/labels/NAME",
+                "{}: labels are left out ({}), since a container holds one image; build each from its path, {}",
                 about.path,
                 about.labels.join(", "),
-                self.input.display()
+                about.labels_at("NAME").display()
             ));
         }
         let mut sink = ContainerSink::create(self.output, volume, &levels, rule, options)?;

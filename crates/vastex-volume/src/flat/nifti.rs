@@ -328,11 +328,12 @@ pub(crate) fn has_name_of_values(path: &Path) -> bool {
     stem_of_values(path).is_some()
 }
 
-/// The header beside a file of values.
+/// The header beside a file of values, if it is this file's: of an image and a gzipped one the first is.
 pub(crate) fn header_of(path: &Path) -> Option<PathBuf> {
     let stem = stem_of_values(path)?;
     let headers = [".hdr", ".hdr.gz"].map(|ending| PathBuf::from(format!("{stem}{ending}")));
-    headers.into_iter().find(|header| header.is_file() && is_nifti(header))
+    let is_of_it = |header: &PathBuf| image_of(header).is_ok_and(|(image, _)| image == path);
+    headers.into_iter().find(|header| header.is_file() && is_nifti(header) && is_of_it(header))
 }
 
 /// The image beside a header, and whether it is gzipped.

@@ -1,6 +1,7 @@
 //! Stored chunks for what must not fail: levels that are made, and the coarsest ones, without which nothing
 //! is shown. Where a chunk cannot be read, voxels of the next finer level stand for it, as far as these can
-//! be read in their turn, of the finest level those of the next coarser one, else the fill value.
+//! be read, of the finest level those of the next coarser one, else the fill value. For those that stand for
+//! others nothing stands: else a chunk of the coarsest level would have all that lie below it tried.
 
 use std::future::Future;
 use std::pin::Pin;
@@ -16,12 +17,14 @@ pub(crate) struct Lenient<'a> {
     shared: Shared<'a>,
     /// The stored level.
     level: usize,
+    /// True if its chunks stand for others: in the place of those that cannot be read is the fill value.
+    stands_for_others: bool,
 }
 
 impl Made {
     /// The chunks of a stored level, which are those of `shared`.
     pub(crate) fn lenient<'a>(&'a self, shared: Shared<'a>, level: usize) -> Lenient<'a> {
-        Lenient { made: self, shared, level }
+        Lenient { made: self, shared, level, stands_for_others: false }
     }
 
     /// Those that levels are made of.
@@ -72,7 +75,10 @@ impl<'a> Lenient<'a> {
             let read = VoxelBox { first: first.map(|at| at as i64), size: size.map(|side| side as u32) };
             let (shared, plane) = (volume.shared(other), (base.channel, base.time));
             let found = match finer {
-                Some(finer) => self.made.lenient(shared, finer).plane().read(&read).await,
+                Some(finer) => {
+                    let standing = Lenient { made: self.made, shared, level: finer, stands_for_others: true };
+                    standing.plane().read(&read).await
+                }
                 // As it is: what stands for the coarser one is the finer one.
                 None => shared.plane(plane.0, plane.1).read(&read).await,
             };
@@ -108,7 +114,7 @@ impl ChunkSource for Lenient<'_> {
                 Ok(chunk) => Ok(chunk),
                 Err(error) => {
                     self.made.fault(error);
-                    Ok(self.stand_in(coords).await)
+                    Ok(if self.stands_for_others { None } else { self.stand_in(coords).await })
                 }
             }
         })

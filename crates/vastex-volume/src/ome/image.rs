@@ -54,13 +54,14 @@ pub(crate) async fn open_image(
     if multiscales.len() > 1 {
         oddities.push(format!("{} pyramids are listed for one image; the first is taken", multiscales.len()));
     }
-    let Datasets { mut found, lacking, axes } =
+    let Datasets { mut found, mut lacking, axes } =
         open_datasets(keys, prefix, &path, multiscale, &mut oddities).await?;
     let order = sorted(&found.iter().map(|found| found.stored.clone()).collect::<Vec<_>>(), &mut oddities);
     let mut by_place: Vec<Option<Found>> = found.drain(..).map(Some).collect();
     let is_listed_in_order = order.is_sorted();
     let found: Vec<Found> = order.into_iter().filter_map(|place| by_place[place].take()).collect();
-    let found = alike(found, &mut oddities);
+    let (found, unlike) = alike(found, &path, &mut oddities);
+    lacking.extend(unlike);
     let datasets = list(multiscale, "datasets");
     let of_found: Vec<usize> = found.iter().map(|found| found.number).collect();
     let left_out = numbered(lacking, datasets, &of_found, is_listed_in_order);
@@ -167,10 +168,9 @@ async fn open_datasets(
         let own = match &axes {
             Some(axes) if axes.len() == count => axes.clone(),
             Some(axes) => {
-                oddities.push(format!(
-                    "the level '{of}' has {count} axes where another has {}; it is left out",
-                    axes.len()
-                ));
+                let why = format!("has {count} axes where another has {}", axes.len());
+                oddities.push(format!("the level '{of}' {why}; it is left out"));
+                lacking.push(left(damaged(format!("the level '{of}' {why}")).at(path)));
                 continue;
             }
             None => fitting(named.clone(), count, oddities),
@@ -273,25 +273,24 @@ fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Oddities)
     }
 }
 
-/// The levels that have the values, channels and times of the finest one.
-fn alike(found: Vec<Found>, oddities: &mut Oddities) -> Vec<Found> {
+/// The levels that have the values, channels and times of the finest one, and those that have not, each with
+/// its place in the list.
+fn alike(found: Vec<Found>, path: &str, oddities: &mut Oddities) -> (Vec<Found>, Vec<(usize, LevelLeftOut)>) {
     let key = |found: &Found| {
         let meta = found.array.meta();
         let along = |axis: Option<usize>| axis.map_or(1, |axis| meta.shape[axis]);
         (meta.dtype, along(found.map.channel), along(found.map.time))
     };
     let first = key(&found[0]);
-    let is_like = |found: &Found| {
-        let is_like = key(found) == first;
-        if !is_like {
-            oddities.push(format!(
-                "the level '{}' has other values, channels or times than '{}'; it is left out",
-                found.stored.path, "the finest one"
-            ));
-        }
-        is_like
+    let (alike, others): (Vec<Found>, Vec<Found>) = found.into_iter().partition(|found| key(found) == first);
+    let left = |other: Found| {
+        let (number, level) = (other.number, other.stored.path);
+        let why = format!("the level '{level}' has other values, channels or times than the finest one");
+        oddities.push(format!("{why}; it is left out"));
+        (number, LevelLeftOut { number, path: level, error: damaged(why).at(path) })
     };
-    found.into_iter().filter(is_like).collect()
+    let others = others.into_iter().map(left).collect();
+    (alike, others)
 }
 
 /// The unit of x, in which lengths along other axes are put, too, where both units are known.

@@ -10,7 +10,7 @@ use vastex_tiles::{ReadError, TileSource};
 use vastex_volume::{Opened, VolumeRegion, VolumeSource, open};
 
 use crate::fixtures::{path, unpacked, volume};
-use crate::generated::{Level, random, source, write};
+use crate::generated::{Level, places, random, source, write};
 
 /// Two levels whose values are 100 and 200, and where `bright` says so 1000; the finer one has 40 voxels a
 /// side, and both chunks of 10.
@@ -102,6 +102,24 @@ fn the_next_finer_level_stands_for_what_the_coarsest_lacks() {
 }
 
 #[test]
+fn a_volume_of_nothing_but_damage_is_not_searched_for_what_might_stand_for_it() {
+    let levels = [128, 64, 32, 16].map(|side| Level::new([side; 3], [16; 3], [128.0 / side as f64; 3]));
+    let (directory, _) = random(&levels, |_, _| false);
+    for (level, across) in [8, 4, 2, 1].into_iter().enumerate() {
+        for [x, y, z] in places([across; 3]) {
+            fs::write(directory.path().join(format!("{level}/{z}.{y}.{x}")), b"damaged").unwrap();
+        }
+    }
+    let source = source(&Arc::new(volume(directory.path())));
+    assert_eq!(source.description().geometry.tail().first_level(), 4);
+    assert_eq!(in_tail(&source, 4, [2, 6, 7]), 3, "the fill value");
+    // The chunk, and those of the next finer level that would have stood for it.
+    let faults = source.faults();
+    let of = |level: &str| faults.iter().filter(|fault| fault.path.contains(level)).count();
+    assert_eq!((of("/3/"), of("/2/"), faults.len()), (1, 8, 9), "{faults:?}");
+}
+
+#[test]
 fn what_is_no_file_is_no_absent_chunk() {
     let (directory, _) = random(&[Level::new([40; 3], [20; 3], [1.0; 3])], |_, _| true);
     let chunk = directory.path().join("0/0.0.0");
@@ -157,6 +175,16 @@ fn levels_that_are_left_out_keep_their_numbers() {
         let error = about.level_numbered(3).unwrap_err().to_string();
         assert!(error.contains("levels 0 to 2"), "{error}");
     }
+    // One of other values is none of the pyramid, and keeps its number, too.
+    let (directory, _) = random(&levels, |_, _| true);
+    let meta = directory.path().join("1/.zarray");
+    let text = fs::read_to_string(&meta).unwrap();
+    fs::write(&meta, text.replace("<u2", "<u4")).unwrap();
+    let unlike = volume(directory.path());
+    let [first, second, third] = [0, 1, 2].map(|number| unlike.about().level_numbered(number));
+    assert_eq!((first.unwrap(), third.unwrap()), (0, 1));
+    let error = second.unwrap_err().to_string();
+    assert!(error.contains("'1' has other values, channels or times"), "{error}");
     // One that is not there is left out like any other; of the fixture's nobody knows how fine they are.
     let (directory, _) = random(&levels, |_, _| true);
     fs::remove_dir_all(directory.path().join("0")).unwrap();
@@ -219,4 +247,9 @@ fn values_of_a_pair_are_read_by_their_header() {
     let found = [&hdr, &img].map(|path| crate::fixtures::whole(&volume(path), 0, 0));
     assert!(found[0] == found[1] && found[0] == crate::fixtures::whole(&volume(&path("one.nii")), 0, 0));
     assert_eq!(vastex_volume::files_of_volume(&img), [hdr, img]);
+    // The header has its values in another file than this one.
+    let gzipped = directory.path().join("one.img.gz");
+    fs::write(&gzipped, b"other values").unwrap();
+    let error = open(&gzipped).unwrap_err().to_string();
+    assert!(error.contains("one.img.gz") && error.contains("in another file"), "{error}");
 }
