@@ -11,7 +11,7 @@ use vastex_core::{Geometry, PagePos, PageSet};
 
 use super::layers::OpenLayer;
 use super::{BuildError, BuildOptions};
-use crate::image::{InputFault, PixelFormat, RowReader, open};
+use crate::image::{InputFault, PixelFormat, RowReader, open_while};
 use crate::progress::{Progress, read_watched, rows_at_once};
 use crate::pyramid::stack::{LayerBands, LayerPlan};
 use crate::threads;
@@ -33,7 +33,8 @@ pub(crate) fn select(
         of_layers.map(|sets| PageSet::from_pages(geometry, |pos| sets.iter().any(|set| set.contains(pos))));
     if let Some(path) = &options.mask {
         let at_mask = |fault| BuildError::Input { path: path.clone(), fault };
-        let mut mask = open(path).map_err(at_mask)?;
+        let opened = open_while(path, &|| progress.opening());
+        let mut mask = opened.map_err(|fault| BuildError::input(path, fault))?;
         let (needed, limit) = (mask.header().memory, options.memory_limit);
         if needed > limit {
             let remedy = "make the mask smaller: any size of the same shape will do";

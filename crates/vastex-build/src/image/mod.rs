@@ -43,7 +43,7 @@ pub use fault::InputFault;
 pub use header::{ImageHeader, RowReader};
 pub use notice::Notice;
 pub use number::Number;
-pub(crate) use open::{Opened, open_stored, open_with_files, open_with_files_while};
+pub(crate) use open::{Opened, open_stored, open_with_files_while};
 pub use open::{files_of_image, open, open_reduced, open_shrunk, open_while};
 pub use pixel::{PixelFormat, Sample};
 pub use stored_as::{Converted, ConvertedPieces};

@@ -105,11 +105,6 @@ pub(crate) fn open_stored(path: &Path) -> Result<(Box<dyn RowReader>, StoredAs),
     Ok((open(path)?, StoredAs::ByCount))
 }
 
-/// Opens an image as [`open`] does, and says which files it is made of.
-pub(crate) fn open_with_files(path: &Path) -> Result<Opened, InputFault> {
-    open_with_files_while(path, &unwatched)
-}
-
 /// Opens an image as [`open_while`] does, and says which files it is made of.
 pub(crate) fn open_with_files_while(
     path: &Path,

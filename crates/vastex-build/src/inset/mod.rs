@@ -38,7 +38,7 @@ pub(crate) fn build(
     let finest = finest(&options.insets);
     let texture = Arc::new(finer(&layers::describe(&layers, options)?, finest)?);
     let filters = filters(&layers, options)?;
-    let insets = check(&options.insets, &texture, &filters, output, options)?;
+    let insets = check(&options.insets, (&texture, &filters), output, options, progress)?;
     // Whoever works for hours should know first whether there can be an output; and nobody else builds there
     // meanwhile.
     let about = layers::about(&layers, texture.geometry.size());
@@ -126,10 +126,10 @@ struct Checked<'a> {
 /// yet.
 fn check<'a>(
     insets: &'a [Inset],
-    texture: &Arc<Description>,
-    filters: &[String],
+    (texture, filters): (&Arc<Description>, &[String]),
     output: &Path,
     options: &BuildOptions,
+    progress: &dyn Progress,
 ) -> Result<Vec<Checked<'a>>, BuildError> {
     let rules = Rules::new(texture, filters).map_err(BuildError::InsetTexture)?;
     let finest = finest(insets);
@@ -137,7 +137,8 @@ fn check<'a>(
         let layer = layer_of(inset, texture)?;
         let placed = Placed { image: &inset.image, layer, level: finest - inset.finer, at: inset.at };
         let of_layer = rules.of_layer(placed.layer).map_err(BuildError::InsetTexture)?;
-        let image = OpenImage::open(of_layer, placed).map_err(|error| inset_error(placed, error))?;
+        let image = OpenImage::open(of_layer, placed, progress);
+        let image = image.map_err(|error| inset_error(placed, error))?;
         let (rows, width) = (u64::from(image.header().height), u64::from(image.header().width));
         place::check(&image.files, output)?;
         let (memory, _) = rules

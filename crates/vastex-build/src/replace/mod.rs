@@ -104,7 +104,7 @@ pub fn replace<I: Clone + Into<LayerImage>>(
     let rules = rules(&old)?;
     let open = |image| {
         let placed = input::place(image, at, old.description(), old.name())?;
-        open_image(&rules, placed, old.name())
+        open_image(&rules, placed, old.name(), progress)
     };
     let open = images.iter().map(open).collect::<Result<Vec<_>, ReplaceError>>()?;
     input::check_layers(&images, &open, old.name())?;
@@ -121,7 +121,7 @@ pub(crate) fn put(
     progress: &dyn Progress,
 ) -> Result<Replaced, ReplaceError> {
     let rules = rules(update.container())?;
-    let image = open_image(&rules, placed, update.container().name())?;
+    let image = open_image(&rules, placed, update.container().name(), progress)?;
     run(update, rules, vec![image], compression, options, progress)
 }
 
@@ -130,9 +130,14 @@ fn rules(container: &Container) -> Result<Rules, ReplaceError> {
     Rules::new(container.description(), container.filters()).map_err(refuse)
 }
 
-fn open_image<'a>(rules: &Rules, placed: Placed<'a>, name: &str) -> Result<OpenImage<'a>, ReplaceError> {
+fn open_image<'a>(
+    rules: &Rules,
+    placed: Placed<'a>,
+    name: &str,
+    progress: &dyn Progress,
+) -> Result<OpenImage<'a>, ReplaceError> {
     let refuse = |what| ReplaceError::Unsupported { name: name.into(), what };
-    OpenImage::open(rules.of_layer(placed.layer).map_err(refuse)?, placed)
+    OpenImage::open(rules.of_layer(placed.layer).map_err(refuse)?, placed, progress)
 }
 
 /// Replaces what the images cover, which are all of one level, and commits.

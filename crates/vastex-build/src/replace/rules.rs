@@ -11,7 +11,8 @@ use super::region::{Placed, Region, Strip, strips};
 use super::slice::LayerShape;
 use super::spans::{Axis, Spans};
 use super::{BATCH_BYTES, ReplaceOptions};
-use crate::image::{ImageHeader, Notice, Opened, RowReader, in_srgb, open_with_files};
+use crate::image::{ImageHeader, InputFault, Notice, Opened, RowReader, in_srgb, open_with_files_while};
+use crate::progress::Progress;
 use crate::texels::convert::Conversion;
 use crate::texels::filter::{Filter, LayerFilter, LevelsFrom};
 use crate::threads;
@@ -154,11 +155,19 @@ pub(crate) struct OpenImage<'a> {
 }
 
 impl<'a> OpenImage<'a> {
-    /// Opens the image; an error where it cannot be read or does not suit the layer.
-    pub(crate) fn open(rules: LayerRules, placed: Placed<'a>) -> Result<OpenImage<'a>, ReplaceError> {
+    /// Opens the image as long as `progress` lets it; an error where it cannot be read or does not suit the
+    /// layer.
+    pub(crate) fn open(
+        rules: LayerRules,
+        placed: Placed<'a>,
+        progress: &dyn Progress,
+    ) -> Result<OpenImage<'a>, ReplaceError> {
         let path = || placed.image.to_path_buf();
-        let opened = open_with_files(placed.image);
-        let Opened { reader, files } = opened.map_err(|fault| ReplaceError::Image { path: path(), fault })?;
+        let opened = open_with_files_while(placed.image, &|| progress.opening());
+        let Opened { reader, files } = opened.map_err(|fault| match fault {
+            InputFault::BrokenOff => ReplaceError::Cancelled,
+            fault => ReplaceError::Image { path: path(), fault },
+        })?;
         let reader = if rules.is_color { in_srgb(reader) } else { reader };
         let (image, held) = (reader.header(), rules.shape.layer.format);
         let conversion = Conversion::new(image, held, rules.is_color).ok_or_else(|| {

@@ -11,8 +11,8 @@ use exr::prelude::{Blocks, Compression, Encoding, FlatSamples, LineOrder, Vec2, 
 use tempfile::TempDir;
 use tiff::encoder::{TiffEncoder, colortype};
 use vastex_build::{
-    BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, Notice,
-    PixelFormat, Progress, Sample, open,
+    BuildCache, BuildError, BuildOptions, CacheError, DecodeOptions, Decoding, ImageHeader, Inset, Notice,
+    PixelFormat, Progress, ReplaceError, ReplaceOptions, Sample, open, replace,
 };
 
 /// All texels of an image, read three rows at a time, and what was said at the end.
@@ -364,6 +364,61 @@ fn the_opening_of_a_mosaic_is_broken_off_at_any_piece() {
             let decoded = Decoding::open_while(&image, &DecodeOptions::default(), &decoding).map(drop);
             assert_eq!(matches!(decoded, Err(BuildError::Cancelled)), end <= opening, "{end}: {decoded:?}");
         }
+    }
+}
+
+/// The same of a mosaic that is a mask, an inset, or put in the place of what is there.
+#[test]
+fn a_mosaic_is_broken_off_wherever_it_is_opened() {
+    let (_dir, path) = sandbox();
+    for name in ["p_0_0.png", "p_1_0.png", "p_2_0.png"] {
+        few_bits(&path(name), png::ColorType::Grayscale);
+    }
+    let (mosaic, ground, kept) = (path("lines.txt"), path("ground.png"), path("kept.vastex"));
+    fs::write(&mosaic, "vastex mosaic\n0 0 p_0_0.png\n2 0 p_1_0.png\n4 0 p_2_0.png\n").unwrap();
+    vastex_build::build(&[&*mosaic], &kept, &BuildOptions::default(), &()).unwrap();
+    // Insets are finer than the tail.
+    write_png(&ground, [64, 48], png::ColorType::Grayscale, png::BitDepth::Eight, &texels(64 * 48, 3));
+    let built = |input: &Path, options: &BuildOptions, progress: &dyn Progress| {
+        let built = vastex_build::build(&[input], &path("o.vastex"), options, progress);
+        assert!(built.is_ok() || matches!(built, Err(BuildError::Cancelled)), "{built:?}");
+        built.is_ok()
+    };
+    let mask = BuildOptions { mask: Some(mosaic.clone()), ..BuildOptions::default() };
+    let inset = Inset { layer: None, image: mosaic.clone(), at: [0; 2], finer: 2 };
+    let insets = BuildOptions { page: 16, border: 4, insets: vec![inset], ..BuildOptions::default() };
+    let replaced = |progress: &dyn Progress| {
+        let replaced = replace(&kept, [0; 2], &[&*mosaic], &ReplaceOptions::default(), progress);
+        assert!(replaced.is_ok() || matches!(replaced, Err(ReplaceError::Cancelled)), "{replaced:?}");
+        replaced.is_ok()
+    };
+    type Run<'a> = &'a dyn Fn(&dyn Progress) -> bool;
+    let runs: [(Run<'_>, u32); 3] = [
+        // The mosaic is what is built and its mask; an inset is checked before the ground is built.
+        (&|progress| built(&mosaic, &mask, progress), 6),
+        (&|progress| built(&ground, &insets, progress), 6),
+        (&replaced, 3),
+    ];
+    for (run, pieces) in runs {
+        let asked_until = |end: u32| OpensUntil(EndsAt { asked: Cell::new(0), end });
+        let whole = asked_until(u32::MAX);
+        assert!(run(&whole));
+        let asked = whole.0.asked.get();
+        assert!(asked >= pieces, "{asked} of {pieces}");
+        (1..=asked).for_each(|end| assert!(!run(&asked_until(end)), "{end} of {asked}"));
+    }
+}
+
+/// Ends as [`EndsAt`] does, and reads rows.
+struct OpensUntil(EndsAt);
+
+impl Progress for OpensUntil {
+    fn opening(&self) -> ControlFlow<()> {
+        self.0.opening()
+    }
+
+    fn advance(&self, _: u64, _: u64, _: u64) -> ControlFlow<()> {
+        ControlFlow::Continue(())
     }
 }
 
