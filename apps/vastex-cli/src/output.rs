@@ -1,5 +1,6 @@
 //! The files that `render` and `crop` write, pictures, traces, statistics and regions: whole or not at all.
 
+use std::collections::BTreeSet;
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -9,9 +10,9 @@ use anyhow::{Context, Result, anyhow, bail};
 use vastex_scenes::Picture;
 
 /// What is written of outputs, and is in no place yet.
-static BEGUN: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+static BEGUN: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-fn begun() -> MutexGuard<'static, Vec<PathBuf>> {
+fn begun() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     BEGUN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -131,9 +132,7 @@ impl Output {
     /// Opens the file beside the target, which an interrupt removes.
     fn begin(&self) -> io::Result<fs::File> {
         let mut begun = begun();
-        if !begun.contains(&self.temp) {
-            begun.push(self.temp.clone());
-        }
+        begun.insert(self.temp.clone());
         OpenOptions::new().write(true).create(true).truncate(true).open(&self.temp)
     }
 

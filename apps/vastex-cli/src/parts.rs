@@ -96,14 +96,16 @@ impl Parts {
         let Parts { whole, panes, left, pane, count, size, margin } = *self;
         let part = move |at_pane: u32, column: u32, row: u32| {
             let within = [column * size[0], row * size[1]];
-            let before = |at: u32| i64::from(at) - i64::from(margin);
+            let begins = left + at_pane * pane;
+            // Panes share the squares of the picture, whichever column they begin at.
+            let before = [margin + (begins % 2).min(margin), margin];
             Part {
-                at: [left + at_pane * pane + within[0], within[1]],
+                at: [begins + within[0], within[1]],
                 size,
                 pane: at_pane,
                 drawn: PicturePart {
                     whole: [pane, whole[1]],
-                    at: within.map(before),
+                    at: [0, 1].map(|axis| i64::from(within[axis]) - i64::from(before[axis])),
                     size: size.map(|side| side + 2 * margin),
                 },
             }
@@ -148,12 +150,14 @@ impl Parts {
 
     /// Puts the picture of a part without its margin into its row of parts.
     fn put(&self, part: &Part, picture: &Picture, row: &mut Picture) {
-        let (width, margin) = (self.width_of(part), self.margin as usize);
-        let lines = picture.rgba.chunks_exact(picture.size[0] as usize * 4).skip(margin);
+        let width = self.width_of(part);
+        let within = i64::from(part.at[0] - self.left - part.pane * self.pane);
+        let before = (within - part.drawn.at[0]) as usize;
+        let lines = picture.rgba.chunks_exact(picture.size[0] as usize * 4).skip(self.margin as usize);
         let rows = row.rgba.chunks_exact_mut(self.whole[0] as usize * 4);
         for (line, pixels) in rows.zip(lines) {
             let start = part.at[0] as usize * 4;
-            line[start..start + width * 4].copy_from_slice(&pixels[margin * 4..(margin + width) * 4]);
+            line[start..start + width * 4].copy_from_slice(&pixels[before * 4..(before + width) * 4]);
         }
     }
 }
@@ -305,13 +309,20 @@ mod tests {
 
     #[test]
     fn parts_cover_a_picture_and_put_it_together() {
-        for (size, panes, most) in
-            [([7, 5], 1, 8), ([100, 60], 1, 40), ([90, 50], 3, 24), ([1, 1], 1, 100), ([160, 3], 2, 33)]
-        {
+        for (size, panes, most) in [
+            ([7, 5], 1, 8),
+            ([100, 60], 1, 40),
+            ([90, 50], 3, 24),
+            ([122, 60], 2, 40),
+            ([93, 7], 3, 8),
+            ([1, 1], 1, 100),
+            ([160, 3], 2, 33),
+        ] {
             let parts = Parts::new(size, panes, most, false);
             assert!(parts.drawn_size().iter().all(|side| (1..=most).contains(side)), "{parts:?}");
-            let mut starts = parts.rows().flatten().flat_map(|part| part.drawn.at);
-            assert!(starts.all(|start| start % 2 == 0), "{parts:?}");
+            let begins = |part: &Part| i64::from(parts.left + part.pane * parts.pane);
+            let starts = |part: Part| [begins(&part) + part.drawn.at[0], part.drawn.at[1]];
+            assert!(parts.rows().flatten().flat_map(starts).all(|start| start % 2 == 0), "{parts:?}");
             let whole = numbered(size);
             let mut again = Vec::new();
             for of_row in parts.rows() {

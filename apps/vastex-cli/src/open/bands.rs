@@ -43,6 +43,14 @@ pub(crate) fn file_of_stack(path: &Path) -> &Path {
     path
 }
 
+/// Returns true if a path is that of a file, or means it as a volume or as its first image, as far as the
+/// words say: the file system, which may be far away, is not asked.
+#[cfg(feature = "view")]
+pub(crate) fn is_of_stack(path: &Path, file: &Path) -> bool {
+    let [path, file] = [path, file].map(|path| path.as_os_str().as_encoded_bytes());
+    path.strip_prefix(file).is_some_and(|rest| matches!(rest, b"" | b":volume" | b":first"))
+}
+
 /// Returns true if two paths mean the first image of one file, and one of them names it, or bands of it: they
 /// are seen where the other is.
 #[cfg(feature = "view")]

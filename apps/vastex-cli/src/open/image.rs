@@ -63,14 +63,15 @@ pub(super) fn without_cache(
         other => return other,
     };
     let Some(options) = options else { return Err(why) };
-    let note = format!("{why}; it is decoded into memory");
+    let note = format!("{why}; decoding it into memory instead");
     report::say(&format!("note: {note}"));
     options.observer.note(&note);
     let is_seen = why.downcast_ref().is_some_and(|fault: &CacheFault| fault.is_seen);
     match decoded(path, options, is_seen) {
         Ok(Some(tiles)) => Ok(Some(tiles)),
         Err(error) if super::is_of_image(&error) => Err(error),
-        Ok(None) | Err(_) => Err(why),
+        Ok(None) => Err(why),
+        Err(error) => Err(error.context(why)),
     }
 }
 

@@ -39,7 +39,9 @@ pub(crate) use about::images_of_volume;
 #[cfg(feature = "view")]
 pub(crate) use about::{SaidOfFile, file_about};
 #[cfg(feature = "view")]
-pub(crate) use bands::{are_of_first_image, file_of_stack, is_same_file, path_of as path_of_bands};
+pub(crate) use bands::{
+    are_of_first_image, file_of_stack, is_of_stack, is_same_file, path_of as path_of_bands,
+};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::{Measured, WithoutPreview};

@@ -60,12 +60,6 @@ pub(super) fn without_place(error: &str) -> &str {
     said.map_or(error, |(_, why)| why)
 }
 
-/// Returns true if after an event a window may be on another display, or on the first one.
-pub(super) fn may_change_display(event: &WindowEvent) -> bool {
-    use WindowEvent::{Focused, Moved, Occluded, Resized, ScaleFactorChanged};
-    matches!(event, Moved(_) | Resized(_) | ScaleFactorChanged { .. } | Focused(true) | Occluded(false))
-}
-
 /// The key that an event is of.
 pub(super) fn key(event: &KeyEvent, is_shifted: bool) -> Option<Key> {
     keys::key(&event.logical_key, event.physical_key, is_shifted)
@@ -82,13 +76,6 @@ fn scrolled(pixels: DVec2, phase: TouchPhase, has_momentum: bool) -> InputEvent 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_window_that_moves_may_be_on_another_display() {
-        let moved = WindowEvent::Moved(winit::dpi::PhysicalPosition::new(2000, 0));
-        assert!(may_change_display(&moved) && may_change_display(&WindowEvent::Focused(true)));
-        assert!(!may_change_display(&WindowEvent::RedrawRequested));
-    }
 
     /// What macOS sends after the fingers is its own, and nothing is added to it.
     #[test]

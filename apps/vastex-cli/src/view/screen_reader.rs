@@ -8,13 +8,15 @@
 #[cfg(any(feature = "screen-reader", windows, target_os = "macos"))]
 mod connected;
 #[cfg(not(any(feature = "screen-reader", windows, target_os = "macos")))]
-#[path = "screen_reader/silent.rs"]
-mod connected;
+mod silent;
 
 use egui::accesskit::TreeUpdate;
 
 use super::Message;
+#[cfg(any(feature = "screen-reader", windows, target_os = "macos"))]
 pub(super) use connected::{Asked, Reader, create_window, hear};
+#[cfg(not(any(feature = "screen-reader", windows, target_os = "macos")))]
+pub(super) use silent::{Asked, Reader, create_window, hear};
 
 impl From<Asked> for Message {
     fn from(asked: Asked) -> Message {

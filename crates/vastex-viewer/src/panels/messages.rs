@@ -3,7 +3,7 @@
 use egui::accesskit::Live;
 use egui::{
     Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, Response,
-    RichText, Vec2,
+    RichText, Ui, Vec2,
 };
 
 /// Messages that are told at once; of more the newest.
@@ -101,7 +101,8 @@ impl Messages {
                     .fill(ground)
                     .corner_radius(CornerRadius::same(4))
                     .inner_margin(Margin::same(8));
-                frame.show(ui, |ui| {
+                // By its topic, so that a screen reader says none again where one before it is gone.
+                let shown = |ui: &mut Ui| {
                     ui.set_width(width);
                     ui.visuals_mut().override_text_color = Some(letters);
                     let text = ui.add(Label::new(RichText::new(&message.text)).wrap());
@@ -115,7 +116,8 @@ impl Messages {
                             ui.label(RichText::new(format!("happened {} times", message.times)).small());
                         }
                     });
-                });
+                };
+                ui.push_id((&message.topic, message.is_note), |ui| frame.show(ui, shown));
                 ui.add_space(4.0);
             }
             if let Some(read) = read {

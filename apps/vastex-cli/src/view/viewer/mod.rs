@@ -31,7 +31,6 @@ use winit::window::Window;
 
 use super::bookmarks::Bookmarks;
 use super::device::{default_fade, device_for};
-use super::events::may_change_display;
 use super::recent::Recent;
 use super::screen_reader::{self, Reader};
 use super::shell::{Heard, Shell};
@@ -211,10 +210,6 @@ impl Viewer {
 
     /// Hears an event before the picture does.
     pub(super) fn hear(&mut self, event: &WindowEvent) -> Heard {
-        if may_change_display(event) {
-            let rate = self.window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
-            self.scene.beside.set_refresh_rate(rate);
-        }
         let heard = self.shell.hear(event);
         if heard.is_stale {
             self.volume.iter_mut().for_each(|volume| volume.shown.refresh());
@@ -246,6 +241,9 @@ impl Viewer {
 
     /// What is shown knows how the window is now.
     fn look_at_window(&mut self) {
+        // No event says in time, and on all systems, that it has another display.
+        let display = self.window.current_monitor();
+        self.scene.beside.set_refresh_rate(display.and_then(|display| display.refresh_rate_millihertz()));
         self.scene.beside.set_window(WindowState {
             is_over_panel: self.shell.is_over_panel(),
             fills_screen: self.window.fullscreen().is_some(),
