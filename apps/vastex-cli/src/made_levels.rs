@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use vastex::{Region, TextureId, Textures, TileSource};
-use vastex_volume::{MadeProgress, Volume, VolumeError, VolumeSource};
+use vastex_volume::{MadeProgress, SourceFault, Volume, VolumeSource};
 
 use crate::report;
 
@@ -103,7 +103,7 @@ pub(crate) struct LevelMaker {
     /// When who waits is told next how far it is.
     next_told: Option<Instant>,
     /// Faults of sources that are not shown any more.
-    faults: Vec<VolumeError>,
+    faults: Vec<SourceFault>,
 }
 
 impl LevelMaker {
@@ -288,9 +288,8 @@ impl LevelMaker {
         Ok(changes.len())
     }
 
-    /// What went wrong so far: stored chunks that could not be read, for which others stand ([`stood_for`]),
-    /// and a directory for made levels that cannot be used. The first few of them, each once.
-    pub(crate) fn faults(&self) -> Vec<VolumeError> {
+    /// What went wrong so far: the first few of it, each once.
+    pub(crate) fn faults(&self) -> Vec<SourceFault> {
         let mut faults = self.faults.clone();
         let shown = self.shown.iter().flat_map(|(_, source)| source.faults());
         shown.for_each(|fault| keep_fault(&mut faults, fault));
@@ -310,13 +309,8 @@ impl Drop for LevelMaker {
     }
 }
 
-/// What is said of a chunk that cannot be read where others stand for it.
-pub(crate) fn stood_for(fault: &VolumeError) -> String {
-    format!("{fault}; voxels of another level, or the fill value, stand for it")
-}
-
 /// Keeps a fault, if it is another than those before and they are few.
-fn keep_fault(faults: &mut Vec<VolumeError>, fault: VolumeError) {
+fn keep_fault(faults: &mut Vec<SourceFault>, fault: SourceFault) {
     if faults.len() < MOST_FAULTS && !faults.contains(&fault) {
         faults.push(fault);
     }
@@ -397,9 +391,9 @@ mod tests {
 
     #[test]
     fn faults_are_few_and_each_is_kept_once() {
-        let fault = |nth: usize| VolumeError {
-            path: "a.zarr".into(),
-            fault: vastex_volume::VolumeFault::Read(format!("chunk {nth}")),
+        let fault = |nth: usize| {
+            let fault = vastex_volume::VolumeFault::Read(format!("chunk {nth}"));
+            SourceFault::Voxels(vastex_volume::VolumeError { path: "a.zarr".into(), fault })
         };
         let mut faults = Vec::new();
         for _ in 0..3 {

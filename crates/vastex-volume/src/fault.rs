@@ -10,6 +10,25 @@ pub struct VolumeError {
     pub fault: VolumeFault,
 }
 
+/// What went wrong with what a [`crate::VolumeSource`] reads and makes for itself, and what became of it.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SourceFault {
+    /// Voxels cannot be read.
+    #[error("{0}; voxels of another level, or the fill value, stand for it")]
+    Voxels(VolumeError),
+    /// Made levels cannot be kept in the directory that was given for them.
+    #[error("{0}; levels that are made are kept in memory alone")]
+    Directory(VolumeError),
+}
+
+impl SourceFault {
+    /// What went wrong, and where.
+    pub fn error(&self) -> &VolumeError {
+        let (SourceFault::Voxels(error) | SourceFault::Directory(error)) = self;
+        error
+    }
+}
+
 /// What is wrong.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum VolumeFault {

@@ -30,7 +30,7 @@ mod volume;
 mod zarr;
 
 pub use codecs::crc32c;
-pub use fault::{VolumeError, VolumeFault};
+pub use fault::{SourceFault, VolumeError, VolumeFault};
 pub use made::MadeProgress;
 pub use open::{ImageList, Opened, are_pictures, files_of_volume, is_volume, open, open_placed};
 pub use reduce::{Reduction, reduce_into, reduced_size};

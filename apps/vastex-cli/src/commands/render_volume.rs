@@ -38,7 +38,7 @@ use super::render_labels::Labels;
 use super::render_pools::PoolBytes;
 use super::volume::printable;
 use crate::args::{AskedChannel, RenderVolumeArgs, VolumeFilter};
-use crate::made_levels::{LevelMaker, stood_for};
+use crate::made_levels::LevelMaker;
 use crate::pictures::PictureOutput;
 use crate::{gpu, report};
 
@@ -223,8 +223,9 @@ impl<'a> Drawing<'a> {
                     let faults = self.maker.faults();
                     for fault in faults {
                         // Where a brick has failed for it, that was told.
-                        let is_told = self.faults.iter().any(|told| told.contains(&fault.to_string()));
-                        self.faults.extend((!is_told).then(|| stood_for(&fault)));
+                        let error = fault.error().to_string();
+                        let is_told = self.faults.iter().any(|told| told.contains(&error));
+                        self.faults.extend((!is_told).then(|| fault.to_string()));
                     }
                     return Ok(true);
                 }

@@ -151,7 +151,7 @@ fn bands_of(path: &Path, tiff: &vastex_build::TiffDirectories) -> Option<FileBan
     };
     let shown = match name.and_then(vastex_build::bands_in_name) {
         None => Some(vec![1, 2, 3]),
-        Some(words) => words.split(',').map(|word| word.parse().ok()).collect(),
+        Some(words) => words.split(',').map(|word| word.parse::<u16>().ok()).collect(),
     };
     let (count, named) = (tiff.bands_to_choose()?, &tiff.about().bands);
     let name = |n: u16| match named.get(usize::from(n) - 1) {

@@ -30,7 +30,7 @@ const SHARE_BYTES: u64 = 256 << 20;
 /// How often another program is waited for, a tenth of a second each, before that is said.
 const WAITS_BEFORE_NOTE: u32 = 5;
 
-/// A cache that cannot hold what is built; the text names it and what to do.
+/// A cache that cannot hold what is built; the text names it and what to do, but for doing without a cache.
 #[derive(Debug)]
 pub(super) struct CacheFault {
     text: String,
@@ -40,7 +40,7 @@ pub(super) struct CacheFault {
 
 impl fmt::Display for CacheFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.text)
+        write!(f, "{}, or do without by --cache off", self.text)
     }
 }
 
@@ -58,20 +58,20 @@ pub(super) fn without_cache(
     options: Option<OpenImage<'_>>,
     built: Result<Option<Arc<dyn TileSource>>>,
 ) -> Result<Option<Arc<dyn TileSource>>> {
-    let why = match built {
-        Err(error) if error.is::<CacheFault>() => error,
-        other => return other,
+    let fault = match built.map_err(anyhow::Error::downcast::<CacheFault>) {
+        Ok(tiles) => return Ok(tiles),
+        Err(other) => other?,
     };
-    let Some(options) = options else { return Err(why) };
-    let note = format!("{why}; decoding it into memory instead");
+    let Some(options) = options else { return Err(fault.into()) };
+    let note = format!("{}; decoding it into memory instead", fault.text);
     report::say(&format!("note: {note}"));
     options.observer.note(&note);
-    let is_seen = why.downcast_ref().is_some_and(|fault: &CacheFault| fault.is_seen);
-    match decoded(path, options, is_seen) {
+    match decoded(path, options, fault.is_seen) {
         Ok(Some(tiles)) => Ok(Some(tiles)),
         Err(error) if super::is_of_image(&error) => Err(error),
-        Ok(None) => Err(why),
-        Err(error) => Err(error.context(why)),
+        Ok(None) => Err(fault.into()),
+        // That was tried.
+        Err(error) => Err(error.context(fault.text)),
     }
 }
 
@@ -81,7 +81,7 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
         Some(directory) => directory.clone(),
         None => BuildCache::default_directory().ok_or_else(|| CacheFault {
             text: format!(
-                "{}: has to be built before it can be shown, and there is no place for that ($XDG_CACHE_HOME and $HOME are not set); name one with --cache DIR, or do without by --cache off",
+                "{}: has to be built before it can be shown, and there is no place for that ($XDG_CACHE_HOME and $HOME are not set); name one with --cache DIR",
                 path.display()
             ),
             is_seen: false,
@@ -109,11 +109,11 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
             scaled.map(|image| Some(image as Arc<dyn TileSource>)).ok_or_else(|| error.into())
         }
         Err(CacheError::Unusable { directory, error }) => fault(format!(
-            "{}: cannot hold built images: {error}; name another directory with --cache DIR, or do without by --cache off",
+            "{}: cannot hold built images: {error}; name another directory with --cache DIR",
             directory.display()
         )),
         Err(CacheError::Build(BuildError::Output(WriteError::Io { error, .. }))) => fault(format!(
-            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR, or do without by --cache off",
+            "{}: cannot be built into {}: {error}; what is built so far is kept; name another directory with --cache DIR",
             path.display(),
             cache.directory().display()
         )),
@@ -125,6 +125,7 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
 /// seen of it already stays until then.
 fn decoded(path: &Path, options: OpenImage<'_>, is_seen: bool) -> Result<Option<Arc<dyn TileSource>>> {
     let progress = ImageProgress::new(path, options, None);
+    let keep = if options.cache.is_off() { "leave out `--cache off`, or " } else { "" };
     if is_seen {
         progress.preview.borrow_mut().leave();
     }
@@ -143,7 +144,7 @@ fn decoded(path: &Path, options: OpenImage<'_>, is_seen: bool) -> Result<Option<
             match at_a_share(&path, &progress, [needed, limit], options.wraps) {
                 Some(image) => Ok(Some(image)),
                 None => Err(anyhow!(
-                    "{}: its decoder takes {} of memory, and {} are allowed; leave out `--cache off`, or {}",
+                    "{}: its decoder takes {} of memory, and {} are allowed; {keep}{}",
                     path.display(),
                     report::bytes(needed),
                     report::bytes(limit),

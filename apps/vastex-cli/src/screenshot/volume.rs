@@ -17,7 +17,7 @@ use vastex_viewer::volume_scene::{VolumeAsked, VolumeLook, VolumePictures, Volum
 use super::paint::OverPainter;
 use super::patience::Patience;
 use crate::args::ViewArgs;
-use crate::made_levels::{LevelMaker, stood_for};
+use crate::made_levels::LevelMaker;
 use crate::output::{Output, PngRows};
 use crate::parts::{MOST_SIDE, Parts};
 use crate::report;
@@ -176,7 +176,7 @@ impl VolumeShot {
             }
         };
         let faults = levels.faults();
-        faults.iter().take(20).for_each(|fault| report::say(&stood_for(fault)));
+        faults.iter().take(20).for_each(|fault| report::say(&fault.to_string()));
         scene.frame(self.area(), VolumePictures::Whole)?;
         Ok(is_whole)
     }

@@ -13,7 +13,7 @@ use glam::DVec3;
 use vastex::{Preparer, Region, TextureId, Textures};
 use vastex_viewer::panels::VolumeValues;
 use vastex_viewer::volume_scene::{PointAnswer, PointAsked, VolumeLook};
-use vastex_volume::{VolumeError, VolumeSource};
+use vastex_volume::{SourceFault, VolumeSource};
 
 use super::one_search::{OneSearch, guarded};
 use crate::made_levels::LevelMaker;
@@ -80,7 +80,7 @@ pub(super) struct VolumeWork {
     /// Whether all that is seen was there when it was looked last what of them is wanted.
     had_all: bool,
     /// What went wrong with these that was told.
-    told: Vec<VolumeError>,
+    told: Vec<SourceFault>,
 }
 
 /// What is to be read.
@@ -345,7 +345,7 @@ impl VolumeWork {
     }
 
     /// What went wrong with levels since that was asked last, at most a few.
-    pub(super) fn take_faults(&mut self) -> Vec<VolumeError> {
+    pub(super) fn take_faults(&mut self) -> Vec<SourceFault> {
         let mut new = self.levels.faults();
         new.retain(|fault| !self.told.contains(fault));
         new.truncate(MOST_FAULTS.saturating_sub(self.told.len()));

@@ -3,7 +3,7 @@
 use egui::accesskit::Live;
 use egui::{
     Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, Response,
-    RichText, Ui, Vec2,
+    RichText, Ui, UiBuilder, Vec2,
 };
 
 /// Messages that are told at once; of more the newest.
@@ -38,8 +38,9 @@ struct Message {
 impl Messages {
     /// Something went wrong. What is said of its topic already is replaced, and counted.
     pub fn add_error(&mut self, topic: &str, text: impl Into<String>) {
-        let before = self.told.iter().position(|message| message.topic == topic);
-        let times = before.map_or(0, |at| self.told.remove(at).times);
+        let before = self.told.iter().find(|message| message.topic == topic && !message.is_note);
+        let times = before.map_or(0, |message| message.times);
+        self.forget(topic);
         let (topic, text, times) = (topic.to_owned(), text.into(), times.saturating_add(1));
         self.push(Message { topic, text, times, is_note: false });
     }
@@ -101,7 +102,6 @@ impl Messages {
                     .fill(ground)
                     .corner_radius(CornerRadius::same(4))
                     .inner_margin(Margin::same(8));
-                // By its topic, so that a screen reader says none again where one before it is gone.
                 let shown = |ui: &mut Ui| {
                     ui.set_width(width);
                     ui.visuals_mut().override_text_color = Some(letters);
@@ -117,7 +117,10 @@ impl Messages {
                         }
                     });
                 };
-                ui.push_id((&message.topic, message.is_note), |ui| frame.show(ui, shown));
+                // By its topic and not by its place: a screen reader says none again, and a button keeps the
+                // keys, where a message before it is gone.
+                let id = Id::unique(("message", &message.topic, message.is_note));
+                ui.scope_builder(UiBuilder::new().scope_id(id), |ui| frame.show(ui, shown));
                 ui.add_space(4.0);
             }
             if let Some(read) = read {
@@ -167,6 +170,30 @@ mod tests {
         assert!(harness.state_mut().forget("tiles") && harness.state().is_empty());
         harness.run();
         assert!(harness.query_by_label("Dismiss").is_none());
+    }
+
+    /// A reader says again what comes as another one.
+    #[test]
+    fn a_message_is_the_same_where_one_before_it_is_gone() {
+        let mut messages = Messages::default();
+        messages.add_note("a.jpg", "colours are converted");
+        messages.add_error("tiles", "level 0 3,4 failed");
+        messages.add_note("tiles", "of the second file");
+        let mut harness = shown(messages);
+        harness.run();
+        let ids = |harness: &Harness<'_, Messages>| {
+            let id = |text| harness.get_by_label(text).accesskit_node().id();
+            ["level 0 3,4 failed", "of the second file"].map(id)
+        };
+        let before = ids(&harness);
+        assert_ne!(before[0], before[1]);
+        harness.state_mut().forget("a.jpg");
+        harness.run();
+        assert_eq!(ids(&harness), before);
+        // What went wrong again takes the place of all that was said of it.
+        harness.state_mut().add_error("tiles", "level 0 5,6 failed");
+        assert_eq!(harness.state().told.len(), 1);
+        assert_eq!(harness.state().told[0].times, 2);
     }
 
     /// As of a picture that cannot be written and a camera path that makes no sense.

@@ -45,6 +45,12 @@ pub(crate) fn is_nifti(path: &Path) -> bool {
     start_of(path).is_ok_and(|(start, _)| read_header(&start).is_some())
 }
 
+/// Returns true if a file is a header whose values lie in a file of their own.
+fn is_of_pair(path: &Path) -> bool {
+    let header = start_of(path).ok().and_then(|(start, _)| read_header(&start));
+    header.is_some_and(|header| header.is_pair)
+}
+
 /// The bytes of a header, and whether the file is gzipped.
 fn start_of(path: &Path) -> io::Result<(Vec<u8>, bool)> {
     let mut start = Vec::new();
@@ -328,12 +334,13 @@ pub(crate) fn has_name_of_values(path: &Path) -> bool {
     stem_of_values(path).is_some()
 }
 
-/// The header beside a file of values, if it is this file's: of an image and a gzipped one the first is.
+/// The header beside a file of values, if it is this file's: that of a pair, of whose image and gzipped image
+/// the first is meant.
 pub(crate) fn header_of(path: &Path) -> Option<PathBuf> {
     let stem = stem_of_values(path)?;
     let headers = [".hdr", ".hdr.gz"].map(|ending| PathBuf::from(format!("{stem}{ending}")));
     let is_of_it = |header: &PathBuf| image_of(header).is_ok_and(|(image, _)| image == path);
-    headers.into_iter().find(|header| header.is_file() && is_nifti(header) && is_of_it(header))
+    headers.into_iter().find(|header| header.is_file() && is_of_pair(header) && is_of_it(header))
 }
 
 /// The image beside a header, and whether it is gzipped.

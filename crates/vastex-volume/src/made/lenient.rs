@@ -1,13 +1,15 @@
 //! Stored chunks for what must not fail: levels that are made, and the coarsest ones, without which nothing
-//! is shown. Where a chunk cannot be read, voxels of the next finer level stand for it, as far as these can
-//! be read, of the finest level those of the next coarser one, else the fill value. For those that stand for
-//! others nothing stands: else a chunk of the coarsest level would have all that lie below it tried.
+//! is shown. Where a chunk cannot be read, voxels of the next finer level stand for it, or of a finer one for
+//! these, of the finest level those of the next coarser one, else the fill value. How many chunks that stand
+//! for others are looked for further down is bounded.
 
 use std::future::Future;
 use std::pin::Pin;
+use std::sync::atomic::Ordering;
 
-use super::{CHEAP_BYTES, Made};
+use super::{CHEAP_BYTES, MOST_SEARCHED, Made};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, PresenceFuture};
+use crate::fault::SourceFault;
 use crate::volume::{Plane, Shared, VoxelBox};
 
 /// The chunks of a stored level, of which those that cannot be read are reported and stood for. What is known
@@ -17,14 +19,14 @@ pub(crate) struct Lenient<'a> {
     shared: Shared<'a>,
     /// The stored level.
     level: usize,
-    /// True if its chunks stand for others: in the place of those that cannot be read is the fill value.
-    stands_for_others: bool,
+    /// How many levels finer it is than the one that its chunks stand for; 0 if they stand for themselves.
+    below: usize,
 }
 
 impl Made {
     /// The chunks of a stored level, which are those of `shared`.
     pub(crate) fn lenient<'a>(&'a self, shared: Shared<'a>, level: usize) -> Lenient<'a> {
-        Lenient { made: self, shared, level, stands_for_others: false }
+        Lenient { made: self, shared, level, below: 0 }
     }
 
     /// Those that levels are made of.
@@ -38,6 +40,14 @@ impl<'a> Lenient<'a> {
     pub(crate) fn plane(&'a self) -> Plane<'a> {
         let base = &self.made.base;
         self.shared.plane_of(self, base.channel, base.time)
+    }
+
+    /// Returns true if something is to be looked for that stands for a chunk which cannot be read, which is
+    /// counted of those that stand for others.
+    fn may_be_stood_for(&self) -> bool {
+        // The next coarser level is what the finest one stands for already.
+        self.below == 0
+            || self.level > 0 && self.made.searched.fetch_add(1, Ordering::Relaxed) < MOST_SEARCHED
     }
 
     /// What stands for a chunk that cannot be read: of each of its voxels the one of the next finer level
@@ -76,7 +86,7 @@ impl<'a> Lenient<'a> {
             let (shared, plane) = (volume.shared(other), (base.channel, base.time));
             let found = match finer {
                 Some(finer) => {
-                    let standing = Lenient { made: self.made, shared, level: finer, stands_for_others: true };
+                    let standing = Lenient { made: self.made, shared, level: finer, below: self.below + 1 };
                     standing.plane().read(&read).await
                 }
                 // As it is: what stands for the coarser one is the finer one.
@@ -110,11 +120,15 @@ impl ChunkSource for Lenient<'_> {
             if self.level == self.made.base.level && self.made.is_not_stored(coords) {
                 return Ok(None);
             }
+            // The next finer level is read in any case.
+            if self.below > 1 && self.made.searched.load(Ordering::Relaxed) > MOST_SEARCHED {
+                return Ok(None);
+            }
             match self.shared.read(coords).await {
                 Ok(chunk) => Ok(chunk),
                 Err(error) => {
-                    self.made.fault(error);
-                    Ok(if self.stands_for_others { None } else { self.stand_in(coords).await })
+                    self.made.fault(SourceFault::Voxels(error));
+                    Ok(if self.may_be_stood_for() { self.stand_in(coords).await } else { None })
                 }
             }
         })

@@ -29,7 +29,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use rustc_hash::FxHashSet;
 
 use crate::chunks::{AxisMap, Chunk, ChunkSource, Grid};
-use crate::fault::{VolumeError, VolumeFault};
+use crate::fault::{SourceFault, VolumeError, VolumeFault};
 use crate::reduce::{Reduction, reduce_into, reduced_size};
 use crate::stored::StoredChunks;
 use crate::volume::{COARSE_MADE_KEPT, ChunkCache, Plane, Volume, VolumeAbout, VoxelBox, filled, paste};
@@ -57,6 +57,8 @@ static NEXT: AtomicU64 = AtomicU64::new(0);
 /// Chunks that are asked for at most, and faults that are remembered.
 const MOST_ASKED: usize = 4096;
 const MOST_FAULTS: usize = 16;
+/// Chunks of a source that stand for others, and that others are looked for in turn, at most.
+const MOST_SEARCHED: u64 = 256;
 
 /// A chunk of a made level: the level, counted from the finest that is made, and its place along x, y and z.
 pub(crate) type MadePos = (usize, [u64; 3]);
@@ -94,6 +96,8 @@ pub(crate) struct Made {
     /// Chunks of the finest made level that are done, of what the levels come to.
     done: Mutex<Done>,
     total: u64,
+    /// Chunks that stand for others and could not be read.
+    searched: AtomicU64,
 }
 
 struct MadeLevel {
@@ -111,7 +115,7 @@ struct State {
     /// Chunks that a preview was given for.
     previewed: FxHashSet<MadePos>,
     changed: Vec<MadePos>,
-    faults: Vec<VolumeError>,
+    faults: Vec<SourceFault>,
 }
 
 /// How far made levels are.
@@ -157,7 +161,8 @@ impl Made {
             match Files::open(path, identity) {
                 Ok(opened) => files = Some(opened),
                 Err(error) => {
-                    faults.push(VolumeFault::Read(error.to_string()).at(path.display().to_string()));
+                    let error = VolumeFault::Read(error.to_string()).at(path.display().to_string());
+                    faults.push(SourceFault::Directory(error));
                 }
             }
         }
@@ -186,6 +191,7 @@ impl Made {
             working: Mutex::new(()),
             done: Mutex::default(),
             total,
+            searched: AtomicU64::new(0),
             levels,
         };
         match made.levels.len().checked_sub(1) {
@@ -266,8 +272,8 @@ impl Made {
         std::mem::take(&mut self.lock().changed)
     }
 
-    /// The first stored chunks that could not be read, and what else went wrong.
-    pub(crate) fn faults(&self) -> Vec<VolumeError> {
+    /// What went wrong first.
+    pub(crate) fn faults(&self) -> Vec<SourceFault> {
         self.lock().faults.clone()
     }
 
@@ -285,10 +291,10 @@ impl Made {
     }
 
     /// Keeps what went wrong, each once, and a few of them.
-    pub(crate) fn fault(&self, error: VolumeError) {
+    pub(crate) fn fault(&self, fault: SourceFault) {
         let mut state = self.lock();
-        if state.faults.len() < MOST_FAULTS && !state.faults.contains(&error) {
-            state.faults.push(error);
+        if state.faults.len() < MOST_FAULTS && !state.faults.contains(&fault) {
+            state.faults.push(fault);
         }
     }
 
@@ -348,7 +354,7 @@ impl Made {
                 let size = self.chunk_size(level, at);
                 let values = self.make(level, at, size, yields).await?;
                 if let Some(Err(error)) = self.files.as_ref().map(|files| files.write(level, at, &values)) {
-                    self.fault(error);
+                    self.fault(SourceFault::Directory(error));
                 }
                 if level == 0 {
                     self.count_done(level, at);

@@ -7,6 +7,7 @@ use std::thread::{self, Thread};
 use std::time::Duration;
 
 use super::{Made, MadePos};
+use crate::fault::SourceFault;
 
 /// How often a thread that waits for another looks whether it is told to stop.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -87,7 +88,7 @@ impl Made {
         loop {
             match making.as_mut().poll(&mut Context::from_waker(&waker)) {
                 Poll::Ready(made) => {
-                    made.map_or_else(|error| self.fault(error), drop);
+                    made.map_or_else(|error| self.fault(SourceFault::Voxels(error)), drop);
                     return true;
                 }
                 Poll::Pending => {}

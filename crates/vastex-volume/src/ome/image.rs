@@ -54,17 +54,16 @@ pub(crate) async fn open_image(
     if multiscales.len() > 1 {
         oddities.push(format!("{} pyramids are listed for one image; the first is taken", multiscales.len()));
     }
-    let Datasets { mut found, mut lacking, axes } =
+    let Datasets { found, lacking, axes } =
         open_datasets(keys, prefix, &path, multiscale, &mut oddities).await?;
     let order = sorted(&found.iter().map(|found| found.stored.clone()).collect::<Vec<_>>(), &mut oddities);
-    let mut by_place: Vec<Option<Found>> = found.drain(..).map(Some).collect();
+    let mut by_place: Vec<Option<Found>> = found.into_iter().map(Some).collect();
     let is_listed_in_order = order.is_sorted();
     let found: Vec<Found> = order.into_iter().filter_map(|place| by_place[place].take()).collect();
-    let (found, unlike) = alike(found, &path, &mut oddities);
-    lacking.extend(unlike);
-    let datasets = list(multiscale, "datasets");
     let of_found: Vec<usize> = found.iter().map(|found| found.number).collect();
-    let left_out = numbered(lacking, datasets, &of_found, is_listed_in_order);
+    let (found, unfit) = fitting_levels(found, &path, &mut oddities);
+    let datasets = list(multiscale, "datasets");
+    let left_out = numbered([lacking, unfit], datasets, &of_found, is_listed_in_order);
     let stored: Vec<Stored> = found.iter().map(|found| found.stored.clone()).collect();
     let mut scales = scales(&stored, &mut oddities);
     let mut translations: Vec<[f64; 3]> = stored.iter().map(|level| level.translation).collect();
@@ -136,12 +135,13 @@ async fn open_datasets(
     let mut axes: Option<Vec<Axis>> = None;
     let mut of_all: Option<Diagonal> = None;
     for (number, dataset) in datasets.iter().take(MOST_LEVELS).enumerate() {
+        let of = shortened(text(dataset, "path").unwrap_or_default());
+        let left = |error| (number, LevelLeftOut { number, path: of.to_string(), error });
         let Some(name) = text(dataset, "path") else {
             oddities.push("a level is listed without a path, and is left out".into());
+            lacking.push(left(damaged("a level is listed without a path").at(path)));
             continue;
         };
-        let of = shortened(name);
-        let left = |error| (number, LevelLeftOut { number, path: of.to_string(), error });
         let array = match open_array(keys, &join(prefix, name)).await {
             Ok(Some(array)) => array,
             Ok(None) => {
@@ -209,11 +209,13 @@ async fn open_datasets(
     }
 }
 
-/// Gives levels that are left out their numbers among all that are listed, the finest first: by the scales
-/// that are said of them, else by their places in the list, if that is in order. Of others nobody knows how
-/// fine they are; they come last. `found` are the places of the others in the list, the finest first.
+/// Gives levels that are left out their numbers among all that are listed, the finest first. `found` are the
+/// places in the list of all that could be opened, in that order, those among them that do not fit the others
+/// (`unfit`). Those that could not be opened (`lacking`) come by the scales that are said of them, else by
+/// their places in the list, if that is in order; of others nobody knows how fine they are, and they come
+/// last.
 fn numbered(
-    lacking: Vec<(usize, LevelLeftOut)>,
+    [lacking, unfit]: [Vec<(usize, LevelLeftOut)>; 2],
     datasets: &[Value],
     found: &[usize],
     is_listed_in_order: bool,
@@ -223,17 +225,21 @@ fn numbered(
         (Some(left), Some(other)) => left < other * 0.999,
         _ => is_listed_in_order && left < other,
     };
-    // Behind how many of those that are there each comes.
-    let mut behind: Vec<(usize, LevelLeftOut)> = lacking
-        .into_iter()
-        .map(|(place, left)| (found.iter().take_while(|other| !is_finer(place, **other)).count(), left))
-        .collect();
-    behind.sort_by_key(|(count, _)| *count);
-    let numbered = |(before, (count, left)): (usize, (usize, LevelLeftOut))| LevelLeftOut {
-        number: count + before,
-        ..left
-    };
-    behind.into_iter().enumerate().map(numbered).collect()
+    // Behind how many of those that could be opened each comes.
+    let behind = |place: usize| found.iter().take_while(|other| !is_finer(place, **other)).count();
+    let mut lacking: Vec<(usize, LevelLeftOut)> =
+        lacking.into_iter().map(|(place, left)| (behind(place), left)).collect();
+    lacking.sort_by_key(|(count, _)| *count);
+    let before = |nth: usize| lacking.iter().filter(|(count, _)| *count <= nth).count();
+    let of_unfit = unfit.into_iter().filter_map(|(place, left)| {
+        let nth = found.iter().position(|other| *other == place)?;
+        Some(LevelLeftOut { number: nth + before(nth), ..left })
+    });
+    let mut numbered: Vec<LevelLeftOut> = of_unfit.collect();
+    let of_lacking = lacking.into_iter().enumerate();
+    numbered.extend(of_lacking.map(|(nth, (count, left))| LevelLeftOut { number: nth + count, ..left }));
+    numbered.sort_by_key(|left| left.number);
+    numbered
 }
 
 /// How large voxels are by the scale that a dataset says first of all.
@@ -273,24 +279,38 @@ fn check_names(axes: &[Axis], names: &[Option<String>], oddities: &mut Oddities)
     }
 }
 
-/// The levels that have the values, channels and times of the finest one, and those that have not, each with
-/// its place in the list.
-fn alike(found: Vec<Found>, path: &str, oddities: &mut Oddities) -> (Vec<Found>, Vec<(usize, LevelLeftOut)>) {
+/// Of levels from the finest on those that have its values, channels and times, one of each size, and the
+/// others, each with its place in the list.
+fn fitting_levels(
+    found: Vec<Found>,
+    path: &str,
+    oddities: &mut Oddities,
+) -> (Vec<Found>, Vec<(usize, LevelLeftOut)>) {
     let key = |found: &Found| {
         let meta = found.array.meta();
         let along = |axis: Option<usize>| axis.map_or(1, |axis| meta.shape[axis]);
         (meta.dtype, along(found.map.channel), along(found.map.time))
     };
     let first = key(&found[0]);
-    let (alike, others): (Vec<Found>, Vec<Found>) = found.into_iter().partition(|found| key(found) == first);
-    let left = |other: Found| {
-        let (number, level) = (other.number, other.stored.path);
-        let why = format!("the level '{level}' has other values, channels or times than the finest one");
+    let (mut fitting, mut unfit): (Vec<Found>, Vec<(usize, LevelLeftOut)>) = (Vec::new(), Vec::new());
+    for level in found {
+        let why = match fitting.last() {
+            _ if key(&level) != first => "has other values, channels or times than the finest one".to_owned(),
+            Some(before) if before.stored.size == level.stored.size => {
+                format!("is as large as '{}'", shortened(&before.stored.path))
+            }
+            _ => {
+                fitting.push(level);
+                continue;
+            }
+        };
+        let of = shortened(&level.stored.path).to_string();
+        let why = format!("the level '{of}' {why}");
         oddities.push(format!("{why}; it is left out"));
-        (number, LevelLeftOut { number, path: level, error: damaged(why).at(path) })
-    };
-    let others = others.into_iter().map(left).collect();
-    (alike, others)
+        let number = level.number;
+        unfit.push((number, LevelLeftOut { number, path: of, error: damaged(why).at(path) }));
+    }
+    (fitting, unfit)
 }
 
 /// The unit of x, in which lengths along other axes are put, too, where both units are known.

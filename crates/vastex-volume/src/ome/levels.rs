@@ -24,17 +24,7 @@ pub(super) fn sorted(levels: &[Stored], oddities: &mut Oddities) -> Vec<usize> {
             "levels are not listed from the finest to the coarsest; they are taken by their sizes".into(),
         );
     }
-    let mut kept: Vec<usize> = Vec::new();
-    for place in order {
-        match kept.last() {
-            Some(before) if levels[*before].size == levels[place].size => oddities.push(format!(
-                "the level '{}' is as large as '{}', and is left out",
-                levels[place].path, levels[*before].path
-            )),
-            _ => kept.push(place),
-        }
-    }
-    kept
+    order
 }
 
 /// Scales for all levels: where one is not given, it follows from the sizes, as a whole factor where one
@@ -157,10 +147,10 @@ mod tests {
     }
 
     #[test]
-    fn levels_come_by_size_and_once() {
+    fn levels_come_by_size() {
         let mut odd = Oddities::default();
         let levels = [stored("b", 10), stored("a", 20), stored("c", 10)];
-        assert_eq!(sorted(&levels, &mut odd), [1, 0]);
-        assert_eq!(odd.into_vec().len(), 2);
+        assert_eq!(sorted(&levels, &mut odd), [1, 0, 2]);
+        assert_eq!(odd.into_vec().len(), 1);
     }
 }

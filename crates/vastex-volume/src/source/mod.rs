@@ -29,7 +29,7 @@ use vastex_core::{
 use vastex_tiles::{Codec, ReadError, ReadFuture, SourceKey, Tiers, Tile, TileSource};
 
 use crate::chunks::ChunkSource;
-use crate::fault::{VolumeError, VolumeFault};
+use crate::fault::{SourceFault, VolumeError, VolumeFault};
 use crate::made::{Base, Made, MadeChunks, is_small};
 use crate::reduce::Reduction;
 use crate::volume::{BoxValues, Plane, Shared, Telling, Volume, VolumeAbout, VoxelBox, filled, paste};
@@ -209,9 +209,10 @@ impl VolumeSource {
     }
 
     /// What went wrong while levels were made, the coarsest ones were read, or values were counted for a
-    /// window, up to a number: where chunks could not be read, voxels of the next finer stored level, or
-    /// the next coarser one, stand for them, else the fill value; windows are without them.
-    pub fn faults(&self) -> Vec<VolumeError> {
+    /// window, up to a number: where chunks could not be read, voxels of a finer stored level, or of the
+    /// next coarser one, stand for them, else the fill value; windows are without them. Below the next finer
+    /// level, 256 chunks that cannot be read are the most that something is looked for.
+    pub fn faults(&self) -> Vec<SourceFault> {
         self.made.faults()
     }
 

@@ -2,7 +2,7 @@
 //! percentiles of a coarse level.
 
 use super::{VolumeSource, VoxelValue};
-use crate::fault::{VolumeError, VolumeFault};
+use crate::fault::{SourceFault, VolumeError, VolumeFault};
 use crate::volume::{VolumeAbout, VolumeChannel, VoxelBox};
 
 /// Voxels of the level whose values are looked at, where there is one of so few.
@@ -82,7 +82,7 @@ impl VolumeSource {
                     let chunk = VoxelBox { first: [x, y, z].map(i64::from), size };
                     match self.read_box_of(level, &chunk, asks).await {
                         Ok(found) => values.extend(found.values),
-                        Err(error) => self.made.fault(error),
+                        Err(error) => self.made.fault(SourceFault::Voxels(error)),
                     }
                 }
             }

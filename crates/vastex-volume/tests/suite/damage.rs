@@ -37,7 +37,7 @@ fn a_damaged_chunk_counts_for_no_window_and_is_told_once() {
     assert_eq!(found, [100.0, 100.0, 1000.0]);
     assert_eq!(block_on(first.usual_window()).unwrap(), [100.0, 1000.0]);
     let faults = first.faults();
-    assert!(faults.len() == 1 && faults[0].path.ends_with("0/1.1.0"), "{faults:?}");
+    assert!(faults.len() == 1 && faults[0].error().path.ends_with("0/1.1.0"), "{faults:?}");
     // Where nothing is left of the level, the next one; where nothing is left at all, what values can be.
     let places = || (0..64).map(|n| format!("{}.{}.{}", n / 16, n / 4 % 4, n % 4));
     places().for_each(|chunk| damage(0, &chunk));
@@ -49,14 +49,21 @@ fn a_damaged_chunk_counts_for_no_window_and_is_told_once() {
 }
 
 /// What the tail has of a level: its voxels, without borders.
-fn in_tail(source: &VolumeSource, level: u8, [x, y, z]: [u32; 3]) -> u16 {
+fn in_tail(source: &VolumeSource, level: u8, at: [u32; 3]) -> u16 {
+    all_in_tail(source, level, &[at])[0]
+}
+
+/// The same of several voxels.
+fn all_in_tail(source: &VolumeSource, level: u8, voxels: &[[u32; 3]]) -> Vec<u16> {
     let geometry = &source.description().geometry;
     let tile = block_on(source.read(geometry.tail_pos())).unwrap().decode(source.description()).unwrap();
     let (offset, size) = (geometry.tail().offset(level), geometry.tile());
-    let at = [x, y, z].map(|at| at + 1);
-    let [x, y, z]: [u32; 3] = std::array::from_fn(|axis| offset[axis] + at[axis]);
-    let texel = ((z * size[1] + y) * size[0] + x) as usize;
-    u16::from_le_bytes(tile[2 * texel..][..2].try_into().unwrap())
+    let value = |at: &[u32; 3]| {
+        let [x, y, z]: [u32; 3] = std::array::from_fn(|axis| offset[axis] + at[axis] + 1);
+        let texel = ((z * size[1] + y) * size[0] + x) as usize;
+        u16::from_le_bytes(tile[2 * texel..][..2].try_into().unwrap())
+    };
+    voxels.iter().map(value).collect()
 }
 
 #[test]
@@ -86,7 +93,7 @@ fn the_next_finer_level_stands_for_what_the_coarsest_lacks() {
     assert_eq!(in_tail(&damaged, 1, at), of_finer);
     assert_eq!(in_tail(&damaged, 1, [7, 5, 6]), behind, "the other chunk is as it was");
     let faults = damaged.faults();
-    assert!(faults.len() == 1 && faults[0].path.ends_with("1/0.0.0"), "{faults:?}");
+    assert!(faults.len() == 1 && faults[0].error().path.ends_with("1/0.0.0"), "{faults:?}");
     // The finer level is whole.
     for pos in geometry.pages_of_level(0) {
         block_on(damaged.read(pos)).unwrap();
@@ -113,10 +120,28 @@ fn a_volume_of_nothing_but_damage_is_not_searched_for_what_might_stand_for_it() 
     let source = source(&Arc::new(volume(directory.path())));
     assert_eq!(source.description().geometry.tail().first_level(), 4);
     assert_eq!(in_tail(&source, 4, [2, 6, 7]), 3, "the fill value");
-    // The chunk, and those of the next finer level that would have stood for it.
-    let faults = source.faults();
-    let of = |level: &str| faults.iter().filter(|fault| fault.path.contains(level)).count();
-    assert_eq!((of("/3/"), of("/2/"), faults.len()), (1, 8, 9), "{faults:?}");
+}
+
+/// A copy that broke off has no more than its fine levels.
+#[test]
+fn levels_further_down_stand_for_several_coarse_ones_but_not_without_end() {
+    let levels = [64, 32, 16].map(|side| Level::new([side; 3], [4; 3], [64.0 / side as f64; 3]));
+    let value = |_: usize, _: [u64; 3], bytes: &mut Vec<u8>| bytes.extend(1000_u16.to_le_bytes());
+    // Level 3 has 8 voxels a side and is made; each of them comes of one chunk of level 1.
+    let found = |damaged: u64| {
+        let directory = tempfile::tempdir().unwrap();
+        write(directory.path(), "<u2", &levels, value, |_, _| true);
+        for (level, across) in [(1, 8), (2, 4)] {
+            for [x, y, z] in places([across; 3]).filter(|[_, _, z]| level == 2 || *z < damaged) {
+                fs::write(directory.path().join(format!("{level}/{z}.{y}.{x}")), b"damaged").unwrap();
+            }
+        }
+        let source = source(&Arc::new(volume(directory.path())));
+        let voxels: Vec<[u32; 3]> = places([8; 3]).map(|at| at.map(|at| at as u32)).collect();
+        all_in_tail(&source, 3, &voxels).iter().filter(|value| **value == 1000).count()
+    };
+    assert_eq!(found(2), 512);
+    assert_eq!(found(8), 256, "as many as are looked for");
 }
 
 #[test]
@@ -185,6 +210,49 @@ fn levels_that_are_left_out_keep_their_numbers() {
     assert_eq!((first.unwrap(), third.unwrap()), (0, 1));
     let error = second.unwrap_err().to_string();
     assert!(error.contains("'1' has other values, channels or times"), "{error}");
+    // So does one that says nothing of how fine it is, or something else, or is listed in another order; and
+    // one that is as large as another one.
+    for (sides, order, scales, others, numbers) in [
+        ([32, 16, 8], [0, 1, 2], Some([1.0, 1.0, 1.0]), &[1][..], [Some(0), None, Some(1)]),
+        ([32, 16, 8], [2, 1, 0], None, &[1], [Some(0), None, Some(1)]),
+        ([32, 16, 8], [0, 1, 2], Some([1.0, 0.5, 4.0]), &[1], [Some(0), None, Some(1)]),
+        ([32, 32, 16], [0, 1, 2], None, &[1], [Some(0), None, Some(1)]),
+        ([32, 32, 16], [0, 1, 2], None, &[], [Some(0), None, Some(1)]),
+    ] {
+        let levels = sides.map(|side| Level::new([side; 3], [8; 3], [1.0; 3]));
+        let (directory, _) = random(&levels, |_, _| true);
+        for level in others {
+            let meta = directory.path().join(format!("{level}/.zarray"));
+            let text = fs::read_to_string(&meta).unwrap();
+            fs::write(&meta, text.replace("<u2", "<u4")).unwrap();
+        }
+        let meta = directory.path().join(".zattrs");
+        let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&meta).unwrap()).unwrap();
+        let dataset = |level: usize| match scales {
+            Some(scales) => serde_json::json!({
+                "path": level.to_string(),
+                "coordinateTransformations": [{"type": "scale", "scale": vec![scales[level]; 3]}],
+            }),
+            None => serde_json::json!({ "path": level.to_string() }),
+        };
+        said["multiscales"][0]["datasets"] = order.map(dataset).to_vec().into();
+        fs::write(&meta, said.to_string()).unwrap();
+        let volume = volume(directory.path());
+        let found = [0, 1, 2].map(|number| volume.about().level_numbered(number).ok());
+        assert_eq!(found, numbers, "{sides:?} {order:?} {scales:?} {others:?}");
+        assert_eq!(volume.about().finest_left_out(), None);
+    }
+    // What a file says comes to nobody as it is.
+    let (directory, _) = random(&levels, |_, _| true);
+    let (meta, name) = (directory.path().join(".zattrs"), format!("1\u{1b}[31m{}", "x".repeat(150)));
+    fs::rename(directory.path().join("1"), directory.path().join(&name)).unwrap();
+    let text = fs::read_to_string(directory.path().join(&name).join(".zarray")).unwrap();
+    fs::write(directory.path().join(&name).join(".zarray"), text.replace("<u2", "<u4")).unwrap();
+    let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&meta).unwrap()).unwrap();
+    said["multiscales"][0]["datasets"][1]["path"] = name.into();
+    fs::write(&meta, said.to_string()).unwrap();
+    let error = volume(directory.path()).about().level_numbered(1).unwrap_err().to_string();
+    assert!(error.contains("other values") && !error.contains('\u{1b}') && error.len() < 300, "{error}");
     // One that is not there is left out like any other; of the fixture's nobody knows how fine they are.
     let (directory, _) = random(&levels, |_, _| true);
     fs::remove_dir_all(directory.path().join("0")).unwrap();
@@ -247,6 +315,12 @@ fn values_of_a_pair_are_read_by_their_header() {
     let found = [&hdr, &img].map(|path| crate::fixtures::whole(&volume(path), 0, 0));
     assert!(found[0] == found[1] && found[0] == crate::fixtures::whole(&volume(&path("one.nii")), 0, 0));
     assert_eq!(vastex_volume::files_of_volume(&img), [hdr, img]);
+    // A header that has its own values is of no other file.
+    let whole = fs::read(path("one.nii")).unwrap();
+    fs::write(directory.path().join("two.hdr"), &whole).unwrap();
+    let two = directory.path().join("two.img");
+    fs::write(&two, [0; 4000]).unwrap();
+    assert!(open(&two).is_err() && vastex_volume::files_of_volume(&two) == [two.clone()]);
     // The header has its values in another file than this one.
     let gzipped = directory.path().join("one.img.gz");
     fs::write(&gzipped, b"other values").unwrap();

@@ -44,6 +44,8 @@ use anew::Anew;
 pub(super) use anew::MadeAnew;
 
 /// What is said of the system's dialog for files, as a topic.
+/// How long a display is taken for the one that the window is on.
+const DISPLAY_LOOKS: Duration = Duration::from_secs(1);
 pub(super) const DIALOG: &str = "dialog";
 /// What there is to know of a file, as a topic.
 pub(super) const OF_FILE: &str = "file";
@@ -69,6 +71,8 @@ pub(super) struct Viewer {
     shortage: Option<Event>,
     /// What is measured, if that is asked for.
     pub(super) times: Option<Times>,
+    /// When the display was looked at.
+    display_seen: Option<Instant>,
     /// What is to go wrong after the first frame of a source, in tests.
     fault: Option<Fault>,
 }
@@ -123,6 +127,7 @@ impl Viewer {
             frames: 0,
             shortage: None,
             times: None,
+            display_seen: None,
             fault,
             window,
             surface,
@@ -241,9 +246,7 @@ impl Viewer {
 
     /// What is shown knows how the window is now.
     fn look_at_window(&mut self) {
-        // No event says in time, and on all systems, that it has another display.
-        let display = self.window.current_monitor();
-        self.scene.beside.set_refresh_rate(display.and_then(|display| display.refresh_rate_millihertz()));
+        self.look_at_display();
         self.scene.beside.set_window(WindowState {
             is_over_panel: self.shell.is_over_panel(),
             fills_screen: self.window.fullscreen().is_some(),
@@ -251,6 +254,17 @@ impl Viewer {
             // winit tells of them everywhere else.
             lacks_drops: is_under_wayland(&self.window),
         });
+    }
+
+    /// What is shown knows how often the display shows another frame. No event says in time, and on all
+    /// systems, that the window has another display; asking takes some systems long.
+    fn look_at_display(&mut self) {
+        if self.display_seen.is_some_and(|seen| seen.elapsed() < DISPLAY_LOOKS) {
+            return;
+        }
+        self.display_seen = Some(Instant::now());
+        let display = self.window.current_monitor();
+        self.scene.beside.set_refresh_rate(display.and_then(|display| display.refresh_rate_millihertz()));
     }
 
     /// The pointer is there, in pixels of the view, or not over it.

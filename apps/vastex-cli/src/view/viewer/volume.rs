@@ -12,7 +12,6 @@ use super::super::is_device_lost;
 use super::super::opening::SaidOfVolume;
 use super::super::volume_work::{Done, VolumeWork};
 use super::{OpenVolume, Viewer};
-use crate::made_levels::stood_for;
 use crate::report;
 use crate::screenshot::VolumeShot;
 use crate::volumes::OpenedVolume;
@@ -52,7 +51,7 @@ impl Viewer {
         let textures = volume.scene.textures();
         let (times, seen) = (volume.scene.times_kept(), volume.scene.seen_time());
         work.keep(&times, seen, |texture| textures.texture(texture).is_ok());
-        errors.extend(work.take_faults().iter().map(|fault| Error::msg(stood_for(fault))));
+        errors.extend(work.take_faults().into_iter().map(Error::new));
         volume.set_being_made(work.is_making());
         errors.iter().for_each(|error| say(&mut self.scene.beside, error));
     }
