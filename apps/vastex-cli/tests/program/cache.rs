@@ -114,7 +114,10 @@ fn the_cache_lies_where_it_is_asked_for_or_nowhere() {
         std::fs::remove_file(sandbox.path("out.png")).unwrap();
         let unusable = render(&["--cache", cache]).expect_code(0);
         assert!(unusable.stderr.contains(&format!("{cache}: cannot hold built images")), "{unusable}");
-        assert!(unusable.stderr.contains("another directory with --cache DIR; decoding it into memory"), "{unusable}");
+        assert!(
+            unusable.stderr.contains("another directory with --cache DIR; decoding it into memory"),
+            "{unusable}"
+        );
         assert!(sandbox.read("out.png") == cached && unusable.stderr.lines().count() == 1, "{unusable}");
     }
     let mut homeless = sandbox.command(&image);
