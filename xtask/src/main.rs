@@ -38,6 +38,7 @@ mod wasm;
 mod web;
 mod wgsl;
 mod window;
+mod windows;
 
 use std::process::ExitCode;
 
@@ -79,6 +80,7 @@ Commands:
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign browser         every shader text in a browser, of which the suite takes a part
   campaign screen-reader   the window with what tells screen readers of it, as one hears and uses it
+  campaign windows         everything compiled for Windows, by MinGW, which is installed; nothing is run
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
@@ -152,6 +154,10 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["campaign", "screen-reader", other, ..] => {
             Err(Usage(format!("campaign screen-reader takes no argument '{other}'")).into())
         }
+        ["campaign", "windows"] => windows::check(),
+        ["campaign", "windows", other, ..] => {
+            Err(Usage(format!("campaign windows takes no argument '{other}'")).into())
+        }
         ["campaign", "kills", options @ ..] => kills::run(options),
         ["campaign", "flips", options @ ..] => damage::flips(options),
         ["campaign", "fuzz", options @ ..] => damage::fuzz(options),
@@ -185,6 +191,7 @@ mod tests {
             &["campaign", "shaders", "--all"],
             &["campaign", "browser", "--all"],
             &["campaign", "screen-reader", "--all"],
+            &["campaign", "windows", "--all"],
             &["demo", "mars"],
             &["record"],
             &["record", "a", "b"],

@@ -39,6 +39,14 @@ pub(crate) const NASM: Need = Need {
     elsewhere: "nasm (https://www.nasm.us)",
 };
 
+pub(crate) const MINGW: Need = Need {
+    what: "a C and C++ compiler for Windows",
+    why: "the encoders of JPEG, Zstandard and BC7 are C and C++ libraries",
+    present: || ["x86_64-w64-mingw32-gcc", "x86_64-w64-mingw32-g++"].into_iter().all(shell::on_path),
+    debian: &["gcc-mingw-w64-x86-64", "g++-mingw-w64-x86-64"],
+    elsewhere: "MinGW-w64 (Fedora: mingw64-gcc-c++; Arch and Homebrew: mingw-w64-gcc or mingw-w64)",
+};
+
 pub(crate) const GRAPHICS_DRIVER: Need = Need {
     what: "a graphics driver",
     why: "Vastex draws with Vulkan; Mesa's software driver does where there is no GPU",

@@ -21,6 +21,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("once", &["outcome", "shell"]),
     ("wasm", &["once", "outcome", "setup", "shell"]),
     ("web", &["browser", "once", "outcome", "setup", "shell", "wasm"]),
+    ("windows", &["once", "setup", "shell"]),
     ("test_programs", &["shell"]),
     ("window", &["outcome", "setup", "shaders", "shell"]),
     (
@@ -74,6 +75,7 @@ pub(super) const ROOMS: &[Room] = &[
             "test",
             "times",
             "window",
+            "windows",
         ],
     ),
 ];
