@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, anyhow};
 use glam::Vec4;
 use vastex_scenes::{Gpu, Target, depth_view};
-use vastex_viewer::stage::{LinearTarget, TargetKind};
+use vastex_viewer::stage::{KeptPicture, LinearTarget, TargetKind};
 use vastex_viewer::surface_scene::{PictureFormat, PictureFormats};
 use wgpu::CurrentSurfaceTexture;
 use winit::window::Window;
@@ -31,6 +31,8 @@ pub(super) struct Surface {
     depth: wgpu::TextureView,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
+    /// Where it is not, and the window's pictures can be copied into, what they are kept in.
+    kept: Option<KeptPicture>,
     /// True if it is to be configured before the next picture.
     is_stale: bool,
     /// The frames in a row for which the window gave no picture.
@@ -53,8 +55,9 @@ impl Surface {
             .get_default_config(&gpu.adapter, 1, 1)
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
-        let formats = surface.get_capabilities(&gpu.adapter).formats;
-        let formats = PictureFormats::new(&gpu.adapter, formats, config.format);
+        let able = surface.get_capabilities(&gpu.adapter);
+        config.usage |= able.usages & wgpu::TextureUsages::COPY_DST;
+        let formats = PictureFormats::new(&gpu.adapter, able.formats, config.format);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
             gpu: gpu.clone(),
@@ -64,6 +67,7 @@ impl Surface {
             format: formats.straight(wgpu::TextureFormat::Rgba8UnormSrgb),
             formats,
             light: None,
+            kept: None,
             is_stale: true,
             refusals: Refusals::default(),
             fault: None,
@@ -93,7 +97,7 @@ impl Surface {
 
     /// What a picture is drawn into.
     pub(super) fn target<'a>(&'a self, picture: &'a wgpu::TextureView) -> Target<'a> {
-        Target::new(picture, &self.depth, self.light.as_ref())
+        Target::new(picture, &self.depth, self.light.as_ref()).keeping(self.kept.as_ref())
     }
 
     /// The window has another size. One without pixels is not drawn, and keeps the last.
@@ -105,6 +109,10 @@ impl Surface {
             self.depth = depth_view(&self.gpu.device, [width, height]);
             let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format.viewed);
             self.light = (self.format.kind == TargetKind::Linear).then(light);
+            let can_copy = self.config.usage.contains(wgpu::TextureUsages::COPY_DST);
+            let formats = [self.format.stored, self.format.viewed];
+            let kept = || KeptPicture::new(&self.gpu.device, [width, height], formats);
+            self.kept = (can_copy && self.light.is_none()).then(kept);
             self.is_stale = true;
         }
     }

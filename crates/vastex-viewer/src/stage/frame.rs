@@ -133,8 +133,21 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         mut mark: impl FnMut(&mut wgpu::CommandEncoder, Option<&'static str>),
     ) -> Result<wgpu::CommandEncoder, Error> {
         let mut encoder = self.record_wanted(gpu, textures, scene, tell, &mut mark)?;
-        let (picture, sampled) = (self.picture, scene.sampled());
         mark(&mut encoder, Some("picture"));
+        self.record_pictures(&mut encoder, textures, scene, target)?;
+        mark(&mut encoder, None);
+        Ok(encoder)
+    }
+
+    /// Records the pictures of a frame, as [`Frame::record_marked`] does after [`Frame::record_wanted`].
+    pub fn record_pictures(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        textures: &mut Textures,
+        scene: &S,
+        target: &Target<'_>,
+    ) -> Result<(), Error> {
+        let (picture, sampled) = (self.picture, scene.sampled());
         let is_drawn = match self.pictures {
             Pictures::Always => true,
             // Rays say what they want in a pass of their own.
@@ -145,17 +158,16 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
             Pictures::Never => false,
         };
         for StageView { view, camera, .. } in self.views.iter().filter(|_| is_drawn) {
-            textures.view_mut(*view)?.main_pass(&mut encoder, picture, |encoder, groups| {
+            textures.view_mut(*view)?.main_pass(encoder, picture, |encoder, groups| {
                 if let Some(group) = groups.get(sampled) {
                     scene.draw_picture(camera, encoder, group, target);
                 }
             })?;
         }
         if is_drawn {
-            target.encode(&mut encoder);
+            target.encode(encoder);
         }
-        mark(&mut encoder, None);
-        Ok(encoder)
+        Ok(())
     }
 
     /// Records a frame without its picture: places the cameras, has the views say what they want, and updates

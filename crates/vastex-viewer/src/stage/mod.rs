@@ -3,6 +3,7 @@
 
 mod canvas;
 mod frame;
+mod kept;
 mod linear;
 mod read;
 mod target;
@@ -15,6 +16,7 @@ use std::time::Duration;
 
 pub use canvas::Canvas;
 pub use frame::{Frame, PartTime, Pictures, StageScene, StageView, draw_again};
+pub use kept::KeptPicture;
 pub use linear::{LinearTarget, TargetKind, encode_text, takes_light};
 pub use read::{ReadBackError, TextureRead};
 pub use target::{DEPTH_FORMAT, Target, depth_view, filled_buffer};

@@ -2,6 +2,7 @@
 
 use glam::Vec4;
 
+use super::kept::KeptPicture;
 use super::linear::LinearTarget;
 
 /// The depth buffer of every pass that draws a scene.
@@ -13,6 +14,7 @@ pub struct Target<'a> {
     picture: &'a wgpu::TextureView,
     depth: &'a wgpu::TextureView,
     linear: Option<&'a LinearTarget>,
+    kept: Option<&'a KeptPicture>,
 }
 
 impl<'a> Target<'a> {
@@ -22,14 +24,33 @@ impl<'a> Target<'a> {
         depth: &'a wgpu::TextureView,
         linear: Option<&'a LinearTarget>,
     ) -> Target<'a> {
-        Target { picture, depth, linear }
+        Target { picture, depth, linear, kept: None }
     }
 
-    /// Encodes what was drawn, where the target is one of light. To be recorded after the last pass that
-    /// draws.
+    /// This target by way of a picture that is kept, if one is given: of the same size and the same formats,
+    /// for a target that is given no light.
+    pub fn keeping(self, kept: Option<&'a KeptPicture>) -> Target<'a> {
+        Target { kept, ..self }
+    }
+
+    /// This target for a picture that the next one follows at once: nothing is kept of it but light.
+    pub fn passing(self) -> Target<'a> {
+        Target { kept: None, ..self }
+    }
+
+    /// What holds the picture after it was encoded, until something else is drawn there; `None` if nothing
+    /// but the picture itself does.
+    pub fn lasting(&self) -> Option<&'a wgpu::TextureView> {
+        self.linear.map(LinearTarget::view).or(self.kept.map(KeptPicture::view))
+    }
+
+    /// Brings what was drawn into the picture, where the target has it elsewhere: encodes light, and copies
+    /// what is kept. To be recorded after the last pass that draws.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
-        if let Some(linear) = self.linear {
-            linear.encode(encoder, self.picture);
+        match (self.linear, self.kept) {
+            (Some(linear), _) => linear.encode(encoder, self.picture),
+            (None, Some(kept)) => kept.copy(encoder, self.picture),
+            (None, None) => {}
         }
     }
 
@@ -53,7 +74,7 @@ impl<'a> Target<'a> {
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene picture"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: self.linear.map_or(self.picture, LinearTarget::view),
+                view: self.lasting().unwrap_or(self.picture),
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },

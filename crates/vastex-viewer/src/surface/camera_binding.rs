@@ -3,6 +3,7 @@
 //! A scene has one of its own; passes that are drawn in one encoder from different places need one each.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use std::sync::{Mutex, PoisonError};
 
 use bytemuck::Zeroable;
 use glam::{Mat4, Vec4};
@@ -71,6 +72,8 @@ pub struct CameraBinding {
     is_fixed: AtomicBool,
     /// The left edge of the first pane, and width and height of each, in pixels.
     pane: [AtomicU32; 3],
+    /// The bytes of uniform and patches as they are.
+    told: Mutex<Vec<u8>>,
 }
 
 impl CameraBinding {
@@ -89,7 +92,7 @@ impl CameraBinding {
         let uniform = Uniform::new::<SceneUniform>(device, layout);
         let (patch_count, is_fixed) = (AtomicU32::new(0), AtomicBool::new(false));
         let pane = [0, 1, 1].map(AtomicU32::new);
-        CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane }
+        CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane, told: Mutex::default() }
     }
 
     /// This binding for another view than the main one: [`vastex::ViewRef::number`].
@@ -131,28 +134,41 @@ impl CameraBinding {
             planet: planet.unwrap_or(Zeroable::zeroed()),
             ..Zeroable::zeroed()
         };
+        let mut patches: &[u8] = &[];
         match placed {
             Placed::Mesh(clip_from_world) => told.clip_from_world = *clip_from_world,
             Placed::Fixed(fixed) => told.fixed[0] = *fixed,
             Placed::Relief(seen) => {
                 (told.clip_from_world, told.relief[0]) = (seen.clip_from_world, seen.uniform);
-                self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
+                patches = bytemuck::cast_slice(&seen.patches);
             }
             Placed::FixedRelief(seen) => {
                 (told.clip_from_world, told.relief[0]) = (seen.clip_from_local, seen.uniform);
                 (told.fixed[0], told.grid[0]) = (seen.fixed, seen.grid);
-                self.set_patches(queue, bytemuck::cast_slice(&seen.patches), seen.patches.len());
+                patches = bytemuck::cast_slice(&seen.patches);
             }
         }
+        self.set_patches(queue, patches);
         self.uniform.set(queue, &told);
+        let mut bytes = self.told.lock().unwrap_or_else(PoisonError::into_inner);
+        bytes.clear();
+        bytes.extend_from_slice(bytemuck::bytes_of(&told));
+        bytes.extend_from_slice(patches);
         let pane = [panes.left, pane[0], pane[1]];
         self.pane.iter().zip(pane).for_each(|(told, side)| told.store(side, Relaxed));
         self.is_fixed.store(matches!(placed, Placed::Fixed(_) | Placed::FixedRelief(_)), Relaxed);
     }
 
-    fn set_patches(&self, queue: &wgpu::Queue, patches: &[u8], count: usize) {
-        queue.write_buffer(&self.patches, 0, patches);
-        self.patch_count.store(count as u32, Relaxed);
+    fn set_patches(&self, queue: &wgpu::Queue, patches: &[u8]) {
+        if !patches.is_empty() {
+            queue.write_buffer(&self.patches, 0, patches);
+        }
+        self.patch_count.store((patches.len() / size_of::<Patch>()) as u32, Relaxed);
+    }
+
+    /// What it told shaders last, byte by byte.
+    pub(super) fn told(&self) -> Vec<u8> {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     pub(crate) fn group(&self) -> &wgpu::BindGroup {

@@ -44,6 +44,16 @@ pub struct SceneDesc {
     pub light: PlanetLight,
 }
 
+/// What a picture follows from beside the contents of textures: pictures of one renderer whose shaders were
+/// told the same are the same. Another renderer's are never taken for them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Told {
+    /// What is bound for one renderer's camera, and for nothing else.
+    renderer: wgpu::BindGroup,
+    camera: Vec<u8>,
+    layers: u64,
+}
+
 /// A scene with textures on it, ready to be drawn.
 #[derive(Debug)]
 pub struct SceneRenderer {
@@ -66,6 +76,8 @@ pub struct SceneRenderer {
     camera: CameraBinding,
     /// What is told of the layers of a list.
     told_layers: Option<Uniform>,
+    /// How often something was told of layers.
+    layer_changes: u64,
     maker: Arc<PipelineMaker>,
     picture: ScenePipelines,
     wanted: ScenePipelines,
@@ -109,6 +121,7 @@ impl SceneRenderer {
             told_layers: maker
                 .layers_layout()
                 .map(|layout| Uniform::new::<[LayerUniform; MOST_LAYERS]>(device, layout)),
+            layer_changes: 0,
             picture: maker.pipelines("place", "shade", None, &[format]),
             wanted: maker.wanted(),
             spread: OnceLock::new(),
@@ -134,6 +147,7 @@ impl SceneRenderer {
     /// after [`Layers::set`] said that it can stay.
     pub fn set_layers(&mut self, queue: &wgpu::Queue, textures: &Textures, layers: &Layers) {
         self.layers = layers.clone();
+        self.layer_changes += 1;
         if let Some(told) = &self.told_layers {
             told.set(queue, &layers.uniforms(textures));
         }
@@ -222,6 +236,12 @@ impl SceneRenderer {
     /// What the scene's own camera sees it through.
     pub fn camera(&self) -> &CameraBinding {
         &self.camera
+    }
+
+    /// What the shaders of its pictures are told through its own camera, as that was placed last.
+    pub(crate) fn told(&self) -> Told {
+        let (camera, layers) = (self.camera.told(), self.layer_changes);
+        Told { renderer: self.camera.group().clone(), camera, layers }
     }
 
     /// Draws by pipelines of [`SceneRenderer::pipelines`], through its own camera, in every pane.

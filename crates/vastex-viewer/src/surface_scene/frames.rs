@@ -1,7 +1,7 @@
 //! How a frame of a scene in a window comes about.
 
-use vastex::ViewId;
 use vastex::diagnostics::ExplainedPixel;
+use vastex::{FeedbackMode, ViewId};
 
 use super::SurfaceScene;
 use super::displayed::Displayed;
@@ -31,7 +31,8 @@ impl SurfaceScene {
     }
 
     /// Records what a camera at a pose sees into a target of the window's size, over nothing; the host draws
-    /// the panels over that and submits it. `None` if nothing is displayed.
+    /// the panels over that and submits it. `None` if nothing is displayed. Where the target keeps pictures,
+    /// and this one would be the last one again, nothing of it is drawn, and the part of the frame is `kept`.
     pub fn record(
         &mut self,
         pose: Pose,
@@ -70,17 +71,24 @@ impl SurfaceScene {
         let pictures = if is_behind { Pictures::ForFeedback } else { Pictures::Always };
         let recorded = Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
         let renderer = &displayed.renderer;
+        // While a camera moves, and where no picture can be the last one, there is nothing to copy.
+        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
+        let may_keep = !is_behind && !is_inline && self.last_picture.stands(&pose);
+        let target = &if may_keep { *target } else { target.passing() };
         if !is_alone {
             renderer.set_pose(queue, &self.textures, &pose, size);
         }
-        let mut encoder = recorded.record_marked(
-            &self.gpu,
-            &mut self.textures,
-            heard,
-            target,
-            |_, _| Ok(()),
-            &mut *mark,
-        )?;
+        let (gpu, textures) = (&self.gpu, &mut self.textures);
+        let mut encoder = recorded.record_wanted(gpu, textures, heard, |_, _| Ok(()), &mut *mark)?;
+        let kept = may_keep.then(|| self.kept_in(target)).flatten();
+        if kept.as_ref().is_some_and(|kept| self.is_kept(pose, kept)) {
+            mark(&mut encoder, Some("kept"));
+            target.encode(&mut encoder);
+        } else {
+            mark(&mut encoder, Some("picture"));
+            recorded.record_pictures(&mut encoder, &mut self.textures, heard, target)?;
+        }
+        mark(&mut encoder, None);
         match &displayed.overlay {
             Some(overlay) => {
                 mark(&mut encoder, Some("overlay"));
@@ -92,7 +100,7 @@ impl SurfaceScene {
             }
             None => {}
         }
-        self.note_picture(pose);
+        self.note_picture(pose, kept);
         Ok(Some(encoder))
     }
 

@@ -1,5 +1,20 @@
-//! Frames that nobody sees. While a picture stays as it is, what it lacks is found by feedback alone: to draw
-//! it again would show the same.
+//! Frames without a picture of their own. While a picture stays as it is, what it lacks is found by feedback
+//! alone, in frames that nobody sees: to draw it again would show the same. Where something over it changes,
+//! as panels do below a pointer, a frame is seen and shows the picture that was kept of the last one.
+//!
+//! A picture that is kept ([`KeptPicture`](crate::stage::KeptPicture), or the light that it was encoded from)
+//! stands for the one that a frame would draw if nothing is different of all that this would follow from:
+//!
+//! - the camera's pose;
+//! - what the shaders are told ([`Told`]): sizes, panes, places, ranges, colours, lights, rows of a preview
+//!   that grows, the theme's ground; and the renderer, which is another one for other layers and filters;
+//! - what the textures have ([`Content`]): tiles, page tables, biases, pools, and none that fades in;
+//! - where it is kept: another size or format of the window has another place.
+//!
+//! Whatever changes a picture in yet another way says so ([`SurfaceScene::wake`]), and then it is drawn.
+//! Nothing is kept of overlays and of previews behind which a source waits, which are drawn otherwise, nor by
+//! inline feedback, where pictures say themselves what they want. In all other modes frames say that in a
+//! pass of their own, those with a kept picture like any other, so that the pager hears of no difference.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,7 +28,8 @@ use super::source::DisplayError;
 use crate::beside::Wake;
 use crate::camera::Pose;
 use crate::layers::CompareMode;
-use crate::stage::{Frame, Pictures, StageView};
+use crate::stage::{Frame, Pictures, StageView, Target};
+use crate::surface::Told;
 
 /// For so long what is shown of the machine may be old.
 const HUD_PAUSE: Duration = Duration::from_millis(250);
@@ -43,11 +59,22 @@ impl Content {
     }
 }
 
+/// What a picture that is kept was drawn by, and where it lies.
+#[derive(PartialEq)]
+pub(super) struct Kept {
+    told: Told,
+    place: wgpu::TextureView,
+}
+
 /// The picture that was drawn last.
 #[derive(Default)]
 pub(super) struct LastPicture {
     /// Where the camera was and what the textures had; nothing, if it is to be drawn anew.
     of: Option<(Pose, Content)>,
+    /// Where the camera was, also if it is to be drawn anew.
+    pose: Option<Pose>,
+    /// What is kept of it.
+    kept: Option<Kept>,
     at: Duration,
     /// True if frames that nobody saw came after it, so that one more picture is owed.
     owes_picture: bool,
@@ -61,6 +88,11 @@ impl LastPicture {
         self.of = None;
     }
 
+    /// Returns true if the camera stands where it was in it.
+    pub(super) fn stands(&self, pose: &Pose) -> bool {
+        self.pose.as_ref() == Some(pose)
+    }
+
     /// Returns true while the GPU is at work on a frame that nobody is to see.
     fn is_awaited(&self) -> bool {
         self.unseen_is_done.as_ref().is_some_and(|is_done| !is_done.load(Ordering::Acquire))
@@ -68,14 +100,33 @@ impl LastPicture {
 }
 
 impl SurfaceScene {
-    /// A picture was drawn.
-    pub(super) fn note_picture(&mut self, pose: Pose) {
-        // As they were compared in it, which was before it was drawn.
+    /// What the picture of a frame shows whose textures were updated.
+    fn content(&self) -> Option<Content> {
+        // As they are compared in it, which was before it was drawn.
         let compared = self.comparable().map(|layers| layers.compare_mode());
-        let content = Content::of(&self.textures.stats(), compared);
-        let (of, at) = (content.map(|content| (pose, content)), self.beside.now());
+        Content::of(&self.textures.stats(), compared)
+    }
+
+    /// What will be kept of a picture that is drawn into a target now, with the camera in its place.
+    pub(super) fn kept_in(&self, target: &Target<'_>) -> Option<Kept> {
+        let (told, place) = (self.display.displayed()?.renderer.told(), target.lasting()?.clone());
+        Some(Kept { told, place })
+    }
+
+    /// Returns true if the picture that would be kept of a frame is the one that is kept already. To be asked
+    /// after the update of the textures, of frames that may show one that is kept.
+    pub(super) fn is_kept(&self, pose: Pose, kept: &Kept) -> bool {
+        let LastPicture { of, kept: last, .. } = &self.last_picture;
+        let content = self.content();
+        content.is_some_and(|content| *of == Some((pose, content))) && last.as_ref() == Some(kept)
+    }
+
+    /// A picture was drawn, of which something is kept or nothing, or shown again.
+    pub(super) fn note_picture(&mut self, pose: Pose, kept: Option<Kept>) {
+        let (of, at) = (self.content().map(|content| (pose, content)), self.beside.now());
         let unseen_is_done = self.last_picture.unseen_is_done.take();
-        self.last_picture = LastPicture { of, at, owes_picture: false, unseen_is_done };
+        let pose = Some(pose);
+        self.last_picture = LastPicture { of, pose, kept, at, owes_picture: false, unseen_is_done };
     }
 
     /// Returns true if the picture is to be drawn once more, since nobody saw the frames after it: what lies
@@ -195,7 +246,7 @@ mod tests {
     #[test]
     fn a_frame_that_nobody_sees_waits_for_the_one_before_it() {
         let (mut scene, pose) = (scene(), Pose::first(Scene::Image));
-        scene.note_picture(pose);
+        scene.note_picture(pose, None);
         let is_done = Arc::new(AtomicBool::new(false));
         scene.last_picture.unseen_is_done = Some(is_done.clone());
         let mut frames = || {
@@ -216,7 +267,7 @@ mod tests {
         scene.leave_device();
         let (gpu, formats) = device();
         let mut scene = scene.restored(&gpu, formats).unwrap();
-        scene.note_picture(pose);
+        scene.note_picture(pose, None);
         let before = scene.textures.inspect().frame();
         scene.draw_unseen(pose).unwrap();
         assert_eq!(scene.textures.inspect().frame(), before + 1);

@@ -7,6 +7,8 @@ mod eframe_example;
 #[cfg(feature = "egui")]
 mod growing;
 #[cfg(feature = "egui")]
+mod kept_pictures;
+#[cfg(feature = "egui")]
 mod surface_scene;
 #[cfg(feature = "egui")]
 mod widget;

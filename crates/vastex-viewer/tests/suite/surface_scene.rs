@@ -5,13 +5,15 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use egui::{Context, Pos2, RawInput, Rect};
-use vastex::{ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource};
+use vastex::{
+    FeedbackMode, ImageOptions, ImageSource, LayerFormat, Settings, TextureSettings, Textures, TileSource,
+};
 use vastex_viewer::beside::Wake;
 use vastex_viewer::hud::Chosen;
 use vastex_viewer::input::Action;
 use vastex_viewer::layers::CompareMode;
 use vastex_viewer::panels::{FileAbout, PanelPainter};
-use vastex_viewer::stage::{Canvas, TargetKind, TextureRead};
+use vastex_viewer::stage::{Canvas, Target, TargetKind, TextureRead};
 use vastex_viewer::surface_scene::{
     DisplayError, DisplaySettings, FirstDisplay, Growth, PictureFormats, PreparedSource, SurfaceScene,
 };
@@ -46,9 +48,14 @@ impl Window {
 
     /// One that shows what it shows in such a way.
     pub(crate) fn showing(options: DisplayOptions) -> Window {
+        Window::hearing(options, None)
+    }
+
+    /// One that hears what it lacks by such feedback.
+    pub(crate) fn hearing(options: DisplayOptions, feedback: Option<FeedbackMode>) -> Window {
         use wgpu::TextureFormat::{Rgba8Unorm, Rgba8UnormSrgb};
         let gpu = pollster::block_on(Gpu::headless()).unwrap();
-        let settings = Settings { fade: Duration::ZERO, ..Settings::default() };
+        let settings = Settings { fade: Duration::ZERO, feedback, ..Settings::default() };
         let textures = Textures::new(&gpu.device, &gpu.queue, settings).unwrap();
         let formats = PictureFormats::new(&gpu.adapter, vec![Rgba8UnormSrgb, Rgba8Unorm], Rgba8Unorm);
         let settings = DisplaySettings {
@@ -138,14 +145,7 @@ impl Window {
         }
         let format = shown.format().unwrap().clone();
         let canvas = Canvas::new(&self.gpu, SIZE, format.viewed, format.kind);
-        let (context, painter) = (&self.context, &mut self.painter);
-        shown.show_panels(pose, (&[], &[]), |show| {
-            let size = SIZE.map(|side| side as f32);
-            let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
-            let mut output = context.run_ui(RawInput { screen_rect, ..RawInput::default() }, show);
-            painter.take(context, &mut output);
-            output.textures_delta.clear();
-        });
+        run_panels(&mut shown, pose, (&self.context, &mut self.painter));
         let recorded = shown.record(pose, &canvas.target(), &mut |_, _| {}).unwrap();
         let encoder = || self.gpu.device.create_command_encoder(&Default::default());
         let mut encoder = recorded.unwrap_or_else(encoder);
@@ -157,6 +157,21 @@ impl Window {
         shown.end_frame();
         let pixels = read.take().unwrap().unwrap();
         Some(pixels.as_chunks::<4>().0[(y * SIZE[0] + x) as usize])
+    }
+
+    /// A frame of surfaces into a target of a host's own, without its panels. Gives back its parts.
+    pub(crate) fn parts_of_frame(&mut self, pose: Pose, target: &Target<'_>) -> Vec<&'static str> {
+        self.time.fetch_add(STEP, Ordering::Relaxed);
+        let mut shown = WindowScene::of(&mut self.scene, None);
+        shown.begin_frame((pose, true), &mut self.painter).unwrap();
+        run_panels(&mut shown, pose, (&self.context, &mut self.painter));
+        let mut parts = Vec::new();
+        let encoder = shown.record(pose, target, &mut |_, part| parts.extend(part)).unwrap().unwrap();
+        self.gpu.queue.submit([encoder.finish()]);
+        let limit = Some(Duration::from_secs(300));
+        self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
+        shown.end_frame();
+        parts
     }
 
     /// A frame of surfaces; gives back a pixel of the picture that nothing lies over, in the middle near the
@@ -203,6 +218,17 @@ impl Window {
         let limit = Some(Duration::from_secs(300));
         self.gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: limit }).unwrap();
     }
+}
+
+/// egui runs once, as a host has it run.
+fn run_panels(shown: &mut WindowScene<'_>, pose: Pose, (context, painter): (&Context, &mut PanelPainter)) {
+    shown.show_panels(pose, (&[], &[]), |show| {
+        let size = SIZE.map(|side| side as f32);
+        let screen_rect = Some(Rect::from_min_size(Pos2::ZERO, size.into()));
+        let mut output = context.run_ui(RawInput { screen_rect, ..RawInput::default() }, show);
+        painter.take(context, &mut output);
+        output.textures_delta.clear();
+    });
 }
 
 #[test]
