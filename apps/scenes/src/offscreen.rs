@@ -171,6 +171,9 @@ impl Offscreen {
 
     /// What the pictures show from the next frame on. Two views share the size of the picture.
     pub fn show(&mut self, views: Views) -> Result<(), OffscreenError> {
+        if [self.views, views] == [Views::One; 2] {
+            return Ok(());
+        }
         if let Some((view, _)) = self.beside.take() {
             self.textures.view_mut(view)?.remove();
         }

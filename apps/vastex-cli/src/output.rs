@@ -231,7 +231,11 @@ fn encoder<W: Write>(writer: W, [width, height]: [u32; 2]) -> png::Encoder<'stat
 
 /// Red, green and blue of each pixel.
 fn colours(rgba: &[u8]) -> Vec<u8> {
-    rgba.chunks_exact(4).flat_map(|texel| [texel[0], texel[1], texel[2]]).collect()
+    let mut colours = vec![0; rgba.len() / 4 * 3];
+    for (colour, texel) in colours.chunks_exact_mut(3).zip(rgba.chunks_exact(4)) {
+        colour.copy_from_slice(&texel[..3]);
+    }
+    colours
 }
 
 #[cfg(test)]

@@ -35,8 +35,9 @@ fn a_view_is_drawn_as_it_is_written() {
     assert!(apart(&quarter, columns.map(|(x, y)| whole[y * 216 + x]).collect()) <= 1);
     // The scene is the view's.
     let view = "--view globe:lon=10,lat=46,alt=2000000m --size 160x90";
-    assert_eq!(picture(view), picture(&format!("{view} --on globe")));
-    assert_ne!(picture(view), picture("--on globe --size 160x90"));
+    let of_view = picture(view);
+    assert_eq!(of_view, picture(&format!("{view} --on globe")));
+    assert_ne!(of_view, picture("--on globe --size 160x90"));
     for (words, said) in [
         ("--view moon:x=1", "'moon:x=1' is no view, because of 'moon'"),
         ("--view image:x=1,y=2", "because of 'zoom'"),

@@ -10,8 +10,7 @@ fn run(sandbox: &Sandbox, command: &str) -> Ended {
 #[test]
 fn the_earths_relief_displaces_a_terrain_and_the_globe() {
     let sandbox = Sandbox::new();
-    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
-    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    sandbox.write_relief("relief.png");
     run(&sandbox, "build relief.png -o relief.vastex --page 64 --quiet").expect_code(0);
     for scene in ["--on terrain", "--on globe --height-scale 0.3 --height-zero 0.168"] {
         let command =
@@ -40,8 +39,7 @@ fn what_has_no_heights_is_no_terrain() {
 #[test]
 fn heights_of_a_file_displace_what_the_window_shows() {
     let sandbox = Sandbox::new();
-    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
-    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    sandbox.write_relief("relief.png");
     sandbox.write_png("color.png", [300, 150]);
     for (scene, view) in [
         ("terrain", "plane:x=0,y=-0.9,z=0.4,yaw=0,pitch=30"),
@@ -54,16 +52,18 @@ fn heights_of_a_file_displace_what_the_window_shows() {
             run(&sandbox, &format!("view --screenshot shot.png {words} {size}")).expect_code(0);
             sandbox.read_rgb("shot.png")
         };
-        let [level, low] = [&format!("{shown} --height-scale 0"), &shown].map(|words| shoot(words));
+        let low = shoot(&shown);
+        // Neither heights nor their scale are left out: of a scale that is heard something is displaced.
+        let scale = if scene == "terrain" { "0.4" } else { "0" };
+        assert!(shoot(&format!("{shown} --height-scale {scale}")) != low, "{scene}");
+        // That a planet in the window is the one that is drawn is tested beside its links.
+        if scene == "planet" {
+            continue;
+        }
         run(&sandbox, &format!("render {shown} {size} -o drawn.png")).expect_code(0);
         let drawn = sandbox.read_rgb("drawn.png");
         // But for what lies over the picture in a window.
         let alike = low.iter().zip(&drawn).filter(|(a, b)| a == b).count();
         assert!(alike * 10 > 9 * drawn.len(), "{scene}: {alike} of {}", drawn.len());
-        // Neither heights nor their scale are left out; how much of it is shown is the same in all scenes.
-        assert!(level != low, "{scene}");
-        if scene == "terrain" {
-            assert!(shoot(&format!("{shown} --height-scale 0.4")) != low);
-        }
     }
 }

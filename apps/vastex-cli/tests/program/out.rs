@@ -121,7 +121,7 @@ fn a_page_tells_how_a_run_went() {
     // What went wrong is told in the words in which it was said.
     sandbox.write_png("large.png", [1024, 1024]);
     run(&sandbox, "build large.png -o large.vastex --page 256 --quiet").expect_code(0);
-    let ended = run(&sandbox, "render large.vastex --size 640x640 --pool-mib 1 --report small");
+    let ended = run(&sandbox, "render large.vastex --size 400x400 --pool-mib 1 --report small");
     assert!(ended.stderr.contains("too small") || ended.stderr.contains("coarser"), "{ended}");
     let page = String::from_utf8(sandbox.read("small/index.html")).unwrap();
     assert!(page.contains("class=\"warning\"") && !page.contains("No warnings"));

@@ -10,8 +10,7 @@ fn run(sandbox: &Sandbox, command: &str) -> Ended {
 /// A directory with small images of the Earth, built.
 fn earth() -> Sandbox {
     let sandbox = Sandbox::new();
-    let relief = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
-    std::fs::copy(relief, sandbox.path("relief.png")).unwrap();
+    sandbox.write_relief("relief.png");
     run(&sandbox, "build relief.png -o relief.vastex --page 64 --quiet").expect_code(0);
     sandbox
 }
@@ -25,8 +24,7 @@ fn each_part_of_a_planet_is_seen() {
         run(&sandbox, &format!("render relief.vastex {VIEW} {words} -o out.png")).expect_code(0);
         sandbox.read_rgb("out.png")
     };
-    let sun = "--sun -60,10";
-    let lit = picture(sun);
+    let lit = picture("--sun -60,10");
     for words in [
         "--sun off",
         "--sun 60,10",
@@ -37,7 +35,7 @@ fn each_part_of_a_planet_is_seen() {
     ] {
         assert_ne!(lit, picture(words), "{words}");
     }
-    assert_eq!(lit, picture(sun));
+    // That two pictures of the same are alike is tested beside links.
 }
 
 #[cfg(feature = "view")]

@@ -80,6 +80,20 @@ impl Sandbox {
         encoder.write_header().unwrap().write_image_data(texels).unwrap();
     }
 
+    /// The heights of the Earth, of 16 bits, with few texels: a surface is drawn of no finer patches than its
+    /// heights have texels, so that a small picture takes little time and still has patches of several sizes.
+    pub(crate) fn write_relief(&self, name: &str) {
+        let whole = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/earth-elevation-1080x540-u16.png");
+        let whole = std::io::BufReader::new(std::fs::File::open(whole).unwrap());
+        let mut reader = png::Decoder::new(whole).read_info().unwrap();
+        let mut texels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut texels).unwrap();
+        let [every, width, height] = [6, 180, 90];
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| every * (every * y * width + x)));
+        let few: Vec<u8> = places.flat_map(|at| [texels[2 * at], texels[2 * at + 1]]).collect();
+        self.write_png_of(name, [width as u32, height as u32], &few);
+    }
+
     /// The pixels of a picture that the program wrote.
     pub(crate) fn read_rgb(&self, name: &str) -> Vec<[u8; 3]> {
         let mut reader = png::Decoder::new(std::io::Cursor::new(self.read(name))).read_info().unwrap();
