@@ -14,10 +14,10 @@ pub struct VolumeError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SourceFault {
     /// Voxels cannot be read.
-    #[error("{0}; voxels of another level, or the fill value, stand for it")]
+    #[error("{0}; what else can be read, or the fill value, stands for it")]
     Voxels(VolumeError),
     /// Made levels cannot be kept in the directory that was given for them.
-    #[error("{0}; levels that are made are kept in memory alone")]
+    #[error("{0}; levels that are made are kept in memory from here on")]
     Directory(VolumeError),
 }
 

@@ -31,7 +31,7 @@ pub(super) struct Surface {
     depth: wgpu::TextureView,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
-    /// Where it is not, and the window's pictures can be copied into, what they are kept in.
+    /// Where it is not, and the window's pictures can be copied into, what those of surfaces are kept in.
     kept: Option<KeptPicture>,
     /// True if it is to be configured before the next picture.
     is_stale: bool,
@@ -109,11 +109,21 @@ impl Surface {
             self.depth = depth_view(&self.gpu.device, [width, height]);
             let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format.viewed);
             self.light = (self.format.kind == TargetKind::Linear).then(light);
-            let can_copy = self.config.usage.contains(wgpu::TextureUsages::COPY_DST);
-            let formats = [self.format.stored, self.format.viewed];
-            let kept = || KeptPicture::new(&self.gpu.device, [width, height], formats);
-            self.kept = (can_copy && self.light.is_none()).then(kept);
+            self.kept = None;
             self.is_stale = true;
+        }
+    }
+
+    /// Keeps pictures from here on, or does not: those of surfaces are worth it.
+    pub(super) fn keep_pictures(&mut self, keeps: bool) {
+        let can_copy = self.config.usage.contains(wgpu::TextureUsages::COPY_DST);
+        let formats = [self.format.stored, self.format.viewed];
+        match keeps && can_copy && self.light.is_none() {
+            false => self.kept = None,
+            true if self.kept.is_none() => {
+                self.kept = Some(KeptPicture::new(&self.gpu.device, self.size(), formats));
+            }
+            true => {}
         }
     }
 

@@ -110,6 +110,7 @@ impl SurfaceScene {
         if let Some(displayed) = self.display.displayed() {
             displayed.renderer.compile_all();
         }
+        self.last_picture.confirm();
         self.count_unsettled();
         let now = self.beside.now();
         self.below.drawn(now);

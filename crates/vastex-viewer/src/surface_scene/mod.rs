@@ -14,6 +14,7 @@ mod first_ranges;
 mod frames;
 mod guided;
 mod hud;
+mod kept;
 mod layers;
 mod measuring;
 mod panels;
@@ -48,9 +49,9 @@ pub use displayed::{Blueprint, DisplaySettings, Displayed};
 use first_ranges::FirstRanges;
 pub use frames::MarkParts;
 pub use guided::Guided;
+use kept::LastPicture;
 pub use picture_format::{PictureFormat, PictureFormats};
 pub use source::{DisplayError, Growth, PreparedSource};
-use unseen::LastPicture;
 use values::Values;
 
 /// Frames after a change of the view in which nothing is taken for settled: feedback is on its way for some,

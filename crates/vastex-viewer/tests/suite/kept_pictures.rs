@@ -24,6 +24,8 @@ struct Host {
     kept: Option<KeptPicture>,
     light: Option<LinearTarget>,
     frames: usize,
+    /// True if its pictures are stored in another format than they are drawn to.
+    is_viewed: bool,
 }
 
 impl Host {
@@ -42,7 +44,8 @@ impl Host {
     fn of(window: Window) -> Host {
         let depth = depth_view(&window.gpu.device, [1, 1]);
         let (pictures, kept, light) = (Vec::new(), None, None);
-        let mut host = Host { window, size: [0; 2], pictures, depth, kept, light, frames: 0 };
+        let mut host =
+            Host { window, size: [0; 2], pictures, depth, kept, light, frames: 0, is_viewed: false };
         host.resize(SIZE);
         host
     }
@@ -50,6 +53,11 @@ impl Host {
     /// The window has another size, or layers need other pictures.
     fn resize(&mut self, size: [u32; 2]) {
         let (device, format) = (&self.window.gpu.device, self.window.scene.format().unwrap());
+        let stored = match format.viewed {
+            viewed if !self.is_viewed => viewed,
+            viewed if viewed.is_srgb() => viewed.remove_srgb_suffix(),
+            viewed => viewed.add_srgb_suffix(),
+        };
         let picture = || {
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some("window"),
@@ -57,17 +65,17 @@ impl Host {
                 mip_level_count: 1,
                 sample_count: 1,
                 dimension: wgpu::TextureDimension::D2,
-                format: format.viewed,
+                format: stored,
                 usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                     | wgpu::TextureUsages::COPY_SRC
                     | wgpu::TextureUsages::COPY_DST,
-                view_formats: &[],
+                view_formats: &[format.viewed],
             })
         };
         self.pictures = vec![picture(), picture()];
         self.depth = depth_view(device, size);
         let is_light = format.kind == TargetKind::Linear;
-        self.kept = (!is_light).then(|| KeptPicture::new(device, size, [format.viewed; 2]));
+        self.kept = (!is_light).then(|| KeptPicture::new(device, size, [stored, format.viewed]));
         self.light = is_light.then(|| LinearTarget::new(device, size, format.viewed));
         if std::mem::replace(&mut self.size, size) != size {
             self.window.scene.resize(size);
@@ -77,9 +85,16 @@ impl Host {
     /// A frame from a pose. Gives back its parts.
     fn frame_from(&mut self, pose: Pose) -> Vec<&'static str> {
         self.frames += 1;
-        let picture = self.pictures[self.frames % 2].create_view(&Default::default());
+        let picture = self.picture();
         let target = Target::new(&picture, &self.depth, self.light.as_ref());
         self.window.parts_of_frame(pose, &target.keeping(self.kept.as_ref()))
+    }
+
+    /// The picture of the window that this frame is drawn into.
+    fn picture(&self) -> wgpu::TextureView {
+        let format = Some(self.window.scene.format().unwrap().viewed);
+        let described = wgpu::TextureViewDescriptor { format, ..Default::default() };
+        self.pictures[self.frames % 2].create_view(&described)
     }
 
     fn pose(&self) -> Pose {
@@ -156,6 +171,28 @@ fn a_frame_in_which_only_panels_change_shows_what_was_kept_and_says_what_it_want
     assert!(host.draws(), "back at the first place");
     host.settle();
     assert_eq!(host.seen(), shown);
+}
+
+#[test]
+fn pictures_are_kept_that_are_stored_otherwise_than_they_are_drawn() {
+    let mut host = Host::new(1, None);
+    host.settle();
+    let shown = host.seen();
+    host.is_viewed = true;
+    host.resize(SIZE);
+    host.settle();
+    assert!(!host.draws() && host.seen() == shown);
+}
+
+#[test]
+fn a_frame_that_was_recorded_and_dropped_has_kept_nothing() {
+    let mut host = Host::new(1, None);
+    host.settle();
+    host.window.scene.expose(-1.0);
+    let (pose, picture) = (host.pose(), host.picture());
+    let target = Target::new(&picture, &host.depth, None).keeping(host.kept.as_ref());
+    drop(host.window.scene.record(pose, &target, &mut |_, _| {}).unwrap());
+    host.brings("a frame after one that nobody submitted", true);
 }
 
 #[test]

@@ -111,8 +111,7 @@ impl Files {
             file.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| self.put(&file, &bytes));
         kept.map_err(|error| {
             self.is_full.store(true, Ordering::Relaxed);
-            let why = format!("{error}; levels that are made are kept in memory from here on");
-            VolumeFault::Read(why).at(file.display().to_string())
+            VolumeFault::Read(error.to_string()).at(file.display().to_string())
         })
     }
 

@@ -5,7 +5,6 @@
 
 use std::future::Future;
 use std::pin::Pin;
-use std::sync::atomic::Ordering;
 
 use super::{CHEAP_BYTES, MOST_SEARCHED, Made};
 use crate::chunks::{Chunk, ChunkFuture, ChunkSource, PresenceFuture};
@@ -42,12 +41,18 @@ impl<'a> Lenient<'a> {
         self.shared.plane_of(self, base.channel, base.time)
     }
 
-    /// Returns true if something is to be looked for that stands for a chunk which cannot be read, which is
-    /// counted of those that stand for others.
-    fn may_be_stood_for(&self) -> bool {
+    /// Returns true if something is to be looked for that stands for a chunk which cannot be read: of chunks
+    /// that stand for others these are the first few.
+    fn may_be_stood_for(&self, coords: &[u64]) -> bool {
+        if self.below == 0 {
+            return true;
+        }
+        let mut state = self.made.lock();
+        let place = (self.level, coords.to_vec());
+        let is_among = state.searched.contains(&place)
+            || state.searched.len() < MOST_SEARCHED && state.searched.insert(place);
         // The next coarser level is what the finest one stands for already.
-        self.below == 0
-            || self.level > 0 && self.made.searched.fetch_add(1, Ordering::Relaxed) < MOST_SEARCHED
+        is_among && self.level > 0
     }
 
     /// What stands for a chunk that cannot be read: of each of its voxels the one of the next finer level
@@ -120,15 +125,11 @@ impl ChunkSource for Lenient<'_> {
             if self.level == self.made.base.level && self.made.is_not_stored(coords) {
                 return Ok(None);
             }
-            // The next finer level is read in any case.
-            if self.below > 1 && self.made.searched.load(Ordering::Relaxed) > MOST_SEARCHED {
-                return Ok(None);
-            }
             match self.shared.read(coords).await {
                 Ok(chunk) => Ok(chunk),
                 Err(error) => {
                     self.made.fault(SourceFault::Voxels(error));
-                    Ok(if self.may_be_stood_for() { self.stand_in(coords).await } else { None })
+                    Ok(if self.may_be_stood_for(coords) { self.stand_in(coords).await } else { None })
                 }
             }
         })

@@ -58,7 +58,7 @@ static NEXT: AtomicU64 = AtomicU64::new(0);
 const MOST_ASKED: usize = 4096;
 const MOST_FAULTS: usize = 16;
 /// Chunks of a source that stand for others, and that others are looked for in turn, at most.
-const MOST_SEARCHED: u64 = 256;
+const MOST_SEARCHED: usize = 256;
 
 /// A chunk of a made level: the level, counted from the finest that is made, and its place along x, y and z.
 pub(crate) type MadePos = (usize, [u64; 3]);
@@ -96,8 +96,6 @@ pub(crate) struct Made {
     /// Chunks of the finest made level that are done, of what the levels come to.
     done: Mutex<Done>,
     total: u64,
-    /// Chunks that stand for others and could not be read.
-    searched: AtomicU64,
 }
 
 struct MadeLevel {
@@ -116,6 +114,8 @@ struct State {
     previewed: FxHashSet<MadePos>,
     changed: Vec<MadePos>,
     faults: Vec<SourceFault>,
+    /// Stored chunks, by level, that stand for others and that others are looked for.
+    searched: FxHashSet<(usize, Vec<u64>)>,
 }
 
 /// How far made levels are.
@@ -191,7 +191,6 @@ impl Made {
             working: Mutex::new(()),
             done: Mutex::default(),
             total,
-            searched: AtomicU64::new(0),
             levels,
         };
         match made.levels.len().checked_sub(1) {

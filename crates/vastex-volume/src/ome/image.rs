@@ -221,15 +221,23 @@ fn numbered(
     is_listed_in_order: bool,
 ) -> Vec<LevelLeftOut> {
     let said = |place: usize| datasets.get(place).and_then(said_size);
+    // Scales are believed where they tell apart what is there.
+    let are_sound = found.iter().map(|place| said(*place)).is_sorted_by(
+        |finer, coarser| matches!((finer, coarser), (Some(finer), Some(coarser)) if *finer < coarser * 0.999),
+    );
     let is_finer = |left: usize, other: usize| match (said(left), said(other)) {
-        (Some(left), Some(other)) => left < other * 0.999,
+        (Some(left), Some(other)) if are_sound && (left / other - 1.0).abs() > 0.001 => left < other,
         _ => is_listed_in_order && left < other,
     };
     // Behind how many of those that could be opened each comes.
     let behind = |place: usize| found.iter().take_while(|other| !is_finer(place, **other)).count();
     let mut lacking: Vec<(usize, LevelLeftOut)> =
         lacking.into_iter().map(|(place, left)| (behind(place), left)).collect();
-    lacking.sort_by_key(|(count, _)| *count);
+    let are_said = are_sound && lacking.iter().all(|(_, left)| said(left.number).is_some());
+    lacking.sort_by(|(count, left), (other_count, other)| {
+        let sizes = [left, other].map(|left| said(left.number).filter(|_| are_said).unwrap_or_default());
+        count.cmp(other_count).then(sizes[0].total_cmp(&sizes[1]))
+    });
     let before = |nth: usize| lacking.iter().filter(|(count, _)| *count <= nth).count();
     let of_unfit = unfit.into_iter().filter_map(|(place, left)| {
         let nth = found.iter().position(|other| *other == place)?;

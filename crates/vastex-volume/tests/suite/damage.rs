@@ -242,6 +242,42 @@ fn levels_that_are_left_out_keep_their_numbers() {
         assert_eq!(found, numbers, "{sides:?} {order:?} {scales:?} {others:?}");
         assert_eq!(volume.about().finest_left_out(), None);
     }
+    // So does one that cannot be opened, and one without a path, where scales say nothing or are in another
+    // order than the list.
+    let scales = |scales: [f64; 3]| move |level: usize| scales[level];
+    for (lacking, order, said, numbers) in [
+        (&[0][..], [0, 1, 2], scales([1.0; 3]), [None, Some(0), Some(1)]),
+        (&[1], [0, 1, 2], scales([1.0; 3]), [Some(0), None, Some(1)]),
+        (&[0, 1], [2, 1, 0], scales([1.0, 2.0, 4.0]), [None, None, Some(0)]),
+    ] {
+        let levels = [32, 16, 8].map(|side| Level::new([side; 3], [8; 3], [1.0; 3]));
+        for has_path in [true, false] {
+            let (directory, _) = random(&levels, |_, _| true);
+            let dataset = |level: usize| {
+                let scale = serde_json::json!([{"type": "scale", "scale": vec![said(level); 3]}]);
+                match has_path || !lacking.contains(&level) {
+                    true => serde_json::json!({
+                        "path": level.to_string(), "coordinateTransformations": scale,
+                    }),
+                    false => serde_json::json!({ "coordinateTransformations": scale }),
+                }
+            };
+            if has_path {
+                lacking.iter().for_each(|level| with_unknown_codec(directory.path(), *level));
+            }
+            let meta = directory.path().join(".zattrs");
+            let mut said: serde_json::Value = serde_json::from_slice(&fs::read(&meta).unwrap()).unwrap();
+            said["multiscales"][0]["datasets"] = order.map(dataset).to_vec().into();
+            fs::write(&meta, said.to_string()).unwrap();
+            let volume = volume(directory.path());
+            let found = [0, 1, 2].map(|number| volume.about().level_numbered(number).ok());
+            assert_eq!(found, numbers, "{lacking:?} {order:?} {has_path}");
+            if let (true, [finest, ..]) = (has_path && numbers[0].is_none(), lacking) {
+                let left = volume.about().finest_left_out().map(|left| left.path.clone());
+                assert_eq!(left, Some(finest.to_string()));
+            }
+        }
+    }
     // What a file says comes to nobody as it is.
     let (directory, _) = random(&levels, |_, _| true);
     let (meta, name) = (directory.path().join(".zattrs"), format!("1\u{1b}[31m{}", "x".repeat(150)));

@@ -43,9 +43,9 @@ use crate::commands::render;
 use anew::Anew;
 pub(super) use anew::MadeAnew;
 
-/// What is said of the system's dialog for files, as a topic.
 /// How long a display is taken for the one that the window is on.
 const DISPLAY_LOOKS: Duration = Duration::from_secs(1);
+/// What is said of the system's dialog for files, as a topic.
 pub(super) const DIALOG: &str = "dialog";
 /// What there is to know of a file, as a topic.
 pub(super) const OF_FILE: &str = "file";
