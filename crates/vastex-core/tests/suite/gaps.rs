@@ -35,6 +35,8 @@ struct World {
     over: u32,
     /// What other rays name in the cycle, and in gaps as long as it is not there.
     seen_too: Vec<u32>,
+    /// How far into their level pages of gaps are needed.
+    eighth: u8,
 }
 
 impl World {
@@ -50,7 +52,7 @@ impl World {
             pager.add_texture(pool, &geometry, None, None).unwrap();
         }
         let (failing, seen_too) = (Vec::new(), Vec::new());
-        World { pager, frame: 0, failing, loaded: 0, passes: 0, is_one_ray: false, over: 0, seen_too }
+        World { pager, frame: 0, failing, loaded: 0, passes: 0, is_one_ray: false, over: 0, seen_too, eighth: 0 }
     }
 
     /// Pages that can never be had, on one ray of which all pages of gaps are, and on others.
@@ -85,7 +87,8 @@ impl World {
             pages.extend(others);
         }
         self.passes += u32::from(seeks);
-        let pages = pages.into_iter().map(|page| WantedPage { page, pixels: 1, eighth: 0 }).collect();
+        let eighth = if seeks { self.eighth } else { 0 };
+        let pages = pages.into_iter().map(|page| WantedPage { page, pixels: 1, eighth }).collect();
         self.pager.observe(&Feedback { gaps: seeks, ..Feedback::of_pages(self.frame, pages) });
         while let Some(request) = self.pager.poll_request() {
             match self.failing.contains(&request.page) {
@@ -256,4 +259,23 @@ fn gaps_count_for_the_bias() {
         world.frame(0, &[8, 12, 16, 20, 24, 28]);
     }
     assert_eq!(world.pager.stats().loaded, stats.loaded);
+}
+
+/// A gap that is named once more, by a pixel that needs the page more sharply, is needed so: at a mip bias that
+/// pixel would go on lacking what it is to show.
+#[test]
+fn a_gap_is_needed_as_sharply_as_any_pixel_says() {
+    let bias_after = |eighths: &[u8]| {
+        let mut world = World::new(7);
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        for &eighth in eighths {
+            world.eighth = eighth;
+            world.frames_until_converged(0, &[8, 12, 16, 20, 24, 28]);
+        }
+        world.pager.stats().bias_eighths
+    };
+    let [least, most] = [7, 0].map(|eighth| bias_after(&[eighth]));
+    assert!(least < most, "{least}, {most}");
+    assert_eq!(bias_after(&[7, 0]), most);
+    assert_eq!(bias_after(&[0, 7]), most);
 }

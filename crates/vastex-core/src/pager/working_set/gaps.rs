@@ -118,11 +118,12 @@ impl WorkingSet {
             }
             let at = self.add(page, textures);
             let node = &mut self.nodes[at as usize];
+            let (pixels, eighth) = (weight.of(pixels), eighth & 7);
             if node.held_by >> view_index & 1 == 1 {
+                is_clean &= !self.sharpen(view_index, at, eighth);
                 continue;
             }
             is_clean = false;
-            let (pixels, eighth) = (weight.of(pixels), eighth & 7);
             node.held_by |= 1 << view_index;
             node.named_in(view_index, pixels, eighth);
             if let Some(window) = &mut self.windows[view_index] {
@@ -140,6 +141,23 @@ impl WorkingSet {
         let windows = self.windows.iter().enumerate();
         let windows = windows.filter_map(|(index, window)| Some((index, window.as_ref()?)));
         windows.filter(|(_, window)| window.gaps.passes > 0).map(|(index, window)| (index, window.view))
+    }
+
+    /// A page that a view holds as a gap was named again. Returns true if it is needed more sharply than was
+    /// known: at a mip bias a coarser page was to be had for it, and now it may be one that is not there.
+    fn sharpen(&mut self, view_index: usize, at: u32, eighth: u8) -> bool {
+        let node = &mut self.nodes[at as usize];
+        if node.feedbacks.iter().take(usize::from(eighth) + 1).any(|count| *count > 0) {
+            return false;
+        }
+        let window = self.windows[view_index].as_mut();
+        let held = window.and_then(|window| window.gaps.held.iter_mut().find(|named| named.node == at));
+        let Some(held) = held else { return false };
+        let before = std::mem::replace(&mut held.eighth, eighth);
+        let count = &mut node.feedbacks[usize::from(before)];
+        *count = count.saturating_sub(1);
+        node.feedbacks[usize::from(eighth)] += 1;
+        true
     }
 
     /// Lets go of what a view was found to lack.
