@@ -105,6 +105,28 @@ impl BiasControl {
         }
     }
 
+    /// Returns true if a smaller bias is to follow from the set as it is.
+    pub(crate) fn may_fall(&self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
+        matches!(&self.0, State::Solved(solved) if solved.roomy(set, slots, tails) < solved.bias)
+    }
+
+    /// Makes a solved bias larger by an eighth, and it does not fall below that until the floor is forgotten.
+    /// Returns false where it is not solved, or as large as can be.
+    pub(crate) fn raise_floor(&mut self) -> bool {
+        let State::Solved(solved) = &mut self.0 else { return false };
+        let is_raised = u32::from(solved.bias) < MAX_LEVELS * STEPS_PER_LEVEL;
+        let bias = solved.bias + u16::from(is_raised);
+        *solved = Solved { bias, floor: bias, ..Solved::default() };
+        is_raised
+    }
+
+    /// A solved bias may fall as far as the set allows.
+    pub(crate) fn forget_floor(&mut self) {
+        if let State::Solved(solved) = &mut self.0 {
+            solved.floor = 0;
+        }
+    }
+
     /// A new working set has begun.
     pub(crate) fn restart(&mut self) {
         if let State::Solved(solved) = &mut self.0 {
@@ -152,16 +174,18 @@ struct Solved {
     calm: u32,
     /// The largest bias that any of them would have needed.
     calm_bias: u16,
+    /// The bias does not fall below this.
+    floor: u16,
 }
 
 impl Solved {
     fn update(&mut self, set: &WorkingSet, slots: u32, tails: u32) -> bool {
         let needed = set.bias_for(BiasRule::room(slots).saturating_sub(tails));
         if needed > self.bias {
-            *self = Solved { bias: needed, ..Solved::default() };
+            *self = Solved { bias: needed, floor: self.floor, ..Solved::default() };
             return true;
         }
-        let roomy = set.bias_for(((u64::from(slots) * 80 / 100) as u32).saturating_sub(tails));
+        let roomy = self.roomy(set, slots, tails);
         if roomy >= self.bias {
             (self.calm, self.calm_bias) = (0, 0);
             return false;
@@ -169,9 +193,14 @@ impl Solved {
         self.calm += 1;
         self.calm_bias = self.calm_bias.max(roomy);
         if self.calm > set.cycle() {
-            *self = Solved { bias: self.calm_bias, ..Solved::default() };
+            *self = Solved { bias: self.calm_bias, floor: self.floor, ..Solved::default() };
         }
         false
+    }
+
+    /// The bias to which it falls, if that is smaller, for a set that stays as it is.
+    fn roomy(&self, set: &WorkingSet, slots: u32, tails: u32) -> u16 {
+        set.bias_for(((u64::from(slots) * 80 / 100) as u32).saturating_sub(tails)).max(self.floor)
     }
 }
 
@@ -247,14 +276,14 @@ mod tests {
         let row = |n: u32| (0..n).map(|x| wanted(id, x)).collect::<Vec<_>>();
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: row(32), ..Feedback::default() }, &textures);
-        set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+        set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
         assert!(control.update(&set, 20, 1));
         let risen = control.bias();
         assert!(risen >= 8 && set.size_at(risen) < 18);
         let mut frames = 0;
         while control.bias() == risen {
             set.observe(&Feedback { frame: 0, pages: row(2), ..Feedback::default() }, &textures);
-            set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+            set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
             assert!(!control.update(&set, 20, 1));
             frames += 1;
         }

@@ -28,6 +28,7 @@ pub(crate) mod prediction;
 pub(crate) mod ranking;
 pub(crate) mod requests;
 pub(crate) mod reranks;
+pub(crate) mod rest;
 pub(crate) mod table_changes;
 pub(crate) mod texture_ids;
 pub(crate) mod tickets;

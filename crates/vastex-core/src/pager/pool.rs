@@ -18,6 +18,7 @@ use crate::pager::flight_share::FlightShare;
 use crate::pager::inspect::check_pace::CheckPace;
 use crate::pager::load_order::LoadOrder;
 use crate::pager::reranks::Reranks;
+use crate::pager::rest::{PoolRest, do_without_given_up};
 use crate::pager::working_set::WorkingSet;
 use crate::residency::{PageState, Residency};
 use crate::table::pool::{PoolId, Slot};
@@ -39,6 +40,7 @@ pub struct PoolPager {
     pub(super) load_order: LoadOrder,
     pub(super) plan: ExplicitPlan,
     pub(super) reranks: Reranks,
+    pub(super) rest: PoolRest,
     /// True if what has been ingested begins a new main view.
     cut: bool,
     /// The frame of the newest feedback.
@@ -65,6 +67,7 @@ impl PoolPager {
             load_order: LoadOrder::new(slots),
             plan: ExplicitPlan::default(),
             reranks: Reranks::default(),
+            rest: PoolRest::default(),
             cut: false,
             newest_feedback: None,
             quiet: false,
@@ -102,7 +105,10 @@ impl PoolPager {
     /// What follows from the feedback that was ingested, but for what pools have to know of each other first:
     /// [`PoolPager::end_round`] follows.
     pub(super) fn decide(&mut self, events: &mut EventQueue) {
+        self.rest.follow(&self.set, &mut self.bias, &mut self.residency);
+        let bias_before = self.bias.bias();
         let newly_wanted = self.recompute(events);
+        self.rest.settle(bias_before, &self.set, &mut self.bias, &mut self.residency);
         self.residency.trim_shared(&self.textures);
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
@@ -127,6 +133,7 @@ impl PoolPager {
     pub(super) fn recompute(&mut self, events: &mut EventQueue) -> u32 {
         self.rebuild_set();
         self.update_bias(events);
+        do_without_given_up(&self.set, &mut self.bias, &self.residency);
         let newly_wanted = self.want_pages();
         if self.plan.is_due() || !self.plan.is_empty() || !self.claims.are_none() {
             self.rebuild_plan();
@@ -136,7 +143,11 @@ impl PoolPager {
 
     pub(super) fn rebuild_set(&mut self) {
         let residency = &self.residency;
-        self.set.rebuild(|page, record| residency.find(page, record), |page| residency.sharing().of(page));
+        self.set.rebuild(
+            |page, record| residency.find(page, record),
+            |page| residency.has_given_up(page),
+            |page| residency.sharing().of(page),
+        );
     }
 
     pub(super) fn rebuild_plan(&mut self) {

@@ -41,6 +41,7 @@ impl Pager {
         let Pager { pools, events, .. } = self;
         if let Some(pool) = pools.get_mut(usize::from(pool.number())) {
             pool.pager.bias = BiasControl::new(rule);
+            pool.pager.end_rest();
             pool.pager.recompute(events);
             pool.pager.check();
         }
@@ -99,12 +100,18 @@ impl PoolPager {
     }
 
     fn set_slots(&mut self, slots: u32, events: &mut EventQueue) {
+        self.end_rest();
         self.residency.set_slots(slots);
         self.plan.note_change();
         self.recompute(events);
     }
 
+    fn end_rest(&mut self) {
+        self.rest.end(&mut self.bias, &mut self.residency);
+    }
+
     fn tiles_lost(&mut self, events: &mut EventQueue) {
+        self.end_rest();
         self.residency.forget_table_changes();
         self.residency.lose_tiles();
         self.recompute(events);

@@ -130,7 +130,8 @@ impl Pager {
     /// Says that a view rests, so that it has converged only when every one of its pixels has found what it
     /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
-    /// jumps.
+    /// jumps. While all views of a pool rest none of its tiles is uploaded twice, unless several pages may
+    /// have it, or it was asked for explicitly; so ask [`Pager::looks_for_gaps`] for each feedback then.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };

@@ -48,6 +48,7 @@ pub(crate) mod rank;
 pub(crate) mod records;
 pub(crate) mod refresh;
 pub(crate) mod resize;
+pub(crate) mod rest;
 pub(crate) mod retention;
 pub(crate) mod sharing;
 pub(crate) mod slots;
@@ -67,6 +68,7 @@ use crate::residency::moves::Moves;
 use crate::residency::page_map::PageMap;
 use crate::residency::records::{Cancel, Record, RecordHint, Records, State};
 use crate::residency::refresh::Refreshes;
+use crate::residency::rest::Rest;
 use crate::residency::sharing::{ContentId, Sharing};
 use crate::residency::slots::SlotUse;
 use crate::residency::stats::Stats;
@@ -124,6 +126,8 @@ pub(crate) struct Residency {
     /// Pages held against what is out of view.
     claimed: Claimed,
     failing: Failures,
+    /// What is given up while views rest.
+    rest: Rest,
     /// The frame in which a page was evicted, and the evictions in order.
     evicted_at: PageMap<u64>,
     evictions: VecDeque<(u64, PageId)>,
@@ -158,6 +162,7 @@ impl Residency {
             refreshes: Refreshes::default(),
             claimed: Claimed::default(),
             failing: Failures::default(),
+            rest: Rest::default(),
             evicted_at: PageMap::default(),
             evictions: VecDeque::new(),
             tails_at_round: 0,
@@ -467,6 +472,7 @@ impl Residency {
         self.stats.tails -= tails;
         self.moves.forget(texture);
         self.claimed.forget(texture);
+        self.rest.forget(texture);
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();

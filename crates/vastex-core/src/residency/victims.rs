@@ -40,6 +40,8 @@ struct OutOfView {
     /// Rounds since it was last wanted.
     age: u64,
     has_descendants: bool,
+    /// The page's tile came while the views rest.
+    is_of_rest: bool,
 }
 
 impl Victims {
@@ -80,15 +82,18 @@ impl Residency {
         if self.victims.round == self.round
             && let Some(age) = self.age_if_evictable(record)
         {
-            let candidate = candidate(&self.claimed, &self.victims.retention, (record.page, age), textures);
+            let is_of_rest = self.rest.has_brought(record);
+            let out = OutOfView { page: record.page, age, has_descendants: false, is_of_rest };
+            let candidate = candidate(&self.claimed, &self.victims.retention, out, textures);
             self.victims.candidates[0].push(candidate);
         }
     }
 
     /// Rounds since the page was last wanted, if it is resident, out of view and without resident
-    /// descendants, and no new tile is under way for its slot.
+    /// descendants, no new tile is under way for its slot, and it is not kept while the views rest.
     pub(crate) fn age_if_evictable(&self, record: &Record) -> Option<u64> {
-        record.age_out_of_view(self.round).filter(|_| record.below == 0 && !self.is_busy(record))
+        let age = record.age_out_of_view(self.round);
+        age.filter(|_| record.below == 0 && !self.is_busy(record) && !self.rest.keeps(record))
     }
 
     /// Returns true if a tile has come into the page's slot in this frame, or a new one is under way for it.
@@ -120,13 +125,14 @@ impl Residency {
     fn list_victims(&mut self, part: usize, textures: &Textures) {
         debug_assert!(textures.count() == self.stats.tails);
         let parts = self.parts() as usize;
-        let Residency { records, slots, claimed, victims, round, .. } = self;
+        let Residency { records, slots, claimed, victims, rest, round, .. } = self;
         victims.out_of_view.clear();
         // At once, for parts are of about one size: growing with them would allocate in a frame now and then.
         victims.out_of_view.reserve(2 * slots.len() / parts + 1);
         victims.out_of_view.extend(records.part(part, parts).filter_map(|record| {
             let age = record.age_out_of_view(*round)?;
-            Some(OutOfView { page: record.page, age, has_descendants: record.below > 0 })
+            let (has_descendants, is_of_rest) = (record.below > 0, rest.has_brought(record));
+            Some(OutOfView { page: record.page, age, has_descendants, is_of_rest })
         }));
         // Records lie in no order, so that the ages in a part are as those of all.
         let ages = victims.out_of_view.iter().map(|out| out.age);
@@ -134,21 +140,25 @@ impl Residency {
         let mut candidates = std::mem::take(&mut victims.candidates[part]).into_vec();
         candidates.clear();
         let leaves = victims.out_of_view.iter().filter(|out| !out.has_descendants);
-        candidates
-            .extend(leaves.map(|out| candidate(claimed, &victims.retention, (out.page, out.age), textures)));
+        candidates.extend(leaves.map(|&out| candidate(claimed, &victims.retention, out, textures)));
         victims.candidates[part] = BinaryHeap::from(candidates);
         victims.listed[part] = *round;
     }
 }
 
 /// A page out of view, with its age, as one that may give up its slot. A claimed page has the least time to
-/// reuse, so it goes after all others; it does go where the view would be left without a slot.
+/// reuse, so it goes after all others; it does go where the view would be left without a slot. Before those
+/// goes what has come while the views rest.
 fn candidate(
     claimed: &Claimed,
     retention: &Retention,
-    (page, age): (PageId, u64),
+    OutOfView { page, age, is_of_rest, .. }: OutOfView,
     textures: &Textures,
 ) -> Candidate<PageId> {
-    let reuse_distance = if claimed.has(page) { -1.0 } else { retention.reuse_distance(page, age, textures) };
+    let reuse_distance = match is_of_rest {
+        _ if claimed.has(page) => -2.0,
+        true => -1.0,
+        false => retention.reuse_distance(page, age, textures),
+    };
     Candidate::new(reuse_distance, page.level(), page)
 }

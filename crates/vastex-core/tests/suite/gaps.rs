@@ -52,7 +52,17 @@ impl World {
             pager.add_texture(pool, &geometry, None, None).unwrap();
         }
         let (failing, seen_too) = (Vec::new(), Vec::new());
-        World { pager, frame: 0, failing, loaded: 0, passes: 0, is_one_ray: false, over: 0, seen_too, eighth: 0 }
+        World {
+            pager,
+            frame: 0,
+            failing,
+            loaded: 0,
+            passes: 0,
+            is_one_ray: false,
+            over: 0,
+            seen_too,
+            eighth: 0,
+        }
     }
 
     /// Pages that can never be had, on one ray of which all pages of gaps are, and on others.
@@ -261,8 +271,8 @@ fn gaps_count_for_the_bias() {
     assert_eq!(world.pager.stats().loaded, stats.loaded);
 }
 
-/// A gap that is named once more, by a pixel that needs the page more sharply, is needed so: at a mip bias that
-/// pixel would go on lacking what it is to show.
+/// A gap that is named once more, by a pixel that needs the page more sharply, is needed so: at a mip bias
+/// that pixel would go on lacking what it is to show.
 #[test]
 fn a_gap_is_needed_as_sharply_as_any_pixel_says() {
     let bias_after = |eighths: &[u8]| {

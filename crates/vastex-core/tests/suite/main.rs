@@ -18,6 +18,7 @@ mod pools;
 mod prediction;
 mod ranks;
 mod requests;
+mod rest;
 mod several_views;
 mod sharing;
 mod telemetry;

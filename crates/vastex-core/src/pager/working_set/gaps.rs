@@ -40,6 +40,10 @@ pub(super) struct Gaps {
     /// The frame after which the view rests, and feedbacks of the cycle that were drawn since.
     since: u64,
     seen: u32,
+    /// What was wanted before is let go of.
+    is_rest_known: bool,
+    /// How often the view was said to rest or not to, or to look at something else.
+    changes: u64,
     /// Whether what the cycle named was there once: from then on feedback looks for gaps.
     is_looked_for: bool,
     /// Feedbacks in a row that found none.
@@ -69,7 +73,22 @@ impl Gaps {
 
     /// Nothing of the view is known any more: what it wants is waited for once more.
     pub(super) fn look_later(&mut self) {
-        (self.is_looked_for, self.clean, self.seen) = (false, 0, 0);
+        (self.is_looked_for, self.is_rest_known, self.clean, self.seen) = (false, false, 0, 0);
+    }
+
+    /// Returns true if what the view wanted before it rests is let go of.
+    pub(super) fn is_rest_known(&self) -> bool {
+        self.is_rest_known
+    }
+
+    /// How often the view was said to rest or not to, or to look at something else.
+    pub(super) fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// The view is said to look at something else, or to rest or not to.
+    pub(super) fn note_change(&mut self) {
+        self.changes += 1;
     }
 
     /// A feedback of the cycle was drawn in a frame.
@@ -176,6 +195,7 @@ impl WorkingSet {
         let Some(window) = &mut self.windows[view_index] else { return };
         window.gaps.since = frame;
         if std::mem::replace(&mut window.gaps.passes, passes) != passes {
+            window.gaps.note_change();
             self.let_gaps_go(view_index);
         }
     }
@@ -192,6 +212,9 @@ impl WorkingSet {
         while let Some(named) = self.windows[view_index].as_mut().and_then(|window| window.next_before(seen))
         {
             self.unname(view_index, named);
+        }
+        if let Some(window) = &mut self.windows[view_index] {
+            window.gaps.is_rest_known = true;
         }
         true
     }

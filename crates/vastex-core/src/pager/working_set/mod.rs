@@ -21,9 +21,11 @@ use crate::wanted::feedback::{Feedback, Need, WantedPage, merge_same};
 use crate::wanted::view::{MAX_VIEWS, ViewId, Weight};
 
 pub(super) use gaps::named_by_turns;
+pub(super) use rest::RestNumber;
 use window::Window;
 
 mod gaps;
+mod rest;
 mod window;
 
 /// Thresholds are at most 8 times the number of levels.
@@ -58,6 +60,8 @@ pub(crate) struct Node {
     feedbacks: [u16; STEPS_PER_LEVEL as usize],
     /// True if the page is wanted at every bias, whatever feedback says.
     is_pinned: bool,
+    /// The page was given up while its views rest, and is wanted at no bias.
+    is_given_up: bool,
     /// The sharpest need of the page and all that lies below it.
     need: Need,
     /// Feedback pixels of the page and all that lies below it, over the cycles.
@@ -88,6 +92,7 @@ impl Node {
             held_by: 0,
             feedbacks: [0; STEPS_PER_LEVEL as usize],
             is_pinned: false,
+            is_given_up: false,
             need: Need::LEAST,
             pixels: 0,
             finer: 0,
@@ -121,6 +126,9 @@ impl Node {
     fn threshold(&self) -> u16 {
         if self.is_pinned {
             return THRESHOLDS as u16 - 1;
+        }
+        if self.is_given_up {
+            return 0;
         }
         (u16::from(self.page.level()) + 1) * STEPS_PER_LEVEL as u16 - self.need.eighths()
     }
@@ -354,10 +362,12 @@ impl WorkingSet {
     /// each.
     ///
     /// `find` says where the record of a page is, and whether its tile is in a slot; it is told where the
-    /// record was. `content_of` is asked once for each page that comes into the set.
+    /// record was. `is_given_up` is asked for each page that is in no slot, `content_of` once for each that
+    /// comes into the set.
     pub(crate) fn rebuild(
         &mut self,
         find: impl Fn(PageId, RecordHint) -> (RecordHint, bool),
+        is_given_up: impl Fn(PageId) -> bool,
         content_of: impl Fn(PageId) -> ContentId,
     ) {
         self.histogram.fill(0);
@@ -373,6 +383,7 @@ impl WorkingSet {
                 (node.need, node.pixels, node.finer) = (node.own_need(), node.named_pixels, 0);
                 node.views_below = node.views;
                 (node.record, node.is_resident) = find(node.page, node.record);
+                node.is_given_up = !node.is_resident && !node.is_pinned && is_given_up(node.page);
                 if std::mem::take(&mut node.is_new) {
                     node.content = content_of(node.page);
                 }

@@ -47,7 +47,7 @@ proptest! {
         }).collect();
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: list.clone(), ..Feedback::default() }, &textures);
-        set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+        set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
         for bias in 0..70 {
             let expected = naive(&list, &geometry, bias);
             prop_assert_eq!(set.size_at(bias) as usize, expected.len());
@@ -78,7 +78,7 @@ proptest! {
             |page: PageId| page.to_bits().wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61 < residents + u64::from(page.level());
         let mut set = WorkingSet::new();
         set.observe(&Feedback { frame: 0, pages: list.clone(), ..Feedback::default() }, &textures);
-        set.rebuild(|page, record| (record, is_resident(page)), |_| ContentId::NONE);
+        set.rebuild(|page, record| (record, is_resident(page)), |_| false, |_| ContentId::NONE);
         let (mut pixels, mut levels) = (0, 0);
         for w in &list {
             let shown = std::iter::once(w.page)
@@ -103,11 +103,11 @@ fn a_page_stays_for_one_jitter_cycle() {
         &textures,
     );
     for frame in 1..=JITTER_CYCLE as u64 {
-        set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+        set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
         assert_eq!(set.size_at(0), 4, "frame {frame}");
         set.observe(&Feedback { frame, ..Feedback::default() }, &textures);
     }
-    set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+    set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
     assert_eq!(set.size_at(0), 0);
 }
 
@@ -120,7 +120,7 @@ fn a_far_view_is_a_jump_and_a_near_one_is_not() {
         assert!(!set.is_jump(&view(40), &textures), "too early to tell");
         set.observe(&view(3), &textures);
     }
-    set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+    set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
     assert!(!set.is_jump(&view(3), &textures));
     assert!(set.is_jump(&view(40), &textures));
     let coarser = Feedback { frame: 1, pages: vec![wanted(id, 3, 0, 0, 0)], ..Feedback::default() };
@@ -172,8 +172,8 @@ mod views {
                 prop_assert!(together.remove_view(ViewId::new(removed)));
                 apart[removed as usize] = WorkingSet::new();
             }
-            together.rebuild(|_, record| (record, false), |_| ContentId::NONE);
-            apart.iter_mut().for_each(|set| set.rebuild(|_, record| (record, false), |_| ContentId::NONE));
+            together.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
+            apart.iter_mut().for_each(|set| set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE));
             for bias in [0, 1, 3, 8, 20, 47] {
                 let union: BTreeSet<PageId> = apart.iter().flat_map(|set| pages_at(set, bias)).collect();
                 prop_assert_eq!(together.size_at(bias) as usize, union.len());
@@ -197,7 +197,7 @@ mod views {
             set.observe(&feedback(0, here.clone()), &textures);
             set.observe(&feedback(5, there.clone()), &textures);
         }
-        set.rebuild(|_, record| (record, false), |_| ContentId::NONE);
+        set.rebuild(|_, record| (record, false), |_| false, |_| ContentId::NONE);
         assert!(set.is_cut(&feedback(0, there.clone()), &textures), "though the other view wants it");
         assert!(!set.is_cut(&feedback(5, there), &textures));
         assert!(set.is_cut(&feedback(5, here), &textures));

@@ -71,6 +71,7 @@ impl Window {
 
     pub(super) fn cut_from(&mut self, frame: u64) {
         self.cut = Some(frame);
+        self.gaps.note_change();
     }
 
     /// Returns true if a cut was declared that the feedback of this frame is the first to show.

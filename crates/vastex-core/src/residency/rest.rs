@@ -1,0 +1,74 @@
+//! What a pool gives up while its views rest, so that no tile comes into a slot twice in that time.
+//!
+//! A page whose tile came while the views rest, and that had to make room since, is *given up*: until they
+//! move it is no part of the working set, and the mip bias is at least so large that nobody misses it
+//! (`pager/rest`). Until it is known what the views want at rest none of these pages makes room, and
+//! an upload that finds no other waits; after that they go after all that was there before, the finest first.
+//! Tiles that several pages may have are not given up: too many places might miss one.
+
+use crate::residency::Residency;
+use crate::residency::page_map::PageMap;
+use crate::residency::records::Record;
+use crate::texture::page::{PageId, TextureNumber};
+
+/// Pages that are known to be given up at most; what is given up beyond them may come again.
+const MOST_GIVEN_UP: usize = 1 << 16;
+
+/// What a pool gives up while its views rest.
+#[derive(Debug, Default)]
+pub(crate) struct Rest {
+    /// The frame from which on they do.
+    since: Option<u64>,
+    /// What has come since then stays whatever happens.
+    keeps_all: bool,
+    given_up: PageMap<()>,
+}
+
+impl Rest {
+    /// Returns true if the page's tile came while the views rest.
+    pub(super) fn has_brought(&self, record: &Record) -> bool {
+        self.since.is_some_and(|since| record.settled_at >= since)
+    }
+
+    /// Returns true if a page may not make room yet.
+    pub(super) fn keeps(&self, record: &Record) -> bool {
+        self.keeps_all && self.has_brought(record)
+    }
+
+    /// Forgets a texture whose number may be given to another.
+    pub(super) fn forget(&mut self, texture: TextureNumber) {
+        if !self.given_up.is_empty() {
+            self.given_up.retain(|page, ()| page.texture() != texture);
+        }
+    }
+
+    /// A page that is like no other makes room.
+    pub(super) fn note_evicted(&mut self, record: &Record) {
+        if self.has_brought(record) && self.given_up.len() < MOST_GIVEN_UP {
+            self.given_up.insert(record.page, ());
+        }
+    }
+}
+
+impl Residency {
+    /// The views rest from this frame on, or do not: what was given up may come again.
+    pub(crate) fn begin_rest(&mut self, rests: bool) {
+        let since = rests.then_some(self.frame);
+        self.rest = Rest { since, keeps_all: rests, given_up: PageMap::default() };
+    }
+
+    /// Sets whether all that has come since the views rest stays whatever happens.
+    pub(crate) fn keep_all_of_rest(&mut self, keeps_all: bool) {
+        self.rest.keeps_all = keeps_all;
+    }
+
+    /// Returns true if the page was given up since the views rest.
+    pub(crate) fn has_given_up(&self, page: PageId) -> bool {
+        self.rest.given_up.get(page).is_some()
+    }
+
+    /// Returns true if any page was.
+    pub(crate) fn has_given_up_any(&self) -> bool {
+        !self.rest.given_up.is_empty()
+    }
+}
