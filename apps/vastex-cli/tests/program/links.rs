@@ -20,7 +20,7 @@ fn earth() -> Sandbox {
     sandbox
 }
 
-const PLACE: &str = "globe:lon=10,lat=30,alt=9000000m";
+const PLACE: &str = "globe:lon=10,lat=30,alt=20000000m";
 /// All that is said of a planet, as the window copies it.
 const PLANET: &str = "on=planet;layer=:gamma=1.4;height=:file=2:scale=0.01:zero=0;sun=-60,10;exaggeration=7;\
                       atmosphere=0.5;lights=1;night=:file=3;clouds=:file=4:opacity=0.7";

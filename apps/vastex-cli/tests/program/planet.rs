@@ -15,7 +15,7 @@ fn earth() -> Sandbox {
     sandbox
 }
 
-const VIEW: &str = "--on planet --view globe:lon=10,lat=30,alt=9000000m --size 96x64";
+const VIEW: &str = "--on planet --view globe:lon=10,lat=30,alt=20000000m --size 96x64";
 
 #[test]
 fn each_part_of_a_planet_is_seen() {
