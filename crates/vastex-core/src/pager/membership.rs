@@ -26,7 +26,13 @@ impl PoolPager {
         if needed > slots {
             return Err(self.too_small(slots, needed));
         }
-        let (slot, _) = self.residency.take_slot(&self.textures).ok_or(PoolError::AllInView { slots })?;
+        let mut taken = self.residency.take_slot(&self.textures);
+        if taken.is_none() {
+            // What came while the views rest may make room for what was not there when they came to rest.
+            self.end_rest();
+            taken = self.residency.take_slot(&self.textures);
+        }
+        let (slot, _) = taken.ok_or(PoolError::AllInView { slots })?;
         self.textures.add(texture, Arc::new(geometry.clone()), present);
         self.load_order.add_texture(slots, contents.is_some());
         if let Some(contents) = contents {
@@ -52,6 +58,8 @@ impl PoolPager {
         if !self.textures.remove(texture) {
             return None;
         }
+        // Less is wanted: the picture may become sharper.
+        self.end_rest();
         self.claims.forget(texture, &self.residency);
         let under_way = self.residency.forget(texture);
         self.set.forget(texture);

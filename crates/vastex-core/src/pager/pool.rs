@@ -133,7 +133,6 @@ impl PoolPager {
     pub(super) fn recompute(&mut self, events: &mut EventQueue) -> u32 {
         self.rebuild_set();
         self.update_bias(events);
-        do_without_given_up(&self.set, &mut self.bias, &self.residency);
         let newly_wanted = self.want_pages();
         if self.plan.is_due() || !self.plan.is_empty() || !self.claims.are_none() {
             self.rebuild_plan();
@@ -163,7 +162,11 @@ impl PoolPager {
 
     fn update_bias(&mut self, events: &mut EventQueue) {
         let (tails, slots) = (self.residency.tails(), self.residency.slot_count());
-        if self.bias.update(&self.set, slots, tails) {
+        let mut needs_more = self.bias.update(&self.set, slots, tails);
+        let updated = self.bias.bias();
+        do_without_given_up(&self.set, &mut self.bias, &self.residency);
+        needs_more |= self.bias.bias() > updated;
+        if needs_more {
             events.push(Event::Oversubscribed {
                 pool: self.pool,
                 wanted: self.set.size_at(0) + tails,
@@ -304,7 +307,10 @@ impl PoolPager {
         if let Some(page) = in_own_slot {
             return self.upload_refresh(page);
         }
-        self.residency.invalidate(out_of_view?);
+        // A page out of view that stays for a while is no reason to lose what has come for another.
+        if !self.residency.keeps_all_of_rest() {
+            self.residency.invalidate(out_of_view?);
+        }
         None
     }
 

@@ -106,7 +106,8 @@ impl PoolPager {
         self.recompute(events);
     }
 
-    fn end_rest(&mut self) {
+    /// What was given up while the views rest may come again.
+    pub(super) fn end_rest(&mut self) {
         self.rest.end(&mut self.bias, &mut self.residency);
     }
 

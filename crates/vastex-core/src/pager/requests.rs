@@ -297,6 +297,8 @@ impl PoolPager {
         if self.claims.take_pins_changed() {
             let mut pinned: Vec<PageId> = self.claims.pinned().collect();
             pinned.sort_unstable(); // as above
+            // If they are fewer, the picture may become sharper.
+            self.end_rest();
             self.set.set_pins(pinned, &self.textures);
             self.recompute(events);
         }

@@ -1,9 +1,10 @@
 //! While the views of a pool rest no tile is uploaded twice, however small the pool is.
 //!
 //! They rest where gaps are looked for in every view that is drawn and wants something of the pool; the rest
-//! ends where one of them moves, and another begins where a cut is declared, or the pool gets another size or
-//! rule. It is *settled* once what was wanted before it is let go of, and the bias could not be smaller for
-//! what is wanted then. From then on the set only grows and the bias only rises, for what gaps name is held.
+//! ends where one of them moves, and another begins where a cut is declared, another view is drawn, the pool
+//! gets another size or rule, pins change, or a texture goes. It is *settled* once what was wanted before it
+//! is let go of, and the bias could not be smaller for what is wanted then, at the latest after a number of
+//! decisions. From then on the set only grows and the bias only rises, for what gaps name is held.
 //! So a page leaves the set where the bias has risen above all needs of it that are known. But gaps name what
 //! is not there: that some pixel needs the page more sharply shows only when its tile has gone. It is not
 //! asked for again then: the bias rises until that pixel shows the page above.
@@ -14,9 +15,10 @@
 //! | after that | makes room first | makes room last, and never comes again |
 //!
 //! So a tile that comes in the rest and goes in it was the last one of its page, and whenever a view has
-//! converged each of its pixels has what it needs at the bias. Excepted are tiles that several pages have,
-//! and what the application asks for by pins and prefetches. Where the bias falls all the same, since less is
-//! wanted (a pin was released, a texture removed), another rest begins, so that the picture becomes sharper.
+//! converged each of its pixels has what it needs at the bias. Excepted are tiles that several pages may have,
+//! and what no view wants, as prefetches do. Loads are not counted: a tile that waits while the bias rises may
+//! be called off, and is loaded once more if it is wanted again. Where the bias falls all the same, since less
+//! is wanted, another rest begins, so that the picture becomes sharper.
 
 use crate::pager::bias::{BiasControl, BiasRule};
 use crate::pager::working_set::{RestNumber, WorkingSet};
@@ -28,7 +30,13 @@ pub(super) struct PoolRest {
     /// Which one it is; `None` where the views do not rest.
     number: Option<RestNumber>,
     is_settled: bool,
+    /// Decisions since it began.
+    decisions: u32,
 }
+
+/// Decisions after which a rest is settled whatever is not known: nothing waits longer for it. A rest is
+/// settled after one jitter cycle, and one more for each time that the bias falls.
+const MOST_UNSETTLED: u32 = 1024;
 
 impl PoolRest {
     /// Takes note of whether the views rest, before the set is made anew.
@@ -56,8 +64,10 @@ impl PoolRest {
             // Something is not wanted any more, so that there is room for what was given up.
             self.begin(self.number, bias, residency);
         }
+        self.decisions = self.decisions.saturating_add(1);
         let may_fall = || bias.may_fall(set, residency.slot_count(), residency.tails());
-        if !self.is_settled && set.knows_rest() && !may_fall() {
+        let is_known = || set.knows_rest() && !may_fall();
+        if !self.is_settled && (self.decisions > MOST_UNSETTLED || is_known()) {
             self.is_settled = true;
             residency.keep_all_of_rest(false);
         }
@@ -69,7 +79,7 @@ impl PoolRest {
     }
 
     fn begin(&mut self, number: Option<RestNumber>, bias: &mut BiasControl, residency: &mut Residency) {
-        *self = PoolRest { number, is_settled: false };
+        *self = PoolRest { number, is_settled: false, decisions: 0 };
         residency.begin_rest(number.is_some());
         bias.forget_floor();
     }

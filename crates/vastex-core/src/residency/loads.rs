@@ -172,7 +172,7 @@ impl Residency {
             self.stats.waited_frames += waited;
         } else {
             // What a prefetch has brought is as good as what was in view a moment ago.
-            record.wanted_round = self.round - 1;
+            (record.wanted_round, record.was_wanted) = (self.round - 1, false);
         }
         for ancestor in textures.ancestors(page) {
             self.records.get_or_add(ancestor, RecordHint::default()).below += 1;

@@ -335,7 +335,7 @@ impl Residency {
         }
         let record = self.records.get_or_add(page, hint);
         let newly = record.wanted_round + 1 != self.round;
-        record.wanted_round = self.round;
+        (record.wanted_round, record.was_wanted) = (self.round, true);
         record.since = if newly { self.frame } else { record.since };
         record.use_for(self.frame);
         newly

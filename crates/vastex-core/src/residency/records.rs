@@ -45,6 +45,8 @@ pub(crate) struct Record {
     /// True if the page's tile is in flight, and was asked for when the page was in view, or was in view with
     /// the loader.
     pub(super) for_view: bool,
+    /// True if the page was wanted when its tile came into its slot, or since then.
+    pub(super) was_wanted: bool,
     /// Resident pages below it, at any depth.
     pub(super) below: u32,
     /// The frame from which on the page may be tried again after failures.
@@ -73,6 +75,7 @@ impl Record {
             failures: 0,
             rank: RankClass::BEST,
             for_view: false,
+            was_wanted: false,
             below: 0,
             retry_at: 0,
             since: 0,

@@ -25,9 +25,9 @@ pub(crate) struct Rest {
 }
 
 impl Rest {
-    /// Returns true if the page's tile came while the views rest.
+    /// Returns true if the page's tile came while the views rest, and one of them has wanted it.
     pub(super) fn has_brought(&self, record: &Record) -> bool {
-        self.since.is_some_and(|since| record.settled_at >= since)
+        self.since.is_some_and(|since| record.settled_at >= since && record.was_wanted)
     }
 
     /// Returns true if a page may not make room yet.
@@ -60,6 +60,22 @@ impl Residency {
     /// Sets whether all that has come since the views rest stays whatever happens.
     pub(crate) fn keep_all_of_rest(&mut self, keeps_all: bool) {
         self.rest.keeps_all = keeps_all;
+    }
+
+    /// Returns true if what has come since the views rest stays whatever happens.
+    pub(crate) fn keeps_all_of_rest(&self) -> bool {
+        self.rest.keeps_all
+    }
+
+    /// How many pages out of view stay whatever happens. Costs a visit of every page that has a state, where
+    /// any may.
+    pub(crate) fn kept_out_of_view(&self) -> u32 {
+        if !self.rest.keeps_all {
+            return 0;
+        }
+        let is_kept =
+            |record: &&Record| record.age_out_of_view(self.round).is_some() && self.rest.keeps(record);
+        self.records.iter().filter(is_kept).count() as u32
     }
 
     /// Returns true if the page was given up since the views rest.

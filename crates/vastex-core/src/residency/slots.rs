@@ -272,7 +272,8 @@ impl Residency {
         // What has gone with another branch does not count.
         let may_go = |&(_, _, page): &(usize, u8, PageId)| {
             self.records.get(page).is_none_or(|record| {
-                !matches!(record.state, State::Resident(_)) || is_out_of_view(record) && !self.is_busy(record)
+                let stays = self.is_busy(record) || self.rest.keeps(record);
+                !matches!(record.state, State::Resident(_)) || is_out_of_view(record) && !stays
             })
         };
         if !branch.iter().all(may_go) {

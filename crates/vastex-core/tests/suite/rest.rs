@@ -1,13 +1,13 @@
 //! A camera that rests: whatever was there before and however small the pool is, no tile is uploaded twice
 //! while it rests, and every ray has what it needs at the mip bias that this takes.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::sim::Random;
 use vastex_core::{
     BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, PageState, Pager, PoolId,
-    TextureNumber, ViewId, WantedPage,
+    Region, TextureNumber, Urgency, ViewId, WantedPage,
 };
 
 const CYCLE: u64 = JITTER_CYCLE as u64;
@@ -234,4 +234,89 @@ fn a_camera_that_rests_uploads_nothing_twice() {
     let rests: Vec<[u64; 2]> = played.into_iter().flatten().flatten().collect();
     let [frames, bias] = [0, 1].map(|what| rests.iter().map(|rest| rest[what]).sum::<u64>());
     println!("{} rests take {frames} frames, at {bias} eighths of a level of mip bias", rests.len());
+}
+
+/// A texture of 16 pages on its finest level.
+fn small() -> Geometry {
+    Geometry::new(GeometrySpec { page: 128, ..GeometrySpec::image(512, 512) }).unwrap()
+}
+
+/// Pages of a picture, and those above them.
+fn pages_of(world: &World, picture: &Picture) -> u64 {
+    let needs = picture.rays.iter().flatten();
+    let mut pages = BTreeSet::new();
+    for need in needs {
+        let up = std::iter::successors(Some(need.pos), |pos| world.geometry.parent(*pos));
+        pages.extend(up.map(|pos| world.id(pos)));
+    }
+    pages.len() as u64
+}
+
+#[test]
+fn what_was_given_up_comes_again_where_less_is_wanted() {
+    let mut coarser = 0;
+    for seed in 0..24 {
+        let mut random = Random::new(seed);
+        let mut world = World::new(&mut random, 64);
+        let side = (SIDE * 128) as u32;
+        let other = Geometry::new(GeometrySpec { page: 128, ..GeometrySpec::image(side, side) }).unwrap();
+        let (other, _) = world.pager.add_texture(world.pool, &other, None, None).unwrap();
+        // A picture that fits alone, and not beside what is pinned.
+        let picture = Picture::new(&mut random);
+        let slots = pages_of(&world, &picture) * 5 / 4 + 8;
+        world.pager.resize_pool(world.pool, slots as u32, &mut Vec::new()).unwrap();
+        let square = |side: u32| Region::image(0..side * 128, 0..side * 128);
+        let mut pins = (1..=SIDE as u32).rev().filter_map(|side| world.pager.pin(other, &square(side)).ok());
+        let pinned = pins.next().unwrap();
+        world.rests_at(&picture).unwrap();
+        let bias = world.pager.stats().bias_eighths;
+        coarser += u32::from(bias > 0);
+        match seed % 2 {
+            0 => assert!(world.pager.release(pinned)),
+            _ => assert!(world.pager.remove_texture(other, world.frame)),
+        }
+        world.converges(&picture).unwrap();
+        assert_eq!(world.pager.stats().bias_eighths, 0, "world {seed}: before that {bias}");
+    }
+    assert!(coarser > 12, "{coarser}");
+}
+
+#[test]
+fn a_texture_that_comes_while_views_rest_finds_a_slot() {
+    for seed in 0..60 {
+        let mut random = Random::new(seed);
+        let slots = 8 + random.below(16) as u32;
+        let mut world = World::new(&mut random, slots);
+        let picture = Picture::new(&mut random);
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        (0..random.below(2 * CYCLE)).for_each(|_| world.frame(&picture));
+        let added = world.pager.add_texture(world.pool, &small(), None, None);
+        assert!(added.is_ok(), "world {seed}, frame {}: {added:?}", world.frame);
+        world.converges(&picture).unwrap();
+    }
+}
+
+#[test]
+fn what_no_view_has_wanted_is_not_given_up() {
+    let mut random = Random::new(1);
+    let mut world = World::new(&mut random, 220);
+    let need = |x: u32, y: u32| Need { pos: PagePos::new_2d(0, x, y), eighth: 0 };
+    let mut picture = Picture { rays: (0..64).map(|n| vec![need(n % 8, n / 8)]).collect(), turns: 1 };
+    world.rests_at(&picture).unwrap();
+    assert_eq!(world.pager.stats().bias_eighths, 0);
+    // Each of them has 64 pages and those above them: both have no room beside the picture.
+    let regions = [1024, 2048].map(|column| Region::image(column..column + 1024, 2048..3072));
+    for region in &regions {
+        let ticket = world.pager.prefetch(world.number, region, Urgency::default()).unwrap();
+        (0..4 * CYCLE).for_each(|_| world.frame(&picture));
+        world.pager.release(ticket);
+    }
+    let of_first = (8..16).flat_map(|x| (16..24).map(move |y| need(x, y)));
+    let gone = of_first.filter(|need| world.pager.state(world.id(need.pos)) == PageState::Absent);
+    let gone: Vec<Need> = gone.collect();
+    assert!(gone.len() > 8, "{} have made room", gone.len());
+    // A pixel that was not looked at so far wants some of them.
+    picture.rays.push(gone[..8].to_vec());
+    world.converges(&picture).unwrap();
+    assert_eq!(world.pager.stats().bias_eighths, 0);
 }

@@ -5,7 +5,8 @@ use crate::pager::working_set::WorkingSet;
 use crate::pager::working_set::window::Window;
 use crate::wanted::feedback::Need;
 
-/// Which rest of its views it is: no two in a row are equal.
+/// Which rest of its views it is. Two in a row differ, unless a view that rests takes another's place, which
+/// is yet to be known ([`WorkingSet::knows_rest`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::pager) struct RestNumber {
     views: usize,
@@ -25,9 +26,11 @@ impl WorkingSet {
         number.filter(|(views, _)| *views > 0).map(|(views, changes)| RestNumber { views, changes })
     }
 
-    /// Returns true if nothing of what those of them that are drawn wanted before they rest is in the set.
+    /// Returns true if nothing of what those of them that are drawn wanted before they rest is in the set. Who
+    /// was not drawn for a jitter cycle is not waited for.
     pub(in crate::pager) fn knows_rest(&self) -> bool {
-        let mut resting = self.windows().filter(|window| window.gaps.are_of_interest() && window.is_drawn());
+        let counts = |window: &&Window| window.gaps.are_of_interest() && window.is_drawn_lately();
+        let mut resting = self.windows().filter(counts);
         resting.all(|window| window.gaps.is_rest_known())
     }
 

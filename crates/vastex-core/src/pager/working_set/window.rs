@@ -29,7 +29,7 @@ pub(super) struct Window {
     /// Feedbacks in a row after which nothing was newly wanted and nothing missing.
     quiet: u32,
     /// Rounds since the view was last drawn.
-    rest: u32,
+    undrawn: u32,
     /// Feedbacks of a cycle.
     length: u32,
     /// Feedbacks of a cycle without the turns of the view's own.
@@ -44,9 +44,22 @@ impl Window {
     pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
         let gaps = Gaps::default();
-        let (observed, cut, quiet, rest, turns) = (0, None, 0, 0, 1);
+        let (observed, cut, quiet, undrawn, turns) = (0, None, 0, 0, 1);
         let jitter_cycle = length;
-        Window { view, weight, cycle, pixels, observed, cut, quiet, rest, length, jitter_cycle, turns, gaps }
+        Window {
+            view,
+            weight,
+            cycle,
+            pixels,
+            observed,
+            cut,
+            quiet,
+            undrawn,
+            length,
+            jitter_cycle,
+            turns,
+            gaps,
+        }
     }
 
     /// Feedbacks now in the window, at most the view's jitter cycles of them.
@@ -89,13 +102,13 @@ impl Window {
     /// A feedback of so many pixels begins.
     pub(super) fn begin(&mut self, pixels: u64) {
         self.observed += 1;
-        self.rest = 0;
+        self.undrawn = 0;
         self.pixels.push_back(pixels);
     }
 
     /// A feedback of gaps: of what else the view wants nothing becomes older.
     pub(super) fn begin_gaps(&mut self) {
-        self.rest = 0;
+        self.undrawn = 0;
     }
 
     /// The feedback names a page.
@@ -127,16 +140,21 @@ impl Window {
     /// The round of a frame is over: nothing was newly wanted in it and nothing missing, or something was.
     /// `settled`: all that the view wants is there.
     pub(super) fn end_round(&mut self, quiet: bool, settled: bool, frame: u64) {
-        let drawn = u32::from(self.rest == 0);
+        let drawn = u32::from(self.undrawn == 0);
         self.gaps.end_round(settled, frame);
         self.quiet = if quiet { self.quiet.saturating_add(drawn) } else { 0 };
-        self.rest = self.rest.saturating_add(1);
+        self.undrawn = self.undrawn.saturating_add(1);
     }
 
     /// Returns true if the view is being drawn: neither before its first feedback nor for a jitter cycle of
     /// rounds without one.
     pub(super) fn is_drawn(&self) -> bool {
-        self.feedbacks() > 0 && self.rest <= self.length
+        self.feedbacks() > 0 && self.undrawn <= self.length
+    }
+
+    /// Returns true if the view was drawn within a jitter cycle of rounds.
+    pub(super) fn is_drawn_lately(&self) -> bool {
+        self.feedbacks() > 0 && self.undrawn <= self.jitter_cycle
     }
 
     /// Returns true if a whole cycle of the view was quiet; where its gaps are looked for, all pixels after
