@@ -149,6 +149,8 @@ impl Shell {
                 self.press(state.is_pressed(), self.is_over, takes_keys)
             }
             WindowEvent::MouseWheel { .. } | WindowEvent::PinchGesture { .. } => {
+                // As below a button.
+                self.is_over = self.pointer.is_some_and(|position| self.is_over(position));
                 Heard { is_taken: self.is_over, is_stale: self.is_over }
             }
             WindowEvent::Touch(touch) => match touch.phase {

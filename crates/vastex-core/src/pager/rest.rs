@@ -15,10 +15,10 @@
 //! | after that | makes room first | makes room last, and never comes again |
 //!
 //! So a tile that comes in the rest and goes in it was the last one of its page, and whenever a view has
-//! converged each of its pixels has what it needs at the bias. Excepted are tiles that several pages may have,
-//! and what no view wants, as prefetches do. Loads are not counted: a tile that waits while the bias rises may
-//! be called off, and is loaded once more if it is wanted again. Where the bias falls all the same, since less
-//! is wanted, another rest begins, so that the picture becomes sharper.
+//! converged each of its pixels has what it needs at the bias. Excepted are tiles that several pages may
+//! have, and what no view wants, as prefetches do. Loads are not counted: a tile that waits while the bias
+//! rises may be called off, and is loaded once more if it is wanted again. Where the bias falls all the same,
+//! since less is wanted, another rest begins, so that the picture becomes sharper.
 
 use crate::pager::bias::{BiasControl, BiasRule};
 use crate::pager::working_set::{RestNumber, WorkingSet};
