@@ -378,7 +378,7 @@ impl Pager {
 
     /// Returns true if every pool has converged; see [`PoolPager::is_converged`].
     pub fn is_converged(&self) -> bool {
-        self.converged
+        self.converged && self.pools().all(PoolPager::is_converged)
     }
 
     /// The state of a page; of one that waits for another of the same content, that one's.

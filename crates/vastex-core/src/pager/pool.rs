@@ -48,6 +48,9 @@ pub struct PoolPager {
     /// Nothing was newly wanted in the last decision, and nothing was missing.
     quiet: bool,
     converged: bool,
+    /// The mip bias of the last working set, and the last frame in which it fell.
+    bias_before: u16,
+    bias_fell: u64,
     /// Reused between frames to avoid allocating.
     pub(super) expected: Vec<(PageId, u32)>,
     #[cfg(feature = "checks")]
@@ -72,6 +75,8 @@ impl PoolPager {
             newest_feedback: None,
             quiet: false,
             converged: false,
+            bias_before: 0,
+            bias_fell: 0,
             expected: Vec::new(),
             #[cfg(feature = "checks")]
             check_pace: CheckPace::default(),
@@ -124,6 +129,7 @@ impl PoolPager {
         let is_settled = |view: &ViewId| self.quiet || self.has_all_of(*view);
         let settled = self.set.views_with_gaps().filter(|(_, view)| is_settled(view));
         let settled = settled.fold(0, |settled, (index, _)| settled | 1_u64 << index);
+        self.set.look_again(self.last_change());
         self.converged = self.set.end_round(self.quiet, settled, frame);
         self.check();
     }
@@ -133,11 +139,25 @@ impl PoolPager {
     pub(super) fn recompute(&mut self, events: &mut EventQueue) -> u32 {
         self.rebuild_set();
         self.update_bias(events);
+        self.note_bias();
         let newly_wanted = self.want_pages();
         if self.plan.is_due() || !self.plan.is_empty() || !self.claims.are_none() {
             self.rebuild_plan();
         }
         newly_wanted
+    }
+
+    fn note_bias(&mut self) {
+        let bias = self.bias.bias();
+        if std::mem::replace(&mut self.bias_before, bias) > bias {
+            self.bias_fell = self.residency.frame();
+        }
+    }
+
+    /// The last frame since which a pixel may lack something that nobody has missed by then: a page made
+    /// room, or the mip bias fell.
+    pub(super) fn last_change(&self) -> u64 {
+        self.residency.last_evicted().max(self.bias_fell)
     }
 
     pub(super) fn rebuild_set(&mut self) {
@@ -319,7 +339,7 @@ impl PoolPager {
     /// wanted and none missing at the bias in force. A page that has failed counts as answered. A view that
     /// was not drawn for a jitter cycle of the others is not waited for.
     pub fn is_converged(&self) -> bool {
-        self.converged
+        self.converged && !self.set.is_outdated(self.last_change())
     }
 
     /// Returns true if a view has been seen for a whole jitter cycle, and all that it wanted of the pool in

@@ -131,7 +131,9 @@ impl Pager {
     /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
     /// jumps. While all views of a pool rest none of its tiles is uploaded twice, unless several pages may
-    /// have it, or it was asked for explicitly; so ask [`Pager::looks_for_gaps`] for each feedback then.
+    /// have it, or it was asked for explicitly; so ask [`Pager::looks_for_gaps`] for each feedback then. And
+    /// where one of its pages makes room in that time, or has since others moved, or the mip bias has fallen,
+    /// no view has converged until its pixels were looked at once more.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };
@@ -196,7 +198,8 @@ impl Pager {
     /// gaps are looked for, it has none; whatever other views want. False for a view that there is not, and
     /// where there is no pool. Costs a visit of each page of the working sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
-        let has_all = |pager: &PoolPager| pager.set.has_no_gaps(view) && pager.has_all_of(view);
+        let has_no_gaps = |pager: &PoolPager| pager.set.has_no_gaps(view, pager.last_change());
+        let has_all = |pager: &PoolPager| has_no_gaps(pager) && pager.has_all_of(view);
         !self.pools.is_empty() && self.pools().all(has_all)
     }
 

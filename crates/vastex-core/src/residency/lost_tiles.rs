@@ -32,6 +32,7 @@ impl Residency {
             record.below = 0;
             record.state != State::Absent
         });
+        self.last_evicted = self.frame;
         self.sharing.lose_tiles();
         self.victims.clear();
     }

@@ -131,6 +131,8 @@ pub(crate) struct Residency {
     /// The frame in which a page was evicted, and the evictions in order.
     evicted_at: PageMap<u64>,
     evictions: VecDeque<(u64, PageId)>,
+    /// The last frame in which a page had to leave its slot.
+    last_evicted: u64,
     /// Counts the working sets worked out so far: the unit of all ages.
     round: u64,
     /// Slots that held a tail when the last one was.
@@ -165,6 +167,7 @@ impl Residency {
             rest: Rest::default(),
             evicted_at: PageMap::default(),
             evictions: VecDeque::new(),
+            last_evicted: 0,
             tails_at_round: 0,
             round: 1, // so that a new record, of round 0, is new in the first round that is told
             frame: 0,
@@ -259,6 +262,11 @@ impl Residency {
     /// The frame that has begun.
     pub(crate) fn frame(&self) -> u64 {
         self.frame
+    }
+
+    /// The last frame in which a page had to leave its slot.
+    pub(crate) fn last_evicted(&self) -> u64 {
+        self.last_evicted
     }
 
     /// Which pages have the same content.

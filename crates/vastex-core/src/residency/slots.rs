@@ -96,6 +96,7 @@ impl Residency {
         let content = self.slot_use(slot).content;
         let is_free = self.take_out(slot);
         self.moves.evicted.push((page, slot));
+        self.last_evicted = self.frame;
         if let Some(record) = self.records.get(page).filter(|_| !content.is_some()) {
             self.rest.note_evicted(record);
         }

@@ -3,8 +3,8 @@
 
 use vastex_core::shader_constants::JITTER_CYCLE;
 use vastex_core::{
-    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, PageState, Pager,
-    TextureNumber, ViewId, WantedPage,
+    BiasRule, Budgets, Dims, Feedback, Geometry, GeometrySpec, PageId, PagePos, PageState, Pager, Region,
+    TextureNumber, Urgency, ViewId, WantedPage,
 };
 
 const CYCLE: u64 = JITTER_CYCLE as u64;
@@ -100,6 +100,18 @@ impl World {
         let eighth = if seeks { self.eighth } else { 0 };
         let pages = pages.into_iter().map(|page| WantedPage { page, pixels: 1, eighth }).collect();
         self.pager.observe(&Feedback { gaps: seeks, ..Feedback::of_pages(self.frame, pages) });
+        self.load();
+        seeks
+    }
+
+    /// A frame in which no view is drawn.
+    fn undrawn_frame(&mut self) {
+        self.frame += 1;
+        self.pager.begin_frame(self.frame);
+        self.load();
+    }
+
+    fn load(&mut self) {
         while let Some(request) = self.pager.poll_request() {
             match self.failing.contains(&request.page) {
                 true => self.pager.tile_failed(request.page, "gone"),
@@ -110,7 +122,6 @@ impl World {
             }
         }
         while self.pager.poll_upload().is_some() {}
-        seeks
     }
 
     fn frames_until_converged(&mut self, cycle: u32, gaps: &[u32]) -> u64 {
@@ -288,4 +299,50 @@ fn a_gap_is_needed_as_sharply_as_any_pixel_says() {
     assert!(least < most, "{least}, {most}");
     assert_eq!(bias_after(&[7, 0]), most);
     assert_eq!(bias_after(&[0, 7]), most);
+}
+
+/// What another view says of a page is not what this one needs: it may move away, and nobody asks this one
+/// again.
+#[test]
+fn a_gap_is_needed_as_sharply_as_its_own_view_says_whatever_others_do() {
+    let gaps = [8, 12, 16, 20, 24, 28];
+    let mut world = World::new(7);
+    let other = world.pager.add_view(1.0).unwrap();
+    let pages = gaps.map(|x| WantedPage { page: page(x), pixels: 1, eighth: 0 }).to_vec();
+    world.pager.observe(&Feedback { view: other, pages, ..Feedback::default() });
+    world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+    for eighth in [7, 0] {
+        world.eighth = eighth;
+        world.frames_until_converged(0, &gaps);
+    }
+    let both = world.pager.stats();
+    assert!(world.pager.remove_view(other));
+    for _ in 0..10 * CYCLE {
+        world.frame(0, &[]);
+    }
+    let alone = world.pager.stats();
+    assert_eq!((alone.bias_eighths, alone.wanted_at_bias), (both.bias_eighths, both.wanted_at_bias));
+}
+
+/// Nobody names what is there, so that it may make room for something else after all pixels were looked at.
+/// Then they are looked at again.
+#[test]
+fn what_made_room_after_all_pixels_were_looked_at_is_found_to_be_lacking() {
+    let mut world = World::new(14);
+    world.frames_until_converged(20, &[]);
+    world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+    world.frames_until_converged(0, &[20]);
+    assert!(world.is_there(20), "there is room for it");
+    let alone = world.pager.stats();
+    let elsewhere = Region::image(0..512, 3968..4096).on_levels(0..=0);
+    world.pager.prefetch(page(0).texture(), &elsewhere, Urgency::default()).unwrap();
+    (0..4).for_each(|_| world.undrawn_frame());
+    assert!(!world.is_there(20) && world.pager.stats().evicted > alone.evicted, "{:?}", world.pager.stats());
+    assert!(!world.pager.is_view_converged(ViewId::MAIN) && !world.pager.is_converged());
+    let frames = world.frames_until_converged(0, &[20]);
+    assert!(world.is_there(20) && frames >= u64::from(PASSES), "{frames}");
+    for _ in 0..4 * CYCLE {
+        world.frame(0, &[20]);
+        assert!(world.pager.is_converged() && world.pager.is_view_converged(ViewId::MAIN), "it ends");
+    }
 }

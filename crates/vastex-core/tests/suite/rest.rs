@@ -36,8 +36,17 @@ struct Picture {
 impl Picture {
     /// Rays somewhere, each of some pages.
     fn new(random: &mut Random) -> Picture {
-        let (at, spread, most) =
-            ([(); 2].map(|()| random.below(SIDE)), 1 + random.below(SIDE / 2), 1 + random.below(12));
+        let (at, spread) = Picture::place(random);
+        Picture::of(random, at, spread)
+    }
+
+    /// Where rays may go, and how far apart.
+    fn place(random: &mut Random) -> ([u64; 2], u64) {
+        ([(); 2].map(|()| random.below(SIDE)), 1 + random.below(SIDE / 2))
+    }
+
+    fn of(random: &mut Random, at: [u64; 2], spread: u64) -> Picture {
+        let most = 1 + random.below(12);
         let mut need = || {
             let [x, y] = at.map(|at| (at + random.below(spread)).min(SIDE - 1));
             let level = random.below(3).saturating_sub(1) as u8;
@@ -58,8 +67,8 @@ struct World {
     /// What is on its way, and in which frame it comes.
     coming: VecDeque<(u64, PageId)>,
     latency: u64,
-    /// Feedback that was not read yet.
-    drawn: VecDeque<Feedback>,
+    /// Feedback that was not read yet, of all views that were drawn in a frame.
+    drawn: VecDeque<Vec<Feedback>>,
     /// How often the tile of each page was uploaded.
     uploads: BTreeMap<PageId, u32>,
 }
@@ -120,21 +129,31 @@ impl World {
         }
     }
 
-    fn frame(&mut self, picture: &Picture) {
-        let seeks = self.pager.looks_for_gaps(ViewId::MAIN);
-        self.frame += 1;
-        self.pager.begin_frame(self.frame);
+    fn feedback(&mut self, view: ViewId, picture: &Picture) -> Feedback {
+        let seeks = self.pager.looks_for_gaps(view);
         let mut pages: BTreeMap<PageId, (u32, u8)> = BTreeMap::new();
         for need in self.named(picture, seeks) {
             let (pixels, eighth) = pages.entry(self.id(need.pos)).or_insert((0, need.eighth));
             (*pixels, *eighth) = (*pixels + 1, need.eighth.min(*eighth));
         }
         let wanted = pages.into_iter().map(|(page, (pixels, eighth))| WantedPage { page, pixels, eighth });
-        self.drawn.push_back(Feedback { gaps: seeks, ..Feedback::of_pages(self.frame, wanted.collect()) });
+        Feedback { view, gaps: seeks, ..Feedback::of_pages(self.frame, wanted.collect()) }
+    }
+
+    fn frame(&mut self, picture: &Picture) {
+        self.frame_of(&[(ViewId::MAIN, picture)]);
+    }
+
+    /// A frame in which these views are drawn.
+    fn frame_of(&mut self, drawn: &[(ViewId, &Picture)]) {
+        self.frame += 1;
+        self.pager.begin_frame(self.frame);
+        let feedbacks = drawn.iter().map(|(view, picture)| self.feedback(*view, picture)).collect();
+        self.drawn.push_back(feedbacks);
         if self.drawn.len() > READ_AFTER
             && let Some(read) = self.drawn.pop_front()
         {
-            self.pager.observe(&read);
+            self.pager.observe_views(&read);
         }
         while self.coming.front().is_some_and(|(at, _)| *at <= self.frame)
             && let Some((_, page)) = self.coming.pop_front()
@@ -319,4 +338,73 @@ fn what_no_view_has_wanted_is_not_given_up() {
     picture.rays.push(gone[..8].to_vec());
     world.converges(&picture).unwrap();
     assert_eq!(world.pager.stats().bias_eighths, 0);
+}
+
+/// Two cameras over one pool: after both were at one place the first rests there, and the other moves on and
+/// rests elsewhere; each is drawn only while it has not all, as in the viewer. Then the other is gone. Gives
+/// how many frames it takes each time until all is there for every ray.
+fn play_two(seed: u64) -> Result<[u64; 2], String> {
+    let mut random = Random::new(seed);
+    let slots = 20 + random.below(100) as u32;
+    let mut world = World::new(&mut random, slots);
+    let views = [ViewId::MAIN, world.pager.add_view(1.0).map_err(|why| why.to_string())?];
+    let (at, spread) = Picture::place(&mut random);
+    for _ in 0..2 * CYCLE {
+        let [first, second] = [(); 2].map(|()| Picture::of(&mut random, at, spread));
+        world.frame_of(&[(views[0], &first), (views[1], &second)]);
+    }
+    let pictures = [Picture::of(&mut random, at, spread), Picture::new(&mut random)];
+    let moves_for = [0, random.below(6 * CYCLE)];
+    for (view, picture) in views.iter().zip(&pictures) {
+        world.pager.set_view_turns(*view, picture.turns as u32);
+    }
+    let mut frames = [0; 2];
+    for (of, frames) in [2, 1].into_iter().zip(&mut frames) {
+        if of == 1 {
+            world.pager.remove_view(views[1]);
+        }
+        let mut converged_for = 0;
+        while converged_for < 4 * CYCLE {
+            let has_all = |world: &World, nth: usize| world.pager.is_view_converged(views[nth]);
+            let is_moving = |nth: usize| of == 2 && *frames < moves_for[nth];
+            let mut drawn = Vec::new();
+            for (nth, view) in views.iter().enumerate().take(of) {
+                world.pager.set_gap_passes(*view, if is_moving(nth) { 0 } else { PASSES });
+                if is_moving(nth) {
+                    drawn.push((*view, Picture::new(&mut random)));
+                }
+            }
+            let resting = (0..of).filter(|nth| !is_moving(*nth));
+            let asks = resting.filter(|nth| of == 1 || !has_all(&world, *nth));
+            let asking: Vec<_> = asks.map(|nth| (views[nth], &pictures[nth])).collect();
+            let moving = drawn.iter().map(|(view, picture)| (*view, picture));
+            world.frame_of(&moving.chain(asking).collect::<Vec<_>>());
+            let all_have = (0..of).all(|nth| !is_moving(nth) && has_all(&world, nth));
+            converged_for = if all_have { converged_for + 1 } else { 0 };
+            *frames += 1;
+            if *frames > 200 * CYCLE {
+                return Err(format!("does not converge: {:?}", world.pager.stats()));
+            }
+        }
+        *frames -= converged_for;
+        for (nth, picture) in pictures.iter().enumerate().take(of) {
+            let lacking = picture.rays.iter().flatten().filter(|need| world.lacks(need)).count();
+            if lacking > 0 {
+                return Err(format!("{lacking} needs of {nth} of {of} lack: {:?}", world.pager.stats()));
+            }
+        }
+    }
+    Ok([frames[0] - moves_for[1], frames[1]])
+}
+
+/// `VASTEX_WORLDS` says how many random worlds are played.
+#[test]
+fn two_cameras_that_rest_have_all_that_their_rays_need() {
+    let worlds = std::env::var("VASTEX_WORLDS").ok().and_then(|n| n.parse().ok()).unwrap_or(60);
+    let played: Vec<_> =
+        (0..worlds).map(|seed| play_two(seed).map_err(|why| format!("world {seed}: {why}"))).collect();
+    let failed: Vec<&String> = played.iter().filter_map(|world| world.as_ref().err()).collect();
+    assert!(failed.is_empty(), "{} of {worlds}:\n{:#?}", failed.len(), &failed[..failed.len().min(8)]);
+    let frames = [0, 1].map(|nth| played.iter().flatten().map(|frames| frames[nth]).sum::<u64>());
+    println!("{worlds} worlds take {frames:?} frames");
 }

@@ -9,12 +9,21 @@
 //! A ray may name what can never be had in the place of what lies behind it. So while something of the view
 //! has failed, in whatever pool, all pixels are looked at as often as it takes until each has named whatever
 //! its ray lacks.
+//!
+//! Nobody names what is there, so that no view is known to need it, and it may make room for what others
+//! need, or for what was prefetched; or the mip bias falls, and what is shown is not enough any more. While
+//! the views of a pool rest all pixels of each of them are looked at again after that. In that time the set
+//! only grows and the bias only rises (`pager/rest`), so that only so many tiles come, and what the
+//! application asks for comes once each time that it does. So one is the last that makes room, and views
+//! converge after it. Where a view moves there may be no last one: the others are looked at again once it
+//! rests.
 
 use crate::pager::working_set::{Named, Node, WorkingSet};
+use crate::shader_constants::STEPS_PER_LEVEL;
 use crate::texture::page::PageId;
 use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, WantedPage};
-use crate::wanted::view::ViewId;
+use crate::wanted::view::{MAX_VIEWS, ViewId};
 
 /// Of as many bricks that a ray lacks it names one, where nothing of the view has failed.
 const LEAST_NAMED: u32 = 4;
@@ -30,6 +39,27 @@ pub(crate) fn named_by_turns(failed: u32) -> u32 {
 /// How often every pixel is looked at before there are no gaps.
 fn gap_rounds(failed: u32) -> u32 {
     if failed == 0 { 1 } else { named_by_turns(failed) }
+}
+
+/// The views that hold a page as a gap, and how sharply each is known to need it.
+///
+/// Each view has 4 bits: 0 where it does not hold it, else one more than the eighths.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct HeldBy(u32);
+
+const HELD_BITS: usize = 4;
+const _: () = assert!(MAX_VIEWS * HELD_BITS <= 32 && STEPS_PER_LEVEL < 1 << HELD_BITS);
+
+impl HeldBy {
+    /// How sharply the view needs it; `None` where it does not hold it.
+    fn eighth(self, view_index: usize) -> Option<u8> {
+        (self.0 >> (view_index * HELD_BITS) & 0xf).checked_sub(1).map(|eighth| eighth as u8)
+    }
+
+    fn set(&mut self, view_index: usize, eighth: Option<u8>) {
+        let at = view_index * HELD_BITS;
+        self.0 = self.0 & !(0xf << at) | eighth.map_or(0, |eighth| u32::from(eighth) + 1) << at;
+    }
 }
 
 /// What is known of the gaps of a view.
@@ -52,10 +82,10 @@ pub(super) struct Gaps {
     failed: u32,
     /// As many in all pools together: a ray passes over those of each.
     failed_in_all: u32,
-    /// The last frame in which something of the view was missing: what was drawn by then says nothing of what
-    /// is there now.
+    /// The last frame in which something of the view was missing, or that [`WorkingSet::look_again`] knows
+    /// of: what was drawn by then says nothing of what is there now.
     changed: u64,
-    /// What was found, each page once.
+    /// What was found, each page once. How sharply it is needed by now its node says.
     pub(super) held: Vec<Named>,
 }
 
@@ -102,6 +132,11 @@ impl Gaps {
         }
     }
 
+    /// Returns true if gaps are looked for, and what is counted are looks from before the frame was over.
+    fn are_older_than(&self, frame: u64) -> bool {
+        self.passes > 0 && self.changed < frame
+    }
+
     /// So many pages of the view could not be had, in all pools together. Where they were others before, rays
     /// have passed over others by the frame, and take other turns from then on.
     fn set_failed_in_all(&mut self, failed: u32, frame: u64) {
@@ -116,6 +151,15 @@ impl Gaps {
             (true, true) => self.clean.saturating_add(1),
             (true, false) => self.clean,
         };
+    }
+}
+
+impl Node {
+    /// A view that holds it as a gap needs it more sharply than before.
+    fn sharpen(&mut self, before: u8, eighth: u8) {
+        let [before, now] = [before, eighth].map(usize::from);
+        self.feedbacks[before] = self.feedbacks[before].saturating_sub(1);
+        self.feedbacks[now] = self.feedbacks[now].saturating_add(1);
     }
 }
 
@@ -138,12 +182,17 @@ impl WorkingSet {
             let at = self.add(page, textures);
             let node = &mut self.nodes[at as usize];
             let (pixels, eighth) = (weight.of(pixels), eighth & 7);
-            if node.held_by >> view_index & 1 == 1 {
-                is_clean &= !self.sharpen(view_index, at, eighth);
+            let held = node.held.eighth(view_index);
+            if held.is_some_and(|held| held <= eighth) {
                 continue;
             }
             is_clean = false;
-            node.held_by |= 1 << view_index;
+            node.held.set(view_index, Some(eighth));
+            if let Some(before) = held {
+                // At a mip bias a coarser page was to be had for it, and now it may be one that is not there.
+                node.sharpen(before, eighth);
+                continue;
+            }
             node.named_in(view_index, pixels, eighth);
             if let Some(window) = &mut self.windows[view_index] {
                 let named = window.named(at, pixels, eighth);
@@ -162,29 +211,14 @@ impl WorkingSet {
         windows.filter(|(_, window)| window.gaps.passes > 0).map(|(index, window)| (index, window.view))
     }
 
-    /// A page that a view holds as a gap was named again. Returns true if it is needed more sharply than was
-    /// known: at a mip bias a coarser page was to be had for it, and now it may be one that is not there.
-    fn sharpen(&mut self, view_index: usize, at: u32, eighth: u8) -> bool {
-        let node = &mut self.nodes[at as usize];
-        if node.feedbacks.iter().take(usize::from(eighth) + 1).any(|count| *count > 0) {
-            return false;
-        }
-        let window = self.windows[view_index].as_mut();
-        let held = window.and_then(|window| window.gaps.held.iter_mut().find(|named| named.node == at));
-        let Some(held) = held else { return false };
-        let before = std::mem::replace(&mut held.eighth, eighth);
-        let count = &mut node.feedbacks[usize::from(before)];
-        *count = count.saturating_sub(1);
-        node.feedbacks[usize::from(eighth)] += 1;
-        true
-    }
-
     /// Lets go of what a view was found to lack.
     pub(super) fn let_gaps_go(&mut self, view_index: usize) {
         let Some(window) = &mut self.windows[view_index] else { return };
         window.gaps.look_later();
-        for named in std::mem::take(&mut window.gaps.held) {
-            self.nodes[named.node as usize].held_by &= !(1 << view_index);
+        for mut named in std::mem::take(&mut window.gaps.held) {
+            let held = &mut self.nodes[named.node as usize].held;
+            named.eighth = held.eighth(view_index).unwrap_or(named.eighth);
+            held.set(view_index, None);
             self.unname(view_index, named);
         }
     }
@@ -262,8 +296,27 @@ impl WorkingSet {
         }
     }
 
-    /// Returns true if a view has no gaps, or they are not looked for.
-    pub(crate) fn has_no_gaps(&self, view: ViewId) -> bool {
-        self.windows().find(|window| window.view == view).is_none_or(|w| w.gaps.are_none().unwrap_or(true))
+    /// Returns true if a view has no gaps, or they are not looked for. `last_change` is what
+    /// [`WorkingSet::look_again`] is to be told.
+    pub(crate) fn has_no_gaps(&self, view: ViewId, last_change: u64) -> bool {
+        let window = self.windows().find(|window| window.view == view);
+        let is_outdated = |gaps: &Gaps| gaps.are_older_than(last_change) && self.rest_number().is_some();
+        window.is_none_or(|w| w.gaps.are_none().unwrap_or(true) && !is_outdated(&w.gaps))
+    }
+
+    /// Returns true if all pixels of a view that is drawn are to be looked at again.
+    pub(crate) fn is_outdated(&self, last_change: u64) -> bool {
+        let mut drawn = self.windows().filter(|window| window.is_drawn());
+        drawn.any(|window| window.gaps.are_older_than(last_change)) && self.rest_number().is_some()
+    }
+
+    /// Since this frame, and none later, pixels may lack what was enough for them before: while all views
+    /// rest, all pixels of each are looked at again.
+    pub(crate) fn look_again(&mut self, last_change: u64) {
+        if self.rest_number().is_some() {
+            let all = self.windows.iter_mut().flatten().map(|window| &mut window.gaps);
+            let outdated = all.filter(|gaps| gaps.are_older_than(last_change));
+            outdated.for_each(|gaps| (gaps.clean, gaps.changed) = (0, last_change));
+        }
     }
 }

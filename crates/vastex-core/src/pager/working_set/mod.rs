@@ -20,6 +20,7 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::{Feedback, Need, WantedPage, merge_same};
 use crate::wanted::view::{MAX_VIEWS, ViewId, Weight};
 
+use gaps::HeldBy;
 pub(super) use gaps::named_by_turns;
 pub(super) use rest::RestNumber;
 use window::Window;
@@ -54,8 +55,8 @@ pub(crate) struct Node {
     views: u8,
     /// A bit for each window that named the page or one below it.
     views_below: u8,
-    /// A bit for each window that holds it as a gap of its view.
-    held_by: u8,
+    /// The windows that hold it as a gap of their view, and how sharply.
+    held: HeldBy,
     /// Feedbacks of the cycles in which the sharpest need was so many eighths.
     feedbacks: [u16; STEPS_PER_LEVEL as usize],
     /// True if the page is wanted at every bias, whatever feedback says.
@@ -89,7 +90,7 @@ impl Node {
             named_by: [0; MAX_VIEWS],
             views: 0,
             views_below: 0,
-            held_by: 0,
+            held: HeldBy::default(),
             feedbacks: [0; STEPS_PER_LEVEL as usize],
             is_pinned: false,
             is_given_up: false,

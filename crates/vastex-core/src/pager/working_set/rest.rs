@@ -26,8 +26,8 @@ impl WorkingSet {
         number.filter(|(views, _)| *views > 0).map(|(views, changes)| RestNumber { views, changes })
     }
 
-    /// Returns true if nothing of what those of them that are drawn wanted before they rest is in the set. Who
-    /// was not drawn for a jitter cycle is not waited for.
+    /// Returns true if nothing of what those of them that are drawn wanted before they rest is in the set.
+    /// Who was not drawn for a jitter cycle is not waited for.
     pub(in crate::pager) fn knows_rest(&self) -> bool {
         let counts = |window: &&Window| window.gaps.are_of_interest() && window.is_drawn_lately();
         let mut resting = self.windows().filter(counts);
