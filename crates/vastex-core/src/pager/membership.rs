@@ -27,7 +27,7 @@ impl PoolPager {
             return Err(self.too_small(slots, needed));
         }
         let mut taken = self.residency.take_slot(&self.textures);
-        if taken.is_none() {
+        if taken.is_none() && self.residency.keeps_all_of_rest() {
             // What came while the views rest may make room for what was not there when they came to rest.
             self.end_rest();
             taken = self.residency.take_slot(&self.textures);

@@ -114,7 +114,10 @@ impl PoolPager {
         let bias_before = self.bias.bias();
         let newly_wanted = self.recompute(events);
         self.rest.settle(bias_before, &self.set, &mut self.bias, &mut self.residency);
-        self.residency.trim_shared(&self.textures);
+        // What lets pages go at rest has them looked for again.
+        if !self.rest.is_under_way() {
+            self.residency.trim_shared(&self.textures);
+        }
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
@@ -149,13 +152,14 @@ impl PoolPager {
 
     fn note_bias(&mut self) {
         let bias = self.bias.bias();
-        if std::mem::replace(&mut self.bias_before, bias) > bias {
+        let fell = std::mem::replace(&mut self.bias_before, bias) > bias;
+        // By another rule it may rise and fall for ever.
+        if fell && self.bias.rule() == Some(BiasRule::Solved) {
             self.bias_fell = self.residency.frame();
         }
     }
 
-    /// The last frame since which a pixel may lack something that nobody has missed by then: a page made
-    /// room, or the mip bias fell.
+    /// The last frame in which a page made room or the mip bias fell: looks for gaps from before do not count.
     pub(super) fn last_change(&self) -> u64 {
         self.residency.last_evicted().max(self.bias_fell)
     }
@@ -339,7 +343,13 @@ impl PoolPager {
     /// wanted and none missing at the bias in force. A page that has failed counts as answered. A view that
     /// was not drawn for a jitter cycle of the others is not waited for.
     pub fn is_converged(&self) -> bool {
-        self.converged && !self.set.is_outdated(self.last_change())
+        self.converged && !self.set.is_outdated(self.last_change()) && !self.becomes_sharper()
+    }
+
+    /// Returns true if the views rest and the mip bias falls as soon as there were enough feedbacks.
+    pub(super) fn becomes_sharper(&self) -> bool {
+        let (slots, tails) = (self.residency.slot_count(), self.residency.tails());
+        self.rest.is_under_way() && self.bias.may_fall(&self.set, slots, tails)
     }
 
     /// Returns true if a view has been seen for a whole jitter cycle, and all that it wanted of the pool in

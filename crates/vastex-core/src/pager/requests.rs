@@ -297,8 +297,10 @@ impl PoolPager {
         if self.claims.take_pins_changed() {
             let mut pinned: Vec<PageId> = self.claims.pinned().collect();
             pinned.sort_unstable(); // as above
-            // If they are fewer, the picture may become sharper.
-            self.end_rest();
+            // Without some of them the picture may become sharper.
+            if self.set.pins().iter().any(|page| pinned.binary_search(page).is_err()) {
+                self.end_rest();
+            }
             self.set.set_pins(pinned, &self.textures);
             self.recompute(events);
         }

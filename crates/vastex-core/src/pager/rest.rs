@@ -30,8 +30,9 @@ pub(super) struct PoolRest {
     /// Which one it is; `None` where the views do not rest.
     number: Option<RestNumber>,
     is_settled: bool,
-    /// Decisions since it began.
+    /// Decisions since it began, and whether it was settled for their number alone.
     decisions: u32,
+    is_overdue: bool,
 }
 
 /// Decisions after which a rest is settled whatever is not known: nothing waits longer for it. A rest is
@@ -43,7 +44,7 @@ impl PoolRest {
     pub(super) fn follow(&mut self, set: &WorkingSet, bias: &mut BiasControl, residency: &mut Residency) {
         let number = set.rest_number().filter(|_| bias.rule() == Some(BiasRule::Solved));
         // A jump that nobody has declared is one of before the rest, unless that is settled.
-        if self.number != number || self.is_settled && !set.knows_rest() {
+        if self.number != number || self.is_settled && !self.is_overdue && !set.knows_rest() {
             self.begin(number, bias, residency);
         }
     }
@@ -66,11 +67,16 @@ impl PoolRest {
         }
         self.decisions = self.decisions.saturating_add(1);
         let may_fall = || bias.may_fall(set, residency.slot_count(), residency.tails());
-        let is_known = || set.knows_rest() && !may_fall();
-        if !self.is_settled && (self.decisions > MOST_UNSETTLED || is_known()) {
-            self.is_settled = true;
+        let is_known = set.knows_rest() && !may_fall();
+        if !self.is_settled && (self.decisions > MOST_UNSETTLED || is_known) {
+            (self.is_settled, self.is_overdue) = (true, !is_known);
             residency.keep_all_of_rest(false);
         }
+    }
+
+    /// Returns true if the views rest.
+    pub(super) fn is_under_way(&self) -> bool {
+        self.number.is_some()
     }
 
     /// What was given up may come again, until the next feedback says that the views rest.
@@ -79,7 +85,7 @@ impl PoolRest {
     }
 
     fn begin(&mut self, number: Option<RestNumber>, bias: &mut BiasControl, residency: &mut Residency) {
-        *self = PoolRest { number, is_settled: false, decisions: 0 };
+        *self = PoolRest { number, ..PoolRest::default() };
         residency.begin_rest(number.is_some());
         bias.forget_floor();
     }

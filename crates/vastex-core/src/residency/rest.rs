@@ -8,7 +8,7 @@
 
 use crate::residency::Residency;
 use crate::residency::page_map::PageMap;
-use crate::residency::records::Record;
+use crate::residency::records::{Record, State};
 use crate::texture::page::{PageId, TextureNumber};
 
 /// Pages that are known to be given up at most; what is given up beyond them may come again.
@@ -67,14 +67,20 @@ impl Residency {
         self.rest.keeps_all
     }
 
-    /// How many pages out of view stay whatever happens. Costs a visit of every page that has a state, where
-    /// any may.
+    /// How many slots stay whatever happens, of pages out of view that nobody holds: those that share theirs
+    /// left out. Costs a visit of every page that has a state, where any may.
     pub(crate) fn kept_out_of_view(&self) -> u32 {
         if !self.rest.keeps_all {
             return 0;
         }
-        let is_kept =
-            |record: &&Record| record.age_out_of_view(self.round).is_some() && self.rest.keeps(record);
+        let is_alone = |record: &Record| match record.state {
+            State::Resident(slot) => self.slots[slot.index() as usize].pages == 1,
+            _ => false,
+        };
+        let is_kept = |record: &&Record| {
+            let is_out_of_view = record.age_out_of_view(self.round).is_some();
+            is_out_of_view && self.rest.keeps(record) && is_alone(record) && !self.claimed.has(record.page)
+        };
         self.records.iter().filter(is_kept).count() as u32
     }
 

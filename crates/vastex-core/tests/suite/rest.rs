@@ -255,6 +255,28 @@ fn a_camera_that_rests_uploads_nothing_twice() {
     println!("{} rests take {frames} frames, at {bias} eighths of a level of mip bias", rests.len());
 }
 
+/// Whoever draws asks no more once the view has converged: by then nothing is coarser than it must be.
+#[test]
+fn a_view_that_has_converged_becomes_no_sharper() {
+    for seed in 0..24 {
+        let mut random = Random::new(seed);
+        let slots = 30 + random.below(200) as u32;
+        let mut world = World::new(&mut random, slots);
+        let (_, picture) = world.moves_and_rests(&mut random).unwrap();
+        let picture = Picture { rays: picture.rays.into_iter().take(20).collect(), ..picture };
+        world.moves_to(&picture, 4);
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        (0..READ_AFTER).for_each(|_| world.frame(&picture));
+        while !world.pager.is_view_converged(ViewId::MAIN) {
+            world.frame(&picture);
+            assert!(world.frame < 100 * CYCLE, "world {seed} does not converge: {:?}", world.pager.stats());
+        }
+        let bias = world.pager.stats().bias_eighths;
+        (0..6 * CYCLE).for_each(|_| world.frame(&picture));
+        assert_eq!(world.pager.stats().bias_eighths, bias, "world {seed}");
+    }
+}
+
 /// A texture of 16 pages on its finest level.
 fn small() -> Geometry {
     Geometry::new(GeometrySpec { page: 128, ..GeometrySpec::image(512, 512) }).unwrap()

@@ -217,6 +217,11 @@ impl WorkingSet {
         self.pin(textures);
     }
 
+    /// The pages that are pinned.
+    pub(crate) fn pins(&self) -> &[PageId] {
+        &self.pins
+    }
+
     fn pin(&mut self, textures: &Textures) {
         for index in 0..self.pins.len() {
             let at = self.add(self.pins[index], textures);
