@@ -159,7 +159,8 @@ impl PoolPager {
         }
     }
 
-    /// The last frame in which a page made room or the mip bias fell: looks for gaps from before do not count.
+    /// The last frame in which a page made room or the mip bias fell: looks for gaps from before it do not
+    /// count.
     pub(super) fn last_change(&self) -> u64 {
         self.residency.last_evicted().max(self.bias_fell)
     }
