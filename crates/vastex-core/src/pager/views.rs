@@ -195,8 +195,8 @@ impl Pager {
 
     /// Returns true if a view has been seen for a whole jitter cycle of its own since it last jumped, and all
     /// that it wanted in that cycle is resident at the bias in force, or could not be had, and, where its
-    /// gaps are looked for, it has none and the bias falls no further; whatever other views want. False for a view that there is not, and
-    /// where there is no pool. Costs a visit of each page of the working sets.
+    /// gaps are looked for, it has none and the bias falls no further; whatever other views want. False for a
+    /// view that there is not, and where there is no pool. Costs a visit of each page of the working sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
         let has_no_gaps =
             |pager: &PoolPager| pager.set.has_no_gaps(view, pager.last_change()) && !pager.becomes_sharper();
