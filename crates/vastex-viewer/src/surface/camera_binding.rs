@@ -167,6 +167,7 @@ impl CameraBinding {
     }
 
     /// What it told shaders last, byte by byte.
+    #[cfg(feature = "egui")]
     pub(super) fn told(&self) -> Vec<u8> {
         self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }

@@ -32,6 +32,7 @@ pub use mesh::{Mesh, Vertex, surface};
 pub use pipeline::{Corners, PipelineParts};
 pub use planet::PlanetLight;
 pub use relief::{Heights, HeightsError, Relief};
+#[cfg(feature = "egui")]
 pub(crate) use renderer::Told;
 pub use renderer::{SceneDesc, SceneRenderer};
 pub use scene_pipelines::ScenePipelines;

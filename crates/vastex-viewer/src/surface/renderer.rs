@@ -46,6 +46,7 @@ pub struct SceneDesc {
 
 /// What a picture follows from beside the contents of textures: pictures of one renderer whose shaders were
 /// told the same are the same. Another renderer's are never taken for them.
+#[cfg(feature = "egui")]
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Told {
     /// What is bound for one renderer's camera, and for nothing else.
@@ -239,6 +240,7 @@ impl SceneRenderer {
     }
 
     /// What the shaders of its pictures are told through its own camera, as that was placed last.
+    #[cfg(feature = "egui")]
     pub(crate) fn told(&self) -> Told {
         let (camera, layers) = (self.camera.told(), self.layer_changes);
         Told { renderer: self.camera.group().clone(), camera, layers }

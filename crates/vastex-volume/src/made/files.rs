@@ -136,6 +136,7 @@ fn checksum(bytes: &[u8]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::fault::SourceFault;
 
     #[test]
     fn what_is_damaged_is_not_there() {
@@ -173,7 +174,7 @@ mod tests {
         let files = Files::open(directory.path(), "a volume").unwrap();
         // A file in the place of a level's directory.
         std::fs::write(files.directory.join("0"), b"").unwrap();
-        let error = files.write(0, [0; 3], b"values").unwrap_err().to_string();
+        let error = SourceFault::Directory(files.write(0, [0; 3], b"values").unwrap_err()).to_string();
         assert!(error.contains("0.0.0") && error.contains("in memory"), "{error}");
         assert!(files.write(0, [0; 3], b"values").is_ok());
     }
