@@ -35,6 +35,9 @@ pub enum VolumeFault {
     /// The system refuses a read.
     #[error("cannot be read: {0}")]
     Read(String),
+    /// The system refuses to write.
+    #[error("cannot be written: {0}")]
+    Write(String),
     /// There is nothing that is read as a volume.
     #[error("{0}")]
     NoVolume(String),

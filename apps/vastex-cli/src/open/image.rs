@@ -125,7 +125,6 @@ fn cached(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn TileSour
 /// seen of it already stays until then.
 fn decoded(path: &Path, options: OpenImage<'_>, is_seen: bool) -> Result<Option<Arc<dyn TileSource>>> {
     let progress = ImageProgress::new(path, options, None);
-    let keep = if options.cache.is_off() { "leave out `--cache off`, or " } else { "" };
     if is_seen {
         progress.preview.borrow_mut().leave();
     }
@@ -144,10 +143,11 @@ fn decoded(path: &Path, options: OpenImage<'_>, is_seen: bool) -> Result<Option<
             match at_a_share(&path, &progress, [needed, limit], options.wraps) {
                 Some(image) => Ok(Some(image)),
                 None => Err(anyhow!(
-                    "{}: its decoder takes {} of memory, and {} are allowed; {keep}{}",
+                    "{}: its decoder takes {} of memory, and {} are allowed; {}{}",
                     path.display(),
                     report::bytes(needed),
                     report::bytes(limit),
+                    if options.cache.is_off() { "leave out `--cache off`, or " } else { "" },
                     match is_tiled(&path) {
                         true => "add coarser levels to it (`gdaladdo FILE`)",
                         false => "convert it to a TIFF of tiles",

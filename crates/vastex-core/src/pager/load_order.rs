@@ -115,9 +115,9 @@ impl LoadOrder {
     /// not act: there a tile that waited for a slot forever would hold a part of the in-flight budget.
     pub(super) fn fit_slots(&mut self, in_view: u32, residency: &mut Residency, reranks: &mut Reranks) {
         let here = in_view.saturating_sub(self.order.len() as u32) + residency.tails();
-        // Nor does what stays for a while make room.
-        let here = here + residency.kept_out_of_view();
-        self.room = residency.slot_count().saturating_sub(here);
+        // What stays for a while makes no room for what is missing.
+        let kept = if self.order.is_empty() { 0 } else { residency.kept_out_of_view() };
+        self.room = residency.slot_count().saturating_sub(here + kept);
         let mut in_flight = residency.stats().in_flight;
         for (index, &Missing { page, .. }) in self.order.iter().enumerate() {
             if in_flight == 0 {

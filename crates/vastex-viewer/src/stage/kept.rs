@@ -10,8 +10,8 @@ pub struct KeptPicture {
 
 impl KeptPicture {
     /// For pictures of `size` pixels that are stored in one format, and drawn to by views of another. The
-    /// textures behind these views are to be copied into. Takes what such a
-    /// texture does, as a rule 4 bytes a pixel.
+    /// textures behind these views are to be copied into. Takes what such a texture does, as a rule 4 bytes a
+    /// pixel.
     pub fn new(
         device: &wgpu::Device,
         size: [u32; 2],

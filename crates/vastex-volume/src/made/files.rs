@@ -111,7 +111,7 @@ impl Files {
             file.parent().map_or(Ok(()), std::fs::create_dir_all).and_then(|()| self.put(&file, &bytes));
         kept.map_err(|error| {
             self.is_full.store(true, Ordering::Relaxed);
-            VolumeFault::Read(error.to_string()).at(file.display().to_string())
+            VolumeFault::Write(error.to_string()).at(file.display().to_string())
         })
     }
 
@@ -175,7 +175,7 @@ mod tests {
         // A file in the place of a level's directory.
         std::fs::write(files.directory.join("0"), b"").unwrap();
         let error = SourceFault::Directory(files.write(0, [0; 3], b"values").unwrap_err()).to_string();
-        assert!(error.contains("0.0.0") && error.contains("in memory"), "{error}");
+        assert!(error.contains("0.0.0: cannot be written") && error.contains("in memory"), "{error}");
         assert!(files.write(0, [0; 3], b"values").is_ok());
     }
 }

@@ -42,17 +42,19 @@ impl<'a> Lenient<'a> {
     }
 
     /// Returns true if something is to be looked for that stands for a chunk which cannot be read: of chunks
-    /// that stand for others these are the first few.
+    /// that stand for others, the first few.
     fn may_be_stood_for(&self, coords: &[u64]) -> bool {
         if self.below == 0 {
             return true;
         }
+        // The next coarser level is what the finest one stands for already.
+        if self.level == 0 {
+            return false;
+        }
         let mut state = self.made.lock();
         let place = (self.level, coords.to_vec());
-        let is_among = state.searched.contains(&place)
-            || state.searched.len() < MOST_SEARCHED && state.searched.insert(place);
-        // The next coarser level is what the finest one stands for already.
-        is_among && self.level > 0
+        state.searched.contains(&place)
+            || state.searched.len() < MOST_SEARCHED && state.searched.insert(place)
     }
 
     /// What stands for a chunk that cannot be read: of each of its voxels the one of the next finer level

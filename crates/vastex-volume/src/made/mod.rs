@@ -161,7 +161,7 @@ impl Made {
             match Files::open(path, identity) {
                 Ok(opened) => files = Some(opened),
                 Err(error) => {
-                    let error = VolumeFault::Read(error.to_string()).at(path.display().to_string());
+                    let error = VolumeFault::Write(error.to_string()).at(path.display().to_string());
                     faults.push(SourceFault::Directory(error));
                 }
             }

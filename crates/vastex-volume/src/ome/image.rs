@@ -312,7 +312,7 @@ fn fitting_levels(
                 continue;
             }
         };
-        let of = shortened(&level.stored.path).to_string();
+        let of = shortened(&level.stored.path);
         let why = format!("the level '{of}' {why}");
         oddities.push(format!("{why}; it is left out"));
         let number = level.number;
