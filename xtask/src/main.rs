@@ -18,6 +18,7 @@ mod demo_program;
 mod drivers;
 mod facade_docs;
 mod figures;
+mod for_windows;
 mod gaia_sky;
 mod inputs;
 mod kills;
@@ -38,7 +39,6 @@ mod wasm;
 mod web;
 mod wgsl;
 mod window;
-mod windows;
 
 use std::process::ExitCode;
 
@@ -80,7 +80,7 @@ Commands:
   campaign [--minutes N]   the random tests with ever more cases [default: 10 minutes]
   campaign browser         every shader text in a browser, of which the suite takes a part
   campaign screen-reader   the window with what tells screen readers of it, as one hears and uses it
-  campaign windows         everything compiled for Windows, by MinGW, which is installed; nothing is run
+  campaign windows         the workspace compiled for Windows, by MinGW, which is installed; nothing is linked or run
   campaign kills           builds that are killed, resumed and compared
       --count N              builds, each killed one to three times [default: 200]
   campaign flips           bits flipped in containers of every kind
@@ -154,7 +154,7 @@ fn dispatch(arguments: &[&str]) -> anyhow::Result<()> {
         ["campaign", "screen-reader", other, ..] => {
             Err(Usage(format!("campaign screen-reader takes no argument '{other}'")).into())
         }
-        ["campaign", "windows"] => windows::check(),
+        ["campaign", "windows"] => for_windows::check(),
         ["campaign", "windows", other, ..] => {
             Err(Usage(format!("campaign windows takes no argument '{other}'")).into())
         }

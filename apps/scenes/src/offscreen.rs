@@ -171,7 +171,8 @@ impl Offscreen {
 
     /// What the pictures show from the next frame on. Two views share the size of the picture.
     pub fn show(&mut self, views: Views) -> Result<(), OffscreenError> {
-        if [self.views, views] == [Views::One; 2] {
+        // Its target and its pipelines stay.
+        if self.views == Views::One && views == Views::One {
             return Ok(());
         }
         if let Some((view, _)) = self.beside.take() {

@@ -87,8 +87,8 @@ pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
     // GNU's allocator keeps what a software driver takes again in each frame.
     command.env("MALLOC_TRIM_THRESHOLD_", "536870912").env("MALLOC_TOP_PAD_", "33554432");
-    // For a debugger wgpu tells each statement of a shader its line, of a build for debugging only; and an
-    // error that is told, and handled, needs no way back to where it came from.
+    // Debug builds of wgpu add lines to shaders for debuggers, and an error that is handled needs no backtrace:
+    // both cost processor time.
     command.env("WGPU_DEBUG", "0").env("RUST_LIB_BACKTRACE", "0");
     // What was compiled in the tests need not be compiled again for each window.
     compiled_shaders::share(command);

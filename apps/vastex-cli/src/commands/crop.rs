@@ -38,7 +38,8 @@ pub(crate) fn run(args: &CropArgs) -> Result<ExitCode> {
     let region = cropped.region(at, size).with_context(|| source.display().to_string())?;
     cropped.check(region, target.format).with_context(|| source.display().to_string())?;
     check_place(args)?;
-    // Before, nothing is written but into the cache, which bears it, and Ctrl-C ends the program at once.
+    // Until here nothing is written but into the cache, which stays sound whenever the program ends, and
+    // Ctrl-C ends it at once.
     handle_interrupts()?;
     let output = Output::at(&target.path)?;
     let watch = Watch::new(args.print.quiet);

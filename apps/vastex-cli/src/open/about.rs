@@ -12,6 +12,8 @@ use vastex_viewer::panels::FileAbout;
 use vastex_viewer::panels::{FileBands, MapPlace, TexelSize};
 
 use super::looked::Looked;
+#[cfg(feature = "build")]
+use super::stacks::AS_VOLUME;
 
 /// What `vastex info` says of a file.
 #[derive(Default)]
@@ -53,7 +55,7 @@ pub(crate) fn file_about(path: &Path, looked: &Looked, said: SaidOfFile) -> File
     let mut images: Vec<(String, OsString)> = Vec::new();
     match is_stack(file) {
         // The file alone may be opened as a volume.
-        true => images.extend([("as a volume".to_owned(), in_file(file, "volume")), image(FIRST_IMAGE)]),
+        true => images.extend([("as a volume".to_owned(), in_file(file, AS_VOLUME)), image(FIRST_IMAGE)]),
         false if !tiff.others().is_empty() => images.push((FIRST_IMAGE.to_owned(), file.into())),
         false => {}
     }

@@ -32,38 +32,6 @@ pub(crate) fn file_of_first_image(path: &Path) -> &Path {
     path
 }
 
-/// What stands after a file's path and a colon where a stack is meant as a volume, and as its first image.
-#[cfg(all(feature = "view", feature = "build"))]
-const OF_STACK: [&str; 2] = ["volume", vastex_build::FIRST_IMAGE];
-
-/// The file of a path that means it as a volume or as its first image, whole, by a name: a stack is either.
-/// Any other path is given back.
-#[cfg(feature = "view")]
-pub(crate) fn file_of_stack(path: &Path) -> &Path {
-    #[cfg(feature = "build")]
-    if let Some((file, name)) = vastex_build::image_in_file(path)
-        && OF_STACK.contains(&name)
-    {
-        return file;
-    }
-    path
-}
-
-/// Returns true if a path is that of a file, or means it as a volume or as its first image, as far as the
-/// words say: the file system, which may be far away, is not asked.
-#[cfg(feature = "view")]
-pub(crate) fn is_of_stack(path: &Path, file: &Path) -> bool {
-    #[cfg(feature = "build")]
-    {
-        let [path, file] = [path, file].map(|path| path.as_os_str().as_encoded_bytes());
-        let name = path.strip_prefix(file).and_then(|rest| rest.strip_prefix(b":"));
-        if name.is_some_and(|name| OF_STACK.iter().any(|of| of.as_bytes() == name)) {
-            return true;
-        }
-    }
-    path == file
-}
-
 /// Returns true if two paths mean the first image of one file, and one of them names it, or bands of it: they
 /// are seen where the other is.
 #[cfg(feature = "view")]

@@ -52,15 +52,16 @@ pub(super) fn open(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn
 }
 
 /// What was opened, or, of an image that cannot be kept, the image decoded into memory as by `--cache off`,
-/// with a note that says so. Where that cannot be either, why it cannot be kept is the error.
+/// with a note that says so. Where that cannot be either, the error is what is wrong with the image, or why its
+/// decoder cannot read it, after why it cannot be kept.
 pub(super) fn without_cache(
     path: &Path,
     options: Option<OpenImage<'_>>,
     built: Result<Option<Arc<dyn TileSource>>>,
 ) -> Result<Option<Arc<dyn TileSource>>> {
-    let fault = match built.map_err(anyhow::Error::downcast::<CacheFault>) {
+    let fault = match built {
         Ok(tiles) => return Ok(tiles),
-        Err(other) => other?,
+        Err(error) => error.downcast::<CacheFault>()?,
     };
     let Some(options) = options else { return Err(fault.into()) };
     let note = format!("{}; decoding it into memory instead", fault.text);
@@ -70,7 +71,7 @@ pub(super) fn without_cache(
         Ok(Some(tiles)) => Ok(Some(tiles)),
         Err(error) if super::is_of_image(&error) => Err(error),
         Ok(None) => Err(fault.into()),
-        // That was tried.
+        // `--cache off` is no remedy: it would decode into memory, too.
         Err(error) => Err(error.context(fault.text)),
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! What becomes of an image that nobody built is in `image`, what can be seen of it meanwhile in `preview`,
 //! who is told in `observer`, what was found of a file before in `looked`, what files say beside their texels
-//! in `about`, which of their bands are opened in `bands`, what becomes of a cached image that turns out to
-//! be damaged in `mended`, and what shapes lie over them in `shapes`.
+//! in `about`, which of their bands are opened in `bands`, what means a stack in `stacks`, what becomes of a
+//! cached image that turns out to be damaged in `mended`, and what shapes lie over them in `shapes`.
 
 #[cfg(feature = "view")]
 mod about;
@@ -20,6 +20,8 @@ mod observer;
 mod preview;
 #[cfg(feature = "view")]
 mod shapes;
+#[cfg(feature = "view")]
+mod stacks;
 
 use std::io::Read;
 #[cfg(feature = "build")]
@@ -39,9 +41,7 @@ pub(crate) use about::images_of_volume;
 #[cfg(feature = "view")]
 pub(crate) use about::{SaidOfFile, file_about};
 #[cfg(feature = "view")]
-pub(crate) use bands::{
-    are_of_first_image, file_of_stack, is_of_stack, is_same_file, path_of as path_of_bands,
-};
+pub(crate) use bands::{are_of_first_image, is_same_file, path_of as path_of_bands};
 pub(crate) use looked::Looked;
 pub(crate) use observer::OpenObserver;
 use observer::{Measured, WithoutPreview};
@@ -49,6 +49,8 @@ use observer::{Measured, WithoutPreview};
 pub(crate) use observer::{MendObserver, Mending, NoteObserver};
 #[cfg(feature = "view")]
 pub(crate) use shapes::{check_shapes, shapes_over};
+#[cfg(feature = "view")]
+pub(crate) use stacks::{file_of_stack, is_file_or_its_stack};
 
 /// What a scene shows.
 pub(crate) struct Opened {

@@ -83,7 +83,7 @@ impl Bookmarks {
     /// the pages of a stack by a name of their own.
     fn taken_out_of(&self, all: &mut Vec<OfFile>) -> [Vec<Bookmark>; 2] {
         let file = self.file.as_deref();
-        let is_of_it = |of: &mut OfFile| file.is_some_and(|file| open::is_of_stack(&of.file, file));
+        let is_of_it = |of: &mut OfFile| file.is_some_and(|file| open::is_file_or_its_stack(&of.file, file));
         let views = all.extract_if(.., is_of_it).flat_map(views_of);
         let (views, others) = views.partition(|view| VolumeViewText::is_meant(&view.view) == self.is_volume);
         [views, others]

@@ -82,7 +82,7 @@ impl Recent {
 /// page.
 fn put_first(files: &mut Vec<String>, file: &str) {
     let opened = open::file_of_stack(Path::new(file));
-    files.retain(|other| !open::is_of_stack(Path::new(other), opened));
+    files.retain(|other| !open::is_file_or_its_stack(Path::new(other), opened));
     files.insert(0, file.to_owned());
     files.truncate(MOST);
 }

@@ -53,10 +53,10 @@ fn heights_of_a_file_displace_what_the_window_shows() {
             sandbox.read_rgb("shot.png")
         };
         let low = shoot(&shown);
-        // Neither heights nor their scale are left out: of a scale that is heard something is displaced.
+        // A picture of other heights is another one, so that neither heights nor their scale were left out.
         let scale = if scene == "terrain" { "0.4" } else { "0" };
         assert!(shoot(&format!("{shown} --height-scale {scale}")) != low, "{scene}");
-        // That a planet in the window is the one that is drawn is tested beside its links.
+        // `links::the_window_shows_a_planet_as_render_draws_it` compares planets.
         if scene == "planet" {
             continue;
         }

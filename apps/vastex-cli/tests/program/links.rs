@@ -45,26 +45,30 @@ fn a_planet_is_what_its_text_says() {
     // That every part of it counts is tested beside the arguments.
     let changed = draw(&[&over[..], &["--view", &view.replace("lights=1", "lights=20")]].concat());
     assert_ne!(changed, of_text);
-    // A link says the same, from anywhere.
+    // The same, said by options; how dense clouds are only a text says.
+    let clouds = view.replace(":opacity=0.7", "");
+    let options = "--on planet --height relief.vastex --night lights.vastex --layer :gamma=1.4 --sun -60,10 --exaggeration 7 \
+                   --atmosphere 0.5 --height-scale 0.01 --height-zero 0 --clouds";
+    let options: Vec<&str> =
+        options.split_whitespace().chain(["clouds of today.vastex", "--view", PLACE]).collect();
+    let of_options = draw(&options);
+    assert_eq!(of_options, draw(&[&over[..], &["--view", &clouds]].concat()));
+    assert_ne!(of_options, of_text, "clouds are thinner");
+    // A link says the same, from anywhere, and files that it names are no layers by themselves.
     let link = |view: &str| {
         format!(
             "vastex:relief.vastex?file=relief.vastex&file=lights.vastex&file=clouds%20of%20today.vastex&view={view}"
         )
     };
-    let of_link = |view: &str| {
-        run(&sandbox, &["render", &link(view), "--size", "96x64", "-o", "out.png"]).expect_code(0);
+    let of_link = |link: &str| {
+        run(&sandbox, &["render", link, "--size", "96x64", "-o", "out.png"]).expect_code(0);
         sandbox.read_rgb("out.png")
     };
-    // The same, said by options; how dense clouds are only a text says. Files that a link names are no layers
-    // by themselves.
-    let options = "--on planet --height relief.vastex --night lights.vastex --sun -60,10 --exaggeration 7 --atmosphere 0.5 \
-                   --height-scale 0.01 --height-zero 0 --clouds";
-    let options: Vec<&str> =
-        options.split_whitespace().chain(["clouds of today.vastex", "--view", PLACE]).collect();
-    let of_options = draw(&options);
-    let plain = view.replace("layer=:gamma=1.4;", "");
-    assert_eq!(of_options, of_link(&plain.replace(":opacity=0.7", "")));
-    assert_ne!(of_options, of_link(&plain), "clouds are thinner");
+    assert_eq!(of_link(&link(&view)), of_text);
+    assert_eq!(
+        of_link(&link(&view.replace("layer=:gamma=1.4;", ""))),
+        of_link(&link(&view.replace(":gamma=1.4", "")))
+    );
     // Commands that show nothing take the file that it is of.
     let told = run(&sandbox, &["info", &link(&view), "--json"]).expect_code(0);
     assert_eq!(told.json(), run(&sandbox, &["info", "relief.vastex", "--json"]).expect_code(0).json());

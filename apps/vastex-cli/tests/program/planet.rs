@@ -35,7 +35,7 @@ fn each_part_of_a_planet_is_seen() {
     ] {
         assert_ne!(lit, picture(words), "{words}");
     }
-    // That two pictures of the same are alike is tested beside links.
+    // That two pictures of the same are alike `links::a_planet_is_what_its_text_says` tests.
 }
 
 #[cfg(feature = "view")]

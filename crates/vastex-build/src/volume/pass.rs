@@ -274,7 +274,7 @@ mod tests {
         });
         assert!(matches!(ended, Err(VolumeBuildError::Cancelled)), "{ended:?}");
         assert!(progress.0.get() >= 2);
-        // What comes of it is handed on.
+        // What the work gives is handed on.
         let stop = Stop::default();
         assert_eq!(track.attend((&pool, &stop), 0, || Ok(7)).unwrap(), 7);
     }

@@ -26,7 +26,7 @@ pub struct Messages {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Message {
-    /// What it is about: a second message of the same topic takes the place of the first.
+    /// What it is about: an error takes the place of all that was said of its topic.
     topic: String,
     text: String,
     /// How often it happened.
@@ -36,7 +36,7 @@ struct Message {
 }
 
 impl Messages {
-    /// Something went wrong. What is said of its topic already is replaced, and counted.
+    /// Something went wrong. What was said of its topic is replaced, and errors among it are counted.
     pub fn add_error(&mut self, topic: &str, text: impl Into<String>) {
         let before = self.told.iter().find(|message| message.topic == topic && !message.is_note);
         let times = before.map_or(0, |message| message.times);

@@ -117,29 +117,12 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
         target: &Target<'_>,
         tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
     ) -> Result<wgpu::CommandEncoder, Error> {
-        self.record_marked(gpu, textures, scene, target, tell, |_, _| {})
-    }
-
-    /// Records a frame as [`Frame::record`] does, where `mark` is told in front of the commands of each part
-    /// of the frame which part that is: `feedback`, `picture`, and nothing at the end. It may add commands of
-    /// its own that measure them.
-    pub fn record_marked(
-        &self,
-        gpu: &Gpu,
-        textures: &mut Textures,
-        scene: &S,
-        target: &Target<'_>,
-        tell: impl FnOnce(&mut Textures, &mut wgpu::CommandEncoder) -> Result<(), Error>,
-        mut mark: impl FnMut(&mut wgpu::CommandEncoder, Option<&'static str>),
-    ) -> Result<wgpu::CommandEncoder, Error> {
-        let mut encoder = self.record_wanted(gpu, textures, scene, tell, &mut mark)?;
-        mark(&mut encoder, Some("picture"));
+        let mut encoder = self.record_wanted(gpu, textures, scene, tell, |_, _| {})?;
         self.record_pictures(&mut encoder, textures, scene, target)?;
-        mark(&mut encoder, None);
         Ok(encoder)
     }
 
-    /// Records the pictures of a frame, as [`Frame::record_marked`] does after [`Frame::record_wanted`].
+    /// Records the pictures of a frame, as [`Frame::record`] does after [`Frame::record_wanted`].
     pub fn record_pictures(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -171,7 +154,8 @@ impl<S: StageScene + ?Sized> Frame<'_, S> {
     }
 
     /// Records a frame without its picture: places the cameras, has the views say what they want, and updates
-    /// the textures, as [`Frame::record_marked`] does before it draws.
+    /// the textures, as [`Frame::record`] does before it draws. `mark` is told in front of the commands of a
+    /// part of the frame which part that is, and may add commands of its own that measure it.
     pub fn record_wanted(
         &self,
         gpu: &Gpu,

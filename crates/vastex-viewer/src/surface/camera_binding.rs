@@ -3,6 +3,7 @@
 //! A scene has one of its own; passes that are drawn in one encoder from different places need one each.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+#[cfg(feature = "egui")]
 use std::sync::{Mutex, PoisonError};
 
 use bytemuck::Zeroable;
@@ -72,8 +73,10 @@ pub struct CameraBinding {
     is_fixed: AtomicBool,
     /// The left edge of the first pane, and width and height of each, in pixels.
     pane: [AtomicU32; 3],
-    /// The bytes of uniform and patches as they are.
-    told: Mutex<Vec<u8>>,
+    /// The bytes that its uniform and its patches have on the GPU, by which pictures are compared that may be
+    /// kept.
+    #[cfg(feature = "egui")]
+    last_bytes: Mutex<Vec<u8>>,
 }
 
 impl CameraBinding {
@@ -92,7 +95,16 @@ impl CameraBinding {
         let uniform = Uniform::new::<SceneUniform>(device, layout);
         let (patch_count, is_fixed) = (AtomicU32::new(0), AtomicBool::new(false));
         let pane = [0, 1, 1].map(AtomicU32::new);
-        CameraBinding { uniform, patches, patch_count, view: 0, is_fixed, pane, told: Mutex::default() }
+        CameraBinding {
+            uniform,
+            patches,
+            patch_count,
+            view: 0,
+            is_fixed,
+            pane,
+            #[cfg(feature = "egui")]
+            last_bytes: Mutex::default(),
+        }
     }
 
     /// This binding for another view than the main one: [`vastex::ViewRef::number`].
@@ -150,10 +162,13 @@ impl CameraBinding {
         }
         self.set_patches(queue, patches);
         self.uniform.set(queue, &told);
-        let mut bytes = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        bytes.clear();
-        bytes.extend_from_slice(bytemuck::bytes_of(&told));
-        bytes.extend_from_slice(patches);
+        #[cfg(feature = "egui")]
+        {
+            let mut bytes = self.last_bytes.lock().unwrap_or_else(PoisonError::into_inner);
+            bytes.clear();
+            bytes.extend_from_slice(bytemuck::bytes_of(&told));
+            bytes.extend_from_slice(patches);
+        }
         let pane = [panes.left, pane[0], pane[1]];
         self.pane.iter().zip(pane).for_each(|(told, side)| told.store(side, Relaxed));
         self.is_fixed.store(matches!(placed, Placed::Fixed(_) | Placed::FixedRelief(_)), Relaxed);
@@ -168,8 +183,8 @@ impl CameraBinding {
 
     /// What it told shaders last, byte by byte.
     #[cfg(feature = "egui")]
-    pub(super) fn told(&self) -> Vec<u8> {
-        self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    pub(super) fn last_bytes(&self) -> Vec<u8> {
+        self.last_bytes.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     pub(crate) fn group(&self) -> &wgpu::BindGroup {

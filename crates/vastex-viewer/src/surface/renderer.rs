@@ -50,7 +50,7 @@ pub struct SceneDesc {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Told {
     /// What is bound for one renderer's camera, and for nothing else.
-    renderer: wgpu::BindGroup,
+    camera_group: wgpu::BindGroup,
     camera: Vec<u8>,
     layers: u64,
 }
@@ -242,8 +242,8 @@ impl SceneRenderer {
     /// What the shaders of its pictures are told through its own camera, as that was placed last.
     #[cfg(feature = "egui")]
     pub(crate) fn told(&self) -> Told {
-        let (camera, layers) = (self.camera.told(), self.layer_changes);
-        Told { renderer: self.camera.group().clone(), camera, layers }
+        let (camera, layers) = (self.camera.last_bytes(), self.layer_changes);
+        Told { camera_group: self.camera.group().clone(), camera, layers }
     }
 
     /// Draws by pipelines of [`SceneRenderer::pipelines`], through its own camera, in every pane.

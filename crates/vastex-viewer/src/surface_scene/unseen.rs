@@ -1,5 +1,5 @@
 //! Frames that nobody sees. While a picture stays as it is, what it lacks is found by feedback alone: to draw
-//! it again would show the same. What a picture is, and when it is the same, is in [`kept`](super::kept).
+//! it again would show the same. What a picture is, and when it is the same, is in [`last_picture`](super::last_picture).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +9,7 @@ use vastex::diagnostics::FrameStats;
 use vastex::{FeedbackMode, ViewId};
 
 use super::SurfaceScene;
-use super::kept::{Content, LastPicture};
+use super::last_picture::{Content, LastPicture};
 use super::source::DisplayError;
 use crate::beside::Wake;
 use crate::camera::Pose;

@@ -21,7 +21,7 @@ pub(super) const ROOMS: &[Room] = &[
     ("once", &["outcome", "shell"]),
     ("wasm", &["once", "outcome", "setup", "shell"]),
     ("web", &["browser", "once", "outcome", "setup", "shell", "wasm"]),
-    ("windows", &["once", "setup", "shell"]),
+    ("for_windows", &["once", "setup", "shell"]),
     ("test_programs", &["shell"]),
     ("window", &["outcome", "setup", "shaders", "shell"]),
     (
@@ -67,6 +67,7 @@ pub(super) const ROOMS: &[Room] = &[
             "damage",
             "demo",
             "figures",
+            "for_windows",
             "kills",
             "once",
             "record_command",
@@ -75,7 +76,6 @@ pub(super) const ROOMS: &[Room] = &[
             "test",
             "times",
             "window",
-            "windows",
         ],
     ),
 ];

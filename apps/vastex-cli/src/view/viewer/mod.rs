@@ -43,7 +43,7 @@ use crate::commands::render;
 use anew::Anew;
 pub(super) use anew::MadeAnew;
 
-/// How long a display is taken for the one that the window is on.
+/// How often the window asks which display it is on.
 const DISPLAY_LOOKS: Duration = Duration::from_secs(1);
 /// What is said of the system's dialog for files, as a topic.
 pub(super) const DIALOG: &str = "dialog";
@@ -257,7 +257,7 @@ impl Viewer {
     }
 
     /// What is shown knows how often the display shows another frame. No event says in time, and on all
-    /// systems, that the window has another display; asking takes some systems long.
+    /// systems, that the window has another display, and some systems take long to answer.
     fn look_at_display(&mut self) {
         if self.display_seen.is_some_and(|seen| seen.elapsed() < DISPLAY_LOOKS) {
             return;

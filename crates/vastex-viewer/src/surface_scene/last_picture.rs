@@ -11,7 +11,7 @@
 //! - where it is kept: another size or format of the window has another place.
 //!
 //! Whatever changes a picture in yet another way says so ([`SurfaceScene::wake`]), and then it is drawn.
-//! Nothing is kept of overlays and of previews behind which a source waits, which are drawn otherwise, nor by
+//! Nothing is kept of the first picture from another pose, which another may follow at once, of overlays and of previews behind which a source waits, which are drawn otherwise, nor by
 //! inline feedback, where pictures say themselves what they want. In all other modes frames say that in a
 //! pass of their own, those with a kept picture like any other, so that the pager hears of no difference. A
 //! frame that was recorded and never submitted has kept nothing ([`SurfaceScene::end_frame`]).
@@ -103,7 +103,7 @@ impl LastPicture {
 impl SurfaceScene {
     /// What the picture of a frame shows whose textures were updated.
     fn content(&self) -> Option<Content> {
-        // As they are compared in it, which was before it was drawn.
+        // As layers were compared when it was drawn; how they are to be compared by now, `unsettled_wake` asks.
         let compared = self.comparable().map(|layers| layers.compare_mode());
         Content::of(&self.textures.stats(), compared)
     }

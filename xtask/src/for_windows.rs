@@ -1,6 +1,7 @@
-//! `cargo xtask campaign windows`: everything compiled for Windows, on another system.
+//! `cargo xtask campaign windows`: the workspace compiled for Windows, on another system.
 //!
-//! The suite compiles for the system that it runs on, and what only Windows compiles would be seen by nobody.
+//! The suite compiles for the system that it runs on, so that nobody would see what fails to compile on
+//! Windows alone.
 //! Nothing is linked or run: BC7's encoder brings no library for MinGW, which is the C compiler. Rust's own
 //! libraries come from rustup.
 
@@ -11,7 +12,7 @@ use crate::{once, shell};
 
 const TARGET: &str = "x86_64-pc-windows-gnu";
 
-/// Checks all crates, their tests and examples among them. Takes as long as compiling the workspace.
+/// Checks the workspace with its default features, tests and examples among it. Takes as long as compiling it.
 pub(crate) fn check() -> Result<()> {
     setup::ensure(&MINGW)?;
     setup::ensure(&NASM)?;
