@@ -33,6 +33,8 @@ pub(super) struct Surface {
     light: Option<LinearTarget>,
     /// Where it is not, and the window's pictures can be copied into, what those of surfaces are kept in.
     kept: Option<KeptPicture>,
+    /// True if there was no memory for that, since the window has this size.
+    is_kept_refused: bool,
     /// True if it is to be configured before the next picture.
     is_stale: bool,
     /// The frames in a row for which the window gave no picture.
@@ -56,7 +58,11 @@ impl Surface {
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let able = surface.get_capabilities(&gpu.adapter);
-        config.usage |= able.usages & wgpu::TextureUsages::COPY_DST;
+        // Metal shows pictures in another way, for all of the window's time, if they may be copied into: what
+        // that costs was never measured.
+        if gpu.adapter.get_info().backend != wgpu::Backend::Metal {
+            config.usage |= able.usages & wgpu::TextureUsages::COPY_DST;
+        }
         let formats = PictureFormats::new(&gpu.adapter, able.formats, config.format);
         let mut surface = Surface {
             depth: depth_view(&gpu.device, [1, 1]),
@@ -68,6 +74,7 @@ impl Surface {
             formats,
             light: None,
             kept: None,
+            is_kept_refused: false,
             is_stale: true,
             refusals: Refusals::default(),
             fault: None,
@@ -109,21 +116,21 @@ impl Surface {
             self.depth = depth_view(&self.gpu.device, [width, height]);
             let light = || LinearTarget::new(&self.gpu.device, [width, height], self.format.viewed);
             self.light = (self.format.kind == TargetKind::Linear).then(light);
-            self.kept = None;
+            (self.kept, self.is_kept_refused) = (None, false);
             self.is_stale = true;
         }
     }
 
-    /// Keeps pictures from here on, or does not: those of surfaces are worth it.
+    /// Keeps pictures from here on, or does not: where there is no memory for one, none is.
     pub(super) fn keep_pictures(&mut self, keeps: bool) {
         let can_copy = self.config.usage.contains(wgpu::TextureUsages::COPY_DST);
-        let formats = [self.format.stored, self.format.viewed];
-        match keeps && can_copy && self.light.is_none() {
-            false => self.kept = None,
-            true if self.kept.is_none() => {
-                self.kept = Some(KeptPicture::new(&self.gpu.device, self.size(), formats));
-            }
-            true => {}
+        if !keeps || !can_copy || self.light.is_some() || self.is_kept_refused {
+            self.kept = None;
+        } else if self.kept.is_none() {
+            let (size, formats) = (self.size(), [self.format.stored, self.format.viewed]);
+            let device = &self.gpu.device;
+            self.kept = unrefused(device, || KeptPicture::new(device, size, formats)).ok();
+            self.is_kept_refused = self.kept.is_none();
         }
     }
 

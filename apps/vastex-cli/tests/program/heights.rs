@@ -56,10 +56,6 @@ fn heights_of_a_file_displace_what_the_window_shows() {
         // A picture of other heights is another one, so that neither heights nor their scale were left out.
         let scale = if scene == "terrain" { "0.4" } else { "0" };
         assert!(shoot(&format!("{shown} --height-scale {scale}")) != low, "{scene}");
-        // `links::the_window_shows_a_planet_as_render_draws_it` compares planets.
-        if scene == "planet" {
-            continue;
-        }
         run(&sandbox, &format!("render {shown} {size} -o drawn.png")).expect_code(0);
         let drawn = sandbox.read_rgb("drawn.png");
         // But for what lies over the picture in a window.

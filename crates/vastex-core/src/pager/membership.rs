@@ -58,7 +58,7 @@ impl PoolPager {
         if !self.textures.remove(texture) {
             return None;
         }
-        // Less is wanted: the picture may become sharper.
+        // Less is wanted: the picture may become sharper. Nothing that was given up is of the texture then.
         self.end_rest();
         self.claims.forget(texture, &self.residency);
         let under_way = self.residency.forget(texture);

@@ -114,10 +114,7 @@ impl PoolPager {
         let bias_before = self.bias.bias();
         let newly_wanted = self.recompute(events);
         self.rest.settle(bias_before, &self.set, &mut self.bias, &mut self.residency);
-        // What lets pages go at rest has them looked for again.
-        if !self.rest.is_under_way() {
-            self.residency.trim_shared(&self.textures);
-        }
+        self.residency.trim_shared(&self.textures, self.rest.is_under_way());
         let in_view = self.set.pages_at(self.bias.bias()).filter(|(_, node)| node.pixels > 0);
         let cut = std::mem::take(&mut self.cut);
         self.residency.observe_view(in_view.map(|(page, _)| page), cut, &self.textures);
@@ -350,7 +347,8 @@ impl PoolPager {
     /// Returns true if the views rest and the mip bias falls as soon as there were enough feedbacks.
     pub(super) fn becomes_sharper(&self) -> bool {
         let (slots, tails) = (self.residency.slot_count(), self.residency.tails());
-        self.rest.is_under_way() && self.bias.may_fall(&self.set, slots, tails)
+        // Also where a rest was ended that the next feedback begins anew.
+        self.set.rest_number().is_some() && self.bias.may_fall(&self.set, slots, tails)
     }
 
     /// Returns true if a view has been seen for a whole jitter cycle, and all that it wanted of the pool in

@@ -2,7 +2,7 @@
 //!
 //! They rest where gaps are looked for in every view that is drawn and wants something of the pool; the rest
 //! ends where one of them moves, and another begins where a cut is declared, another view is drawn, the pool
-//! gets another size or rule, pins change, or a texture goes. It is *settled* once what was wanted before it
+//! gets another size or rule, or a pin or a texture goes. It is *settled* once what was wanted before it
 //! is let go of, and the bias could not be smaller for what is wanted then, at the latest after a number of
 //! decisions. From then on the set only grows and the bias only rises, for what gaps name is held.
 //! So a page leaves the set where the bias has risen above all needs of it that are known. But gaps name what
@@ -43,6 +43,7 @@ impl PoolRest {
     /// Takes note of whether the views rest, before the set is made anew.
     pub(super) fn follow(&mut self, set: &WorkingSet, bias: &mut BiasControl, residency: &mut Residency) {
         let number = set.rest_number().filter(|_| bias.rule() == Some(BiasRule::Solved));
+        self.is_overdue &= !set.knows_rest();
         // A jump that nobody has declared is one of before the rest, unless that is settled.
         if self.number != number || self.is_settled && !self.is_overdue && !set.knows_rest() {
             self.begin(number, bias, residency);

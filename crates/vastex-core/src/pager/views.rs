@@ -130,10 +130,11 @@ impl Pager {
     /// Says that a view rests, so that it has converged only when every one of its pixels has found what it
     /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
-    /// jumps. While all views of a pool rest none of its tiles is uploaded twice, unless several pages may
-    /// have it, or it was asked for explicitly; so ask [`Pager::looks_for_gaps`] for each feedback then. And
-    /// where one of its pages makes room in that time, or has since others moved, or the mip bias has fallen,
-    /// no view has converged until its pixels were looked at once more.
+    /// jumps. While all views of a pool rest whose bias is [`BiasRule::Solved`](crate::BiasRule::Solved), none
+    /// of its tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly; so ask
+    /// [`Pager::looks_for_gaps`] for each feedback then. And where one of its pages makes room in that time, or
+    /// has since others moved, or the mip bias has fallen, no view has converged until its pixels were looked
+    /// at once more.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };
@@ -195,8 +196,9 @@ impl Pager {
 
     /// Returns true if a view has been seen for a whole jitter cycle of its own since it last jumped, and all
     /// that it wanted in that cycle is resident at the bias in force, or could not be had, and, where its
-    /// gaps are looked for, it has none and the bias falls no further; whatever other views want. False for a
-    /// view that there is not, and where there is no pool. Costs a visit of each page of the working sets.
+    /// gaps are looked for, it has none and, by [`BiasRule::Solved`](crate::BiasRule::Solved), the bias falls no
+    /// further; whatever other views want. False for a view that there is not, and where there is no pool.
+    /// Costs a visit of each page of the working sets.
     pub fn is_view_converged(&self, view: ViewId) -> bool {
         let has_no_gaps =
             |pager: &PoolPager| pager.set.has_no_gaps(view, pager.last_change()) && !pager.becomes_sharper();

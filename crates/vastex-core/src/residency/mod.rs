@@ -480,7 +480,6 @@ impl Residency {
         self.stats.tails -= tails;
         self.moves.forget(texture);
         self.claimed.forget(texture);
-        self.rest.forget(texture);
         self.evicted_at.retain(|page, _| is_other(&page));
         self.evictions.retain(|(_, page)| is_other(page));
         self.victims.clear();

@@ -9,7 +9,7 @@
 use crate::residency::Residency;
 use crate::residency::page_map::PageMap;
 use crate::residency::records::{Record, State};
-use crate::texture::page::{PageId, TextureNumber};
+use crate::texture::page::PageId;
 
 /// Pages that are known to be given up at most; what is given up beyond them may come again.
 const MOST_GIVEN_UP: usize = 1 << 16;
@@ -33,13 +33,6 @@ impl Rest {
     /// Returns true if a page may not make room yet.
     pub(super) fn keeps(&self, record: &Record) -> bool {
         self.keeps_all && self.has_brought(record)
-    }
-
-    /// Forgets a texture whose number may be given to another.
-    pub(super) fn forget(&mut self, texture: TextureNumber) {
-        if !self.given_up.is_empty() {
-            self.given_up.retain(|page, ()| page.texture() != texture);
-        }
     }
 
     /// A page that is like no other makes room.

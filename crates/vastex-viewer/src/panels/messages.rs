@@ -95,7 +95,7 @@ impl Messages {
         // Over maps of the image.
         let area = area.order(Order::Foreground);
         area.show(context, |ui| {
-            let mut read = None;
+            let (mut read, mut buttons) = (None, Vec::new());
             for (n, message) in self.told.iter().enumerate() {
                 let [ground, letters, button] = if message.is_note { NOTE } else { ERROR };
                 let frame = Frame::new()
@@ -108,10 +108,9 @@ impl Messages {
                     let text = ui.add(Label::new(RichText::new(&message.text)).wrap());
                     say_to_readers(&text, if message.is_note { Live::Polite } else { Live::Assertive });
                     ui.horizontal(|ui| {
-                        let button = Button::new("Dismiss").fill(button);
-                        if ui.add(button).clicked() {
-                            read = Some(n);
-                        }
+                        let button = ui.add(Button::new("Dismiss").fill(button));
+                        read = read.or(button.clicked().then_some((n, button.has_focus())));
+                        buttons.push(button.id);
                         if message.times > 1 {
                             ui.label(RichText::new(format!("happened {} times", message.times)).small());
                         }
@@ -123,8 +122,13 @@ impl Messages {
                 ui.scope_builder(UiBuilder::new().scope_id(id), |ui| frame.show(ui, shown));
                 ui.add_space(4.0);
             }
-            if let Some(read) = read {
+            if let Some((read, has_focus)) = read {
                 self.told.remove(read);
+                buttons.remove(read);
+                // The keys stay with messages as long as there are any.
+                if let Some(next) = buttons.get(read).or(buttons.last()).filter(|_| has_focus) {
+                    ui.memory_mut(|memory| memory.request_focus(*next));
+                }
                 // The next frame is without it.
                 ui.ctx().request_repaint();
             }
@@ -194,6 +198,24 @@ mod tests {
         harness.state_mut().add_error("tiles", "level 0 5,6 failed");
         assert_eq!(harness.state().told.len(), 1);
         assert_eq!(harness.state().told[0].times, 2);
+    }
+
+    #[test]
+    fn messages_are_dismissed_one_after_the_other_by_keys_alone() {
+        let mut messages = Messages::default();
+        for topic in ["a", "b", "c"] {
+            messages.add_error(topic, format!("{topic} failed"));
+        }
+        let mut harness = shown(messages);
+        harness.run();
+        harness.get_all_by_label("Dismiss").nth(1).unwrap().focus();
+        harness.run();
+        for left in [&["a", "c"][..], &["a"], &[]] {
+            harness.key_press(egui::Key::Space);
+            harness.run();
+            let topics: Vec<&str> = harness.state().told.iter().map(|message| &*message.topic).collect();
+            assert_eq!(topics, left);
+        }
     }
 
     /// As of a picture that cannot be written and a camera path that makes no sense.

@@ -39,6 +39,7 @@ impl KeptPicture {
     /// Records the copy into a picture of the same size.
     pub(super) fn copy(&self, encoder: &mut wgpu::CommandEncoder, picture: &wgpu::TextureView) {
         let (kept, picture) = (self.view.texture(), picture.texture());
+        debug_assert_eq!((picture.depth_or_array_layers(), picture.mip_level_count()), (1, 1));
         encoder.copy_texture_to_texture(kept.as_image_copy(), picture.as_image_copy(), kept.size());
     }
 }

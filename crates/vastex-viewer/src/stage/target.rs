@@ -28,7 +28,7 @@ impl<'a> Target<'a> {
     }
 
     /// This target by way of a picture that is kept, if one is given: of the same size and the same formats,
-    /// for a target that is given no light.
+    /// for a target that is given no light, and whose picture is all of a texture of one layer and one level.
     pub fn keeping(self, kept: Option<&'a KeptPicture>) -> Target<'a> {
         Target { kept, ..self }
     }

@@ -1,7 +1,7 @@
 //! How a frame of a scene in a window comes about.
 
+use vastex::ViewId;
 use vastex::diagnostics::ExplainedPixel;
-use vastex::{FeedbackMode, ViewId};
 
 use super::SurfaceScene;
 use super::displayed::Displayed;
@@ -71,16 +71,16 @@ impl SurfaceScene {
         let pictures = if is_behind { Pictures::ForFeedback } else { Pictures::Always };
         let recorded = Frame { views: &views, expected: None, picture: size, has_feedback: true, pictures };
         let renderer = &displayed.renderer;
-        // While a camera moves, and where no picture can be the last one, there is nothing to copy.
-        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
-        let may_keep = !is_behind && !is_inline && self.last_picture.stands(&pose);
-        let target = &if may_keep { *target } else { target.passing() };
+        // While a camera moves each picture is another one.
+        let may_keep = !is_behind && self.keeps_pictures() && self.last_picture.stands(&pose);
         if !is_alone {
             renderer.set_pose(queue, &self.textures, &pose, size);
         }
         let (gpu, textures) = (&self.gpu, &mut self.textures);
         let mut encoder = recorded.record_wanted(gpu, textures, heard, |_, _| Ok(()), &mut *mark)?;
-        let kept = may_keep.then(|| self.kept_in(target)).flatten();
+        // Nor is a picture the last one while tiles fade in.
+        let kept = self.kept_in(target).filter(|_| may_keep && self.content().is_some());
+        let target = &if kept.is_some() { *target } else { target.passing() };
         if kept.as_ref().is_some_and(|kept| self.is_kept(pose, kept)) {
             mark(&mut encoder, Some("kept"));
             target.encode(&mut encoder);

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use vastex::FeedbackMode;
 use vastex::diagnostics::FrameStats;
 
 use super::SurfaceScene;
@@ -101,8 +102,16 @@ impl LastPicture {
 }
 
 impl SurfaceScene {
+    /// Returns true if pictures are kept where the camera stands: something is displayed, without an overlay,
+    /// which hides the picture and shows what is wanted, and not by inline feedback, where pictures say
+    /// themselves what they lack.
+    pub fn keeps_pictures(&self) -> bool {
+        let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
+        !is_inline && self.settings.overlay.is_none() && !self.is_empty()
+    }
+
     /// What the picture of a frame shows whose textures were updated.
-    fn content(&self) -> Option<Content> {
+    pub(super) fn content(&self) -> Option<Content> {
         // As layers were compared when it was drawn; how they are to be compared by now, `unsettled_wake` asks.
         let compared = self.comparable().map(|layers| layers.compare_mode());
         Content::of(&self.textures.stats(), compared)

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use vastex::ViewId;
 use vastex::diagnostics::FrameStats;
-use vastex::{FeedbackMode, ViewId};
 
 use super::SurfaceScene;
 use super::last_picture::{Content, LastPicture};
@@ -31,14 +31,10 @@ impl SurfaceScene {
         let LastPicture { of, at, .. } = &self.last_picture;
         let compared = self.comparable().map(|_| self.compared());
         let is_same = of.is_some_and(|(_, content)| Content::of(stats, compared) == Some(content));
-        // By inline feedback pictures say themselves what they lack, and overlays show what is wanted.
-        let stays_the_same = self.textures.inspect().feedback_mode() != FeedbackMode::Inline
-            && self.settings.overlay.is_none()
-            && !self.is_empty();
         let hud = &self.beside.hud;
         let is_quiet =
             !hud.is_shown() || !hud.has_news() && self.beside.now().saturating_sub(*at) < HUD_PAUSE;
-        if !(is_same && stays_the_same && is_quiet) {
+        if !(is_same && self.keeps_pictures() && is_quiet) {
             return Wake::Now;
         }
         Wake::Unseen(self.beside.due_after(self.beside.frame_pause))
