@@ -87,7 +87,7 @@ pub(super) fn stand_in(command: &mut Command, display: &Display, place: &Path) {
     command.env("XDG_CACHE_HOME", place.join("cache")).env("XDG_STATE_HOME", place.join("state"));
     // GNU's allocator keeps what a software driver takes again in each frame.
     command.env("MALLOC_TRIM_THRESHOLD_", "536870912").env("MALLOC_TOP_PAD_", "33554432");
-    // Debug builds of wgpu add lines to shaders for debuggers, and an error that is handled needs no backtrace:
+    // Debug builds of wgpu add lines to shaders for debuggers, and errors that are handled need no backtrace:
     // both cost processor time.
     command.env("WGPU_DEBUG", "0").env("RUST_LIB_BACKTRACE", "0");
     // What was compiled in the tests need not be compiled again for each window.
