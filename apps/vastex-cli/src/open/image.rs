@@ -52,8 +52,8 @@ pub(super) fn open(path: &Path, options: OpenImage<'_>) -> Result<Option<Arc<dyn
 }
 
 /// What was opened, or, of an image that cannot be kept, the image decoded into memory as by `--cache off`,
-/// with a note that says so. Where that cannot be either, the error is what is wrong with the image, or why its
-/// decoder cannot read it, after why it cannot be kept.
+/// with a note that says so. Where that cannot be either, the error is what is wrong with the image, or why
+/// its decoder cannot read it, after why it cannot be kept.
 pub(super) fn without_cache(
     path: &Path,
     options: Option<OpenImage<'_>>,

@@ -117,8 +117,8 @@ impl Sandbox {
         // A software driver has memory given back and taken again in each frame, which is a sixth of all its
         // processor time: GNU's allocator keeps some, and no other one heeds these.
         command.env("MALLOC_TRIM_THRESHOLD_", "536870912").env("MALLOC_TOP_PAD_", "33554432");
-        // Debug builds of wgpu add lines to shaders for debuggers, which is a tenth of the time that a picture
-        // of a planet takes.
+        // Debug builds of wgpu add lines to shaders for debuggers, which is a tenth of the time that a
+        // picture of a planet takes.
         command.env("WGPU_DEBUG", "0");
         command
     }

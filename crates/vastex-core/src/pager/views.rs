@@ -131,10 +131,10 @@ impl Pager {
     /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
     /// jumps. While all views of a pool rest whose bias is [`BiasRule::Solved`](crate::BiasRule::Solved), none
-    /// of its tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly; so ask
-    /// [`Pager::looks_for_gaps`] for each feedback then. And where one of its pages makes room in that time, or
-    /// has since others moved, or the mip bias has fallen, no view has converged until its pixels were looked
-    /// at once more.
+    /// of its tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly; so
+    /// ask [`Pager::looks_for_gaps`] for each feedback then. And where one of its pages makes room in that
+    /// time, or has since others moved, or the mip bias has fallen, no view has converged until its pixels
+    /// were looked at once more.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };

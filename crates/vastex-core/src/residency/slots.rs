@@ -290,8 +290,8 @@ impl Residency {
     }
 
     /// Lets some pages out of view go that share their slots, where they are more than the pool has slots:
-    /// they cost a record each, and come back without a load. While views rest only those go that none of them
-    /// has wanted, and for them nothing is looked at again: else a view would not converge for as long.
+    /// they cost a record each, and come back without a load. While views rest only those go that none of
+    /// them has wanted, and for them nothing is looked at again: else a view would not converge for as long.
     pub(crate) fn trim_shared(&mut self, textures: &Textures, at_rest: bool) {
         let Stats { resident, occupied, slots, .. } = self.stats;
         let excess = (resident - occupied).saturating_sub(slots).min(TRIMMED);

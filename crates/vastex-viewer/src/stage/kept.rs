@@ -9,9 +9,9 @@ pub struct KeptPicture {
 }
 
 impl KeptPicture {
-    /// For a window's pictures of `size` pixels, whose textures have one format, the first, and are drawn to by
-    /// views of the other. These textures need `COPY_DST`. Takes as much memory as one of them, as a rule 4
-    /// bytes a pixel.
+    /// For a window's pictures of `size` pixels, whose textures have one format, the first, and are drawn to
+    /// by views of the other. These textures need `COPY_DST`. Takes as much memory as one of them, as a rule
+    /// 4 bytes a pixel.
     pub fn new(
         device: &wgpu::Device,
         size: [u32; 2],

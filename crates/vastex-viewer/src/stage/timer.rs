@@ -41,8 +41,8 @@ impl GpuTimer {
         self.profiler.is_some()
     }
 
-    /// To be called in front of the commands of a part, and with nothing behind the last of them. Parts of the
-    /// same name in one frame count together.
+    /// To be called in front of the commands of a part, and with nothing behind the last of them. Parts of
+    /// the same name in one frame count together.
     pub fn mark(&mut self, encoder: &mut wgpu::CommandEncoder, part: Option<&str>) {
         let Some(profiler) = &self.profiler else { return };
         if let Some(open) = self.open.take() {

@@ -11,10 +11,11 @@
 //! - where it is kept: another size or format of the window has another place.
 //!
 //! Whatever changes a picture in yet another way says so ([`SurfaceScene::wake`]), and then it is drawn.
-//! Nothing is kept of the first picture from another pose, which another may follow at once, of overlays and of previews behind which a source waits, which are drawn otherwise, nor by
-//! inline feedback, where pictures say themselves what they want. In all other modes frames say that in a
-//! pass of their own, those with a kept picture like any other, so that the pager hears of no difference. A
-//! frame that was recorded and never submitted has kept nothing ([`SurfaceScene::end_frame`]).
+//! Nothing is kept of the first picture from another pose, which another may follow at once, of overlays and
+//! of previews behind which a source waits, which are drawn otherwise, nor by inline feedback, where pictures
+//! say themselves what they want. In all other modes frames say that in a pass of their own, those with a
+//! kept picture like any other, so that the pager hears of no difference. A frame that was recorded and never
+//! submitted has kept nothing ([`SurfaceScene::end_frame`]).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -112,7 +113,8 @@ impl SurfaceScene {
 
     /// What the picture of a frame shows whose textures were updated.
     pub(super) fn content(&self) -> Option<Content> {
-        // As layers were compared when it was drawn; how they are to be compared by now, `unsettled_wake` asks.
+        // As layers were compared when it was drawn; how they are to be compared by now, `unsettled_wake`
+        // asks.
         let compared = self.comparable().map(|layers| layers.compare_mode());
         Content::of(&self.textures.stats(), compared)
     }
