@@ -25,8 +25,15 @@ const BRICKS: [u32; 2] = [64, 32];
 /// Frames within which all of it is in the pool.
 const PATIENCE_FRAMES: usize = 2000;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
-const MODES: [VolumeMode; 5] =
-    [VolumeMode::Mip, VolumeMode::Minip, VolumeMode::Average, VolumeMode::Emission, VolumeMode::Iso];
+/// What is shown, and of how many channels.
+const SHOWN: [(VolumeMode, usize); 6] = [
+    (VolumeMode::Mip, 1),
+    (VolumeMode::Minip, 1),
+    (VolumeMode::Average, 1),
+    (VolumeMode::Emission, 1),
+    (VolumeMode::Emission, 3),
+    (VolumeMode::Iso, 1),
+];
 
 pub(crate) fn section(bench: &Bench) -> Result<Part> {
     let (side, size) = if bench.gpu.is_processor() { (128, [96, 54]) } else { (256, [1920, 1080]) };
@@ -36,17 +43,17 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
          with nothing to look up, and times that in bricks of {large} and of {small} voxels a side. Every brick is resident. The last two columns are what the\n\
          feedback of rays adds to the picture in bricks of {small}. {ROUNDS} draws of each, in turns: times are medians, a ratio is the median of those within a turn,\n\
          and the last column is a ratio of medians.\n\n\
-         | mode | one brick ms | bricks of {large} | bricks of {small} | feedback ms | of the picture |\n|---|---|---|---|---|---|\n",
+         | mode, of how many channels | one brick ms | bricks of {large} | bricks of {small} | feedback ms | of the picture |\n|---|---|---|---|---|---|\n",
         size[0], size[1],
     );
     let mut volumes = Vec::new();
     for brick in [side, large, small] {
         volumes.push(Resident::new(bench, side, brick.min(side))?);
     }
-    for mode in MODES {
+    for (mode, channels) in SHOWN {
         let mut shown = Vec::new();
         for volume in &mut volumes {
-            shown.push(volume.renderer(bench, mode, size)?);
+            shown.push(volume.renderer(bench, mode, channels, size)?);
         }
         let canvas = Canvas::new(&bench.gpu, size, FORMAT, TargetKind::Direct);
         let draws: Vec<_> =
@@ -61,7 +68,7 @@ pub(crate) fn section(bench: &Bench) -> Result<Part> {
         let feedback = volumes[2].feedback(bench, &shown[2], size)?;
         writeln!(
             page,
-            "| {} | {:.2} | {:.2} | {:.2} | {feedback:.2} | {:.2} |",
+            "| {}, {channels} | {:.2} | {:.2} | {:.2} | {feedback:.2} | {:.2} |",
             mode.name(),
             median(ms(0).collect()),
             ratio(1),
@@ -109,14 +116,20 @@ impl Resident {
     }
 
     /// What draws it, with a camera that sees all of it.
-    fn renderer(&mut self, bench: &Bench, mode: VolumeMode, size: [u32; 2]) -> Result<VolumeRenderer> {
+    fn renderer(
+        &mut self,
+        bench: &Bench,
+        mode: VolumeMode,
+        channels: usize,
+        size: [u32; 2],
+    ) -> Result<VolumeRenderer> {
         let is_emission = mode == VolumeMode::Emission;
         let channel = VolumeChannel {
             range: [0.3, 0.9],
             opacity: if is_emission { 0.3 } else { 1.0 },
             ..VolumeChannel::new(self.id)
         };
-        let desc = VolumeDesc { mode, iso: 0.62, ..VolumeDesc::new(self.of, vec![channel]) };
+        let desc = VolumeDesc { mode, iso: 0.62, ..VolumeDesc::new(self.of, vec![channel; channels]) };
         let renderer = VolumeRenderer::new(&bench.gpu, &mut self.textures, desc, FORMAT)?;
         let camera = VolumeCamera::around(&self.of, [0.5, 0.8, 0.35], [0.0, 0.0, 1.0]);
         let (queue, view) = (&bench.gpu.queue, VolumeView::Around(camera));
