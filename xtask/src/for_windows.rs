@@ -12,7 +12,7 @@ use crate::{once, shell};
 
 const TARGET: &str = "x86_64-pc-windows-gnu";
 
-/// Checks the workspace with its default features, its tests and examples too. As long as a compile of it.
+/// Checks the workspace with its default features, its tests and examples too. Takes as long as a compile.
 pub(crate) fn check() -> Result<()> {
     setup::ensure(&MINGW)?;
     setup::ensure(&NASM)?;

@@ -1,6 +1,6 @@
 //! What can be wrong with a volume: the path where it is wrong, what it is, and what to do.
 
-/// Why a volume, or a part of it, cannot be read.
+/// Why a volume, or a part of it, cannot be read, or what is made of it cannot be kept.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{path}: {fault}")]
 pub struct VolumeError {

@@ -1,5 +1,5 @@
-//! Stacks in files of images, which are shown as volumes or page by page: `FILE:volume` and `FILE:first` mean
-//! one and the other, and both are of one file, as recent files and bookmarks are kept.
+//! Stacks in files of images, which are shown as volumes or page by page: `FILE:volume` means the one, and
+//! `FILE:first` the other. Lists of recent files and bookmarks take both for the one file.
 
 use std::path::Path;
 

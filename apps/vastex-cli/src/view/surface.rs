@@ -31,9 +31,9 @@ pub(super) struct Surface {
     depth: wgpu::TextureView,
     /// Where what is drawn is light, what it is drawn into.
     light: Option<LinearTarget>,
-    /// Where it is not, and the window's pictures can be copied into, what those of surfaces are kept in.
+    /// Where it is not, and the window's pictures may be copied into, what those of surfaces are kept in.
     kept: Option<KeptPicture>,
-    /// True if there was no memory for that, since the window has this size.
+    /// True if there was no memory for it at this size of the window, or the driver refused it otherwise.
     is_kept_refused: bool,
     /// True if it is to be configured before the next picture.
     is_stale: bool,
@@ -58,8 +58,8 @@ impl Surface {
             .context("the adapter cannot draw in this window; draw to a file with `vastex render`")?;
         config.present_mode = wgpu::PresentMode::AutoVsync;
         let able = surface.get_capabilities(&gpu.adapter);
-        // Metal shows pictures in another way, for all of the window's time, if they may be copied into: what
-        // that costs was never measured.
+        // On Metal a layer whose pictures may be copied into is not `framebufferOnly`, so that the system may
+        // show all of them in a slower way: what that costs was never measured.
         if gpu.adapter.get_info().backend != wgpu::Backend::Metal {
             config.usage |= able.usages & wgpu::TextureUsages::COPY_DST;
         }
@@ -121,7 +121,8 @@ impl Surface {
         }
     }
 
-    /// Keeps pictures from here on, or does not: where there is no memory for one, none is.
+    /// Keeps pictures from here on, or does not. None is kept where the driver refuses the texture for it, as
+    /// without memory.
     pub(super) fn keep_pictures(&mut self, keeps: bool) {
         let can_copy = self.config.usage.contains(wgpu::TextureUsages::COPY_DST);
         if !keeps || !can_copy || self.light.is_some() || self.is_kept_refused {

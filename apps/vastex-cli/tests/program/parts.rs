@@ -17,17 +17,23 @@ fn earth() -> Sandbox {
     sandbox
 }
 
-/// The largest difference of two pictures of so many columns, and how many pixels differ by more than 1. At
-/// the edges of a picture that is drawn at once nothing is loaded of what lies beside it, and so a pixel
-/// there may be another.
-fn differing(columns: usize, one: &[[u8; 3]], other: &[[u8; 3]]) -> (u8, usize) {
-    assert_eq!(one.len(), other.len(), "pictures of one size");
-    let rows = one.len() / columns;
+/// Compares a picture in parts with the one that is drawn at once: pixels are at most `most` steps of 1/255
+/// apart, but for one in a thousand, where a GPU's filter may weigh the same place otherwise from another
+/// part, and which is 3 steps apart at most. At the edges of a picture that is drawn at once nothing is
+/// loaded of what lies beside it, and so a pixel there may be another.
+pub(crate) fn assert_alike(what: &str, (columns, most): (usize, u8), whole: &[[u8; 3]], parts: &[[u8; 3]]) {
+    assert_eq!(whole.len(), parts.len(), "pictures of one size");
+    let rows = whole.len() / columns;
     let is_inside =
         |n: &usize| (1..columns - 1).contains(&(n % columns)) && (1..rows - 1).contains(&(n / columns));
-    let apart = |n: usize| one[n].iter().zip(&other[n]).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
-    let apart: Vec<u8> = (0..one.len()).filter(is_inside).map(apart).collect();
-    (apart.iter().copied().max().unwrap_or(0), apart.iter().filter(|apart| **apart > 1).count())
+    let apart = |n: usize| whole[n].iter().zip(&parts[n]).map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
+    let apart: Vec<u8> = (0..whole.len()).filter(is_inside).map(apart).collect();
+    let furthest = apart.iter().copied().max().unwrap_or(0);
+    let count = apart.iter().filter(|apart| **apart > most).count();
+    assert!(
+        furthest <= 3 && 1000 * count <= apart.len(),
+        "{what}: {count} pixels differ by up to {furthest}"
+    );
 }
 
 /// A picture of few pixels.
@@ -59,8 +65,7 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
         // Panes, which are narrow, have two rows of two parts as well.
         let in_parts = if words.ends_with("beside") { "--part-side 100" } else { IN_PARTS };
         let (whole, parts) = (draw(words, "whole.png"), draw(&format!("{words} {in_parts}"), "parts.png"));
-        let (furthest, count) = differing(COLUMNS, &whole, &parts);
-        assert!(furthest <= 1, "{words}: {count} pixels differ by up to {furthest}");
+        assert_alike(words, (COLUMNS, 1), &whole, &parts);
     }
     // Every picture of a path, and as bytes.
     sandbox
@@ -73,10 +78,8 @@ fn a_picture_in_parts_is_the_one_that_is_drawn_at_once() {
     assert_eq!(bytes.len(), 2 * COLUMNS * 100 * 4);
     for frame in 0..2 {
         let parts = sandbox.read_rgb(&format!("parts-{frame}.png"));
-        assert!(
-            differing(COLUMNS, &sandbox.read_rgb(&format!("whole-{frame}.png")), &parts).0 <= 1,
-            "{frame}"
-        );
+        let whole = sandbox.read_rgb(&format!("whole-{frame}.png"));
+        assert_alike(&format!("picture {frame}"), (COLUMNS, 1), &whole, &parts);
         let raw: Vec<[u8; 3]> = bytes[frame * COLUMNS * 100 * 4..][..COLUMNS * 100 * 4]
             .chunks_exact(4)
             .map(|texel| [texel[0], texel[1], texel[2]])
@@ -140,7 +143,6 @@ fn a_picture_of_the_window_in_parts_has_all_that_lies_over_it_once() {
         let side = if words.ends_with("beside") { 160 } else { 240 };
         let (whole, parts) =
             (shoot(words, "whole.png"), shoot(&format!("{words} --part-side {side}"), "parts.png"));
-        let (furthest, count) = differing(320, &whole, &parts);
-        assert!(furthest <= 2, "{words}: {count} pixels differ by up to {furthest}");
+        assert_alike(words, (320, 2), &whole, &parts);
     }
 }

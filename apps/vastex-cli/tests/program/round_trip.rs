@@ -78,7 +78,12 @@ fn every_scene_converges_and_equals_the_ordinary_texture() {
         assert_eq!(keys(&json), expected);
         assert_eq!(json["converged"], true, "{json}");
         assert_eq!((&json["mip_bias"], &json["pages_failed"]), (&0.0.into(), &0.into()));
-        assert!(json["share_within_1_255"].as_f64().unwrap() >= 0.999, "{scene}: {json}");
+        // Weights of a GPU's filter may differ by 1/256 between a tile and the ordinary texture.
+        let is_in_software = json["adapter"].as_str().unwrap().contains("llvmpipe");
+        let [within, beyond] =
+            ["share_within_1_255", "share_beyond_3_255"].map(|key| json[key].as_f64().unwrap());
+        let least = if is_in_software { 0.999 } else { 0.99 };
+        assert!(within >= least && beyond <= 0.001, "{scene}: {json}");
         assert!(json["pool_bytes"].as_u64().unwrap() <= 4 << 20);
         let bytes = sandbox.read(&picture);
         let png = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();

@@ -34,13 +34,14 @@ fn all_bricks_of_a_volume_are_shown_where_nobody_says_how_large_the_pool_is() {
     let (told, picture) = drawn(&sandbox, "--on volume --mode mip --view +z --channels 0 --size 256x256");
     assert_eq!((&told["mip_bias"], &told["converged"]), (&0.0.into(), &true.into()), "{told}");
     let most = |at: usize| (0..side).map(|z| values[z * side * side + at]).max();
-    assert!((0..side * side).all(|at| most(at) == Some(picture[at])));
+    assert!((0..side * side).all(|at| most(at).is_some_and(|most| most.abs_diff(picture[at]) <= 1)));
     let size @ [nx, ny, nz] = [600, 600, 12];
     let values: Vec<u8> = (0..nx * ny * nz).map(|at| value(at % nx, at / nx % ny, at / nx / ny)).collect();
     write(&sandbox, size, "u8", &values);
     let (told, picture) = drawn(&sandbox, "--on slices --slice z=6 --channels 0 --size 600x600");
     assert_eq!((&told["mip_bias"], &told["converged"]), (&0.0.into(), &true.into()), "{told}");
-    assert!(picture == values[6 * nx * ny..7 * nx * ny]);
+    let slice = &values[6 * nx * ny..7 * nx * ny];
+    assert!(picture.iter().zip(slice).all(|(shown, value)| shown.abs_diff(*value) <= 1));
 }
 
 /// Of a ray of 70,000 samples of which the last ones alone are bright these are seen, or it is refused: by a

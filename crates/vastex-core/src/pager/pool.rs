@@ -86,6 +86,7 @@ impl PoolPager {
     /// A frame begins: its clock is set, and claims and refreshes whose time has come are looked at.
     pub(super) fn begin_frame(&mut self, frame: u64, events: &mut EventQueue) {
         self.residency.begin_frame(frame);
+        self.set.begin_frame(frame);
         self.reranks.clear();
         self.load_order.begin_frame();
         self.begin_plan(frame, events);
@@ -297,7 +298,7 @@ impl PoolPager {
         if self.residency.refreshes().is_ready(page) {
             return self.upload_refresh(page).or_else(|| self.unblock_eviction());
         }
-        let Some((slot, evicted)) = self.residency.take_slot(&self.textures) else {
+        let Some((slot, evicted)) = self.slot_for(page) else {
             return self.unblock_eviction();
         };
         let bytes = self.residency.settle(page, slot, &self.textures)?;
@@ -305,12 +306,21 @@ impl PoolPager {
         Some(Upload { page, slot, bytes, evicted })
     }
 
+    /// A slot for the tile of a page, and the page that gave it up.
+    fn slot_for(&mut self, page: PageId) -> Option<(Slot, Option<PageId>)> {
+        let (slot, evicted) = self.residency.take_slot(&self.textures)?;
+        if let Some(evicted) = evicted.filter(|_| !self.residency.is_in_view(page)) {
+            self.residency.allow_again(evicted);
+        }
+        Some((slot, evicted))
+    }
+
     /// Puts the new tile of a page over the old one, or, where that is others' too, into a slot of its own;
     /// `None` if none has come for the page, or no slot is to be had.
     fn upload_refresh(&mut self, page: PageId) -> Option<Upload> {
         let mut evicted = None;
         if self.residency.is_stale_sharer(page) && self.residency.refreshes().is_ready(page) {
-            let (slot, gone) = self.residency.take_slot(&self.textures)?;
+            let (slot, gone) = self.slot_for(page)?;
             self.residency.move_stale_sharer(page, slot);
             evicted = gone;
         }

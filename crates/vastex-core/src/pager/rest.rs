@@ -2,12 +2,12 @@
 //!
 //! They rest where gaps are looked for in every view that is drawn and wants something of the pool; the rest
 //! ends where one of them moves, and another begins where a cut is declared, another view is drawn, the pool
-//! gets another size or rule, or a pin or a texture goes. It is *settled* once what was wanted before it
-//! is let go of, and the bias could not be smaller for what is wanted then, at the latest after a number of
-//! decisions. From then on the set only grows and the bias only rises, for what gaps name is held.
-//! So a page leaves the set where the bias has risen above all needs of it that are known. But gaps name what
-//! is not there: that some pixel needs the page more sharply shows only when its tile has gone. It is not
-//! asked for again then: the bias rises until that pixel shows the page above.
+//! gets another size or rule, or a view, a pin or a texture goes. It is *settled* once what was wanted before
+//! it is let go of, and the bias could not be smaller for what is wanted then, at the latest after a number
+//! of decisions. From then on the set only grows and the bias only rises, for what gaps name is held. So a
+//! page leaves the set where the bias has risen above all needs of it that are known. But gaps name what is
+//! not there: that some pixel needs the page more sharply shows only when its tile has gone. It is not asked
+//! for again then: the bias rises until that pixel shows the page above.
 //!
 //! | | what came before the rest | what came in it |
 //! |---|---|---|
@@ -16,9 +16,11 @@
 //!
 //! So a tile that comes in the rest and goes in it was the last one of its page, and whenever a view has
 //! converged each of its pixels has what it needs at the bias. Excepted are tiles that several pages may
-//! have, and what no view wants, as prefetches do. Loads are not counted: a tile that waits while the bias
-//! rises may be called off, and is loaded once more if it is wanted again. Where the bias falls all the same,
-//! since less is wanted, another rest begins, so that the picture becomes sharper.
+//! have, what no view wants, as prefetches do, and what makes room for that: the picture does not become
+//! coarser for what it does not show, and a page that some pixel turns out to need comes once more. Loads are
+//! not counted: a tile that waits while the bias rises may be called off, and is loaded once more if it is
+//! wanted again. Where the bias falls all the same, since less is wanted, another rest begins, so that the
+//! picture becomes sharper.
 
 use crate::pager::bias::{BiasControl, BiasRule};
 use crate::pager::working_set::{RestNumber, WorkingSet};
@@ -30,7 +32,8 @@ pub(super) struct PoolRest {
     /// Which one it is; `None` where the views do not rest.
     number: Option<RestNumber>,
     is_settled: bool,
-    /// Decisions since it began, and whether it was settled for their number alone.
+    /// Decisions since it began, and whether it was settled for their number alone, and what is wanted in it
+    /// is still not known.
     decisions: u32,
     is_overdue: bool,
 }

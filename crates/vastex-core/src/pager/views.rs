@@ -92,6 +92,8 @@ impl Pager {
         let Pager { pools, events, .. } = self;
         for pager in pools.iter_mut().map(|pool| &mut pool.pager).filter(|_| view != ViewId::MAIN) {
             if pager.set.remove_view(view) {
+                // Less is wanted: the picture may become sharper.
+                pager.end_rest();
                 pager.recompute(events);
                 pager.check();
             }
@@ -130,11 +132,12 @@ impl Pager {
     /// Says that a view rests, so that it has converged only when every one of its pixels has found what it
     /// needs; so many feedbacks of gaps ([`Feedback::gaps`]) look at all pixels. 0 where it does not rest, as
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
-    /// jumps. While all views of a pool rest whose bias is [`BiasRule::Solved`](crate::BiasRule::Solved), none
-    /// of its tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly; so
-    /// ask [`Pager::looks_for_gaps`] for each feedback then. And where one of its pages makes room in that
-    /// time, or has since others moved, or the mip bias has fallen, no view has converged until its pixels
-    /// were looked at once more.
+    /// jumps. While all views of a pool with [`BiasRule::Solved`](crate::BiasRule::Solved) rest, none of its
+    /// tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly or made room
+    /// for what was; so ask [`Pager::looks_for_gaps`] for each feedback then. Another rest begins where a
+    /// view is drawn, hidden or removed, its turns are set, or a pin or a texture goes. And where one of the
+    /// pool's pages makes room in that time, or has since others moved, or the mip bias has fallen, no view
+    /// has converged until its pixels were looked at once more.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };

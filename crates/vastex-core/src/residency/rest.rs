@@ -2,9 +2,10 @@
 //!
 //! A page whose tile came while the views rest, and that had to make room since, is *given up*: until they
 //! move it is no part of the working set, and the mip bias is at least so large that nobody misses it
-//! (`pager/rest`). Until it is known what the views want at rest none of these pages makes room, and
-//! an upload that finds no other waits; after that they go after all that was there before, the finest first.
-//! Tiles that several pages may have are not given up: too many places might miss one.
+//! (`pager/rest`). Until it is known what the views want at rest none of these pages makes room, and an
+//! upload that finds no other waits; after that they go after all that was there before, the finest first.
+//! Tiles that several pages may have are not given up, since too many places might miss one, nor is what
+//! makes room for a page that no view wants.
 
 use crate::residency::Residency;
 use crate::residency::page_map::PageMap;
@@ -60,9 +61,10 @@ impl Residency {
         self.rest.keeps_all
     }
 
-    /// How many slots stay whatever happens, of pages out of view that nobody holds: those that share theirs
-    /// left out. Costs a visit of every page that has a state, where any may.
-    pub(crate) fn kept_out_of_view(&self) -> u32 {
+    /// How many slots stay whatever happens, of pages out of view: those that share theirs left out, and, if
+    /// `with_claimed` is false, those that the application holds. Costs a visit of every page that has a
+    /// state, where any may.
+    pub(crate) fn kept_out_of_view(&self, with_claimed: bool) -> u32 {
         if !self.rest.keeps_all {
             return 0;
         }
@@ -72,9 +74,15 @@ impl Residency {
         };
         let is_kept = |record: &&Record| {
             let is_out_of_view = record.age_out_of_view(self.round).is_some();
-            is_out_of_view && self.rest.keeps(record) && is_alone(record) && !self.claimed.has(record.page)
+            let counts = with_claimed || !self.claimed.has(record.page);
+            is_out_of_view && self.rest.keeps(record) && is_alone(record) && counts
         };
         self.records.iter().filter(is_kept).count() as u32
+    }
+
+    /// A page that made room may come again while the views rest: none of them gained by it.
+    pub(crate) fn allow_again(&mut self, page: PageId) {
+        self.rest.given_up.remove(page);
     }
 
     /// Returns true if the page was given up since the views rest.

@@ -291,7 +291,7 @@ impl Residency {
 
     /// Lets some pages out of view go that share their slots, where they are more than the pool has slots:
     /// they cost a record each, and come back without a load. While views rest only those go that none of
-    /// them has wanted, and for them nothing is looked at again: else a view would not converge for as long.
+    /// them has wanted.
     pub(crate) fn trim_shared(&mut self, textures: &Textures, at_rest: bool) {
         let Stats { resident, occupied, slots, .. } = self.stats;
         let excess = (resident - occupied).saturating_sub(slots).min(TRIMMED);
@@ -308,7 +308,6 @@ impl Residency {
             let is_of_use = self.is_claimed(record.page) || at_rest && record.was_wanted;
             self.age_if_evictable(record).is_some() && !is_of_use
         };
-        let last_evicted = self.last_evicted;
         let candidates = self.records.part(part, TRIM_PARTS).filter(shares).filter(may_go);
         pages.extend(candidates.map(|record| record.page).take(excess as usize));
         for page in pages.drain(..) {
@@ -318,7 +317,6 @@ impl Residency {
                 self.evict(page, slot, textures);
             }
         }
-        self.last_evicted = if at_rest { last_evicted } else { self.last_evicted };
         self.sharing.trimmed = pages;
     }
 

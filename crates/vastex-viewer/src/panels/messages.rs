@@ -2,8 +2,8 @@
 
 use egui::accesskit::Live;
 use egui::{
-    Align2, Area, Button, Color32, Context, CornerRadius, Frame, Id, Label, Margin, Order, Rect, Response,
-    RichText, Ui, UiBuilder, Vec2,
+    Align2, Area, Button, Color32, Context, CornerRadius, Event, Frame, Id, Label, Margin, Order, Rect,
+    Response, RichText, Ui, UiBuilder, Vec2,
 };
 
 /// Messages that are told at once; of more the newest.
@@ -96,6 +96,9 @@ impl Messages {
         let area = area.order(Order::Foreground);
         area.show(context, |ui| {
             let (mut read, mut buttons) = (None, Vec::new());
+            // A key that is held would dismiss the next ones, which nobody has read.
+            let is_held = |event: &Event| matches!(event, Event::Key { repeat: true, .. });
+            let is_repeated = ui.input(|input| input.events.iter().any(is_held));
             for (n, message) in self.told.iter().enumerate() {
                 let [ground, letters, button] = if message.is_note { NOTE } else { ERROR };
                 let frame = Frame::new()
@@ -109,7 +112,8 @@ impl Messages {
                     say_to_readers(&text, if message.is_note { Live::Polite } else { Live::Assertive });
                     ui.horizontal(|ui| {
                         let button = ui.add(Button::new("Dismiss").fill(button));
-                        read = read.or(button.clicked().then_some((n, button.has_focus())));
+                        let is_clicked = button.clicked() && !is_repeated;
+                        read = read.or(is_clicked.then_some((n, button.has_focus())));
                         buttons.push(button.id);
                         if message.times > 1 {
                             ui.label(RichText::new(format!("happened {} times", message.times)).small());
@@ -210,11 +214,21 @@ mod tests {
         harness.run();
         harness.get_all_by_label("Dismiss").nth(1).unwrap().focus();
         harness.run();
+        let key = |pressed, repeat| egui::Event::Key {
+            key: egui::Key::Space,
+            physical_key: None,
+            pressed,
+            repeat,
+            modifiers: egui::Modifiers::NONE,
+        };
         for left in [&["a", "c"][..], &["a"], &[]] {
-            harness.key_press(egui::Key::Space);
-            harness.run();
-            let topics: Vec<&str> = harness.state().told.iter().map(|message| &*message.topic).collect();
-            assert_eq!(topics, left);
+            // A key that is held dismisses one.
+            for event in [key(true, false), key(true, true), key(true, true), key(false, false)] {
+                harness.event(event);
+                harness.run();
+                let topics: Vec<&str> = harness.state().told.iter().map(|message| &*message.topic).collect();
+                assert_eq!(topics, left);
+            }
         }
     }
 

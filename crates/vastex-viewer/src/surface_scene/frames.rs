@@ -78,8 +78,8 @@ impl SurfaceScene {
         }
         let (gpu, textures) = (&self.gpu, &mut self.textures);
         let mut encoder = recorded.record_wanted(gpu, textures, heard, |_, _| Ok(()), &mut *mark)?;
-        // Nor is a picture the last one while tiles fade in.
-        let kept = self.kept_in(target).filter(|_| may_keep && self.content().is_some());
+        // While tiles fade in each picture is another one, too.
+        let kept = if may_keep && self.content().is_some() { self.kept_in(target) } else { None };
         let target = &if kept.is_some() { *target } else { target.passing() };
         if kept.as_ref().is_some_and(|kept| self.is_kept(pose, kept)) {
             mark(&mut encoder, Some("kept"));

@@ -103,12 +103,12 @@ impl LastPicture {
 }
 
 impl SurfaceScene {
-    /// Returns true if pictures are kept where the camera stands: something is displayed, without an overlay,
+    /// Returns true if pictures are kept of a camera that stands: surfaces are displayed, without an overlay,
     /// which hides the picture and shows what is wanted, and not by inline feedback, where pictures say
     /// themselves what they lack.
     pub fn keeps_pictures(&self) -> bool {
         let is_inline = self.textures.inspect().feedback_mode() == FeedbackMode::Inline;
-        !is_inline && self.settings.overlay.is_none() && !self.is_empty()
+        !is_inline && self.settings.overlay.is_none() && self.display.displayed().is_some()
     }
 
     /// What the picture of a frame shows whose textures were updated.

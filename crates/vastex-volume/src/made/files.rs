@@ -29,24 +29,29 @@ pub(super) struct Files {
 
 impl Files {
     /// The directory of a volume, made if it is not there.
-    pub(super) fn open(path: &Path, identity: &str) -> io::Result<Files> {
+    pub(super) fn open(path: &Path, identity: &str) -> Result<Files, VolumeError> {
+        let refused =
+            |at: &Path, error: io::Error| VolumeFault::Write(error.to_string()).at(at.display().to_string());
         let sum = checksum(identity.as_bytes());
         for n in 0..MOST_TRIED {
             let directory = path.join("volumes").join(format!("{sum:08x}-{n}"));
-            std::fs::create_dir_all(&directory)?;
+            std::fs::create_dir_all(&directory).map_err(|error| refused(&directory, error))?;
             let file = directory.join(IDENTITY);
             match std::fs::read(&file) {
                 Ok(found) if found == identity.as_bytes() => {}
                 Ok(_) => continue,
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
                     let files = Files::at(directory.clone());
-                    files.put(&file, identity.as_bytes())?;
+                    files.put(&file, identity.as_bytes()).map_err(|error| refused(&file, error))?;
                 }
-                Err(error) => return Err(error),
+                Err(error) => {
+                    return Err(VolumeFault::Read(error.to_string()).at(file.display().to_string()));
+                }
             }
             return Ok(Files::at(directory));
         }
-        Err(io::Error::other("there is no place left for the levels of a volume; empty the directory"))
+        let why = "there is no place left for the levels of a volume; empty the directory";
+        Err(refused(path, io::Error::other(why)))
     }
 
     /// The directory of a volume, if there is one.
@@ -166,6 +171,19 @@ mod tests {
         std::fs::write(first.directory.join(IDENTITY), "another volume").unwrap();
         let second = Files::open(directory.path(), "a volume").unwrap();
         assert_ne!(first.directory, second.directory);
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_not_said_to_be_written() {
+        let directory = tempfile::tempdir().unwrap();
+        let files = Files::open(directory.path(), "a volume").unwrap();
+        // A directory in the place of the file that says whose the directory is.
+        let file = files.directory.join(IDENTITY);
+        std::fs::remove_file(&file).unwrap();
+        std::fs::create_dir(&file).unwrap();
+        let error = Files::open(directory.path(), "a volume").err().unwrap();
+        assert_eq!(error.path, file.display().to_string());
+        assert!(matches!(error.fault, VolumeFault::Read(_)), "{error}");
     }
 
     #[test]

@@ -160,10 +160,7 @@ impl Made {
         if let Some((path, identity)) = directory.filter(|_| !is_small && !levels.is_empty()) {
             match Files::open(path, identity) {
                 Ok(opened) => files = Some(opened),
-                Err(error) => {
-                    let error = VolumeFault::Write(error.to_string()).at(path.display().to_string());
-                    faults.push(SourceFault::Directory(error));
-                }
+                Err(error) => faults.push(SourceFault::Directory(error)),
             }
         }
         let mut left = COARSE_BYTES / base.volume.about().channels.clamp(1, MOST_CHANNELS);

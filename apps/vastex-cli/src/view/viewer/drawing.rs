@@ -106,7 +106,7 @@ impl Viewer {
         let mut mark = |encoder: &mut wgpu::CommandEncoder, part: Option<&'static str>| {
             timer.iter_mut().for_each(|timer| timer.mark(encoder, part));
         };
-        self.surface.keep_pictures(self.volume.is_none() && self.scene.keeps_pictures());
+        self.surface.keep_pictures(self.scene.keeps_pictures());
         let target = self.surface.target(&frame.view);
         let mut shown = shown_of(&mut self.scene, &mut self.volume);
         let recorded = shown.record(pose, &target, &mut mark)?;

@@ -16,7 +16,7 @@
 //! only grows and the bias only rises (`pager/rest`), so that only so many tiles come, and what the
 //! application asks for comes once each time that it does. So one is the last that makes room, and views
 //! converge after it. Where a view moves there may be no last one: the others are looked at again once it
-//! rests.
+//! rests, or was not drawn for a while.
 
 use crate::pager::working_set::{Named, Node, WorkingSet};
 use crate::shader_constants::STEPS_PER_LEVEL;
@@ -92,7 +92,7 @@ pub(super) struct Gaps {
 impl Gaps {
     /// Returns true if there are none; nothing is said where they are not looked for.
     pub(super) fn are_none(&self) -> Option<bool> {
-        let passes = self.passes * gap_rounds(self.failed_in_all);
+        let passes = self.passes.saturating_mul(gap_rounds(self.failed_in_all));
         (self.passes > 0).then_some(self.is_looked_for && self.clean >= passes)
     }
 
@@ -168,7 +168,7 @@ impl WorkingSet {
     pub(super) fn observe_gaps(&mut self, view_index: usize, feedback: &Feedback, textures: &Textures) {
         let Some(window) = &mut self.windows[view_index] else { return };
         let weight = window.weight;
-        window.begin_gaps();
+        window.begin_gaps(self.frame);
         let mut is_clean = true;
         // What was drawn before the view came to rest where it is now says nothing of what it wants.
         if window.gaps.passes == 0 || feedback.frame <= window.gaps.since {

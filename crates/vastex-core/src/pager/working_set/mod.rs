@@ -151,8 +151,9 @@ struct Named {
 pub(crate) struct WorkingSet {
     /// One for each view; `None` if the view was removed.
     windows: Vec<Option<Window>>,
-    /// Feedbacks of a view after which it has been seen whole.
+    /// Feedbacks of a view after which it has been seen whole, and the frame that the pager is in.
     cycle: u32,
+    frame: u64,
     nodes: Vec<Node>,
     index: PageMap<u32>,
     /// The nodes of each level, and of those that have left the set since it was worked out.
@@ -178,9 +179,9 @@ pub(crate) struct WorkingSet {
 /// How much coarser than at mip bias 0 the picture is, by the pixels of the cycles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Shortfall {
-    /// Feedback pixels whose wanted page is not resident.
+    /// Feedback pixels whose wanted page is not resident, and by how many levels what is resident is coarser
+    /// than what they want, summed over them.
     pub(in crate::pager) pixels: u64,
-    /// Levels by which what is resident is coarser than what they want, summed over them.
     pub(in crate::pager) levels: u64,
 }
 
@@ -200,6 +201,7 @@ impl WorkingSet {
             contents: Vec::new(),
             shortfall: Shortfall::default(),
             standing: Vec::new(),
+            frame: 0,
             tails: Vec::new(),
         }
     }
@@ -259,12 +261,13 @@ impl WorkingSet {
             return self.observe_gaps(view_index, feedback, textures);
         }
         window.gaps.note_cycle(feedback.frame);
-        window.begin(feedback.pages.iter().map(|wanted| u64::from(weight.of(wanted.pixels))).sum());
+        let pixels = feedback.pages.iter().map(|wanted| weight.of(wanted.pixels));
+        window.begin(pixels.map(u64::from).sum(), self.frame);
         if textures.are_sparse() {
             let mut standing = std::mem::take(&mut self.standing);
-            let exists = |wanted: &&WantedPage| textures.contains(wanted.page);
             standing.clear();
-            standing.extend(feedback.pages.iter().filter(exists).map(|wanted| wanted.present(textures)));
+            let there = feedback.pages.iter().filter(|wanted| textures.contains(wanted.page));
+            standing.extend(there.map(|wanted| wanted.present(textures)));
             merge_same(&mut standing);
             self.name((view_index, feedback.frame), weight, &standing, textures);
             self.standing = standing;

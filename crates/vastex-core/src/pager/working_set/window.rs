@@ -13,6 +13,9 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
 
+/// Frames without feedback after which a view is hidden, for each feedback of its cycle.
+const HIDDEN_AFTER: u32 = 8;
+
 /// What one view wanted over its last jitter cycle.
 #[derive(Debug)]
 pub(super) struct Window {
@@ -28,8 +31,9 @@ pub(super) struct Window {
     cut: Option<u64>,
     /// Feedbacks in a row after which nothing was newly wanted and nothing missing.
     quiet: u32,
-    /// Rounds since the view was last drawn.
+    /// Rounds since the view was last drawn, and the frame in which that was heard of.
     undrawn: u32,
+    drawn_in: u64,
     /// Feedbacks of a cycle.
     length: u32,
     /// Feedbacks of a cycle without the turns of the view's own.
@@ -44,7 +48,7 @@ impl Window {
     pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
         let gaps = Gaps::default();
-        let (observed, cut, quiet, undrawn, turns) = (0, None, 0, 0, 1);
+        let (observed, cut, quiet, undrawn, drawn_in, turns) = (0, None, 0, 0, 0, 1);
         let jitter_cycle = length;
         Window {
             view,
@@ -55,6 +59,7 @@ impl Window {
             cut,
             quiet,
             undrawn,
+            drawn_in,
             length,
             jitter_cycle,
             turns,
@@ -99,16 +104,16 @@ impl Window {
         self.feedbacks() >= enough as usize && self.cut.is_none()
     }
 
-    /// A feedback of so many pixels begins.
-    pub(super) fn begin(&mut self, pixels: u64) {
+    /// A feedback of so many pixels is taken in, in a frame.
+    pub(super) fn begin(&mut self, pixels: u64, frame: u64) {
         self.observed += 1;
-        self.undrawn = 0;
+        self.begin_gaps(frame);
         self.pixels.push_back(pixels);
     }
 
     /// A feedback of gaps: of what else the view wants nothing becomes older.
-    pub(super) fn begin_gaps(&mut self) {
-        self.undrawn = 0;
+    pub(super) fn begin_gaps(&mut self, frame: u64) {
+        (self.undrawn, self.drawn_in) = (0, frame);
     }
 
     /// The feedback names a page.
@@ -150,6 +155,12 @@ impl Window {
     /// rounds without one.
     pub(super) fn is_drawn(&self) -> bool {
         self.feedbacks() > 0 && self.undrawn <= self.length
+    }
+
+    /// Returns true if nothing was heard of the view for many frames: rounds need a view that is drawn, and
+    /// where all others rest there may be none.
+    pub(super) fn is_hidden(&self, frame: u64) -> bool {
+        frame > self.drawn_in.saturating_add(u64::from(HIDDEN_AFTER * self.length))
     }
 
     /// Returns true if the view was drawn within a jitter cycle of rounds.
@@ -207,6 +218,11 @@ impl WorkingSet {
         if let Some(window) = self.window_mut(view) {
             window.cut_from(frame);
         }
+    }
+
+    /// A frame begins.
+    pub(crate) fn begin_frame(&mut self, frame: u64) {
+        self.frame = frame;
     }
 
     /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until
