@@ -64,7 +64,7 @@ impl ExplicitPlan {
         residency.begin_plan();
         residency.evict_stale_sharers(textures);
         // Slots that neither the view needs nor claimed pages are in, nor what stays for a while.
-        let taken = in_view + residency.slots_claimed() + residency.kept_out_of_view(false);
+        let taken = in_view + residency.slots_claimed() + residency.kept_from_claims();
         let mut spare = residency.slot_count().saturating_sub(taken);
         self.list_refreshes(in_view, &mut spare, residency, textures);
         let too_many = self.list_claimed(&mut spare, claims, residency, textures);

@@ -116,7 +116,7 @@ impl LoadOrder {
     pub(super) fn fit_slots(&mut self, in_view: u32, residency: &mut Residency, reranks: &mut Reranks) {
         let here = in_view.saturating_sub(self.order.len() as u32) + residency.tails();
         // What stays for a while makes no room for what is missing.
-        let kept = if self.order.is_empty() { 0 } else { residency.kept_out_of_view(true) };
+        let kept = if self.order.is_empty() { 0 } else { residency.kept_from_views() };
         self.room = residency.slot_count().saturating_sub(here + kept);
         let mut in_flight = residency.stats().in_flight;
         for (index, &Missing { page, .. }) in self.order.iter().enumerate() {

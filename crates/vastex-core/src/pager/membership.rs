@@ -32,7 +32,8 @@ impl PoolPager {
             self.end_rest();
             taken = self.residency.take_slot(&self.textures);
         }
-        let (slot, _) = taken.ok_or(PoolError::AllInView { slots })?;
+        let (slot, evicted) = taken.ok_or(PoolError::AllInView { slots })?;
+        evicted.into_iter().for_each(|page| self.residency.allow_again(page));
         self.textures.add(texture, Arc::new(geometry.clone()), present);
         self.load_order.add_texture(slots, contents.is_some());
         if let Some(contents) = contents {

@@ -86,7 +86,7 @@ impl PoolPager {
     /// A frame begins: its clock is set, and claims and refreshes whose time has come are looked at.
     pub(super) fn begin_frame(&mut self, frame: u64, events: &mut EventQueue) {
         self.residency.begin_frame(frame);
-        self.set.begin_frame(frame);
+        self.set.begin_frame();
         self.reranks.clear();
         self.load_order.begin_frame();
         self.begin_plan(frame, events);
@@ -309,7 +309,7 @@ impl PoolPager {
     /// A slot for the tile of a page, and the page that gave it up.
     fn slot_for(&mut self, page: PageId) -> Option<(Slot, Option<PageId>)> {
         let (slot, evicted) = self.residency.take_slot(&self.textures)?;
-        if let Some(evicted) = evicted.filter(|_| !self.residency.is_in_view(page)) {
+        if let Some(evicted) = evicted.filter(|_| !self.residency.is_for_view(page)) {
             self.residency.allow_again(evicted);
         }
         Some((slot, evicted))

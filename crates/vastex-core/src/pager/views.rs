@@ -134,10 +134,12 @@ impl Pager {
     /// at first: what was held of its gaps is let go of. What they name is held until then, or until the view
     /// jumps. While all views of a pool with [`BiasRule::Solved`](crate::BiasRule::Solved) rest, none of its
     /// tiles is uploaded twice, unless several pages may have it, or it was asked for explicitly or made room
-    /// for what was; so ask [`Pager::looks_for_gaps`] for each feedback then. Another rest begins where a
-    /// view is drawn, hidden or removed, its turns are set, or a pin or a texture goes. And where one of the
-    /// pool's pages makes room in that time, or has since others moved, or the mip bias has fallen, no view
-    /// has converged until its pixels were looked at once more.
+    /// for what was; so ask [`Pager::looks_for_gaps`] for each feedback then. A view that moves keeps the
+    /// others from resting until nothing was heard of it for a jitter cycle of feedbacks of others, or of any
+    /// for 128 frames: hide one by removing it. Another rest begins where a view is drawn, hidden or removed,
+    /// its turns are set, or a pin or a texture goes. And where one of the pool's pages makes room in that
+    /// time, or has since others moved, or the mip bias has fallen, no view has converged until its pixels
+    /// were looked at once more.
     pub fn set_gap_passes(&mut self, view: ViewId, passes: u32) {
         let known = self.views.all.iter_mut().find(|known| known.view == view);
         let Some(known) = known.filter(|known| known.gap_passes != passes) else { return };

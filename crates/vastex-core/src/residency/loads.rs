@@ -121,7 +121,6 @@ impl Residency {
 
     /// Returns true if the page's tile is for what is in view: the page itself, or another of its content
     /// that it is loaded for.
-    #[cfg(feature = "sim")]
     pub(crate) fn is_for_view(&self, page: PageId) -> bool {
         let content =
             self.sharing.get(self.sharing.of(page)).filter(|content| content.representative == page);

@@ -61,10 +61,21 @@ impl Residency {
         self.rest.keeps_all
     }
 
-    /// How many slots stay whatever happens, of pages out of view: those that share theirs left out, and, if
-    /// `with_claimed` is false, those that the application holds. Costs a visit of every page that has a
-    /// state, where any may.
-    pub(crate) fn kept_out_of_view(&self, with_claimed: bool) -> u32 {
+    /// How many slots make no room for what the views want, of pages out of view: those that share theirs
+    /// left out. Costs a visit of every page that has a state, where any may stay.
+    pub(crate) fn kept_from_views(&self) -> u32 {
+        self.kept_out_of_view(|record| self.rest.keeps(record))
+    }
+
+    /// How many make no room for what the application asks for, with pages above others, and without those
+    /// that it holds.
+    pub(crate) fn kept_from_claims(&self) -> u32 {
+        self.kept_out_of_view(|record| {
+            (self.rest.keeps(record) || record.below > 0) && !self.claimed.has(record.page)
+        })
+    }
+
+    fn kept_out_of_view(&self, is_kept: impl Fn(&Record) -> bool) -> u32 {
         if !self.rest.keeps_all {
             return 0;
         }
@@ -72,12 +83,9 @@ impl Residency {
             State::Resident(slot) => self.slots[slot.index() as usize].pages == 1,
             _ => false,
         };
-        let is_kept = |record: &&Record| {
-            let is_out_of_view = record.age_out_of_view(self.round).is_some();
-            let counts = with_claimed || !self.claimed.has(record.page);
-            is_out_of_view && self.rest.keeps(record) && is_alone(record) && counts
-        };
-        self.records.iter().filter(is_kept).count() as u32
+        let is_out_of_view = |record: &Record| record.age_out_of_view(self.round).is_some();
+        let records = self.records.iter();
+        records.filter(|record| is_out_of_view(record) && is_kept(record) && is_alone(record)).count() as u32
     }
 
     /// A page that made room may come again while the views rest: none of them gained by it.

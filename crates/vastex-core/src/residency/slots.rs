@@ -281,11 +281,11 @@ impl Residency {
             return;
         }
         for &(_, _, page) in branch {
-            if let Some(slot) = self.slot_of(page)
-                && self.evict(page, slot, textures)
-            {
+            let Some(slot) = self.slot_of(page) else { continue };
+            if self.evict(page, slot, textures) {
                 self.free.push(slot);
             }
+            self.allow_again(page);
         }
     }
 

@@ -29,8 +29,6 @@ pub(crate) struct Victims {
     listed: [u64; PARTS],
     /// The round that the candidates are for.
     round: u64,
-    /// The last round in which there was none, since what came while the views rest stays.
-    none_in: u64,
     /// Pages out of view, kept for its memory.
     out_of_view: Vec<OutOfView>,
 }
@@ -62,10 +60,6 @@ impl Victims {
 impl Residency {
     /// The next page to give up its slot; `None` if none may.
     pub(crate) fn next_victim(&mut self, textures: &Textures) -> Option<PageId> {
-        // Whoever waits for what stays asks again in each frame.
-        if self.keeps_all_of_rest() && self.victims.none_in == self.round {
-            return None;
-        }
         if self.victims.round != self.round {
             self.list_due_victims(textures);
         }
@@ -80,7 +74,6 @@ impl Residency {
                 self.list_all_victims(textures);
             }
         }
-        self.victims.none_in = self.round;
         None
     }
 

@@ -16,7 +16,7 @@
 //! only grows and the bias only rises (`pager/rest`), so that only so many tiles come, and what the
 //! application asks for comes once each time that it does. So one is the last that makes room, and views
 //! converge after it. Where a view moves there may be no last one: the others are looked at again once it
-//! rests, or was not drawn for a while.
+//! rests, or nothing was heard of any view for many frames.
 
 use crate::pager::working_set::{Named, Node, WorkingSet};
 use crate::shader_constants::STEPS_PER_LEVEL;
@@ -168,7 +168,7 @@ impl WorkingSet {
     pub(super) fn observe_gaps(&mut self, view_index: usize, feedback: &Feedback, textures: &Textures) {
         let Some(window) = &mut self.windows[view_index] else { return };
         let weight = window.weight;
-        window.begin_gaps(self.frame);
+        window.begin_gaps();
         let mut is_clean = true;
         // What was drawn before the view came to rest where it is now says nothing of what it wants.
         if window.gaps.passes == 0 || feedback.frame <= window.gaps.since {

@@ -151,9 +151,9 @@ struct Named {
 pub(crate) struct WorkingSet {
     /// One for each view; `None` if the view was removed.
     windows: Vec<Option<Window>>,
-    /// Feedbacks of a view after which it has been seen whole, and the frame that the pager is in.
+    /// Feedbacks of a view after which it has been seen whole, and frames begun since the last of any view.
     cycle: u32,
-    frame: u64,
+    unheard: u32,
     nodes: Vec<Node>,
     index: PageMap<u32>,
     /// The nodes of each level, and of those that have left the set since it was worked out.
@@ -201,7 +201,7 @@ impl WorkingSet {
             contents: Vec::new(),
             shortfall: Shortfall::default(),
             standing: Vec::new(),
-            frame: 0,
+            unheard: 0,
             tails: Vec::new(),
         }
     }
@@ -257,12 +257,12 @@ impl WorkingSet {
         let Some(view_index) = self.index_of(feedback.view) else { return };
         let Some(window) = &mut self.windows[view_index] else { return };
         let weight = window.weight;
+        self.unheard = 0;
         if feedback.gaps {
             return self.observe_gaps(view_index, feedback, textures);
         }
         window.gaps.note_cycle(feedback.frame);
-        let pixels = feedback.pages.iter().map(|wanted| weight.of(wanted.pixels));
-        window.begin(pixels.map(u64::from).sum(), self.frame);
+        window.begin(feedback.pages.iter().map(|wanted| u64::from(weight.of(wanted.pixels))).sum());
         if textures.are_sparse() {
             let mut standing = std::mem::take(&mut self.standing);
             standing.clear();

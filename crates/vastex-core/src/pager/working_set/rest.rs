@@ -18,9 +18,8 @@ impl WorkingSet {
     /// Which rest it is of the views that rest; `None` where there is none, or one is drawn that does not and
     /// that wants something.
     pub(in crate::pager) fn rest_number(&self) -> Option<RestNumber> {
-        let moves =
-            |window: &Window| window.is_drawn() && !window.is_hidden(self.frame) && !window.cycle.is_empty();
-        let counts = |window: &&Window| window.gaps.are_of_interest() || moves(window);
+        let counts =
+            |window: &&Window| window.gaps.are_of_interest() || window.is_drawn() && !window.cycle.is_empty();
         let number = self.windows().filter(counts).try_fold((0, 0), |(views, changes), window| {
             window.gaps.are_of_interest().then(|| (views + 1, changes + window.gaps.changes()))
         });

@@ -13,8 +13,8 @@ use crate::texture::textures::Textures;
 use crate::wanted::feedback::Feedback;
 use crate::wanted::view::{MAX_VIEWS, ViewError, ViewId, Weight};
 
-/// Frames without feedback after which a view is hidden, for each feedback of its cycle.
-const HIDDEN_AFTER: u32 = 8;
+/// Frames in which nothing was heard of any view, after which none that moves is drawn.
+const IDLE_AFTER: u32 = 128;
 
 /// What one view wanted over its last jitter cycle.
 #[derive(Debug)]
@@ -31,9 +31,8 @@ pub(super) struct Window {
     cut: Option<u64>,
     /// Feedbacks in a row after which nothing was newly wanted and nothing missing.
     quiet: u32,
-    /// Rounds since the view was last drawn, and the frame in which that was heard of.
+    /// Rounds since the view was last drawn.
     undrawn: u32,
-    drawn_in: u64,
     /// Feedbacks of a cycle.
     length: u32,
     /// Feedbacks of a cycle without the turns of the view's own.
@@ -48,7 +47,7 @@ impl Window {
     pub(super) fn new(view: ViewId, weight: Weight, length: u32) -> Window {
         let (cycle, pixels) = (VecDeque::new(), VecDeque::new());
         let gaps = Gaps::default();
-        let (observed, cut, quiet, undrawn, drawn_in, turns) = (0, None, 0, 0, 0, 1);
+        let (observed, cut, quiet, undrawn, turns) = (0, None, 0, 0, 1);
         let jitter_cycle = length;
         Window {
             view,
@@ -59,7 +58,6 @@ impl Window {
             cut,
             quiet,
             undrawn,
-            drawn_in,
             length,
             jitter_cycle,
             turns,
@@ -104,16 +102,21 @@ impl Window {
         self.feedbacks() >= enough as usize && self.cut.is_none()
     }
 
-    /// A feedback of so many pixels is taken in, in a frame.
-    pub(super) fn begin(&mut self, pixels: u64, frame: u64) {
+    /// A feedback of so many pixels begins.
+    pub(super) fn begin(&mut self, pixels: u64) {
         self.observed += 1;
-        self.begin_gaps(frame);
+        self.undrawn = 0;
         self.pixels.push_back(pixels);
     }
 
     /// A feedback of gaps: of what else the view wants nothing becomes older.
-    pub(super) fn begin_gaps(&mut self, frame: u64) {
-        (self.undrawn, self.drawn_in) = (0, frame);
+    pub(super) fn begin_gaps(&mut self) {
+        self.undrawn = 0;
+    }
+
+    /// The view is not drawn until there is feedback of it.
+    fn hide(&mut self) {
+        self.undrawn = u32::MAX;
     }
 
     /// The feedback names a page.
@@ -155,12 +158,6 @@ impl Window {
     /// rounds without one.
     pub(super) fn is_drawn(&self) -> bool {
         self.feedbacks() > 0 && self.undrawn <= self.length
-    }
-
-    /// Returns true if nothing was heard of the view for many frames: rounds need a view that is drawn, and
-    /// where all others rest there may be none.
-    pub(super) fn is_hidden(&self, frame: u64) -> bool {
-        frame > self.drawn_in.saturating_add(u64::from(HIDDEN_AFTER * self.length))
     }
 
     /// Returns true if the view was drawn within a jitter cycle of rounds.
@@ -220,9 +217,14 @@ impl WorkingSet {
         }
     }
 
-    /// A frame begins.
-    pub(crate) fn begin_frame(&mut self, frame: u64) {
-        self.frame = frame;
+    /// A frame begins. Rounds need a view that is drawn, and where all others rest there may be none: so
+    /// views that were said to move are hidden after many frames in which nothing was heard of any.
+    pub(crate) fn begin_frame(&mut self) {
+        self.unheard = self.unheard.saturating_add(1);
+        if self.unheard > IDLE_AFTER {
+            let windows = self.windows.iter_mut().flatten();
+            windows.filter(|window| !window.gaps.are_of_interest()).for_each(Window::hide);
+        }
     }
 
     /// Sets how many textures take turns in a feedback pixel at most: so many jitter cycles it takes until

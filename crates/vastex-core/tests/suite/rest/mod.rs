@@ -145,18 +145,18 @@ fn what_no_view_has_wanted_is_not_given_up() {
     let mut picture = Picture { rays: (0..64).map(|n| vec![need(n % 8, n / 8)]).collect(), turns: 1 };
     world.rests_at(&picture).unwrap();
     assert_eq!(world.pager.stats().bias_eighths, 0);
-    // Each of them has 64 pages and those above them: both have no room beside the picture.
-    let regions = [1024, 2048].map(|column| Region::image(column..column + 1024, 2048..3072));
-    for region in &regions {
-        let ticket = world.pager.prefetch(world.number, region, Urgency::default()).unwrap();
-        (0..4 * CYCLE).for_each(|_| world.frame(&picture));
-        world.pager.release(ticket);
-    }
+    let region = Region::image(1024..2048, 2048..3072);
+    let ticket = world.pager.prefetch(world.number, &region, Urgency::default()).unwrap();
+    (0..4 * CYCLE).for_each(|_| world.frame(&picture));
+    world.pager.release(ticket);
+    // Pixels that were not looked at so far want as many pages, for which there is no room beside both.
+    picture.rays.extend((0..64).map(|n| vec![need(24 + n % 8, 24 + n / 8)]));
+    world.converges(&picture).unwrap();
     let of_first = (8..16).flat_map(|x| (16..24).map(move |y| need(x, y)));
     let gone = of_first.filter(|need| world.pager.state(world.id(need.pos)) == PageState::Absent);
     let gone: Vec<Need> = gone.collect();
     assert!(gone.len() > 8, "{} have made room", gone.len());
-    // A pixel that was not looked at so far wants some of them.
+    // Another one wants some of them.
     picture.rays.push(gone[..8].to_vec());
     world.converges(&picture).unwrap();
     assert_eq!(world.pager.stats().bias_eighths, 0);
@@ -197,6 +197,33 @@ fn what_makes_room_for_a_prefetch_comes_again() {
         }
     }
     assert!(played >= 4, "{played}");
+}
+
+/// A prefetch is asked for before it is known what the views want at rest, and nothing is drawn from then on.
+#[test]
+fn pages_of_a_prefetch_do_not_push_one_another_out() {
+    for seed in 0..60 {
+        let mut random = Random::new(seed);
+        let slots = 12 + random.below(100) as u32;
+        let mut world = World::new(&mut random, slots);
+        for frames in [random.below(8 * CYCLE), random.below(6)] {
+            let picture = Picture::new(&mut random);
+            world.moves_to(&picture, frames);
+        }
+        let picture = Picture::new(&mut random);
+        world.pager.set_gap_passes(ViewId::MAIN, PASSES);
+        (0..3 + random.below(CYCLE - 3)).for_each(|_| world.frame(&picture));
+        for _ in 0..3 {
+            let [x, y] = [(); 2].map(|()| random.below(SIDE - 4) as u32 * 128);
+            let region = Region::image(x..x + 384, y..y + 384);
+            // A pool may be too small for it.
+            let _ = world.pager.prefetch(world.number, &region, Urgency::default());
+        }
+        (0..20 * CYCLE).for_each(|_| world.frame_of(&[]));
+        world.uploads.clear();
+        (0..4 * CYCLE).for_each(|_| world.frame_of(&[]));
+        assert!(world.uploads.is_empty(), "world {seed}: {:?}", world.uploads);
+    }
 }
 
 #[test]
