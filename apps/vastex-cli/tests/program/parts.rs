@@ -1,6 +1,6 @@
 //! Pictures that are drawn in parts are those that are drawn at once, whatever is in them.
 
-use crate::tool::{Ended, Sandbox};
+use crate::tool::{Ended, Sandbox, draws_by_gpu};
 
 fn run(sandbox: &Sandbox, command: &str) -> Ended {
     sandbox.run(&command.split_whitespace().collect::<Vec<_>>())
@@ -18,9 +18,9 @@ fn earth() -> Sandbox {
 }
 
 /// Compares a picture in parts with the one that is drawn at once: pixels are at most `most` steps of 1/255
-/// apart, but for one in a thousand, where a GPU's filter may weigh the same place otherwise from another
-/// part, and which is 3 steps apart at most. At the edges of a picture that is drawn at once nothing is
-/// loaded of what lies beside it, and so a pixel there may be another.
+/// apart, by a GPU but for one in a thousand, which is 3 steps apart at most: its filter may weigh the same
+/// place otherwise from another part. At the edges of a picture that is drawn at once nothing is loaded of
+/// what lies beside it, and so a pixel there may be another.
 pub(crate) fn assert_alike(what: &str, (columns, most): (usize, u8), whole: &[[u8; 3]], parts: &[[u8; 3]]) {
     assert_eq!(whole.len(), parts.len(), "pictures of one size");
     let rows = whole.len() / columns;
@@ -30,10 +30,8 @@ pub(crate) fn assert_alike(what: &str, (columns, most): (usize, u8), whole: &[[u
     let apart: Vec<u8> = (0..whole.len()).filter(is_inside).map(apart).collect();
     let furthest = apart.iter().copied().max().unwrap_or(0);
     let count = apart.iter().filter(|apart| **apart > most).count();
-    assert!(
-        furthest <= 3 && 1000 * count <= apart.len(),
-        "{what}: {count} pixels differ by up to {furthest}"
-    );
+    let is_open = || furthest <= 3 && 1000 * count <= apart.len() && draws_by_gpu();
+    assert!(furthest <= most || is_open(), "{what}: {count} pixels differ by up to {furthest}");
 }
 
 /// A picture of few pixels.

@@ -1,6 +1,6 @@
 //! From an image to a container, what is said of it, and a picture of it.
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, draws_by_gpu};
 
 /// The keys that scripts rely on.
 const RENDER_KEYS: [&str; 19] = [
@@ -78,12 +78,11 @@ fn every_scene_converges_and_equals_the_ordinary_texture() {
         assert_eq!(keys(&json), expected);
         assert_eq!(json["converged"], true, "{json}");
         assert_eq!((&json["mip_bias"], &json["pages_failed"]), (&0.0.into(), &0.into()));
-        // Weights of a GPU's filter may differ by 1/256 between a tile and the ordinary texture.
-        let is_in_software = json["adapter"].as_str().unwrap().contains("llvmpipe");
         let [within, beyond] =
             ["share_within_1_255", "share_beyond_3_255"].map(|key| json[key].as_f64().unwrap());
-        let least = if is_in_software { 0.999 } else { 0.99 };
-        assert!(within >= least && beyond <= 0.001, "{scene}: {json}");
+        // Weights of a GPU's filter may differ by 1/256 between a tile and the ordinary texture.
+        let is_open = || within >= 0.99 && beyond <= 0.001 && draws_by_gpu();
+        assert!(within >= 0.999 || is_open(), "{scene}: {json}");
         assert!(json["pool_bytes"].as_u64().unwrap() <= 4 << 20);
         let bytes = sandbox.read(&picture);
         let png = png::Decoder::new(std::io::Cursor::new(&bytes)).read_info().unwrap();

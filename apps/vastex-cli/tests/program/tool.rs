@@ -10,6 +10,12 @@ use xtask::limited::{Limited, within};
 /// Longer than any run of a test on any machine; none waits longer.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(300);
 
+/// Returns true if the adapter is a GPU: what pictures may differ by there says docs/draw-checks.md. By a
+/// software driver they may not, so this is asked where they do.
+pub(crate) fn draws_by_gpu() -> bool {
+    !pollster::block_on(vastex_viewer::Gpu::headless()).unwrap().is_processor()
+}
+
 /// A directory with a small image and a container made of it.
 pub(crate) struct Sandbox {
     dir: TempDir,

@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 
-use crate::tool::Sandbox;
+use crate::tool::{Sandbox, draws_by_gpu};
 
 /// Writes a raw volume of so many voxels along x, y and z, with what else its description says.
 fn write(sandbox: &Sandbox, [width, height, depth]: [usize; 3], sample: &str, values: &[u8]) {
@@ -20,6 +20,12 @@ fn drawn(sandbox: &Sandbox, words: &str) -> (Value, Vec<u8>) {
     (ended.json(), sandbox.read_rgb("picture.png").iter().map(|pixel| pixel[0]).collect())
 }
 
+/// A picture shows these values, by a GPU within a step, as its filter is exact to no more.
+fn assert_shows(picture: &[u8], values: &[u8]) {
+    let apart = picture.iter().zip(values).map(|(shown, value)| shown.abs_diff(*value)).max();
+    assert!(picture == values || apart <= Some(1) && draws_by_gpu(), "{apart:?} apart");
+}
+
 /// Of 74 bricks, and of 139: numbers for which a tenth more slots have no room, as a pool keeps a tenth free.
 #[test]
 fn all_bricks_of_a_volume_are_shown_where_nobody_says_how_large_the_pool_is() {
@@ -34,14 +40,14 @@ fn all_bricks_of_a_volume_are_shown_where_nobody_says_how_large_the_pool_is() {
     let (told, picture) = drawn(&sandbox, "--on volume --mode mip --view +z --channels 0 --size 256x256");
     assert_eq!((&told["mip_bias"], &told["converged"]), (&0.0.into(), &true.into()), "{told}");
     let most = |at: usize| (0..side).map(|z| values[z * side * side + at]).max();
-    assert!((0..side * side).all(|at| most(at).is_some_and(|most| most.abs_diff(picture[at]) <= 1)));
+    let most: Vec<u8> = (0..side * side).map(|at| most(at).unwrap()).collect();
+    assert_shows(&picture, &most);
     let size @ [nx, ny, nz] = [600, 600, 12];
     let values: Vec<u8> = (0..nx * ny * nz).map(|at| value(at % nx, at / nx % ny, at / nx / ny)).collect();
     write(&sandbox, size, "u8", &values);
     let (told, picture) = drawn(&sandbox, "--on slices --slice z=6 --channels 0 --size 600x600");
     assert_eq!((&told["mip_bias"], &told["converged"]), (&0.0.into(), &true.into()), "{told}");
-    let slice = &values[6 * nx * ny..7 * nx * ny];
-    assert!(picture.iter().zip(slice).all(|(shown, value)| shown.abs_diff(*value) <= 1));
+    assert_shows(&picture, &values[6 * nx * ny..7 * nx * ny]);
 }
 
 /// Of a ray of 70,000 samples of which the last ones alone are bright these are seen, or it is refused: by a

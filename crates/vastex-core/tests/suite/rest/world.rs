@@ -21,7 +21,7 @@ pub(super) const TILE: usize = 100;
 /// Frames in which a camera that rests has all, without those in which something is on its way to it.
 pub(super) const MOST_FRAMES: u64 = 1000;
 /// All frames in which it has all, whatever is on its way.
-pub(super) const MOST_OF_ALL: u64 = 10 * MOST_FRAMES;
+pub(super) const MOST_OF_ALL: u64 = 200 * CYCLE;
 
 /// What a ray needs: a page, and the part of a level from it on that is wanted, in eighths.
 #[derive(Clone, Copy)]
